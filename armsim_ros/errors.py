@@ -1,0 +1,122 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Every error of armsim_ros: what is wrong, where, what is allowed, what to do."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from enum import Enum
+
+
+class Severity(Enum):
+    """How much a problem matters: an error stops the program, a warning does not."""
+
+    ERROR = 'error'
+    WARNING = 'warning'
+
+
+@dataclass(frozen=True, slots=True)
+class Location:
+    """A place in a text that the user wrote; line and column count from 1."""
+
+    file: str
+    line: int | None = None
+    column: int | None = None
+
+    def __str__(self) -> str:
+        """Return ``file:line:column`` in the form that editors jump to."""
+        numbers = [str(n) for n in (self.line, self.column) if n is not None]
+        return ':'.join([self.file, *numbers])
+
+
+@dataclass(frozen=True, slots=True)
+class Problem:
+    """
+    One mistake in the user's input.
+
+    :param what: what is wrong, naming the value.
+    :param where: the place, or None where there is none.
+    :param allowed: the values that would be right, as a phrase.
+    :param remedy: the next thing to do, as a phrase.
+    """
+
+    what: str
+    where: Location | None = None
+    allowed: str = ''
+    remedy: str = ''
+    severity: Severity = field(default=Severity.ERROR)
+
+    def __str__(self) -> str:
+        """Return one line: place, mistake, what is allowed, what to do."""
+        text = self.what.rstrip('.')
+        if self.allowed:
+            text += f'; allowed: {self.allowed}'
+        if self.remedy:
+            text += f'; {self.remedy}'
+        return f'{self.where}: {text}' if self.where else text
+
+
+class ArmsimError(Exception):
+    """Root of all errors that armsim_ros raises on purpose; its text is for the user."""
+
+
+class ConfigError(ArmsimError):
+    """
+    The user's files do not describe a robot that can run.
+
+    :param problems: every mistake found, at least one.
+    """
+
+    def __init__(self, problems: Problem | Iterable[Problem]) -> None:
+        """Keep the problems; the text is one line a problem."""
+        found = (problems,) if isinstance(problems, Problem) else tuple(problems)
+        if not found:
+            raise ValueError('ConfigError needs at least one problem')
+        self.problems: tuple[Problem, ...] = found
+        super().__init__('\n'.join(str(problem) for problem in found))
+
+
+class ModelError(ConfigError):
+    """The URDF or SRDF text is wrong, or the two do not belong together."""
+
+
+class ResourceError(ArmsimError):
+    """A file or package that was asked for is not there."""
+
+
+class SimulationError(ArmsimError):
+    """The physics cannot go on, or was asked for what it does not have."""
+
+
+class ControllerError(ArmsimError):
+    """A controller cannot do what was asked; the text says why."""
+
+
+class PlanningError(ArmsimError):
+    """
+    A planning request cannot be answered.
+
+    :param code: the ``moveit_msgs/msg/MoveItErrorCodes`` value.
+    :param message: names links, joints, objects and numbers.
+    :param source: the stage that found it.
+    """
+
+    def __init__(self, code: int, message: str, source: str = '') -> None:
+        """Keep code and source beside the text."""
+        super().__init__(message)
+        self.code = code
+        self.source = source
+
+
+def nearest(name: str, known: Sequence[str]) -> str:
+    """
+    Return a hint that names the known word nearest to a wrong one.
+
+    :param name: the word that was given.
+    :param known: all words that would be right.
+    :returns: ``did you mean 'x'?`` or an empty text.
+    """
+    hits = difflib.get_close_matches(name, known, n=1, cutoff=0.6)
+    return f"did you mean '{hits[0]}'?" if hits else ''

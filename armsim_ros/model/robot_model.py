@@ -1,0 +1,279 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The robot as everything above sees it: links, joints, limits, planning groups."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from enum import Enum
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from armsim_ros.errors import ModelError, Problem, nearest
+from armsim_ros.model.geometry import Geometry
+
+Matrix = NDArray[np.float64]
+
+
+class JointType(Enum):
+    """Joint types of URDF, by their URDF words."""
+
+    FIXED = 'fixed'
+    REVOLUTE = 'revolute'
+    CONTINUOUS = 'continuous'
+    PRISMATIC = 'prismatic'
+    FLOATING = 'floating'
+    PLANAR = 'planar'
+
+
+@dataclass(frozen=True, slots=True)
+class JointLimits:
+    """
+    Bounds of one joint; infinite where there is none.
+
+    :param lower: [rad or m].
+    :param upper: [rad or m].
+    :param velocity: [rad/s or m/s].
+    :param acceleration: [rad/s^2 or m/s^2].
+    :param jerk: [rad/s^3 or m/s^3].
+    :param effort: [N*m or N].
+    """
+
+    lower: float = -math.inf
+    upper: float = math.inf
+    velocity: float = math.inf
+    acceleration: float = math.inf
+    jerk: float = math.inf
+    effort: float = math.inf
+
+
+@dataclass(frozen=True, slots=True)
+class Mimic:
+    """Position = multiplier * position of ``joint`` + offset [rad or m]."""
+
+    joint: str
+    multiplier: float = 1.0
+    offset: float = 0.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Joint:
+    """
+    A URDF joint.
+
+    :param origin: (4, 4) pose of the joint frame in the parent link's frame.
+    :param axis: (3,) unit vector in the joint frame.
+    :param damping: [N*m*s/rad or N*s/m].
+    :param friction: [N*m or N].
+    """
+
+    name: str
+    type: JointType
+    parent: str
+    child: str
+    origin: Matrix
+    axis: Matrix
+    limits: JointLimits = field(default_factory=JointLimits)
+    mimic: Mimic | None = None
+    damping: float = 0.0
+    friction: float = 0.0
+
+    @property
+    def movable(self) -> bool:
+        """Whether the joint has one position variable."""
+        return self.type in (JointType.REVOLUTE, JointType.CONTINUOUS, JointType.PRISMATIC)
+
+    @property
+    def active(self) -> bool:
+        """Whether the joint moves by itself: movable and no mimic."""
+        return self.movable and self.mimic is None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Inertial:
+    """
+    Mass properties of a link.
+
+    :param mass: [kg].
+    :param origin: (4, 4) pose of the inertia frame in the link frame.
+    :param inertia: (3, 3) [kg*m^2] in the inertia frame.
+    """
+
+    mass: float
+    origin: Matrix
+    inertia: Matrix
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LinkGeometry:
+    """A shape fixed to a link; ``origin`` (4, 4) in the link frame, ``rgba`` in 0..1."""
+
+    geometry: Geometry
+    origin: Matrix
+    name: str = ''
+    rgba: tuple[float, float, float, float] | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Link:
+    """A URDF link with what is fixed to it."""
+
+    name: str
+    inertial: Inertial | None = None
+    collisions: tuple[LinkGeometry, ...] = ()
+    visuals: tuple[LinkGeometry, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class PlanningGroup:
+    """
+    An SRDF group.
+
+    :param joints: all joints in tree order, fixed and mimic ones too.
+    :param active_joints: those that have a variable of their own and are not passive,
+        in tree order.
+    :param links: the child links of the joints, in tree order.
+    :param chain: (base link, tip link) where the group is a chain, else None.
+    :param tips: links at the group's ends.
+    :param subgroups: names of the groups it was built from.
+    """
+
+    name: str
+    joints: tuple[str, ...]
+    active_joints: tuple[str, ...]
+    links: tuple[str, ...]
+    chain: tuple[str, str] | None = None
+    tips: tuple[str, ...] = ()
+    subgroups: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class EndEffector:
+    """An SRDF end effector; ``parent_group`` is '' where none fits."""
+
+    name: str
+    group: str
+    parent_link: str
+    parent_group: str = ''
+
+
+@dataclass(frozen=True, slots=True)
+class VirtualJoint:
+    """An SRDF virtual joint between a frame of the world and the root link."""
+
+    name: str
+    type: str
+    parent_frame: str
+    child_link: str
+
+
+@dataclass(frozen=True, slots=True)
+class SemanticModel:
+    """
+    The content of an SRDF that holds for this robot.
+
+    :param named_states: group -> state -> joint -> value [rad or m].
+    :param disabled_collisions: (link, link) -> reason; the pair is sorted by name.
+    :param enabled_collisions: pairs that are always checked; sorted by name.
+    :param default_disabled: links that are not checked unless a pair says so.
+    """
+
+    name: str = ''
+    groups: dict[str, PlanningGroup] = field(default_factory=dict)
+    named_states: dict[str, dict[str, dict[str, float]]] = field(default_factory=dict)
+    end_effectors: dict[str, EndEffector] = field(default_factory=dict)
+    virtual_joint: VirtualJoint | None = None
+    passive_joints: tuple[str, ...] = ()
+    disabled_collisions: dict[tuple[str, str], str] = field(default_factory=dict)
+    enabled_collisions: frozenset[tuple[str, str]] = frozenset()
+    default_disabled: frozenset[str] = frozenset()
+
+
+@dataclass(frozen=True, eq=False)
+class RobotModel:
+    """
+    One robot: kinematic tree, limits (URDF with joint_limits.yaml laid over it), SRDF.
+
+    :param name: the URDF's robot name.
+    :param links: by name, in tree order (depth first from the root).
+    :param joints: by name, in tree order.
+    :param root_link: the link without a parent.
+    :param urdf: the URDF text after xacro, mesh addresses as the user wrote them.
+    :param srdf: the SRDF text.
+    """
+
+    name: str
+    links: dict[str, Link]
+    joints: dict[str, Joint]
+    root_link: str
+    semantic: SemanticModel = field(default_factory=SemanticModel)
+    urdf: str = ''
+    srdf: str = ''
+
+    @cached_property
+    def movable_joints(self) -> tuple[str, ...]:
+        """All joints with a position, mimic joints too, in tree order."""
+        return tuple(name for name, joint in self.joints.items() if joint.movable)
+
+    @cached_property
+    def active_joints(self) -> tuple[str, ...]:
+        """All joints with a variable of their own, in tree order."""
+        return tuple(name for name, joint in self.joints.items() if joint.active)
+
+    @property
+    def model_frame(self) -> str:
+        """The frame of all poses without a frame: the virtual joint's parent or the root."""
+        virtual = self.semantic.virtual_joint
+        if virtual and virtual.child_link == self.root_link:
+            return virtual.parent_frame
+        return self.root_link
+
+    @cached_property
+    def parent_joint(self) -> dict[str, str]:
+        """Link -> joint above it; the root is not there."""
+        return {joint.child: name for name, joint in self.joints.items()}
+
+    def group(self, name: str) -> PlanningGroup:
+        """Return a planning group; ModelError names the known ones."""
+        try:
+            return self.semantic.groups[name]
+        except KeyError:
+            known = tuple(self.semantic.groups)
+            raise ModelError(
+                Problem(
+                    f"planning group '{name}' is not in the SRDF of robot '{self.name}'",
+                    allowed=', '.join(known) or 'the SRDF has no groups',
+                    remedy=nearest(name, known),
+                )
+            ) from None
+
+    def complete(self, positions: dict[str, float]) -> dict[str, float]:
+        """
+        Return a position for every movable joint.
+
+        :param positions: joint -> [rad or m]; the others take their default (0 where the
+            limits allow it, else the middle), mimic joints follow.
+        """
+        full: dict[str, float] = {}
+        for name in self.active_joints:
+            full[name] = positions.get(name, self.default_position(name))
+        for name in self.movable_joints:
+            if self.joints[name].mimic is not None:
+                full[name] = self._mimic_position(name, full)
+        return {name: full[name] for name in self.movable_joints}
+
+    def default_position(self, name: str) -> float:
+        """Return 0 where the limits allow it, else the middle of the limits [rad or m]."""
+        limits = self.joints[name].limits
+        if limits.lower <= 0.0 <= limits.upper:
+            return 0.0
+        return 0.5 * (limits.lower + limits.upper)
+
+    def _mimic_position(self, name: str, full: dict[str, float]) -> float:
+        mimic = self.joints[name].mimic
+        if mimic is None:
+            return full[name]
+        return mimic.multiplier * self._mimic_position(mimic.joint, full) + mimic.offset
