@@ -1,0 +1,222 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""
+What a client asks of motion planning, and the answer: plain values.
+
+The content of ``moveit_msgs``' ``MotionPlanRequest``, ``Constraints``, ``RobotState`` and
+``MotionPlanResponse``. Values stand as the client gave them; what is wrong with them is found
+where they are used. Poses are homogeneous (4, 4) matrices; an empty frame name is the model
+frame.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import IntEnum
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from armsim_ros.model.geometry import Geometry
+from armsim_ros.planning.error_codes import MoveItErrorCode
+from armsim_ros.trajectory import JointTrajectory
+
+if TYPE_CHECKING:
+    from armsim_ros.planning.scene import AttachedObject
+
+Matrix = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class JointConstraint:
+    """
+    A joint's position stays in ``position - tolerance_below .. position + tolerance_above``.
+
+    :param position: [rad or m]; so are the tolerances.
+    """
+
+    joint_name: str
+    position: float
+    tolerance_above: float = 0.0
+    tolerance_below: float = 0.0
+    weight: float = 1.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Region:
+    """A shape and its pose (4, 4) in the frame of the constraint that it belongs to."""
+
+    shape: Geometry
+    pose: Matrix
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PositionConstraint:
+    """
+    A point of a link stays in one of several regions.
+
+    :param frame_id: frame of the regions.
+    :param regions: one is enough.
+    :param target_point_offset: (3,) the point [m] in the link's frame.
+    """
+
+    link_name: str
+    regions: tuple[Region, ...]
+    frame_id: str = ''
+    target_point_offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    weight: float = 1.0
+
+
+class Parameterization(IntEnum):
+    """How an orientation error is split into three angles."""
+
+    XYZ_EULER_ANGLES = 0
+    ROTATION_VECTOR = 1
+
+
+@dataclass(frozen=True, slots=True)
+class OrientationConstraint:
+    """
+    A link's orientation stays near a given one.
+
+    :param quat_xyzw: the orientation in ``frame_id``; the tolerances are about its axes.
+    :param tolerances: (x, y, z) [rad], each the largest absolute error.
+    :param parameterization: a value of :class:`Parameterization`.
+    """
+
+    link_name: str
+    quat_xyzw: tuple[float, float, float, float]
+    tolerances: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    frame_id: str = ''
+    parameterization: int = Parameterization.XYZ_EULER_ANGLES
+    weight: float = 1.0
+
+
+@dataclass(frozen=True, slots=True)
+class VisibilityConstraint:
+    """A target stays visible to a sensor; named here so that it can be refused clearly."""
+
+    target_frame_id: str = ''
+    sensor_frame_id: str = ''
+    target_radius: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Constraints:
+    """All of these at once."""
+
+    joint_constraints: tuple[JointConstraint, ...] = ()
+    position_constraints: tuple[PositionConstraint, ...] = ()
+    orientation_constraints: tuple[OrientationConstraint, ...] = ()
+    visibility_constraints: tuple[VisibilityConstraint, ...] = ()
+    name: str = ''
+
+    @property
+    def empty(self) -> bool:
+        """Whether nothing is asked."""
+        return not (
+            self.joint_constraints
+            or self.position_constraints
+            or self.orientation_constraints
+            or self.visibility_constraints
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class StartState:
+    """
+    Where a motion begins.
+
+    :param joint_names: joints that differ from the monitored state.
+    :param positions: [rad or m], one a joint name.
+    :param is_diff: whether attached objects of the monitored scene stay.
+    :param attached_objects: objects to attach for this request.
+    """
+
+    joint_names: tuple[str, ...] = ()
+    positions: tuple[float, ...] = ()
+    is_diff: bool = True
+    attached_objects: tuple[AttachedObject, ...] = ()
+
+    @classmethod
+    def from_positions(cls, positions: Mapping[str, float]) -> StartState:
+        """Return the monitored state with these joints [rad or m] laid over it."""
+        return cls(tuple(positions), tuple(positions.values()))
+
+
+@dataclass(frozen=True, slots=True)
+class WorkspaceParameters:
+    """
+    A box for planar and floating joints; it does not limit a fixed arm.
+
+    :param min_corner: (3,) [m].
+    :param max_corner: (3,) [m].
+    """
+
+    frame_id: str = ''
+    min_corner: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    max_corner: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True, slots=True)
+class MotionPlanRequest:
+    """
+    A motion for one planning group.
+
+    :param goal_constraints: alternatives; one of them is enough.
+    :param path_constraints: hold at every state of the path.
+    :param pipeline_id: '' for the default pipeline.
+    :param planner_id: '' for the group's default planner.
+    :param allowed_planning_time: [s] for the search.
+    :param max_velocity_scaling_factor: 0..1; anything else counts as 1.
+    :param max_acceleration_scaling_factor: 0..1; anything else counts as 1.
+    :param max_cartesian_speed: [m/s] of ``cartesian_speed_limited_link``; 0 for no limit.
+    :param seed: a number >= 0 makes the search repeatable.
+    """
+
+    group_name: str
+    goal_constraints: tuple[Constraints, ...] = ()
+    start_state: StartState = field(default_factory=StartState)
+    path_constraints: Constraints = field(default_factory=Constraints)
+    pipeline_id: str = ''
+    planner_id: str = ''
+    num_planning_attempts: int = 1
+    allowed_planning_time: float = 5.0
+    max_velocity_scaling_factor: float = 1.0
+    max_acceleration_scaling_factor: float = 1.0
+    max_cartesian_speed: float = 0.0
+    cartesian_speed_limited_link: str = ''
+    workspace: WorkspaceParameters = field(default_factory=WorkspaceParameters)
+    has_trajectory_constraints: bool = False
+    seed: int = -1
+
+
+@dataclass(frozen=True, slots=True)
+class MotionPlanResponse:
+    """
+    The answer to a :class:`MotionPlanRequest`.
+
+    :param error_code: SUCCESS, or what went wrong.
+    :param message: a sentence for the user; '' on success.
+    :param source: the stage that found it.
+    :param trajectory: empty unless it succeeded.
+    :param trajectory_start: joint -> position [rad or m] of all movable joints.
+    :param planning_time: [s] search and shortening.
+    :param path_length: [rad or m] sum of the joint-space distances along the path.
+    """
+
+    error_code: MoveItErrorCode
+    message: str = ''
+    source: str = ''
+    trajectory: JointTrajectory = field(default_factory=lambda: JointTrajectory(()))
+    trajectory_start: Mapping[str, float] = field(default_factory=dict)
+    group_name: str = ''
+    planning_time: float = 0.0
+    path_length: float = 0.0
+
+    @property
+    def success(self) -> bool:
+        """Whether there is a trajectory."""
+        return self.error_code == MoveItErrorCode.SUCCESS
