@@ -1,0 +1,124 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""
+Settings of what surrounds the robot (``worlds/<name>.yaml``).
+
+A world is a floor and named objects. An object is one or more parts that hold together; with a
+mass it falls and can be pushed, without one it stands where it is::
+
+    floor: true
+    objects:
+      table:
+        parts:
+          - {shape: {type: box, size: [1.5, 0.8, 0.03]}, xyz: [0, 0, 1.0]}
+          - {shape: {type: cylinder, radius: 0.02, length: 1.0}, xyz: [0.7, 0.35, 0.5]}
+      cube:
+        xyz: [0.16, 0.25, 1.04]
+        mass: 0.32
+        parts: [{shape: {type: box, size: [0.08, 0.08, 0.025]}}]
+        color: [0.8, 0.2, 0.1, 1]
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field, field_validator
+
+from armsim_ros.config.base import parameter, Settings
+from armsim_ros.config.simulation import finite_triple, Triple
+
+Positive = Annotated[float, Field(gt=0.0, le=1000.0)]
+Unit = Annotated[float, Field(ge=0.0, le=1.0)]
+Point = Annotated[list[float], Field(min_length=2, max_length=2)]
+
+
+class BoxSettings(Settings):
+    """A box centred at its frame."""
+
+    type: Literal['box']
+    size: tuple[Positive, Positive, Positive] = parameter(description='x, y, z [m]')
+
+
+class SphereSettings(Settings):
+    """A sphere centred at its frame."""
+
+    type: Literal['sphere']
+    radius: Positive = parameter(description='[m]')
+
+
+class CylinderSettings(Settings):
+    """A cylinder along z, centred at its frame."""
+
+    type: Literal['cylinder']
+    radius: Positive = parameter(description='[m]')
+    length: Positive = parameter(description='[m]')
+
+
+class CapsuleSettings(Settings):
+    """A capsule along z, centred at its frame."""
+
+    type: Literal['capsule']
+    radius: Positive = parameter(description='[m]')
+    length: Positive = parameter(description='length without the caps [m]')
+
+
+class ConeSettings(Settings):
+    """A cone along z, apex up, centred at half its height."""
+
+    type: Literal['cone']
+    radius: Positive = parameter(description='[m]')
+    length: Positive = parameter(description='[m]')
+
+
+class PrismSettings(Settings):
+    """A convex polygon in x, y, extruded along z and centred at half its height."""
+
+    type: Literal['prism']
+    corners: Annotated[list[Point], Field(min_length=3, max_length=200)] = parameter(
+        description='corners of the polygon in order, (x, y) [m]'
+    )
+    length: Positive = parameter(description='height along z [m]')
+
+
+ShapeSettings = Annotated[
+    BoxSettings
+    | SphereSettings
+    | CylinderSettings
+    | CapsuleSettings
+    | ConeSettings
+    | PrismSettings,
+    Field(discriminator='type'),
+]
+
+
+class PartSettings(Settings):
+    """One shape of an object and its pose in the object's frame."""
+
+    shape: ShapeSettings
+    xyz: Triple = parameter((0.0, 0.0, 0.0), 'position in the object [m]')
+    rpy: Triple = parameter((0.0, 0.0, 0.0), 'roll, pitch, yaw in the object [rad]')
+
+    _all_finite = field_validator('xyz', 'rpy')(finite_triple)
+
+
+class WorldObjectSettings(Settings):
+    """One object of the world."""
+
+    parts: Annotated[list[PartSettings], Field(min_length=1)]
+    xyz: Triple = parameter((0.0, 0.0, 0.0), 'position in the world [m]')
+    rpy: Triple = parameter((0.0, 0.0, 0.0), 'roll, pitch, yaw in the world [rad]')
+    mass: float | None = parameter(
+        None, 'mass [kg], spread evenly over the parts; none: the object never moves', gt=0.0
+    )
+    friction: float = parameter(0.8, 'coefficient of sliding friction', ge=0.0, le=10.0)
+    color: tuple[Unit, Unit, Unit, Unit] = parameter((0.6, 0.6, 0.6, 1.0), 'r, g, b, a in 0..1')
+
+    _all_finite = field_validator('xyz', 'rpy')(finite_triple)
+
+
+class WorldSettings(Settings):
+    """A world file."""
+
+    floor: bool = parameter(True, 'a floor at z = 0')
+    objects: dict[str, WorldObjectSettings] = parameter({}, 'name -> object')
