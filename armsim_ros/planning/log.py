@@ -1,0 +1,26 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Where planning says what it did: any object with these three methods."""
+
+from __future__ import annotations
+
+import logging
+from typing import Protocol
+
+
+class Log(Protocol):
+    """The part of ``logging.Logger`` (and of rclpy's logger) that is used here."""
+
+    def info(self, message: str, /) -> object:
+        """Say what happened."""
+
+    def warning(self, message: str, /) -> object:
+        """Say what the user may want to change."""
+
+    def error(self, message: str, /) -> object:
+        """Say what failed."""
+
+
+def default_log() -> Log:
+    """Return the logger that is used where none is given."""
+    return logging.getLogger('armsim_ros.planning')

@@ -1,0 +1,175 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""
+When a path is where: the fastest motion along it that keeps the limits.
+
+TOPP-RA (Pham and Pham 2018, DOI 10.1109/TRO.2018.2819195) gives path speed over path position.
+A moving average over time then rounds the steps in acceleration: an average of motions that
+keep the limits keeps them too, starts and ends at rest, and its jerk is at most
+2 * acceleration limit / window (Biagiotti and Melchiorri 2012,
+DOI 10.1016/j.automatica.2011.11.016). It leaves the path by at most
+acceleration limit * window^2 / 24, and not at all on straight pieces.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+import importlib
+
+import numpy as np
+from numpy.typing import NDArray
+
+from armsim_ros.errors import PlanningError
+from armsim_ros.planning.blended_path import BlendedPath
+from armsim_ros.planning.error_codes import MoveItErrorCode
+from armsim_ros.planning.limits import MotionLimits
+from armsim_ros.planning.quintic import QuinticMotion
+
+Vector = NDArray[np.float64]
+SpeedLimit = Callable[[Vector, Vector], Vector]
+
+WINDOW = 0.05
+"""Width of the moving average [s]; longer where a jerk limit asks for it."""
+
+POINT_SPACING = 0.025
+"""Time between two points of the result [s]."""
+
+_BLEND_STAGES = 6
+_STRAIGHT_STAGES = 16
+_MAX_STAGE = 0.05
+_SOURCE = 'AddTimeOptimalParameterization'
+
+
+def warm_up() -> None:
+    """Import what a first request would wait for (about one second, once)."""
+    importlib.import_module('armsim_ros.planning.topp')
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _SpeedProfile:
+    """Path position over time, quadratic in every stage."""
+
+    grid: Vector
+    speed: Vector
+    times: Vector
+
+    @property
+    def duration(self) -> float:
+        return float(self.times[-1])
+
+    def path_position(self, t: Vector) -> tuple[Vector, Vector]:
+        """Return path position and path speed at times t (k,)."""
+        inside = np.clip(t, 0.0, self.duration)
+        stage = np.clip(
+            np.searchsorted(self.times, inside, side='right') - 1, 0, len(self.times) - 2
+        )
+        after = inside - self.times[stage]
+        span = self.times[stage + 1] - self.times[stage]
+        rate = (self.speed[stage + 1] - self.speed[stage]) / span
+        s = self.grid[stage] + after * (self.speed[stage] + 0.5 * after * rate)
+        return s, self.speed[stage] + after * rate
+
+
+def _grid(path: BlendedPath) -> tuple[Vector, NDArray[np.int64]]:
+    """Return the stages' borders, all knots among them, and the piece of each stage."""
+    borders: list[float] = [0.0]
+    pieces: list[int] = []
+    for piece, span in enumerate(path.spans):
+        straight = not bool(np.any(path.curvature(np.array([piece]))))
+        least = _STRAIGHT_STAGES if straight else _BLEND_STAGES
+        count = max(least, int(np.ceil(span / _MAX_STAGE)))
+        low, high = path.knots[piece], path.knots[piece + 1]
+        borders.extend(np.linspace(low, high, count + 1)[1:].tolist())
+        pieces.extend([piece] * count)
+    return np.array(borders), np.array(pieces, dtype=np.int64)
+
+
+def _speed_profile(
+    path: BlendedPath, limits: MotionLimits, speed_limit: SpeedLimit | None
+) -> _SpeedProfile:
+    from armsim_ros.planning.topp import fastest_path_speed
+
+    grid, piece = _grid(path)
+    first, last = path.slope(grid[:-1], piece), path.slope(grid[1:], piece)
+    ends = np.concatenate([first, last[-1:]])
+    with np.errstate(divide='ignore'):
+        fastest = np.min(limits.velocity / np.abs(ends), axis=1)
+    if speed_limit is not None:
+        there = speed_limit(path.position(grid), ends)
+        # Squared speed is linear on a stage, the limit is not: both ends keep the lower one.
+        lower = np.minimum(there[:-1], there[1:])
+        fastest[:-1] = np.minimum(fastest[:-1], lower)
+        fastest[1:] = np.minimum(fastest[1:], lower)
+    speed = fastest_path_speed(
+        grid, first, last, path.curvature(piece), fastest, limits.acceleration
+    )
+    if speed is None:
+        raise PlanningError(
+            MoveItErrorCode.FAILURE,
+            'the path cannot be timed within velocity limits '
+            f'{np.round(limits.velocity, 4).tolist()} and acceleration limits '
+            f'{np.round(limits.acceleration, 4).tolist()}; raise them in joint_limits.yaml '
+            'or the scaling factors',
+            _SOURCE,
+        )
+    mean = 0.5 * (speed[:-1] + speed[1:])
+    times = np.concatenate([[0.0], np.cumsum(np.diff(grid) / np.maximum(mean, 1e-9))])
+    return _SpeedProfile(grid, speed, times)
+
+
+def _averaged(
+    path: BlendedPath, profile: _SpeedProfile, window: float
+) -> tuple[Vector, Vector, Vector, Vector]:
+    """Return times, positions, velocities, accelerations of the motion's moving average."""
+    duration = profile.duration + window
+    times = np.linspace(0.0, duration, max(2, int(np.ceil(duration / POINT_SPACING)) + 1))
+    panels = 24
+    offsets = np.linspace(0.0, window, panels + 1)
+    weights = np.ones(panels + 1)
+    weights[1:-1:2], weights[2:-1:2] = 4.0, 2.0
+    weights /= weights.sum()
+    early = times - window
+    samples, _ = profile.path_position((early[:, None] + offsets).ravel())
+    around = path.position(samples).reshape(len(times), panels + 1, -1)
+    positions = np.einsum('w,twn->tn', weights, around)
+
+    def motion(t: Vector) -> tuple[Vector, Vector]:
+        s, rate = profile.path_position(t)
+        moving = ((t > 0.0) & (t < profile.duration)).astype(np.float64)
+        return path.position(s), path.slope(s) * (rate * moving)[:, None]
+
+    position_late, velocity_late = motion(times)
+    position_early, velocity_early = motion(early)
+    velocities = (position_late - position_early) / window
+    accelerations = (velocity_late - velocity_early) / window
+    velocities[[0, -1]] = 0.0
+    accelerations[[0, -1]] = 0.0
+    positions[0], positions[-1] = path.waypoints[0], path.waypoints[-1]
+    return times, positions, velocities, accelerations
+
+
+def time_path(
+    path: BlendedPath, limits: MotionLimits, speed_limit: SpeedLimit | None = None
+) -> QuinticMotion:
+    """
+    Return the fastest motion along a path, from rest to rest.
+
+    :param path: what to follow.
+    :param limits: kept by the motion between the points as well, as a controller with quintic
+        interpolation runs it.
+    :param speed_limit: (positions (k, n), slopes (k, n)) -> (k,) largest path speed, e.g. for a
+        limit of a link's speed.
+    :returns: points at most 0.1 s apart.
+    :raises PlanningError: FAILURE where no speed keeps the limits.
+    """
+    profile = _speed_profile(path, limits, speed_limit)
+    window = max(WINDOW, float(np.max(2.0 * limits.acceleration / limits.jerk)))
+    motion = QuinticMotion(*_averaged(path, profile, window))
+    velocity, acceleration = motion.peaks()
+    too_fast = max(
+        1.0,
+        float(np.max(velocity / limits.velocity)),
+        float(np.sqrt(np.max(acceleration / limits.acceleration))),
+    )
+    return motion.slowed(too_fast) if too_fast > 1.0 else motion
