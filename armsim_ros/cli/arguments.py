@@ -1,0 +1,180 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The arguments that bringup, simulation, move_group and the launch file share."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, Field, field, fields
+from typing import Any
+
+from armsim_ros.errors import ArmsimError, nearest
+
+TRUE_WORDS = ('true', '1', 'yes', 'on')
+FALSE_WORDS = ('false', '0', 'no', 'off')
+
+
+class UsageError(ArmsimError):
+    """The command line cannot be understood; the text names the right words."""
+
+
+def _argument(default: Any, description: str, *, placeholder: str = 'TEXT') -> Any:
+    """Return a dataclass field that carries what ``--help`` and ``ros2 launch -s`` show."""
+    return field(default=default,
+                 metadata={'description': description, 'placeholder': placeholder})
+
+
+@dataclass(frozen=True)
+class ProgramArguments:
+    """
+    What the user asked a program to run, checked; one field an argument.
+
+    An empty text stands for: take what the robot's configuration says.
+
+    :param ros_args: everything between ``--ros-args`` and ``--``, those two included, for rclpy.
+    """
+
+    robot: str = _argument(
+        'sunday', 'robot to run: the name of a folder under config/, or a path to a folder',
+        placeholder='NAME|DIR')
+    config: str = _argument(
+        '', "folder with the YAML files, in place of the robot's own", placeholder='DIR')
+    urdf: str = _argument(
+        '', "URDF or xacro file, in place of the robot's own", placeholder='FILE')
+    srdf: str = _argument('', "SRDF file, in place of the robot's own", placeholder='FILE')
+    world: str = _argument(
+        '', "world to stand in, in place of the robot's own: a name under worlds/, or a file",
+        placeholder='NAME|FILE')
+    namespace: str = _argument(
+        '', "namespace of the controllers and joint states, in place of the configuration's",
+        placeholder='NS')
+    use_sim_time: bool = _argument(
+        True, 'whether the nodes take their time from /clock', placeholder='true|false')
+    paused: bool = _argument(
+        False, 'whether the physics waits for an unpause at first', placeholder='true|false')
+    ros_args: tuple[str, ...] = ()
+
+    def to_argv(self) -> list[str]:
+        """Return the command line that gives these arguments, without those at their default."""
+        words = [f'{entry.name}:={_to_word(getattr(self, entry.name))}'
+                 for entry in argument_table()
+                 if getattr(self, entry.name) != entry.default]
+        return [*words, *self.ros_args]
+
+
+def argument_table() -> tuple[Field[Any], ...]:
+    """Return the fields that are arguments: name, default, and the texts in their metadata."""
+    return tuple(entry for entry in fields(ProgramArguments) if entry.metadata)
+
+
+def parse_arguments(argv: Sequence[str]) -> ProgramArguments:
+    """
+    Read a program's command line.
+
+    ``name:=value`` (as in ros2 launch), ``--name value`` and ``--name=value`` say the same;
+    ``--name`` alone switches a true/false argument on. The last of several wins.
+
+    :param argv: the words after the program's name.
+    :raises UsageError: for an unknown argument or a value of the wrong kind.
+    """
+    words, ros_args = split_ros_args(argv)
+    table = {entry.name: entry for entry in argument_table()}
+    values: dict[str, Any] = {}
+    position = 0
+    while position < len(words):
+        word = words[position]
+        position += 1
+        name, sign, text = _take_apart(word)
+        if name not in table:
+            raise UsageError(_unknown(word, name, tuple(table)))
+        flag = isinstance(table[name].default, bool)
+        if not sign:
+            if position < len(words) and _is_value(words[position], flag):
+                text = words[position]
+                position += 1
+            elif flag:
+                text = 'true'
+            else:
+                raise UsageError(f"argument '{name}' needs a value: {name}:="
+                                 f"{table[name].metadata['placeholder']}")
+        values[name] = _to_flag(name, text) if flag else text
+    return ProgramArguments(**values, ros_args=ros_args)
+
+
+def split_ros_args(argv: Sequence[str]) -> tuple[list[str], tuple[str, ...]]:
+    """
+    Part the words of the program from those of ROS.
+
+    :returns: the program's words, and every ``--ros-args ... [--]`` section in order, each with
+        its end mark (https://design.ros2.org/articles/ros_command_line_arguments.html).
+    """
+    own: list[str] = []
+    ros: list[str] = []
+    inside = False
+    for word in argv:
+        if word == '--ros-args' and not inside:
+            inside = True
+        if not inside:
+            own.append(word)
+            continue
+        ros.append(word)
+        if word == '--':
+            inside = False
+    if inside:
+        ros.append('--')
+    return own, tuple(ros)
+
+
+def format_help(program: str, summary: str) -> str:
+    """Return the text of ``--help`` of a program with these arguments."""
+    rows = []
+    for entry in argument_table():
+        rows.append((f"{entry.name}:={entry.metadata['placeholder']}",
+                     f"{entry.metadata['description']}{_default_note(entry.default)}"))
+    rows.append(('--ros-args ...', 'remappings and parameters, as for any ROS 2 program'))
+    width = max(len(left) for left, _ in rows)
+    lines = [f'  {left:<{width}}  {right}' for left, right in rows]
+    return '\n'.join([
+        f'usage: {program} [NAME:=VALUE ...] [--ros-args ...]', '', summary, '',
+        'arguments (--name VALUE says the same as name:=VALUE):', *lines])
+
+
+def _take_apart(word: str) -> tuple[str, str, str]:
+    """Return name, sign and value of one word; the sign is empty where the value follows."""
+    if word.startswith('--'):
+        name, sign, text = word[2:].partition('=')
+        if name.endswith(':'):
+            name, sign = name[:-1], ':='
+        return name.replace('-', '_'), sign, text
+    name, sign, text = word.partition(':=')
+    if not sign or not name:
+        raise UsageError(f"cannot read '{word}': arguments are written name:=value or "
+                         '--name value; --help lists them')
+    return name, sign, text
+
+
+def _is_value(word: str, flag: bool) -> bool:
+    if flag:
+        return word.lower() in TRUE_WORDS + FALSE_WORDS
+    return not word.startswith('--') and ':=' not in word
+
+
+def _to_flag(name: str, text: str) -> bool:
+    if text.lower() in TRUE_WORDS:
+        return True
+    if text.lower() in FALSE_WORDS:
+        return False
+    raise UsageError(f"argument '{name}' is '{text}'; allowed: true, false")
+
+
+def _to_word(value: object) -> str:
+    return str(value).lower() if isinstance(value, bool) else str(value)
+
+
+def _default_note(default: object) -> str:
+    return f' (default: {_to_word(default)})' if default != '' else ''
+
+
+def _unknown(word: str, name: str, known: tuple[str, ...]) -> str:
+    hint = nearest(name, known) or f"known: {', '.join(known)}"
+    return f"unknown argument '{word}'; {hint}"

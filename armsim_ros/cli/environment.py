@@ -1,0 +1,29 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What a process needs in its environment before ROS is imported."""
+
+from __future__ import annotations
+
+from collections.abc import MutableMapping
+import os
+from pathlib import Path
+import sys
+
+AMENT_PREFIX_PATH = 'AMENT_PREFIX_PATH'
+
+
+def add_own_prefix(environment: MutableMapping[str, str] = os.environ) -> None:
+    """
+    Let ament find the packages that pip installed into this interpreter's environment.
+
+    A sourced ROS installation sets ``AMENT_PREFIX_PATH``, pip does not; without it
+    ament_index_python refuses to look anything up. The prefix comes last: what the user
+    sourced is found first.
+
+    :param environment: the variables to change.
+    """
+    own = str(Path(sys.prefix))
+    known = [entry for entry in environment.get(AMENT_PREFIX_PATH, '').split(os.pathsep) if entry]
+    has_packages = Path(own, 'share', 'ament_index', 'resource_index', 'packages').is_dir()
+    if own not in known and (has_packages or not known):
+        environment[AMENT_PREFIX_PATH] = os.pathsep.join([*known, own])

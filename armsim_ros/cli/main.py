@@ -1,0 +1,110 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The ``armsim`` command, and the door through which every program of the package starts."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from importlib import import_module
+import os
+import signal
+import sys
+from types import FrameType
+from typing import TextIO
+
+from armsim_ros.cli.arguments import format_help, split_ros_args
+from armsim_ros.cli.environment import add_own_prefix
+from armsim_ros.cli.programs import PROGRAMS
+from armsim_ros.errors import ArmsimError, nearest
+
+#: Exit status of a wrong command line or configuration.
+USAGE_STATUS = 2
+_INTERRUPTED_STATUS = 128 + signal.SIGINT
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """
+    Run ``armsim PROGRAM [argument ...]``.
+
+    :param argv: the words after ``armsim``; those of this process where None.
+    :returns: the exit status.
+    """
+    words = list(sys.argv[1:] if argv is None else argv)
+    if not words or words[0] in ('-h', '--help', 'help'):
+        _say(_overview())
+        return 0 if words else USAGE_STATUS
+    name, *rest = words
+    if name not in PROGRAMS:
+        hint = nearest(name, tuple(PROGRAMS)) or f"known: {', '.join(PROGRAMS)}"
+        _say(f"armsim: unknown program '{name}'; {hint}", sys.stderr)
+        return USAGE_STATUS
+    return run(name, rest)
+
+
+def run(program: str, argv: Sequence[str] | None = None) -> int:
+    """
+    Run one program: import it, call its ``main``, turn what it raises into an exit status.
+
+    :param program: a name of ``PROGRAMS``.
+    :param argv: the words after the program's name; those of this process where None.
+    :returns: 0, or 2 after a mistake of the user's, or 130 after an interrupt, or what the
+        program says.
+    """
+    words = list(sys.argv[1:] if argv is None else argv)
+    if {'-h', '--help'} & set(split_ros_args(words)[0]):
+        _say(format_help(program, PROGRAMS[program]))
+        return 0
+    add_own_prefix()
+    status = _INTERRUPTED_STATUS if program != 'bringup' else 0
+
+    def leave(_number: int, _frame: FrameType | None) -> None:
+        """End at once: an interrupted import would show a traceback that says nothing."""
+        os._exit(status)
+
+    try:
+        usual = signal.signal(signal.SIGINT, leave)
+        start = import_module(f'armsim_ros.nodes.{program}.main').main
+        signal.signal(signal.SIGINT, usual)
+        return int(start(words))
+    except ArmsimError as error:
+        _say(f'{program}: {error}', sys.stderr)
+        return USAGE_STATUS
+    except ModuleNotFoundError as error:
+        if error.name is None or error.name.partition('.')[0] == 'armsim_ros':
+            raise
+        _say(_missing_module(program, error.name), sys.stderr)
+        return 1
+    except KeyboardInterrupt:
+        return status
+
+
+def bringup() -> int:
+    """Run bringup with this process's arguments."""
+    return run('bringup')
+
+
+def simulation() -> int:
+    """Run simulation with this process's arguments."""
+    return run('simulation')
+
+
+def move_group() -> int:
+    """Run move_group with this process's arguments."""
+    return run('move_group')
+
+
+def _overview() -> str:
+    width = max(map(len, PROGRAMS))
+    rows = [f'  {name:<{width}}  {summary}' for name, summary in PROGRAMS.items()]
+    return '\n'.join(['usage: armsim PROGRAM [NAME:=VALUE ...] [--ros-args ...]', '',
+                      'programs (armsim PROGRAM --help lists the arguments):', *rows])
+
+
+def _missing_module(program: str, module: str) -> str:
+    return (f"{program}: the Python package '{module}' is not installed; either source a ROS 2 "
+            "Jazzy installation, or install 'armsim_ros[ros]' and the interface packages "
+            '(`make env` in the source tree does both)')
+
+
+def _say(text: str, stream: TextIO | None = None) -> None:
+    print(text, file=stream or sys.stdout, flush=True)

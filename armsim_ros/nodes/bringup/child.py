@@ -1,0 +1,135 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""One program that bringup started: its process group, its output, its end."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
+import ctypes
+import os
+from pathlib import Path
+import signal
+import subprocess
+import sys
+import sysconfig
+from typing import BinaryIO
+
+import armsim_ros
+
+#: From linux/prctl.h.
+_PR_SET_PDEATHSIG = 1
+_LAST_LINES = 10
+
+
+class Child:
+    """
+    A program in a session of its own that ends when this process ends, however it ends.
+
+    :param name: the program's name, as in ``armsim NAME``.
+    :param command: the words that start it.
+    """
+
+    def __init__(self, name: str, command: Sequence[str]) -> None:
+        """Start it."""
+        self.name = name
+        self.last_lines: deque[str] = deque(maxlen=_LAST_LINES)
+        self.status: int | None = None
+        self._process = subprocess.Popen(
+            command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+            env=_environment(), start_new_session=True, preexec_fn=_die_with_parent())
+        self.pid = self._process.pid
+        self._rests: dict[int, bytes] = {}
+        for stream in self.streams():
+            os.set_blocking(stream.fileno(), False)
+            self._rests[stream.fileno()] = b''
+
+    def streams(self) -> tuple[BinaryIO, BinaryIO]:
+        """Return its standard output and standard error."""
+        assert self._process.stdout is not None
+        assert self._process.stderr is not None
+        return self._process.stdout, self._process.stderr  # type: ignore[return-value]
+
+    def read_lines(self, stream: BinaryIO) -> Iterator[str]:
+        """Yield the lines that have come in since the last call; at the end, the rest too."""
+        number = stream.fileno()
+        while True:
+            try:
+                block = os.read(number, 65536)
+            except BlockingIOError:
+                return
+            *lines, self._rests[number] = (self._rests[number] + block).split(b'\n')
+            if not block:
+                if self._rests[number]:
+                    lines.append(self._rests[number])
+                self._rests[number] = b''
+            for line in lines:
+                text = line.decode(errors='replace').rstrip('\r')
+                self.last_lines.append(text)
+                yield text
+            if not block:
+                return
+
+    def has_ended(self) -> bool:
+        """Return whether it ended; then kill what it left in its group and keep its status."""
+        if self.status is None:
+            flags = os.WEXITED | os.WNOHANG | os.WNOWAIT
+            if os.waitid(os.P_PID, self.pid, flags) is not None:
+                # Not yet reaped, so the group's number cannot belong to anyone else.
+                self._signal_group(signal.SIGKILL)
+                self.status = self._process.wait()
+        return self.status is not None
+
+    def send(self, number: signal.Signals) -> None:
+        """Send a signal to its whole process group, if it still runs."""
+        if not self.has_ended():
+            self._signal_group(number)
+
+    def describe_end(self) -> str:
+        """Return how it ended, as the end of a sentence."""
+        assert self.status is not None
+        if self.status >= 0:
+            return f'ended with exit status {self.status}'
+        try:
+            name = signal.Signals(-self.status).name
+        except ValueError:
+            name = 'unknown'
+        return f'was killed by signal {-self.status} ({name})'
+
+    def _signal_group(self, number: signal.Signals) -> None:
+        with suppress(ProcessLookupError, PermissionError):
+            os.killpg(self.pid, number)
+
+
+def program_command(program: str, arguments: Sequence[str]) -> list[str]:
+    """Return the words that start a program of this package with this interpreter."""
+    safe_path = ['-P'] if sys.version_info >= (3, 11) else []
+    return [sys.executable, *safe_path, '-m', 'armsim_ros', program, *arguments]
+
+
+def _environment() -> dict[str, str]:
+    """Return the environment in which a child imports the same armsim_ros and does not buffer."""
+    environment = dict(os.environ, PYTHONUNBUFFERED='1')
+    if sys.stderr.isatty():
+        environment.setdefault('RCUTILS_COLORIZED_OUTPUT', '1')
+    root = str(Path(armsim_ros.__file__).resolve().parent.parent)
+    if root not in (sysconfig.get_path('purelib'), sysconfig.get_path('platlib')):
+        known = [entry for entry in environment.get('PYTHONPATH', '').split(os.pathsep) if entry]
+        environment['PYTHONPATH'] = os.pathsep.join([root, *known])
+    return environment
+
+
+def _die_with_parent() -> Callable[[], None]:
+    """Return what runs in the child before the program: a tie to this process's life."""
+    libc = ctypes.CDLL(None, use_errno=True)
+    parent = os.getpid()
+
+    def prepare() -> None:
+        libc.prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
+        if os.getppid() != parent:
+            os._exit(1)
+        # A shell's background job ignores SIGINT, and so would all it starts.
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+    return prepare

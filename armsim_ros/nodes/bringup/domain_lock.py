@@ -1,0 +1,89 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""
+Keeps a second bringup off a ROS domain that already has one.
+
+Two stacks in one graph double every topic and answer every goal twice. A lock on a file is
+exact, free of races, and costs no discovery time, but knows this machine only (and one user,
+or all users where the file's folder is shared); the stack of another machine is seen only in
+the ROS graph, by the programs themselves once their nodes have discovered it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+import fcntl
+import os
+from pathlib import Path
+import re
+import tempfile
+
+from armsim_ros.errors import ArmsimError
+
+_NAMESPACE_RULE = re.compile(r'^(?:[^:=]*:)?__ns:=(.*)$')
+
+
+class DomainTakenError(ArmsimError):
+    """Another bringup runs in the same domain and namespace."""
+
+
+class DomainLock:
+    """
+    The right to run a stack in one ROS domain and namespace; kept until the process ends.
+
+    The lock vanishes with the process, also after SIGKILL; the file may stay.
+
+    :param domain: the number in ``ROS_DOMAIN_ID``.
+    :param namespace: the namespace that all nodes are remapped into, ``/`` for none.
+    :param folder: where the lock files lie.
+    :raises DomainTakenError: where another process holds it.
+    """
+
+    def __init__(self, domain: str, namespace: str, folder: Path) -> None:
+        """Take the lock or raise."""
+        place = namespace.strip('/').replace('/', '.')
+        self.path = folder / f'bringup-domain{domain}{"-" + place if place else ""}.lock'
+        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        self._file = open(self.path, 'a+', encoding='utf-8')  # noqa: SIM115
+        try:
+            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            self._file.seek(0)
+            holder = self._file.read().strip() or 'unknown'
+            self._file.close()
+            where = f' in namespace {namespace}' if place else ''
+            raise DomainTakenError(
+                f'another bringup (pid {holder}) already runs on ROS_DOMAIN_ID {domain}{where} '
+                'and every topic would be doubled; stop it first, or set another ROS_DOMAIN_ID '
+                'for this one (and for its clients)') from None
+        self._file.truncate(0)
+        self._file.write(f'{os.getpid()}\n')
+        self._file.flush()
+
+    def release(self) -> None:
+        """Give the right back."""
+        self._file.close()
+
+
+def lock_domain(ros_args: Sequence[str]) -> DomainLock:
+    """
+    Take the lock that belongs to this process's environment and ROS arguments.
+
+    :param ros_args: ``--ros-args`` sections; a ``__ns`` remapping in them counts.
+    :raises DomainTakenError: where another process holds it.
+    """
+    namespace = os.environ.get('ROS_NAMESPACE', '/')
+    for word in ros_args:
+        match = _NAMESPACE_RULE.match(word)
+        if match:
+            namespace = match.group(1)
+    domain = os.environ.get('ROS_DOMAIN_ID') or '0'
+    return DomainLock(domain, namespace, runtime_folder())
+
+
+def runtime_folder() -> Path:
+    """Return the folder for files that live no longer than the user's session."""
+    given = os.environ.get('XDG_RUNTIME_DIR', '')
+    if given and os.access(given, os.W_OK):
+        return Path(given, 'armsim_ros')
+    return Path(tempfile.gettempdir(), f'armsim_ros-{os.getuid()}')

@@ -1,0 +1,156 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Starts programs, forwards what they print, and stops them together."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+import selectors
+import signal
+import socket
+import sys
+import time
+from types import FrameType
+from typing import BinaryIO, TextIO
+
+from armsim_ros.nodes.bringup.child import Child
+
+#: What a program gets that does not end, and when after the first word [s]. All of it lies
+#: below 2 s, the time in which nothing may be left.
+STOP_SCHEDULE = ((0.0, signal.SIGINT), (0.6, signal.SIGTERM), (1.3, signal.SIGKILL))
+_STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+_LONGEST_WAIT = 0.1
+_USAGE_STATUS = 2
+
+
+class Supervisor:
+    """
+    Runs several programs as one: the end of any is the end of all.
+
+    Everything happens in the calling thread, which sleeps until a program prints or ends or a
+    signal comes.
+
+    :param commands: program name -> the words that start it, in starting order.
+    """
+
+    def __init__(self, commands: Mapping[str, Sequence[str]]) -> None:
+        """Take the signals over; nothing starts yet."""
+        self._commands = commands
+        self._children: list[Child] = []
+        self._selector = selectors.DefaultSelector()
+        self._stop_requests = 0
+        self._stopped_since: float | None = None
+        self._steps_done = 0
+        self._status: int | None = None
+        self._listen_to_signals()
+
+    def run(self) -> int:
+        """
+        Start all, wait for the end, leave no process behind.
+
+        :returns: 0 after SIGINT, SIGTERM or SIGHUP; 2 where a program refused its arguments or
+            configuration; 1 where one ended in any other way.
+        """
+        try:
+            for name, command in self._commands.items():
+                self._start(name, command)
+            while not self._all_ended():
+                self._wait_for_events()
+                self._look_for_ended()
+                self._stop_step_by_step()
+        except BrokenPipeError:
+            # Nobody reads our output any more: the same as a hang-up.
+            self._status = 0
+        finally:
+            for child in self._children:
+                child.send(signal.SIGKILL)
+        return self._status or 0
+
+    def _start(self, name: str, command: Sequence[str]) -> None:
+        child = Child(name, command)
+        self._children.append(child)
+        for stream, sink in zip(child.streams(), (sys.stdout, sys.stderr), strict=True):
+            self._selector.register(stream, selectors.EVENT_READ, (child, sink))
+
+    def _listen_to_signals(self) -> None:
+        reader, writer = socket.socketpair()
+        reader.setblocking(False)
+        writer.setblocking(False)
+        signal.set_wakeup_fd(writer.fileno(), warn_on_full_buffer=False)
+        self._wakeup = reader, writer
+        self._selector.register(reader, selectors.EVENT_READ, None)
+        for number in _STOP_SIGNALS:
+            signal.signal(number, self._on_stop_signal)
+        signal.signal(signal.SIGCHLD, lambda *_: None)
+
+    def _on_stop_signal(self, _number: int, _frame: FrameType | None) -> None:
+        self._stop_requests += 1
+
+    def _wait_for_events(self) -> None:
+        for key, _ in self._selector.select(timeout=_LONGEST_WAIT):
+            if key.data is None:
+                self._wakeup[0].recv(4096)
+            else:
+                self._forward(key.fileobj, *key.data)  # type: ignore[arg-type]
+
+    def _forward(self, stream: BinaryIO, child: Child, sink: TextIO) -> None:
+        for line in child.read_lines(stream):
+            sink.write(f'[{child.name}] {line}\n')
+        sink.flush()
+
+    def _look_for_ended(self) -> None:
+        for child in self._children:
+            if not child.has_ended() or self._is_drained(child):
+                continue
+            self._drain(child)
+            if self._stopped_since is None and not self._stop_requests:
+                self._report_loss(child)
+
+    def _is_drained(self, child: Child) -> bool:
+        return all(stream.closed for stream in child.streams())
+
+    def _drain(self, child: Child) -> None:
+        """Forward what the ended program had still written, and close its pipes."""
+        for stream in child.streams():
+            sink = self._selector.get_key(stream).data[1]
+            self._forward(stream, child, sink)
+            self._selector.unregister(stream)
+            stream.close()
+
+    def _report_loss(self, child: Child) -> None:
+        """Say which program was lost and how; a refused configuration it has said itself."""
+        if child.status == _USAGE_STATUS:
+            self._status = _USAGE_STATUS
+        else:
+            self._status = 1
+            others = [other.name for other in self._children if other is not child]
+            last = ''.join(f'\n  {line}' for line in child.last_lines)
+            self._say(f'{child.name} (pid {child.pid}) {child.describe_end()}; stopping '
+                      f'{" and ".join(others) or "nothing else"}'
+                      + (f'; its last lines:{last}' if last else '; it had printed nothing'))
+        self._begin_stop()
+
+    def _begin_stop(self) -> None:
+        if self._stopped_since is None:
+            self._stopped_since = time.monotonic()
+
+    def _stop_step_by_step(self) -> None:
+        """Send what the schedule has come to; a second request goes to the end of it."""
+        if self._stop_requests:
+            self._begin_stop()
+        if self._stopped_since is None:
+            return
+        elapsed = time.monotonic() - self._stopped_since
+        while self._steps_done < len(STOP_SCHEDULE):
+            after, number = STOP_SCHEDULE[self._steps_done]
+            if elapsed < after and self._stop_requests < 2:
+                break
+            self._steps_done += 1
+            for child in self._children:
+                child.send(number)
+
+    def _all_ended(self) -> bool:
+        return all(child.has_ended() and self._is_drained(child) for child in self._children)
+
+    def _say(self, text: str) -> None:
+        print(f'[bringup] {text}', file=sys.stderr, flush=True)

@@ -1,0 +1,142 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Finds files: the package's own configuration, and what ``package://`` and ``$(find)`` name."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+import os
+from pathlib import Path
+import re
+import sys
+
+from armsim_ros.errors import nearest, ResourceError
+
+PACKAGE = 'armsim_ros'
+_SOURCE_TREE = Path(__file__).resolve().parent.parent
+_FIND = re.compile(r'\$\(find(?:-pkg-share)?\s+([^)\s]+)\s*\)')
+_SCHEME = 'package://'
+
+
+def share_folder(package: str, extra_folders: Iterable[Path] = ()) -> Path:
+    """
+    Return the folder that holds a package's files.
+
+    Looked up in this order: the folders given (the package's own folder, or one that contains
+    it), the ament index of ``AMENT_PREFIX_PATH``, ``sys.prefix/share``. Where this code runs
+    from its source tree, its own files are those beside it: code and files of one version.
+
+    :param package: the package's name.
+    :param extra_folders: where else to look, first.
+    :raises ResourceError: where no place has it.
+    """
+    tried: list[Path] = []
+    for folder in _candidates(package, extra_folders):
+        if folder.is_dir():
+            return folder
+        tried.append(folder)
+    places = ', '.join(str(folder) for folder in tried) or 'nowhere, no folder is set'
+    raise ResourceError(
+        f"package '{package}' is not found; looked at: {places}; source the workspace that has "
+        'it, or give the folder that contains it')
+
+
+def resolve_uri(text: str, extra_folders: Iterable[Path] = (), *,
+                base: Path | None = None) -> Path:
+    """
+    Return the file that a URDF or YAML text names.
+
+    :param text: ``package://pkg/x``, ``file:///x``, ``$(find pkg)/x`` or a path.
+    :param extra_folders: see :func:`share_folder`.
+    :param base: the folder that a relative path starts from; the working folder where None.
+    :raises ResourceError: where the package or the file does not exist.
+    """
+    folders = tuple(extra_folders)
+    path = Path(os.path.expanduser(_plain_path(text, folders)))
+    if base is not None:
+        path = base / path
+    if not path.exists():
+        raise ResourceError(f"file '{path}' does not exist" +
+                            (f" (named as '{text}')" if str(path) != text else ''))
+    return path
+
+
+def expand_find(text: str, extra_folders: Iterable[Path] = ()) -> str:
+    """
+    Replace every ``$(find pkg)`` and ``$(find-pkg-share pkg)`` by the package's folder.
+
+    :raises ResourceError: where a package does not exist.
+    """
+    folders = tuple(extra_folders)
+    return _FIND.sub(lambda match: str(share_folder(match.group(1), folders)), text)
+
+
+def find_robot(name_or_folder: str) -> Path:
+    """
+    Return a robot's configuration folder.
+
+    :param name_or_folder: a name under ``config/``, or a path (absolute, or with a separator, or
+        an existing folder under the working folder that is not a name under ``config/``).
+    :raises ResourceError: where there is neither; names the robots that there are.
+    """
+    return _find_named('robot', 'config', name_or_folder, robot_names(), suffixes=('',))
+
+
+def find_world(name_or_file: str) -> Path:
+    """
+    Return a world's file.
+
+    :param name_or_file: a name under ``worlds/`` with or without its suffix, or a path.
+    :raises ResourceError: where there is neither; names the worlds that there are.
+    """
+    names = sorted(path.stem for path in _listing('worlds') if path.is_file())
+    suffixes = ('', *sorted({path.suffix for path in _listing('worlds')}))
+    return _find_named('world', 'worlds', name_or_file, names, suffixes=suffixes)
+
+
+def robot_names() -> list[str]:
+    """Return the names of the robots that the package brings."""
+    return sorted(path.name for path in _listing('config') if path.is_dir())
+
+
+def _find_named(kind: str, folder: str, given: str, names: list[str],
+                suffixes: tuple[str, ...]) -> Path:
+    if given and os.sep not in given and not given.startswith('~'):
+        for suffix in suffixes:
+            own = share_folder(PACKAGE) / folder / f'{given}{suffix}'
+            if own.exists():
+                return own
+    path = Path(given).expanduser()
+    if given and path.exists():
+        return path.resolve()
+    hint = nearest(given, names)
+    raise ResourceError(f"{kind} '{given}' is neither one of ours ({', '.join(names) or 'none'}) "
+                        f"nor a path that exists{'; ' + hint if hint else ''}")
+
+
+def _listing(folder: str) -> list[Path]:
+    place = share_folder(PACKAGE) / folder
+    return [path for path in place.iterdir() if path.name[0] not in '._'] if place.is_dir() else []
+
+
+def _plain_path(text: str, folders: tuple[Path, ...]) -> str:
+    if text.startswith(_SCHEME):
+        package, _, rest = text[len(_SCHEME):].partition('/')
+        return str(share_folder(package, folders) / rest)
+    if text.startswith('file://'):
+        return text[len('file://'):]
+    return expand_find(text, folders)
+
+
+def _candidates(package: str, extra_folders: Iterable[Path]) -> Iterator[Path]:
+    for folder in extra_folders:
+        if folder.name == package:
+            yield folder
+        yield folder / package
+    if package == PACKAGE and (_SOURCE_TREE / 'package.xml').is_file():
+        yield _SOURCE_TREE
+    for prefix in os.environ.get('AMENT_PREFIX_PATH', '').split(os.pathsep):
+        marker = Path(prefix, 'share', 'ament_index', 'resource_index', 'packages', package)
+        if prefix and marker.is_file():
+            yield Path(prefix, 'share', package)
+    yield Path(sys.prefix, 'share', package)
