@@ -1,0 +1,190 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""A node in a context of its own whose executor runs beside the test."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+import threading
+import time
+from types import TracebackType
+from typing import Any
+
+import rclpy
+from rclpy.context import Context
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.qos import QoSDurabilityPolicy, QoSProfile, QoSReliabilityPolicy
+from rclpy.signals import SignalHandlerOptions
+from rclpy.task import Future
+
+LATCHED = QoSProfile(
+    depth=10,
+    reliability=QoSReliabilityPolicy.RELIABLE,
+    durability=QoSDurabilityPolicy.TRANSIENT_LOCAL,
+)
+
+
+class ClientNode:
+    """
+    A client's node: calls services, collects topics, never blocks its own executor.
+
+    :param domain: ROS domain id.
+    :param name: node name.
+    :param namespace: node namespace.
+    """
+
+    def __init__(self, domain: int, name: str = 'client', namespace: str = '/') -> None:
+        """Join the domain and start to spin in a thread."""
+        self.context = Context()
+        rclpy.init(
+            args=[],
+            context=self.context,
+            domain_id=domain,
+            signal_handler_options=SignalHandlerOptions.NO,
+        )
+        self.node = Node(name, namespace=namespace, context=self.context)
+        self._executor = SingleThreadedExecutor(context=self.context)
+        self._executor.add_node(self.node)
+        self._clients: dict[tuple[type, str], Any] = {}
+        self._thread = threading.Thread(target=self._spin, name=name, daemon=True)
+        self._thread.start()
+
+    def call(self, service: str, kind: type, request: Any = None, timeout: float = 10.0) -> Any:
+        """
+        Call a service and return the response.
+
+        :param kind: the service type.
+        :param request: the request; None sends an empty one.
+        :param timeout: [s] for the server to appear and answer.
+        :raises AssertionError: no server or no answer in time.
+        """
+        key = (kind, service)
+        if key not in self._clients:
+            self._clients[key] = self.node.create_client(kind, service)
+        client = self._clients[key]
+        deadline = time.monotonic() + timeout
+        assert client.wait_for_service(timeout), f'no service {service} within {timeout} s'
+        future = client.call_async(kind.Request() if request is None else request)
+        return self.result(future, deadline - time.monotonic(), f'answer of {service}')
+
+    def result(self, future: Future, timeout: float = 10.0, what: str = 'answer') -> Any:
+        """
+        Wait for a future of this node.
+
+        :param timeout: [s].
+        :raises AssertionError: it is not done in time.
+        """
+        done = threading.Event()
+        future.add_done_callback(lambda _: done.set())
+        assert done.wait(max(timeout, 0.0)), f'no {what} within {timeout:.1f} s'
+        return future.result()
+
+    def collect(self, topic: str, kind: type, qos: QoSProfile | int = 10) -> Collector:
+        """Subscribe to a topic and keep what arrives."""
+        return Collector(self, topic, kind, qos)
+
+    def latched(self, topic: str, kind: type, timeout: float = 10.0) -> Any:
+        """Return the last value of a latched topic."""
+        return self.collect(topic, kind, LATCHED).wait(1, timeout)[-1]
+
+    def close(self) -> None:
+        """Leave the domain."""
+        if self.context.ok():
+            self._executor.shutdown(0.0)
+            self.context.try_shutdown()
+        self._thread.join(5.0)
+        self.node.destroy_node()
+
+    def _spin(self) -> None:
+        try:
+            self._executor.spin()
+        except ExternalShutdownException:
+            return
+
+    def __enter__(self) -> ClientNode:
+        """Return the node."""
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """Leave the domain."""
+        self.close()
+
+
+class Collector:
+    """
+    All messages of one topic, oldest first.
+
+    :param client: the node that subscribes.
+    :param topic: topic name.
+    :param kind: message type.
+    :param qos: profile of the subscription.
+    """
+
+    def __init__(self, client: ClientNode, topic: str, kind: type, qos: QoSProfile | int) -> None:
+        """Subscribe."""
+        self.topic = topic
+        self._messages: list[Any] = []
+        self._condition = threading.Condition()
+        self._client = client
+        self._subscription = client.node.create_subscription(kind, topic, self._receive, qos)
+
+    @property
+    def messages(self) -> list[Any]:
+        """A copy of what has arrived."""
+        with self._condition:
+            return list(self._messages)
+
+    def clear(self) -> None:
+        """Forget what has arrived."""
+        with self._condition:
+            self._messages.clear()
+
+    def wait(self, count: int = 1, timeout: float = 10.0) -> list[Any]:
+        """
+        Return all messages as soon as there are ``count``.
+
+        :param timeout: [s].
+        :raises AssertionError: fewer came in time.
+        """
+        with self._condition:
+            enough = self._condition.wait_for(lambda: len(self._messages) >= count, timeout)
+            assert enough, (
+                f'{len(self._messages)} of {count} messages on {self.topic} in {timeout} s'
+            )
+            return list(self._messages)
+
+    def wait_for(self, matches: Callable[[Any], bool], timeout: float = 10.0) -> Any:
+        """
+        Return the first message that matches, waiting for it.
+
+        :param timeout: [s].
+        :raises AssertionError: none came in time.
+        """
+        seen = 0
+        deadline = time.monotonic() + timeout
+        with self._condition:
+            while True:
+                for message in self._messages[seen:]:
+                    if matches(message):
+                        return message
+                seen = len(self._messages)
+                left = deadline - time.monotonic()
+                assert left > 0.0, (
+                    f'none of {seen} messages on {self.topic} matched in {timeout} s'
+                )
+                self._condition.wait(left)
+
+    def close(self) -> None:
+        """Unsubscribe."""
+        self._client.node.destroy_subscription(self._subscription)
+
+    def _receive(self, message: Any) -> None:
+        with self._condition:
+            self._messages.append(message)
+            self._condition.notify_all()
