@@ -24,7 +24,7 @@ from armsim_ros.planning.error_codes import MoveItErrorCode
 from armsim_ros.trajectory import JointTrajectory
 
 if TYPE_CHECKING:
-    from armsim_ros.planning.scene import AttachedObject
+    from armsim_ros.planning.scene_update import AttachedObjectUpdate
 
 Matrix = NDArray[np.float64]
 
@@ -138,7 +138,7 @@ class StartState:
     joint_names: tuple[str, ...] = ()
     positions: tuple[float, ...] = ()
     is_diff: bool = True
-    attached_objects: tuple[AttachedObject, ...] = ()
+    attached_objects: tuple[AttachedObjectUpdate, ...] = ()
 
     @classmethod
     def from_positions(cls, positions: Mapping[str, float]) -> StartState:

@@ -1,0 +1,113 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Points in shapes: which are inside, and random ones."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from armsim_ros.model.geometry import Box, Capsule, Cone, Cylinder, Geometry, Mesh, Plane, Sphere
+from armsim_ros.model.transforms import inverse_pose
+from armsim_ros.planning.request import Region
+
+Vector = NDArray[np.float64]
+
+_EPSILON = 1e-9
+
+
+def contains(region: Region, point: Vector) -> bool:
+    """
+    Return whether a point lies in a region, its border included.
+
+    :param point: (3,) [m] in the frame that the region's pose is given in.
+    """
+    local = (inverse_pose(region.pose) @ np.append(point, 1.0))[:3]
+    return _inside(region.shape, local)
+
+
+def _inside(shape: Geometry, point: Vector) -> bool:
+    x, y, z = (float(part) for part in point)
+    radius = math.hypot(x, y)
+    if isinstance(shape, Box):
+        half = 0.5 * np.asarray(shape.size) + _EPSILON
+        return bool(np.all(np.abs(point) <= half))
+    if isinstance(shape, Sphere):
+        return float(np.linalg.norm(point)) <= shape.radius + _EPSILON
+    if isinstance(shape, Cylinder):
+        return radius <= shape.radius + _EPSILON and abs(z) <= 0.5 * shape.length + _EPSILON
+    if isinstance(shape, Cone):
+        here = shape.radius * (0.5 - z / shape.length)
+        return radius <= here + _EPSILON and abs(z) <= 0.5 * shape.length + _EPSILON
+    if isinstance(shape, Capsule):
+        beyond = max(abs(z) - 0.5 * shape.length, 0.0)
+        return math.hypot(radius, beyond) <= shape.radius + _EPSILON
+    if isinstance(shape, Plane):
+        return shape.a * x + shape.b * y + shape.c * z + shape.d <= _EPSILON
+    return _winding_number(shape, point) > 0.5
+
+
+def _winding_number(mesh: Mesh, point: Vector) -> float:
+    """
+    Return how often a closed mesh goes round a point, 0 outside.
+
+    The sum of the triangles' solid angles (van Oosterom and Strackee 1983).
+    """
+    a, b, c = (mesh.vertices[mesh.triangles[:, k]] - point for k in range(3))
+    la, lb, lc = (np.linalg.norm(each, axis=1) for each in (a, b, c))
+    volume = np.einsum('ij,ij->i', a, np.cross(b, c))
+    rest = (
+        la * lb * lc
+        + np.einsum('ij,ij->i', a, b) * lc
+        + np.einsum('ij,ij->i', b, c) * la
+        + np.einsum('ij,ij->i', c, a) * lb
+    )
+    return abs(float(np.sum(np.arctan2(volume, rest)))) / (2.0 * math.pi)
+
+
+def region_center(region: Region) -> Vector:
+    """Return the middle (3,) [m] of a region in the frame of its pose."""
+    return (region.pose @ np.append(_middle(region.shape), 1.0))[:3]
+
+
+def _middle(shape: Geometry) -> Vector:
+    if isinstance(shape, Mesh):
+        result: Vector = 0.5 * (shape.vertices.min(axis=0) + shape.vertices.max(axis=0))
+        return result
+    return np.zeros(3)
+
+
+def region_size(region: Region) -> float:
+    """Return about how far [m] a point of the region may be from its middle."""
+    return float(np.linalg.norm(_half_extent(region.shape)))
+
+
+def _half_extent(shape: Geometry) -> Vector:
+    if isinstance(shape, Box):
+        return 0.5 * np.asarray(shape.size)
+    if isinstance(shape, Sphere):
+        return np.full(3, shape.radius)
+    if isinstance(shape, Cylinder | Cone):
+        return np.array([shape.radius, shape.radius, 0.5 * shape.length])
+    if isinstance(shape, Capsule):
+        return np.array([shape.radius, shape.radius, 0.5 * shape.length + shape.radius])
+    if isinstance(shape, Mesh):
+        half: Vector = 0.5 * (shape.vertices.max(axis=0) - shape.vertices.min(axis=0))
+        return half
+    return np.full(3, 1.0)
+
+
+def random_point(region: Region, rng: np.random.Generator) -> Vector:
+    """
+    Return a random point (3,) [m] of a region in the frame of its pose.
+
+    Drawn evenly from the shape's box until one is inside, at most 100 times; then the middle.
+    """
+    middle, half = _middle(region.shape), _half_extent(region.shape)
+    for _ in range(100):
+        point = middle + rng.uniform(-half, half)
+        if _inside(region.shape, point):
+            return (region.pose @ np.append(point, 1.0))[:3]
+    return region_center(region)
