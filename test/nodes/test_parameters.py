@@ -6,7 +6,7 @@ from collections.abc import Iterator
 import math
 from typing import Literal
 
-from pydantic import model_validator
+from pydantic import ConfigDict, Field, model_validator
 import pytest
 import rclpy
 from rclpy.context import Context
@@ -15,13 +15,21 @@ from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
 
 from armsim_ros.config.base import parameter, Settings
-from armsim_ros.nodes.parameters import entries, SettingsParameters
+from armsim_ros.nodes.parameter_entries import entries
+from armsim_ros.nodes.parameters import SettingsParameters
 from armsim_ros.testing.domain import private_domain
 
 
 class Gains(Settings):
     p: float = parameter(1.0, 'gain [N*m/rad]', ge=0.0)
     clamp: float = parameter(math.inf, 'clamp [N*m]')
+
+
+class Blocks(Settings):
+    model_config = ConfigDict(extra='allow')
+    __pydantic_extra__: dict[str, Gains] = Field(init=False)
+
+    time: float = parameter(0.0, 'time [s]')
 
 
 class Example(Settings):
@@ -33,6 +41,7 @@ class Example(Settings):
     lowest: float = parameter(0.0, 'lowest')
     highest: float = parameter(1.0, 'highest')
     gains: dict[str, Gains] = parameter({'a': Gains(), 'b': Gains(p=2.0)}, 'gains')
+    blocks: Blocks = parameter(Blocks(a=Gains()), 'blocks')
 
     @model_validator(mode='after')
     def _ordered(self) -> 'Example':
@@ -69,6 +78,7 @@ def test_every_value_has_a_dotted_name() -> None:
     assert [entry.name for entry in entries(Example())] == [
         'joints', 'extra', 'method', 'rate', 'count', 'lowest', 'highest',
         'gains.a.p', 'gains.a.clamp', 'gains.b.p', 'gains.b.clamp',
+        'blocks.time', 'blocks.a.p', 'blocks.a.clamp',
     ]
 
 
@@ -128,6 +138,16 @@ def test_two_changes_that_are_legal_only_together(node: Node) -> None:
     )
     assert result.successful, result.reason
     assert parameters.settings.lowest == 5.0
+
+
+def test_what_was_not_given_stays_not_given(node: Node) -> None:
+    """A change of one value does not turn the defaults of the others into given values."""
+    parameters = SettingsParameters(node, Example())
+    assert node.set_parameters([Parameter('blocks.a.p', value=7.5)])[0].successful
+    blocks = parameters.settings.blocks
+    assert blocks.a.p == 7.5
+    assert blocks.a.model_fields_set == {'p'}
+    assert 'count' not in parameters.settings.model_fields_set
 
 
 def test_an_override_wins(context: Context) -> None:

@@ -1,0 +1,104 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The topics ``/tf`` and ``/tf_static``."""
+
+from __future__ import annotations
+
+from geometry_msgs.msg import TransformStamped
+import numpy as np
+from rclpy.node import Node
+from tf2_msgs.msg import TFMessage
+
+from armsim_ros.model.robot_model import JointType, RobotModel
+from armsim_ros.model.transforms import quat_xyzw_from_matrix, Vector
+from armsim_ros.nodes import qos
+from armsim_ros.nodes.conversions.time import fill_time
+
+
+class Tf:
+    """
+    Publishes where every link stands in its parent's frame.
+
+    :param node: the node that publishes.
+    :param robot: the robot; its fixed joints go to ``/tf_static`` once.
+    :param placement: (4, 4) pose of the root link in the model frame, where the SRDF's virtual
+        joint gives that frame a name of its own.
+    """
+
+    def __init__(self, node: Node, robot: RobotModel, placement: Vector) -> None:
+        """Make the publishers and publish what never moves."""
+        joints = [robot.joints[name] for name in robot.movable_joints]
+        self._sliding = np.array([joint.type is JointType.PRISMATIC for joint in joints], bool)
+        self._axes = np.array([joint.axis for joint in joints]).reshape(-1, 3)
+        self._origins = np.array([joint.origin[:3, 3] for joint in joints]).reshape(-1, 3)
+        self._rotations = np.array(
+            [quat_xyzw_from_matrix(joint.origin) for joint in joints]
+        ).reshape(-1, 4)
+        self._slides = np.array([joint.origin[:3, :3] @ joint.axis for joint in joints])
+        self._slides = self._slides.reshape(-1, 3)
+        self._message = TFMessage(
+            transforms=[transform(joint.parent, joint.child) for joint in joints]
+        )
+        self._publisher = node.create_publisher(TFMessage, '/tf', qos.TF)
+        self._static_publisher = node.create_publisher(TFMessage, '/tf_static', qos.LATCHED)
+        self._static_publisher.publish(TFMessage(transforms=_static(robot, placement)))
+
+    def publish(self, time_ns: int, positions: Vector) -> None:
+        """
+        Publish the transforms of the movable joints.
+
+        :param time_ns: [ns] of the simulation.
+        :param positions: (n,) [rad or m] in the order of ``robot.movable_joints``.
+        """
+        half = np.where(self._sliding, 0.0, 0.5 * positions)
+        quaternions = _product(
+            self._rotations, np.column_stack([self._axes * np.sin(half)[:, None], np.cos(half)])
+        ).tolist()
+        slides = np.where(self._sliding, positions, 0.0)
+        translations = (self._origins + self._slides * slides[:, None]).tolist()
+        for stamped, xyz, xyzw in zip(
+            self._message.transforms, translations, quaternions, strict=True
+        ):
+            fill_time(stamped.header.stamp, time_ns)
+            _fill(stamped, xyz, xyzw)
+        self._publisher.publish(self._message)
+
+
+def transform(parent: str, child: str) -> TransformStamped:
+    """Return a transform message between two frames."""
+    message = TransformStamped(child_frame_id=child)
+    message.header.frame_id = parent
+    return message
+
+
+def _static(robot: RobotModel, placement: Vector) -> list[TransformStamped]:
+    poses = [
+        (joint.parent, joint.child, joint.origin)
+        for joint in robot.joints.values()
+        if joint.type is JointType.FIXED
+    ]
+    if robot.model_frame != robot.root_link:
+        poses.append((robot.model_frame, robot.root_link, placement))
+    messages = []
+    for parent, child, pose in poses:
+        message = transform(parent, child)
+        _fill(message, pose[:3, 3].tolist(), quat_xyzw_from_matrix(pose).tolist())
+        messages.append(message)
+    return messages
+
+
+def _fill(message: TransformStamped, xyz: list[float], xyzw: list[float]) -> None:
+    translation, rotation = message.transform.translation, message.transform.rotation
+    translation.x, translation.y, translation.z = xyz
+    rotation.x, rotation.y, rotation.z, rotation.w = xyzw
+
+
+def _product(left: Vector, right: Vector) -> Vector:
+    """Return the products (n, 4) of quaternions xyzw (n, 4), row by row."""
+    vector = (
+        left[:, 3:] * right[:, :3]
+        + right[:, 3:] * left[:, :3]
+        + np.cross(left[:, :3], right[:, :3])
+    )
+    scalar = left[:, 3] * right[:, 3] - np.einsum('ij,ij->i', left[:, :3], right[:, :3])
+    return np.column_stack([vector, scalar])
