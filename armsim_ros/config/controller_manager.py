@@ -1,0 +1,87 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Parameters of the controller manager, as ros2_control declares them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, Literal
+
+from pydantic import ConfigDict, Field, field_validator, model_validator
+
+from armsim_ros.config.base import parameter, Settings
+from armsim_ros.errors import nearest
+
+
+class ControllerEntry(Settings):
+    """What the manager has to know of a controller before it can load it."""
+
+    type: str = parameter(..., 'class of the controller', read_only=True, min_length=1)
+    params_file: tuple[str, ...] = parameter(
+        (), "files with the controller's parameters", read_only=True
+    )
+    fallback_controllers: tuple[str, ...] = parameter(
+        (), 'controllers to activate when this one fails', read_only=True
+    )
+
+    @field_validator('params_file', mode='before')
+    @classmethod
+    def _one_or_many(cls, value: Any) -> Any:
+        return (value,) if isinstance(value, str) else value
+
+
+class InitialHardwareState(Settings):
+    """In which state hardware components start; the others become active."""
+
+    unconfigured: tuple[str, ...] = parameter((), 'components left unconfigured', read_only=True)
+    inactive: tuple[str, ...] = parameter((), 'components left inactive', read_only=True)
+
+
+class SwitchDefaults(Settings):
+    """What a switch request means that leaves its strictness open."""
+
+    strictness: Literal['best_effort', 'strict'] = parameter(
+        'best_effort', 'strictness of a request that names none', read_only=True
+    )
+
+
+class ManagerDefaults(Settings):
+    """Defaults of requests."""
+
+    switch_controller: SwitchDefaults = parameter(SwitchDefaults(), 'switch requests')
+
+
+class ControllerManagerParameters(Settings):
+    """Parameters of ``controller_manager``; besides its own keys one block a controller."""
+
+    model_config = ConfigDict(extra='allow')
+    __pydantic_extra__: dict[str, ControllerEntry] = Field(init=False)
+
+    update_rate: int = parameter(
+        100, 'updates of the controllers a second [Hz]', read_only=True, ge=1
+    )
+    enforce_command_limits: bool = parameter(
+        False, "keep commands within the URDF's limits", read_only=True
+    )
+    hardware_components_initial_state: InitialHardwareState = parameter(
+        InitialHardwareState(), 'hardware that does not start active', read_only=True
+    )
+    defaults: ManagerDefaults = parameter(ManagerDefaults(), 'defaults of requests')
+
+    @model_validator(mode='before')
+    @classmethod
+    def _blocks(cls, data: Any) -> Any:
+        if isinstance(data, Mapping):
+            for key, value in data.items():
+                if key not in cls.model_fields and not isinstance(value, (Mapping, Settings)):
+                    hint = nearest(str(key), tuple(cls.model_fields))
+                    raise ValueError(
+                        f"'{key}' is no parameter of the manager, and no controller's block "
+                        f'with a type{"; " if hint else ""}{hint}'
+                    )
+        return data
+
+    @property
+    def controllers(self) -> dict[str, ControllerEntry]:
+        """Controller -> its block."""
+        return self.__pydantic_extra__
