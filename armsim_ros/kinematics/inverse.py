@@ -1,0 +1,347 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Joint positions that put links where they are wanted."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from enum import Enum
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+import pinocchio as pin
+
+from armsim_ros.kinematics.kinematic_model import KinematicModel
+from armsim_ros.kinematics.levenberg_marquardt import Convergence, LevenbergMarquardt, PoseTask
+from armsim_ros.kinematics.start_table import StartTable
+from armsim_ros.model.transforms import inverse_pose
+
+Vector = NDArray[np.float64]
+Matrix = NDArray[np.float64]
+
+#: Solutions that differ by less in every joint [rad or m] count as one.
+DISTINCT = 0.05
+
+
+def _identity() -> Matrix:
+    return np.eye(4)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class IKTarget:
+    """
+    Where a link is wanted.
+
+    :param link: any link that the group moves.
+    :param pose: (4, 4) wanted for ``link * offset`` in the model frame.
+    :param offset: (4, 4) a frame fixed to the link.
+    :param position_only: the orientation is free.
+    """
+
+    link: str
+    pose: Matrix
+    offset: Matrix = field(default_factory=_identity)
+    position_only: bool = False
+
+
+class IKFailure(Enum):
+    """Why there is no solution."""
+
+    UNREACHABLE = 'unreachable'
+    INVALID = 'invalid'
+    TIMED_OUT = 'timed out'
+    LINK_NOT_MOVED = 'link not moved'
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class IKResult:
+    """
+    Answer of the inverse kinematics.
+
+    :param q: (n,) or None.
+    :param failure: None on success.
+    :param message: a sentence for the user on failure.
+    :param position_error: [m] of the solution, or of the nearest miss.
+    :param orientation_error: [rad] likewise.
+    :param rejected: solutions that ``is_valid`` refused.
+    """
+
+    q: Vector | None
+    failure: IKFailure | None = None
+    message: str = ''
+    position_error: float = 0.0
+    orientation_error: float = 0.0
+    rejected: int = 0
+
+    @property
+    def success(self) -> bool:
+        """Whether there is a solution."""
+        return self.q is not None
+
+
+class InverseKinematics:
+    """
+    Inverse kinematics of one planning group.
+
+    From the seed first, then from sampled configurations whose poses are nearest to the
+    target (the table is made once for a robot, group and set of links), then, while a clock
+    says that there is time, from random ones. Limits are kept; a joint that may turn more
+    than once takes the turn nearest to the seed.
+
+    :param kinematics: the robot.
+    :param group: planning group whose active variables are found.
+    :param position_only: leave all orientations free.
+    :param max_starts: starts taken from the table.
+    :param max_iterations: most Jacobians for one start.
+    :param position_tolerance: [m].
+    :param orientation_tolerance: [rad].
+    :param table_size: samples in the table.
+    :raises PlanningError: INVALID_GROUP_NAME for an unknown group.
+    """
+
+    def __init__(
+        self,
+        kinematics: KinematicModel,
+        group: str,
+        *,
+        position_only: bool = False,
+        max_starts: int = 60,
+        max_iterations: int = 100,
+        position_tolerance: float = 1e-6,
+        orientation_tolerance: float = 1e-6,
+        table_size: int = 1000,
+    ) -> None:
+        """Keep the settings; tables are made at the first need."""
+        self.kinematics = kinematics
+        self.group = group
+        self._indices = kinematics.group_indices(group)
+        self._moved = kinematics.moved_links(group)
+        self._position_only = position_only
+        self._max_starts = max_starts
+        self._table_size = table_size
+        self._convergence = Convergence(
+            position_tolerance, orientation_tolerance, max_iterations
+        )
+
+    def solve(
+        self,
+        targets: Sequence[IKTarget],
+        seed: Vector,
+        *,
+        is_valid: Callable[[Vector], bool] | None = None,
+        rng: np.random.Generator | None = None,
+        clock: Callable[[], float] | None = None,
+        deadline: float | None = None,
+        max_starts: int | None = None,
+    ) -> IKResult:
+        """
+        Return the first solution found, the seed's own basin first.
+
+        :param targets: one or more; the links may be several tips.
+        :param seed: (n,) first start, and state of the joints outside the group.
+        :param is_valid: what else a solution must fulfil, for example no collision.
+        :param rng: for random starts after the table's.
+        :param clock: returns the time [s] that ``deadline`` is compared with.
+        :param deadline: [s]; with it, random starts follow until then.
+        :param max_starts: most starts from table and chance together, besides the seed.
+        :raises PlanningError: INVALID_LINK_NAME for an unknown link.
+        """
+        refused = self._refusal(targets)
+        if refused is not None:
+            return refused
+        search = _Search(clock, deadline)
+        descent = self._descent(targets)
+        for start in self._starts(targets, seed, rng, search, max_starts):
+            found = descent.descend(seed, start)
+            search.note(descent, found is not None)
+            if found is None:
+                continue
+            solution = self._unwind(found, seed)
+            if is_valid is None or is_valid(solution):
+                return IKResult(
+                    solution, None, '', descent.position_error, descent.orientation_error,
+                    search.rejected,
+                )
+            search.rejected += 1
+        return search.result(self.group, targets)
+
+    def solutions(
+        self,
+        targets: Sequence[IKTarget],
+        seed: Vector,
+        *,
+        count: int = 8,
+        is_valid: Callable[[Vector], bool] | None = None,
+        rng: np.random.Generator | None = None,
+        clock: Callable[[], float] | None = None,
+        deadline: float | None = None,
+        max_starts: int | None = None,
+    ) -> list[Vector]:
+        """
+        Return up to ``count`` distinct solutions (n,), nearest to the seed first.
+
+        Parameters are those of :meth:`solve`.
+        """
+        if self._refusal(targets) is not None:
+            return []
+        search = _Search(clock, deadline)
+        descent = self._descent(targets)
+        found: list[Vector] = []
+        limit = self._max_starts if max_starts is None else max_starts
+        for start in self._starts(targets, seed, rng, search, limit):
+            solution = descent.descend(seed, start)
+            if solution is None:
+                continue
+            solution = self._unwind(solution, seed)
+            if any(float(np.abs(solution - other).max()) < DISTINCT for other in found):
+                continue
+            if is_valid is None or is_valid(solution):
+                found.append(solution)
+                if len(found) >= count:
+                    break
+        return sorted(found, key=lambda q: float(np.linalg.norm(q - seed)))
+
+    # ---------------------------------------------------------------- parts
+
+    def _refusal(self, targets: Sequence[IKTarget]) -> IKResult | None:
+        if not targets:
+            raise ValueError('inverse kinematics needs at least one target')
+        for target in targets:
+            self.kinematics.frame_index(target.link)
+            if target.link not in self._moved:
+                return IKResult(
+                    None,
+                    IKFailure.LINK_NOT_MOVED,
+                    f"group '{self.group}' does not move link '{target.link}'; it moves "
+                    f'{", ".join(sorted(self._moved)) or "nothing"}',
+                    math.inf,
+                    math.inf,
+                )
+        return None
+
+    def _free_orientation(self, target: IKTarget) -> bool:
+        return self._position_only or target.position_only
+
+    def _descent(self, targets: Sequence[IKTarget]) -> LevenbergMarquardt:
+        tasks = []
+        for target in targets:
+            frame = self.kinematics.frame_index(target.link)
+            if self._free_orientation(target):
+                point = np.array(target.offset[:3, 3])
+                tasks.append(PoseTask(frame, np.array(target.pose[:3, 3]), point))
+            else:
+                wanted = target.pose @ inverse_pose(target.offset)
+                tasks.append(PoseTask(frame, pin.SE3(wanted)))
+        return LevenbergMarquardt(self.kinematics, self.group, tuple(tasks), self._convergence)
+
+    def _starts(
+        self,
+        targets: Sequence[IKTarget],
+        seed: Vector,
+        rng: np.random.Generator | None,
+        search: _Search,
+        max_starts: int | None,
+    ) -> Iterator[Vector]:
+        """Yield the seed, the table's best, then random values while there is time."""
+        yield seed[self._indices]
+        limit = self._max_starts if max_starts is None else max_starts
+        table = self._table(tuple(target.link for target in targets))
+        wanted = np.array([target.pose @ inverse_pose(target.offset) for target in targets])
+        free = any(self._free_orientation(target) for target in targets)
+        used = 0
+        best = table.best_first(
+            wanted, seed, min(limit, self._max_starts), position_only=free
+        )
+        for start in best:
+            if search.late():
+                return
+            used += 1
+            yield start
+        generator = rng if rng is not None else np.random.default_rng(1)
+        endless = max_starts is None and search.timed
+        while (endless or used < limit) and not search.late():
+            used += 1
+            yield generator.uniform(table.low, table.high)
+
+    def _table(self, links: tuple[str, ...]) -> StartTable:
+        key = ('start table', self.group, links, self._table_size)
+        table: StartTable = self.kinematics.cached(
+            key, lambda: StartTable(self.kinematics, self.group, links, self._table_size)
+        )
+        return table
+
+    def _unwind(self, q: Vector, seed: Vector) -> Vector:
+        """Return q with every full turn removed that leads away from the seed."""
+        kinematics = self.kinematics
+        turns = kinematics.cached(
+            ('turning variables', self.group), lambda: _turning(kinematics, self._indices)
+        )
+        if not len(turns):
+            return q
+        values = q[turns]
+        unwound = values - 2.0 * math.pi * np.round((values - seed[turns]) / (2.0 * math.pi))
+        allowed = (unwound >= kinematics.lower[turns]) & (unwound <= kinematics.upper[turns])
+        if not allowed.any():
+            return q
+        result = q.copy()
+        result[turns] = np.where(allowed, unwound, values)
+        return kinematics.apply_mimic(result)
+
+
+class _Search:
+    """What a search has seen so far."""
+
+    def __init__(self, clock: Callable[[], float] | None, deadline: float | None) -> None:
+        self._clock = clock
+        self._deadline = deadline
+        self.rejected = 0
+        self._starts = 0
+        self._nearest = (math.inf, math.inf)
+        self._late = False
+
+    @property
+    def timed(self) -> bool:
+        return self._clock is not None and self._deadline is not None
+
+    def late(self) -> bool:
+        if self._clock is not None and self._deadline is not None:
+            self._late = self._clock() >= self._deadline
+        return self._late
+
+    def note(self, descent: LevenbergMarquardt, solved: bool) -> None:
+        self._starts += 1
+        miss = (descent.position_error, descent.orientation_error)
+        if not solved and sum(miss) < sum(self._nearest):
+            self._nearest = miss
+
+    def result(self, group: str, targets: Sequence[IKTarget]) -> IKResult:
+        links = ', '.join(f"'{target.link}'" for target in targets)
+        if self.rejected:
+            return IKResult(
+                None, IKFailure.INVALID,
+                f'{self.rejected} IK solutions for {links} of group \'{group}\' were found, '
+                'none of them valid', rejected=self.rejected,
+            )
+        position, orientation = self._nearest
+        failure = IKFailure.TIMED_OUT if self._late else IKFailure.UNREACHABLE
+        cause = 'the time was used up' if self._late else 'the pose is probably out of reach'
+        return IKResult(
+            None, failure,
+            f'no IK solution for {links} of group \'{group}\': the nearest of {self._starts} '
+            f'descents missed by {position:.3g} m and {orientation:.3g} rad, {cause}',
+            position, orientation,
+        )
+
+
+def _turning(kinematics: KinematicModel, indices: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return the variables that are angles and may turn more than once."""
+    robot = kinematics.robot
+    wide = [
+        int(index)
+        for index in indices
+        if robot.joints[kinematics.names[index]].type.value in ('revolute', 'continuous')
+        and kinematics.upper[index] - kinematics.lower[index] >= 2.0 * math.pi
+    ]
+    return np.array(wide, dtype=np.int64)

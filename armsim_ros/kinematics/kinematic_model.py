@@ -1,0 +1,291 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Joint variables of a robot, poses of its links and their Jacobians."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable, Iterable, Mapping
+import threading
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+import pinocchio as pin
+
+from armsim_ros.errors import nearest, PlanningError
+from armsim_ros.model.robot_model import Joint, JointType, RobotModel
+from armsim_ros.planning.error_codes import MoveItErrorCode
+
+Vector = NDArray[np.float64]
+Matrix = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+
+class KinematicModel:
+    """
+    A robot as functions of its joint vector ``q``.
+
+    ``q`` is (n,) and holds one position [rad or m] for every movable joint, in the order of
+    ``RobotModel.movable_joints``; a continuous joint is one unbounded angle, a mimic joint has
+    a value of its own that follows its master. Floating and planar joints stand at their
+    origin. Poses are (4, 4) in the model frame. Several threads may use one model.
+
+    :param robot: the robot.
+    """
+
+    def __init__(self, robot: RobotModel) -> None:
+        """Build the kinematic tree from the robot model."""
+        self.robot = robot
+        self.names: tuple[str, ...] = robot.movable_joints
+        self.n = len(self.names)
+        self._indices = {name: index for index, name in enumerate(self.names)}
+        joints = [robot.joints[name] for name in self.names]
+        self.lower: Vector = np.array([_bound(joint, joint.limits.lower) for joint in joints])
+        self.upper: Vector = np.array([_bound(joint, joint.limits.upper) for joint in joints])
+        self.velocity_limits: Vector = np.array([j.limits.velocity for j in joints], float)
+        self.acceleration_limits: Vector = np.array([j.limits.acceleration for j in joints], float)
+        self.model = pin.Model()
+        self._link_joint: dict[str, int] = {}
+        self._link_offset: dict[str, Matrix] = {}
+        self._frame: dict[str, int] = {}
+        self._build_tree()
+        self._mimics = self._mimic_rules()
+        self._threads = threading.local()
+        self._groups: dict[str, Indices] = {}
+        self._gradients: dict[str, Matrix] = {}
+        self._cache: dict[Hashable, Any] = {}
+        self._cache_lock = threading.Lock()
+
+    # ---------------------------------------------------------------- joint vectors
+
+    def default(self) -> Vector:
+        """Return q with every joint at its default: 0 where allowed, else mid range."""
+        return self.apply_mimic(
+            np.array([self.robot.default_position(name) for name in self.names], float)
+        )
+
+    def index(self, joint: str) -> int:
+        """Return the place of a movable joint in q; PlanningError names the known joints."""
+        try:
+            return self._indices[joint]
+        except KeyError:
+            raise PlanningError(
+                MoveItErrorCode.INVALID_ROBOT_STATE,
+                f"joint '{joint}' is not a movable joint of robot '{self.robot.name}'; "
+                f'known joints: {", ".join(self.names)} {nearest(joint, self.names)}'.rstrip(),
+            ) from None
+
+    def vector(self, positions: Mapping[str, float], base: Vector | None = None) -> Vector:
+        """
+        Return q with the given positions laid over a base.
+
+        :param positions: joint -> [rad or m]; a mimic joint's value gives way to its master's.
+        :param base: (n,) for the joints that are not named; None for the defaults.
+        :raises PlanningError: INVALID_ROBOT_STATE for an unknown joint or a value that is not
+            finite.
+        """
+        q = self.default() if base is None else base.copy()
+        for name, value in positions.items():
+            if not np.isfinite(value):
+                raise PlanningError(
+                    MoveItErrorCode.INVALID_ROBOT_STATE,
+                    f"position {value} of joint '{name}' is not a finite number",
+                )
+            q[self.index(name)] = value
+        return self.apply_mimic(q)
+
+    def positions(self, q: Vector) -> dict[str, float]:
+        """Return joint -> position [rad or m] of all movable joints."""
+        return dict(zip(self.names, (float(value) for value in q), strict=True))
+
+    def apply_mimic(self, q: Vector) -> Vector:
+        """Return a copy of q in which mimic joints follow their masters."""
+        result = q.copy()
+        for index, master, multiplier, offset in self._mimics:
+            result[index] = multiplier * result[master] + offset
+        return result
+
+    def within_limits(self, q: Vector, margin: float = 1e-9) -> bool:
+        """Return whether every joint lies within its limits, give or take ``margin``."""
+        return bool(np.all(q >= self.lower - margin) and np.all(q <= self.upper + margin))
+
+    # ---------------------------------------------------------------- planning groups
+
+    def group_indices(self, group: str) -> Indices:
+        """
+        Return the places in q of a group's active variables, in tree order.
+
+        :raises PlanningError: INVALID_GROUP_NAME with the known groups.
+        """
+        found = self._groups.get(group)
+        if found is None:
+            known = tuple(self.robot.semantic.groups)
+            if group not in known:
+                raise PlanningError(
+                    MoveItErrorCode.INVALID_GROUP_NAME,
+                    f"planning group '{group}' is not in the SRDF of robot "
+                    f"'{self.robot.name}'; known groups: {', '.join(known) or 'none'} "
+                    f'{nearest(group, known)}'.rstrip(),
+                )
+            names = self.robot.semantic.groups[group].active_joints
+            found = np.array([self._indices[name] for name in names], dtype=np.int64)
+            self._groups[group] = found
+        return found
+
+    def extract(self, q: Vector, group: str) -> Vector:
+        """Return the group's active variables (m,) of q."""
+        return q[self.group_indices(group)]
+
+    def insert(self, q: Vector, group: str, values: ArrayLike) -> Vector:
+        """Return a copy of q with the group's active variables (m,) set and mimic applied."""
+        result = q.copy()
+        result[self.group_indices(group)] = values
+        for index, master, multiplier, offset in self._mimics:
+            result[index] = multiplier * result[master] + offset
+        return result
+
+    def gradient(self, group: str) -> Matrix:
+        """Return (n, m): how all of q moves with the group's active variables."""
+        found = self._gradients.get(group)
+        if found is None:
+            indices = self.group_indices(group)
+            found = np.zeros((self.n, len(indices)))
+            found[indices, np.arange(len(indices))] = 1.0
+            for index, master, multiplier, _offset in self._mimics:
+                found[index] = multiplier * found[master]
+            self._gradients[group] = found
+        return found
+
+    def moved_links(self, group: str) -> frozenset[str]:
+        """Return the links that move with a group: its own and all below them."""
+        moving = {name for name, row in zip(self.names, self.gradient(group), strict=True)
+                  if row.any()}
+        moved: set[str] = set()
+        for name, joint in self.robot.joints.items():
+            if name in moving or joint.parent in moved:
+                moved.add(joint.child)
+        return frozenset(moved)
+
+    # ---------------------------------------------------------------- poses
+
+    @property
+    def data(self) -> Any:
+        """Pinocchio's work space of the calling thread."""
+        data = getattr(self._threads, 'data', None)
+        if data is None:
+            data = self._threads.data = self.model.createData()
+        return data
+
+    def has_link(self, link: str) -> bool:
+        """Return whether the robot has a link of that name."""
+        return link in self._frame
+
+    def frame_index(self, link: str) -> int:
+        """Return Pinocchio's frame number of a link."""
+        try:
+            return self._frame[link]
+        except KeyError:
+            known = tuple(self._frame)
+            raise PlanningError(
+                MoveItErrorCode.INVALID_LINK_NAME,
+                f"link '{link}' is not a link of robot '{self.robot.name}' "
+                f'{nearest(link, known)}'.rstrip(),
+            ) from None
+
+    def link_joint(self, link: str) -> tuple[int, Matrix]:
+        """Return Pinocchio's joint number that carries a link and the link's pose on it."""
+        self.frame_index(link)
+        return self._link_joint[link], self._link_offset[link]
+
+    def link_pose(self, q: Vector, link: str) -> Matrix:
+        """
+        Return the pose (4, 4) of a link in the model frame.
+
+        :raises PlanningError: INVALID_LINK_NAME for an unknown link.
+        """
+        frame = self.frame_index(link)
+        data = self.data
+        pin.forwardKinematics(self.model, data, q)
+        pose: Matrix = pin.updateFramePlacement(self.model, data, frame).homogeneous
+        return pose
+
+    def link_poses(self, q: Vector, links: Iterable[str]) -> list[Matrix]:
+        """Return the poses (4, 4) of several links in the model frame."""
+        frames = [self.frame_index(link) for link in links]
+        data = self.data
+        pin.forwardKinematics(self.model, data, q)
+        return [
+            pin.updateFramePlacement(self.model, data, frame).homogeneous for frame in frames
+        ]
+
+    def jacobian(self, q: Vector, link: str, group: str) -> Matrix:
+        """
+        Return the Jacobian (6, m) of a link's origin for a group's active variables.
+
+        Rows are linear over angular velocity in the axes of the model frame; joints that
+        mimic a variable add to its column.
+        """
+        frame = self.frame_index(link)
+        full = pin.computeFrameJacobian(
+            self.model, self.data, q, frame, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
+        )
+        result: Matrix = full @ self.gradient(group)
+        return result
+
+    def cached(self, key: Hashable, build: Callable[[], Any]) -> Any:
+        """Return what ``build`` made the first time for this key; it lives with the model."""
+        with self._cache_lock:
+            if key not in self._cache:
+                self._cache[key] = build()
+            return self._cache[key]
+
+    # ---------------------------------------------------------------- building
+
+    def _build_tree(self) -> None:
+        robot = self.robot
+        self._place(robot.root_link, 0, np.eye(4))
+        for joint in robot.joints.values():
+            carrier, offset = self._link_joint[joint.parent], self._link_offset[joint.parent]
+            placement = offset @ joint.origin
+            if joint.movable:
+                added = self.model.addJoint(
+                    carrier, _joint_model(joint), pin.SE3(placement), joint.name
+                )
+                self._place(joint.child, added, np.eye(4))
+            else:
+                self._place(joint.child, carrier, placement)
+
+    def _place(self, link: str, carrier: int, offset: Matrix) -> None:
+        self._link_joint[link] = carrier
+        self._link_offset[link] = offset
+        self._frame[link] = self.model.addFrame(
+            pin.Frame(f'link {link}', carrier, pin.SE3(offset), pin.FrameType.BODY)
+        )
+
+    def _mimic_rules(self) -> tuple[tuple[int, int, float, float], ...]:
+        """Return (index, master's index, multiplier, offset), masters that mimic resolved."""
+        rules = []
+        for name in self.names:
+            multiplier, offset = 1.0, 0.0
+            joint = self.robot.joints[name]
+            while joint.mimic is not None:
+                offset += multiplier * joint.mimic.offset
+                multiplier *= joint.mimic.multiplier
+                joint = self.robot.joints[joint.mimic.joint]
+            if joint.name != name:
+                rules.append((self._indices[name], self._indices[joint.name], multiplier, offset))
+        return tuple(rules)
+
+
+def _bound(joint: Joint, value: float) -> float:
+    if joint.type is JointType.CONTINUOUS:
+        return float(np.copysign(np.inf, value))
+    return value
+
+
+def _joint_model(joint: Joint) -> Any:
+    axis = np.asarray(joint.axis, dtype=np.float64)
+    x, y, z = axis / np.linalg.norm(axis)
+    if joint.type is JointType.PRISMATIC:
+        return pin.JointModelPrismaticUnaligned(x, y, z)
+    return pin.JointModelRevoluteUnaligned(x, y, z)
