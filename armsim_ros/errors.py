@@ -11,10 +11,11 @@ from enum import Enum
 
 
 class Severity(Enum):
-    """How much a problem matters: an error stops the program, a warning does not."""
+    """How much a problem matters: an error stops the program, the others do not."""
 
     ERROR = 'error'
     WARNING = 'warning'
+    INFO = 'info'
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,8 +10,8 @@ name: ``xyzw`` as in ROS messages, ``wxyz`` as in MuJoCo.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
+import math
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -65,7 +65,7 @@ def matrix_from_quat_xyzw(quat_xyzw: ArrayLike) -> Matrix:
     q = np.asarray(quat_xyzw, dtype=np.float64)
     norm = float(np.linalg.norm(q))
     if not math.isfinite(norm) or norm < 1e-12:
-        raise ValueError(f'a quaternion needs finite values and a length above 0, got {q.tolist()}')
+        raise ValueError(f'a quaternion needs finite values, not all 0; got {q.tolist()}')
     x, y, z, w = q / norm
     return np.array(
         [

@@ -1,0 +1,186 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""From YAML nodes to settings: every mistake becomes one problem with its place."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+import math
+import re
+from types import UnionType
+from typing import Annotated, Any, get_args, get_origin, TypeVar, Union
+
+from pydantic import BaseModel, ValidationError
+
+from armsim_ros.config.yaml_node import YamlNode
+from armsim_ros.errors import Location, nearest, Problem, Severity
+
+AnySettings = TypeVar('AnySettings', bound=BaseModel)
+
+#: Longer lists of names are left out of a message that has a hint already.
+MOST_NAMES_SHOWN = 10
+
+_QUOTED = re.compile(r"(?:^(\w+)(?:: | ))?.*?'([^']+)'")
+_WANTED = {
+    'float': 'a number',
+    'int': 'a whole number',
+    'bool': 'true or false',
+    'string_type': 'a text',
+    'tuple_type': 'a list',
+    'list_type': 'a list',
+    'dict_type': 'a block of keys',
+    'model': 'a block of keys',
+    'finite_number': 'a finite number',
+}
+_ONE_OF = re.compile(r'^Input should be (.+)$')
+
+
+def read_settings(
+    kind: type[AnySettings],
+    node: YamlNode,
+    problems: list[Problem],
+    *,
+    title: str,
+    unused: Mapping[str, str] | None = None,
+) -> AnySettings | None:
+    """
+    Return a block as checked settings, None where it has mistakes.
+
+    :param problems: mistakes and remarks are added here.
+    :param title: what the block is, for messages, such as "controller 'arm'".
+    :param unused: keys that other programs of the stack read and this one does not -> why;
+        each gives a remark and is left out.
+    """
+    if not node.is_mapping:
+        problems.append(Problem(f'{title} is {node.kind}', node.place, 'a block of keys'))
+        return None
+    node = drop_unused(node, unused or {}, problems, title=title)
+    if _add_nans(node, problems, title):
+        return None
+    try:
+        return kind.model_validate(node.plain())
+    except ValidationError as error:
+        known_unused = tuple(unused or ())
+        for detail in error.errors(include_url=False):
+            problems.append(_problem(kind, node, detail, title, known_unused))
+        return None
+
+
+def drop_unused(
+    node: YamlNode, unused: Mapping[str, str], problems: list[Problem], *, title: str
+) -> YamlNode:
+    """Return a mapping without the keys that nothing here reads; each gives a remark."""
+    found = [key for key in node.entries if key in unused]
+    for key in found:
+        reason = f': {unused[key]}' if unused[key] else ''
+        problems.append(Problem(f"{title}: '{key}' is not used here{reason}",
+                                node.entries[key].place, severity=Severity.INFO))
+    return node.without(*found) if found else node
+
+
+def known_keys(kind: type[BaseModel]) -> tuple[str, ...]:
+    """Return the keys that a block of settings may have."""
+    return tuple(field.alias or name for name, field in kind.model_fields.items())
+
+
+def _add_nans(node: YamlNode, problems: list[Problem], title: str) -> bool:
+    found = [inner for inner in node.walk()
+             if isinstance(inner.value, float) and math.isnan(inner.value)]
+    problems.extend(Problem(f"{title}: '{inner.text}' is not a number", inner.where,
+                            'a number') for inner in found)
+    return bool(found)
+
+
+def _problem(kind: type[BaseModel], node: YamlNode, detail: Any, title: str,
+             unused: Sequence[str]) -> Problem:
+    path = _written_path(node, detail['loc'])
+    name = '.'.join(str(step) for step in path)
+    culprit, steps = node.find(path)
+    where = culprit.place
+    given = culprit if steps == len(path) and path else None
+    if detail['type'] == 'extra_forbidden':
+        known = [*_keys_at(kind, path[:-1]), *unused]
+        hint = nearest(str(path[-1]), known)
+        allowed = ', '.join(known) if len(known) <= MOST_NAMES_SHOWN or not hint else ''
+        return Problem(f"{title}: key '{name}' is not known", where, allowed, hint)
+    if detail['type'] == 'missing':
+        if isinstance(path[-1], int):
+            return Problem(f"{title}: '{name.rpartition('.')[0]}' has too few values", where)
+        return Problem(f"{title}: '{name}' is missing", where, remedy=f"add '{path[-1]}:'")
+    if detail['type'] == 'value_error':
+        text = str(detail['ctx']['error'])
+        refined = _refine(node, path, text)
+        head = f'{title}: {name}: ' if name else f'{title}: '
+        return Problem(head + text, refined or where)
+    what = f"{title}: '{name}' is {given.kind}" if given else f'{title}: {name}'
+    remedy = ''
+    if given is not None and isinstance(given.value, bool) and given.text.lower() not in (
+            'true', 'false'):
+        remedy = f'YAML reads {given.text} as {str(given.value).lower()}: put it in quotes'
+    return Problem(what, given.where if given else where, _allowed(detail), remedy)
+
+
+def _written_path(node: YamlNode, loc: Sequence[str | int]) -> list[str | int]:
+    """Return pydantic's path without the steps that stand for a member of a union."""
+    path: list[str | int] = []
+    for position, step in enumerate(loc):
+        _, steps = node.find([*path, step])
+        last = position == len(loc) - 1
+        if steps == len(path) + 1 or last:
+            path.append(step)
+    return path
+
+
+def _refine(node: YamlNode, path: Sequence[str | int], text: str) -> Location | None:
+    """Return the place of the word that a message quotes, where it can be found."""
+    match = _QUOTED.match(text)
+    if match is None:
+        return None
+    key, word = match[1], match[2]
+    for steps in ([*path, key, word], [*path, word], [*path, key]):
+        if None not in steps:
+            place = node.locate([step for step in steps if step is not None])
+            if place is not None:
+                return place
+    parent, _ = node.find([*path, key] if key else path)
+    hits = [item.where for item in parent.items if item.value == word]
+    return hits[0] if hits else None
+
+
+def _keys_at(kind: type[BaseModel], path: Sequence[str | int]) -> tuple[str, ...]:
+    """Return the keys that are known at a path inside a block of settings."""
+    inside: Any = kind
+    for step in path:
+        if isinstance(inside, type) and issubclass(inside, BaseModel):
+            field = inside.model_fields.get(str(step))
+            extra = inside.__annotations__.get('__pydantic_extra__')
+            inside = field.annotation if field else _last_type(extra)
+        else:
+            inside = _last_type(inside)
+        if get_origin(inside) in (Union, UnionType, Annotated):
+            inside = get_args(inside)[0]
+    return known_keys(inside) if isinstance(inside, type) and issubclass(
+        inside, BaseModel) else ()
+
+
+def _last_type(annotation: Any) -> Any:
+    """Return the class of the values in ``dict[str, X]`` or ``tuple[X, ...]``."""
+    arguments = [item for item in get_args(annotation) if item is not Ellipsis]
+    return arguments[-1] if arguments else None
+
+
+def _allowed(detail: Any) -> str:
+    """Return what pydantic wanted, as a phrase."""
+    kind, context = str(detail['type']), detail.get('ctx', {})
+    for start, phrase in _WANTED.items():
+        if kind.startswith(start):
+            return phrase
+    if kind in ('too_short', 'too_long'):
+        bound = context.get('min_length', context.get('max_length'))
+        return f"a list with at {'least' if kind == 'too_short' else 'most'} {bound} values"
+    if kind == 'union_tag_invalid':
+        return f"{context['discriminator'].strip(chr(39))}: {context['expected_tags']}"
+    if kind == 'union_tag_not_found':
+        return f"a block with the key {context['discriminator']}"
+    match = _ONE_OF.match(str(detail['msg']))
+    return match[1] if match else str(detail['msg'])
