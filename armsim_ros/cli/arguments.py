@@ -56,7 +56,7 @@ class ProgramArguments:
 
     def to_argv(self) -> list[str]:
         """Return the command line that gives these arguments, without those at their default."""
-        words = [f'{entry.name}:={_to_word(getattr(self, entry.name))}'
+        words = [f'{entry.name}:={to_word(getattr(self, entry.name))}'
                  for entry in argument_table()
                  if getattr(self, entry.name) != entry.default]
         return [*words, *self.ros_args]
@@ -139,6 +139,11 @@ def format_help(program: str, summary: str) -> str:
         'arguments (--name VALUE says the same as name:=VALUE):', *lines])
 
 
+def to_word(value: object) -> str:
+    """Return an argument's value as it is written on a command line."""
+    return str(value).lower() if isinstance(value, bool) else str(value)
+
+
 def _take_apart(word: str) -> tuple[str, str, str]:
     """Return name, sign and value of one word; the sign is empty where the value follows."""
     if word.startswith('--'):
@@ -167,12 +172,8 @@ def _to_flag(name: str, text: str) -> bool:
     raise UsageError(f"argument '{name}' is '{text}'; allowed: true, false")
 
 
-def _to_word(value: object) -> str:
-    return str(value).lower() if isinstance(value, bool) else str(value)
-
-
 def _default_note(default: object) -> str:
-    return f' (default: {_to_word(default)})' if default != '' else ''
+    return f' (default: {to_word(default)})' if default != '' else ''
 
 
 def _unknown(word: str, name: str, known: tuple[str, ...]) -> str:

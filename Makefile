@@ -1,0 +1,44 @@
+# Two commands are enough: `make bringup` and `make test` set up all that they need.
+
+PYTHON ?= python3
+VENV ?= .venv
+ARGS ?=
+
+# An environment that exists keeps its Python unless one is named on the command line.
+this_python := $(if $(filter command environment,$(firstword $(origin PYTHON))),--this-python)
+environment = @command -v $(PYTHON) > /dev/null \
+	|| { echo 'env: there is no $(PYTHON); install Python 3.10 to 3.13, or name one: make PYTHON=python3.12' >&2; exit 1; }; \
+	$(PYTHON) scripts/env.py --venv $(VENV) $(this_python)
+
+.DEFAULT_GOAL := help
+.PHONY: help env bringup test lint bench clean
+
+help: ## show this
+	@echo 'usage: make TARGET [ARGS="..."] [PYTHON=python3.12] [VENV=.venv]'
+	@sed -n 's/^\([a-z]*\):.*## /  \1|/p' $(firstword $(MAKEFILE_LIST)) | column -t -s '|'
+
+env: ## prepare the Python environment in .venv and build the interface packages
+	$(environment)
+
+bringup: ## start simulation and move_group: make bringup ARGS="robot:=sunday"
+	$(environment)
+	@exec $(VENV)/bin/armsim bringup $(ARGS)
+
+test: ## run the whole test suite: make test ARGS="-k name"
+	$(environment) --with test
+	@$(VENV)/bin/python -m pytest $(ARGS)
+
+lint: ## style, types of the core, and who may import whom
+	$(environment) --with test --with lint
+	@$(VENV)/bin/ruff check .
+	@$(VENV)/bin/mypy
+	@$(VENV)/bin/lint-imports
+
+bench: ## start-up times and the lateness of the control tick
+	$(environment) --with test
+	@$(VENV)/bin/python -m benchmarks $(ARGS)
+
+clean: ## remove the environment and what builds and tools have left
+	rm -rf $(VENV) build install log dist *.egg-info .pytest_cache .mypy_cache .ruff_cache \
+		.import_linter_cache .hypothesis
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -1,0 +1,158 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""
+A ``ros2`` that can ``run``, for an environment that pip made and that has no ros2cli.
+
+Where a real ros2 lies further down PATH, that one does everything: it is told of this
+environment's packages and takes this process over.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+import difflib
+import os
+from pathlib import Path
+import shlex
+import sys
+
+USAGE = """usage: ros2 run [--prefix COMMAND] PACKAGE PROGRAM [argument ...]
+
+This ros2 belongs to a Python environment without ROS 2's own tools: it can only run programs.
+For the other verbs (topic, action, launch, control ...) install ROS 2 Jazzy
+(https://docs.ros.org/en/jazzy/Installation.html) and source it; this command then hands over
+to that ros2 by itself."""
+
+#: How another copy of this program, in another environment, is told from the real one.
+_OWN_MARK = b'armsim_ros2_run'
+
+
+class RunError(Exception):
+    """What cannot be run; the text is for the user."""
+
+
+def main() -> int:
+    """Run ``ros2``; comes back only where nothing could be started."""
+    argv = sys.argv[1:]
+    real = find_real_ros2(os.environ.get('PATH', ''))
+    if real is not None:
+        os.execve(real, [str(real), *argv], environment_for_real_ros2())
+    try:
+        if not argv or argv[0] in ('-h', '--help'):
+            print(USAGE)
+            return 0 if argv else 2
+        if argv[0] != 'run':
+            raise RunError(f"this ros2 cannot '{argv[0]}'{launch_hint(argv)}\n{USAGE}")
+        command = run_command(argv[1:], package_prefixes())
+        os.execvp(command[0], command)
+    except RunError as error:
+        print(f'ros2: {error}', file=sys.stderr)
+    except OSError as error:
+        print(f'ros2: cannot start {error.filename}: {error.strerror}', file=sys.stderr)
+    return 2
+
+
+def run_command(argv: Sequence[str], prefixes: Sequence[Path]) -> list[str]:
+    """
+    Return the words that the verb run starts.
+
+    :param argv: the words after ``run``.
+    :param prefixes: where packages are installed, first wins.
+    :raises RunError: where words are missing, or the package or program does not exist.
+    """
+    words = list(argv)
+    before: list[str] = []
+    while words and words[0].startswith('-'):
+        option = words.pop(0)
+        if option in ('-h', '--help'):
+            raise RunError(USAGE)
+        if option == '--prefix' and words:
+            before = shlex.split(words.pop(0))
+        elif option.startswith('--prefix='):
+            before = shlex.split(option.partition('=')[2])
+        else:
+            raise RunError(f"unknown option '{option}'\n{USAGE}")
+    if len(words) < 2:
+        raise RunError(f'run needs a package and a program\n{USAGE}')
+    package, program, *rest = words
+    return [*before, str(find_program(package, program, prefixes)), *rest]
+
+
+def find_program(package: str, program: str, prefixes: Sequence[Path]) -> Path:
+    """
+    Return the executable file of a package's program.
+
+    :raises RunError: where there is none; names those there are.
+    """
+    for prefix in prefixes:
+        if not _marker_folder(prefix).joinpath(package).is_file():
+            continue
+        folder = prefix / 'lib' / package
+        names = sorted(path.name for path in folder.iterdir() if _is_program(path)) \
+            if folder.is_dir() else []
+        if program in names:
+            return folder / program
+        raise RunError(f"package '{package}' has no program '{program}'"
+                       f'{_hint(program, names)}; it has: {", ".join(names) or "none"}')
+    known = sorted({path.name for prefix in prefixes if _marker_folder(prefix).is_dir()
+                    for path in _marker_folder(prefix).iterdir()})
+    raise RunError(f"package '{package}' not found{_hint(package, known)}; looked in: "
+                   f'{", ".join(map(str, prefixes))}')
+
+
+def package_prefixes() -> list[Path]:
+    """Return the folders that packages are installed under: the sourced ones, then this one."""
+    sourced = [Path(entry) for entry in os.environ.get('AMENT_PREFIX_PATH', '').split(os.pathsep)
+               if entry]
+    own = Path(sys.prefix)
+    return sourced if own in sourced else [*sourced, own]
+
+
+def find_real_ros2(search_path: str) -> Path | None:
+    """
+    Return the first ros2 on the search path that is none of this kind.
+
+    :param search_path: folders, as in PATH.
+    """
+    for entry in search_path.split(os.pathsep):
+        candidate = Path(entry or '.', 'ros2')
+        if not _is_program(candidate):
+            continue
+        with open(candidate, 'rb') as stream:
+            if _OWN_MARK not in stream.read(4096):
+                return candidate
+    return None
+
+
+def environment_for_real_ros2() -> dict[str, str]:
+    """Return the environment in which another Python finds its own libraries and our packages."""
+    environment = dict(os.environ)
+    # The start-up hook of the rclpy wheels sets both for this environment's Python alone.
+    if environment.pop('_ROS_WHEELS_BOOTSTRAP_COMPLETE', None):
+        paths = environment.pop('LD_LIBRARY_PATH', '').split(os.pathsep)
+        others = [path for path in paths if path and not path.startswith(sys.prefix + os.sep)]
+        if others:
+            environment['LD_LIBRARY_PATH'] = os.pathsep.join(others)
+    environment['AMENT_PREFIX_PATH'] = os.pathsep.join(map(str, package_prefixes()))
+    return environment
+
+
+def launch_hint(argv: Sequence[str]) -> str:
+    """Return what to type in place of ``ros2 launch PACKAGE NAME.launch.py argument ...``."""
+    if argv[0] != 'launch' or len(argv) < 3:
+        return ''
+    name = argv[2].partition('.launch')[0]
+    return f'; without ros2 launch, use: ros2 run {shlex.join([argv[1], name, *argv[3:]])}'
+
+
+def _marker_folder(prefix: Path) -> Path:
+    return prefix / 'share' / 'ament_index' / 'resource_index' / 'packages'
+
+
+def _is_program(path: Path) -> bool:
+    return path.is_file() and os.access(path, os.X_OK)
+
+
+def _hint(word: str, known: Sequence[str]) -> str:
+    hits = difflib.get_close_matches(word, known, n=1)
+    return f"; did you mean '{hits[0]}'?" if hits else ''

@@ -1,0 +1,66 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Which files make up what is installed, and the hash of their content."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from configparser import ConfigParser
+import hashlib
+import os
+from pathlib import Path
+import shutil
+
+#: What setup.py reads or installs.
+PACKAGE_SOURCES = ('armsim_ros', 'config', 'urdf', 'worlds', 'launch', 'rviz', 'examples',
+                   'resource', 'setup.py', 'setup.cfg', 'package.xml', 'LICENSE')
+_SKIPPED = {'__pycache__', 'build', 'dist'}
+
+
+def list_files(root: Path, names: Iterable[str]) -> list[Path]:
+    """Return every file under the named files and folders, sorted, without what builds leave."""
+    found: list[Path] = []
+    for name in names:
+        top = root / name
+        if top.is_file():
+            found.append(top)
+        for folder, folders, files in os.walk(top):
+            folders[:] = sorted(entry for entry in folders if _counts(entry))
+            found += [Path(folder, file) for file in sorted(files) if _counts(file)]
+    return found
+
+
+def content_hash(root: Path, names: Iterable[str]) -> str:
+    """Return a hash of the files' paths below root, their bytes, and whether they may run."""
+    digest = hashlib.sha256()
+    for path in list_files(root, names):
+        content = path.read_bytes()
+        mode = path.stat().st_mode & 0o100
+        digest.update(f'{path.relative_to(root)}\0{mode}\0{len(content)}\0'.encode())
+        digest.update(content)
+    return digest.hexdigest()[:32]
+
+
+def copy_files(root: Path, names: Iterable[str], target: Path) -> None:
+    """Copy the files, so that a build leaves nothing in the source tree and finds nothing old."""
+    for path in list_files(root, names):
+        place = target / path.relative_to(root)
+        place.parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy2(path, place)
+
+
+def requirements(root: Path, extra: str | None = None) -> list[str]:
+    """
+    Return the requirements of setup.cfg.
+
+    :param extra: the extra whose requirements are asked for; None for those of the package.
+    """
+    parser = ConfigParser()
+    parser.read(root / 'setup.cfg', encoding='utf-8')
+    text = (parser['options']['install_requires'] if extra is None
+            else parser['options.extras_require'][extra])
+    return [line.strip() for line in text.splitlines() if line.strip()]
+
+
+def _counts(name: str) -> bool:
+    return name not in _SKIPPED and not name.endswith(('.pyc', '.egg-info'))

@@ -1,0 +1,169 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The stages of an environment; each is done again only when what it depends on has changed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+import hashlib
+import json
+from pathlib import Path
+import shutil
+import subprocess
+import sys
+import tempfile
+
+from environment.failure import pip_failure, SetupError
+from environment.interfaces import InterfaceWheel
+from environment.machine import (
+    ask_interpreter,
+    check_venv_module,
+    clean_environment,
+    Interpreter,
+    sourced_ros,
+)
+from environment.sources import content_hash, copy_files, PACKAGE_SOURCES, requirements
+
+#: Builds the package and the ros2 command inside the environment, without the network.
+_BUILD_TOOLS = ('setuptools>=70.1',)
+_ROS2_RUN = 'ros2_run'
+
+
+class EnvironmentBuilder:
+    """
+    Brings one environment folder to the state of the source tree.
+
+    :param root: the source tree.
+    :param venv: the environment's folder.
+    """
+
+    def __init__(self, root: Path, venv: Path) -> None:
+        """Read what earlier runs have done."""
+        self._root = root
+        self._venv = venv
+        self._python = venv / 'bin' / 'python'
+        self._record = venv / 'armsim_env.json'
+        self._done: dict[str, str] = {}
+        if self._python.exists() and self._record.is_file():
+            try:
+                self._done = json.loads(self._record.read_text(encoding='utf-8'))
+            except ValueError:
+                self._done = {}
+
+    def build(self, extras: Sequence[str], *, this_python: bool) -> None:
+        """
+        Do what is not done yet.
+
+        :param extras: extras of setup.cfg beside the package's own requirements.
+        :param this_python: make the environment anew where it has another Python than the
+            running one; otherwise an environment that exists keeps its Python.
+        :raises SetupError: where something is missing.
+        """
+        interpreter = self._recorded_interpreter()
+        if interpreter is None or (this_python and interpreter.tag != _running().tag):
+            interpreter = _running()
+            self._done = {}
+        ros = sourced_ros(interpreter.version)
+        venv_key = _key([interpreter.version, interpreter.tag, str(ros)])
+        if self._done.get('venv') != venv_key:
+            self._make_venv(interpreter, ros)
+            self._note('venv', venv_key)
+        wheel = InterfaceWheel(self._root, interpreter, ros)
+        needs_wheel = wheel.is_needed() and self._done.get('interfaces') != wheel.key
+        log = self._log('interfaces')
+        try:
+            if needs_wheel and wheel.cached() is None:
+                self._say('compiling the ROS interface packages beside it (a minute or two, once)')
+                wheel.start(self._python, log)
+            self._install_requirements('packages', [
+                *_BUILD_TOOLS, *requirements(self._root),
+                *(requirements(self._root, 'ros') if ros is None else ())])
+            for extra in extras:
+                self._install_requirements(extra, requirements(self._root, extra))
+            if needs_wheel:
+                file = wheel.cached() or wheel.finish(log)
+                self._pip('install the ROS interface packages', [
+                    '--force-reinstall', '--no-deps', str(file)])
+                self._note('interfaces', wheel.key)
+        finally:
+            wheel.clean_up()
+        self._install_sources()
+
+    def _recorded_interpreter(self) -> Interpreter | None:
+        text = self._done.get('interpreter')
+        return Interpreter(**json.loads(text)) if text else None
+
+    def _make_venv(self, interpreter: Interpreter, ros: Path | None) -> None:
+        check_venv_module()
+        if self._venv.exists() and not (self._venv / 'pyvenv.cfg').is_file() \
+                and any(self._venv.iterdir()):
+            raise SetupError(f'{self._venv} is in the way: it is no Python environment; '
+                                     'move it, or choose another place with VENV=DIR')
+        self._say(f'making {self._venv} with Python {interpreter.version}'
+                  + (f', using the ROS installation {ros}' if ros else ''))
+        shutil.rmtree(self._venv, ignore_errors=True)
+        self._venv.mkdir(parents=True)
+        command = [sys.executable, '-m', 'venv', str(self._venv)]
+        if ros is not None:
+            command.append('--system-site-packages')
+        made = subprocess.run(command, capture_output=True, text=True, env=clean_environment())
+        if made.returncode != 0:
+            raise SetupError(f'cannot make {self._venv}: '
+                                     f'{(made.stderr or made.stdout).strip()}')
+        self._done = {}
+        self._note('interpreter', json.dumps(vars(interpreter)))
+
+    def _install_requirements(self, stage: str, wanted: Iterable[str]) -> None:
+        lines = sorted(wanted)
+        if self._done.get(stage) == _key(lines):
+            return
+        self._say(f'installing {stage} from the Python package index'
+                  + (' (some minutes at first)' if stage == 'packages' else ''))
+        self._pip(f'install {stage}', lines)
+        self._note(stage, _key(lines))
+
+    def _install_sources(self) -> None:
+        """Install the package and the ros2 command, from a copy that the build may litter."""
+        key = content_hash(self._root, [*PACKAGE_SOURCES, _ROS2_RUN])
+        if self._done.get('sources') == key:
+            return
+        self._say('installing armsim_ros')
+        with tempfile.TemporaryDirectory(prefix='armsim_ros-') as name:
+            copy = Path(name)
+            copy_files(self._root, [*PACKAGE_SOURCES, _ROS2_RUN], copy)
+            self._pip('install armsim_ros', ['--no-deps', '--no-build-isolation', '--no-index',
+                                             str(copy), str(copy / _ROS2_RUN)])
+        self._note('sources', key)
+
+    def _pip(self, task: str, words: Sequence[str]) -> None:
+        made = subprocess.run([self._python, '-m', 'pip', 'install', *words],
+                              stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+                              stderr=subprocess.STDOUT, text=True, errors='replace',
+                              env=clean_environment())
+        log = self._log('pip')
+        with open(log, 'a', encoding='utf-8') as stream:
+            stream.write(made.stdout)
+        if made.returncode != 0:
+            raise pip_failure(task, made.stdout, log)
+
+    def _note(self, stage: str, key: str) -> None:
+        self._done[stage] = key
+        self._record.write_text(json.dumps(self._done, indent=1), encoding='utf-8')
+
+    def _log(self, name: str) -> Path:
+        return self._venv / f'{name}.log'
+
+    def _say(self, text: str) -> None:
+        print(f'env: {text}', flush=True)
+
+
+def _running() -> Interpreter:
+    interpreter = ask_interpreter(Path(sys.executable))
+    if interpreter is None:
+        raise SetupError(f'{sys.executable} does not start; name another Python: '
+                                 'make PYTHON=...')
+    return interpreter
+
+
+def _key(words: Iterable[str]) -> str:
+    return hashlib.sha256('\0'.join(words).encode()).hexdigest()[:32]
