@@ -63,6 +63,7 @@ def run(program: str, argv: Sequence[str] | None = None) -> int:
 
     try:
         usual = signal.signal(signal.SIGINT, leave)
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
         start = import_module(f'armsim_ros.nodes.{program}.main').main
         signal.signal(signal.SIGINT, usual)
         return int(start(words))

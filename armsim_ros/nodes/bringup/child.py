@@ -38,7 +38,7 @@ class Child:
         self.status: int | None = None
         self._process = subprocess.Popen(
             command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-            env=_environment(), start_new_session=True, preexec_fn=_die_with_parent())
+            env=child_environment(), start_new_session=True, preexec_fn=_die_with_parent())
         self.pid = self._process.pid
         self._rests: dict[int, bytes] = {}
         for stream in self.streams():
@@ -108,7 +108,7 @@ def program_command(program: str, arguments: Sequence[str]) -> list[str]:
     return [sys.executable, *safe_path, '-m', 'armsim_ros', program, *arguments]
 
 
-def _environment() -> dict[str, str]:
+def child_environment() -> dict[str, str]:
     """Return the environment in which a child imports the same armsim_ros and does not buffer."""
     environment = dict(os.environ, PYTHONUNBUFFERED='1')
     if sys.stderr.isatty():
@@ -131,5 +131,7 @@ def _die_with_parent() -> Callable[[], None]:
             os._exit(1)
         # A shell's background job ignores SIGINT, and so would all it starts.
         signal.signal(signal.SIGINT, signal.SIG_DFL)
+        # Held back until the program can end without a traceback (armsim_ros.cli.main.run).
+        signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
 
     return prepare

@@ -1,0 +1,127 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The door through which every program starts."""
+
+import os
+from pathlib import Path
+import subprocess
+import sys
+from types import ModuleType
+
+import pytest
+
+from armsim_ros.cli import main as door
+from armsim_ros.cli.environment import add_own_prefix
+from armsim_ros.cli.programs import PROGRAMS
+from armsim_ros.errors import ResourceError
+
+
+@pytest.fixture
+def program(monkeypatch):
+    """Put a program of our own in simulation's place and return its module."""
+    module = ModuleType('armsim_ros.nodes.simulation.main')
+    monkeypatch.setitem(sys.modules, module.__name__, module)
+    monkeypatch.setenv('AMENT_PREFIX_PATH', '/somewhere')
+    return module
+
+
+def test_the_command_without_a_program_lists_them(capsys):
+    """Armsim alone shows what there is and is a usage error."""
+    assert door.main([]) == 2
+    assert door.main(['--help']) == 0
+    text = capsys.readouterr().out
+    assert all(name in text for name in PROGRAMS)
+
+
+def test_an_unknown_program_is_answered_with_the_nearest(capsys):
+    """A slip of the finger is named."""
+    assert door.main(['bringpu']) == 2
+    assert "did you mean 'bringup'?" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize('name', PROGRAMS)
+def test_every_program_explains_itself_without_being_imported(name, capsys):
+    """--help needs neither ROS nor the program's libraries."""
+    assert door.main([name, '--help']) == 0
+    assert 'robot:=NAME|DIR' in capsys.readouterr().out
+
+
+def test_help_for_ros_is_not_ours(program, capsys):
+    """A --help behind --ros-args goes to rclpy."""
+    program.main = len
+    assert door.run('simulation', ['--ros-args', '--help']) == len(['--ros-args', '--help'])
+    assert capsys.readouterr().out == ''
+
+
+def test_a_program_gets_its_words_and_gives_the_status(program):
+    """What main returns is the exit status."""
+    program.main = lambda argv: 7 if argv == ['paused:=true'] else 1
+    assert door.main(['simulation', 'paused:=true']) == 7
+
+
+def test_a_mistake_of_the_user_is_one_message_and_status_2(program, capsys):
+    """Our own errors show their text, no traceback."""
+    def fail(argv):
+        raise ResourceError("robot 'x' is not there")
+
+    program.main = fail
+    assert door.run('simulation', []) == 2
+    assert capsys.readouterr().err == "simulation: robot 'x' is not there\n"
+
+
+def test_a_missing_package_is_named_with_the_remedy(program, capsys):
+    """Without rclpy the user reads how to get it."""
+    def fail(argv):
+        raise ModuleNotFoundError("No module named 'rclpy'", name='rclpy')
+
+    program.main = fail
+    assert door.run('simulation', []) == 1
+    message = capsys.readouterr().err
+    assert "'rclpy'" in message
+    assert 'make env' in message
+
+
+def test_a_missing_module_of_ours_is_no_mistake_of_the_user(program):
+    """A fault in this package keeps its traceback."""
+    def fail(argv):
+        raise ModuleNotFoundError('no', name='armsim_ros.lost')
+
+    program.main = fail
+    with pytest.raises(ModuleNotFoundError):
+        door.run('simulation', [])
+
+
+def test_an_interrupted_program_leaves_no_traceback(program, capsys):
+    """Ctrl-C in a program that does not handle it ends with the shell's status for that."""
+    def fail(argv):
+        raise KeyboardInterrupt
+
+    program.main = fail
+    assert door.run('simulation', []) == 130
+    assert capsys.readouterr().err == ''
+
+
+def test_the_module_runs_as_the_command():
+    """``python -m armsim_ros`` is the command."""
+    done = subprocess.run([sys.executable, '-m', 'armsim_ros', 'bringup', 'robt:=x'],
+                          capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout) == (2, '')
+    assert done.stderr == "bringup: unknown argument 'robt:=x'; did you mean 'robot'?\n"
+
+
+def test_the_own_prefix_is_the_last_to_be_searched(tmp_path, monkeypatch):
+    """What the user sourced is found first, what pip installed is found too."""
+    (tmp_path / 'share/ament_index/resource_index/packages').mkdir(parents=True)
+    monkeypatch.setattr(sys, 'prefix', str(tmp_path))
+    environment = {'AMENT_PREFIX_PATH': '/opt/ros/jazzy'}
+    add_own_prefix(environment)
+    add_own_prefix(environment)
+    assert environment['AMENT_PREFIX_PATH'].split(os.pathsep) == ['/opt/ros/jazzy', str(tmp_path)]
+
+
+def test_a_prefix_without_packages_is_not_searched(monkeypatch):
+    """The system's Python beside a sourced ROS has nothing to add."""
+    monkeypatch.setattr(sys, 'prefix', str(Path('/nowhere')))
+    environment = {'AMENT_PREFIX_PATH': '/opt/ros/jazzy'}
+    add_own_prefix(environment)
+    assert environment == {'AMENT_PREFIX_PATH': '/opt/ros/jazzy'}
