@@ -321,7 +321,7 @@ class _Search:
         if self.rejected:
             return IKResult(
                 None, IKFailure.INVALID,
-                f'{self.rejected} IK solutions for {links} of group \'{group}\' were found, '
+                f"{self.rejected} IK solutions for {links} of group '{group}' were found, "
                 'none of them valid', rejected=self.rejected,
             )
         position, orientation = self._nearest
@@ -329,7 +329,7 @@ class _Search:
         cause = 'the time was used up' if self._late else 'the pose is probably out of reach'
         return IKResult(
             None, failure,
-            f'no IK solution for {links} of group \'{group}\': the nearest of {self._starts} '
+            f"no IK solution for {links} of group '{group}': the nearest of {self._starts} "
             f'descents missed by {position:.3g} m and {orientation:.3g} rad, {cause}',
             position, orientation,
         )
