@@ -11,6 +11,7 @@ from pydantic import field_validator, model_validator
 from typing_extensions import Self
 
 from armsim_ros.config.base import parameter, Settings
+from armsim_ros.config.pid_gains import PidGains
 
 Triple = tuple[float, float, float]
 
@@ -22,37 +23,18 @@ def finite_triple(value: Triple) -> Triple:
     return value
 
 
-class ServoGains(Settings):
-    """
-    Gains of one joint's servo: u = p*e + I + d*(v_d - v), I within its clamp.
-
-    With both clamps 0 there is no integral action.
-    """
-
-    p: float = parameter(1000.0, 'proportional gain [N*m/rad or N/m]', ge=0.0)
-    i: float = parameter(0.0, 'integral gain [N*m/(rad*s) or N/(m*s)]', ge=0.0)
-    d: float = parameter(0.1, 'derivative gain [N*m*s/rad or N*s/m]', ge=0.0)
-    i_clamp_min: float = parameter(0.0, 'lower bound of the integral part [N*m or N]', le=0.0)
-    i_clamp_max: float = parameter(0.0, 'upper bound of the integral part [N*m or N]', ge=0.0)
-
-    @field_validator('p', 'i', 'd')
-    @classmethod
-    def _finite(cls, value: float) -> float:
-        if not math.isfinite(value):
-            raise ValueError('a gain must be finite')
-        return value
-
-
 class ServoSettings(Settings):
     """How a position or velocity command becomes a torque."""
 
     feedforward: bool = parameter(
         True, 'add the inverse dynamics of the reference to the gains', read_only=True
     )
-    default_gains: ServoGains = parameter(
-        ServoGains(), 'gains of joints for which no controller gives any', read_only=True
+    default_gains: PidGains = parameter(
+        PidGains(p=1000.0, d=0.1, i_clamp=0.0),
+        'p, i, d, i_clamp of joints for which no controller gives any',
+        read_only=True,
     )
-    gains: dict[str, ServoGains] = parameter(
+    gains: dict[str, PidGains] = parameter(
         {}, 'joint -> gains that win over those of its controller', read_only=True
     )
     damping_ratio: float = parameter(

@@ -1,0 +1,128 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Shapes as MuJoCo geoms."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from armsim_ros.errors import SimulationError
+from armsim_ros.model.geometry import (
+    Box,
+    Capsule,
+    Cone,
+    Cylinder,
+    Geometry,
+    Mesh,
+    Plane,
+    Sphere,
+)
+from armsim_ros.model.transforms import (
+    matrix_from_axis_angle,
+    pose_from_parts,
+    quat_wxyz_from_matrix,
+)
+
+Matrix = NDArray[np.float64]
+
+#: Geom groups, as MuJoCo's viewers show and hide them.
+WORLD_GROUP, VISUAL_GROUP, COLLISION_GROUP = 0, 2, 3
+#: Corners of the circle that stands for a cone's base.
+CONE_CORNERS = 24
+#: Half size of a plane as it is drawn [m]; its contact has no end.
+PLANE_HALF_SIZE = 10.0
+
+
+def add_geom(
+    spec: Any, body: Any, geometry: Geometry, pose: Matrix, *, mesh_name: str, **fields: Any
+) -> Any:
+    """
+    Add a shape to a body.
+
+    :param spec: the ``MjSpec`` that takes the mesh, where there is one.
+    :param body: an ``MjsBody``.
+    :param pose: (4, 4) in the body's frame.
+    :param mesh_name: unique in the specification; used for meshes and cones only.
+    :param fields: further fields of the geom.
+    :returns: the ``MjsGeom``.
+    """
+    kind, size = _primitive(geometry)
+    if isinstance(geometry, Plane):
+        pose = pose @ _plane_pose(geometry)
+    geom = body.add_geom(
+        type=kind, pos=pose[:3, 3], quat=quat_wxyz_from_matrix(pose), size=size, **fields
+    )
+    if isinstance(geometry, Cone):
+        geometry = _cone_mesh(geometry)
+    if isinstance(geometry, Mesh):
+        mesh = spec.add_mesh(name=mesh_name)
+        mesh.uservert = np.asarray(geometry.vertices, dtype=np.float64).ravel()
+        mesh.userface = np.asarray(geometry.triangles, dtype=np.int32).ravel()
+        mesh.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_CONVEX
+        geom.meshname = mesh_name
+    return geom
+
+
+def volume(geometry: Geometry) -> float:
+    """Return the volume of a shape [m^3]; a mesh counts with the volume it encloses."""
+    if isinstance(geometry, Box):
+        return math.prod(geometry.size)
+    if isinstance(geometry, Sphere):
+        return 4.0 / 3.0 * math.pi * geometry.radius**3
+    if isinstance(geometry, Cylinder):
+        return math.pi * geometry.radius**2 * geometry.length
+    if isinstance(geometry, Capsule):
+        return math.pi * geometry.radius**2 * (geometry.length + 4.0 / 3.0 * geometry.radius)
+    if isinstance(geometry, Cone):
+        return math.pi * geometry.radius**2 * geometry.length / 3.0
+    if isinstance(geometry, Mesh):
+        a, b, c = (np.asarray(geometry.vertices)[geometry.triangles[:, i]] for i in range(3))
+        return abs(float(np.einsum('ij,ij->i', a, np.cross(b, c)).sum())) / 6.0
+    raise SimulationError('a plane has no volume, so it cannot be part of an object with mass')
+
+
+def _primitive(geometry: Geometry) -> tuple[Any, list[float]]:
+    kinds = mujoco.mjtGeom
+    if isinstance(geometry, Box):
+        return kinds.mjGEOM_BOX, [0.5 * side for side in geometry.size]
+    if isinstance(geometry, Sphere):
+        return kinds.mjGEOM_SPHERE, [geometry.radius, 0.0, 0.0]
+    if isinstance(geometry, Cylinder):
+        return kinds.mjGEOM_CYLINDER, [geometry.radius, 0.5 * geometry.length, 0.0]
+    if isinstance(geometry, Capsule):
+        return kinds.mjGEOM_CAPSULE, [geometry.radius, 0.5 * geometry.length, 0.0]
+    if isinstance(geometry, Plane):
+        return kinds.mjGEOM_PLANE, [PLANE_HALF_SIZE, PLANE_HALF_SIZE, 0.1]
+    return kinds.mjGEOM_MESH, [0.0, 0.0, 0.0]
+
+
+def _plane_pose(plane: Plane) -> Matrix:
+    """Return the pose whose z axis is the plane's normal and whose origin lies on it."""
+    normal = np.array([plane.a, plane.b, plane.c], dtype=np.float64)
+    length = float(np.linalg.norm(normal))
+    normal /= length
+    axis = np.cross([0.0, 0.0, 1.0], normal)
+    sine = float(np.linalg.norm(axis))
+    axis = axis / sine if sine > 1e-9 else np.array([1.0, 0.0, 0.0])
+    rotation = matrix_from_axis_angle(axis, math.atan2(sine, float(normal[2])))
+    return pose_from_parts(-plane.d / length * normal, rotation)
+
+
+def _cone_mesh(cone: Cone) -> Mesh:
+    angles = np.linspace(0.0, 2.0 * math.pi, CONE_CORNERS, endpoint=False)
+    half = 0.5 * cone.length
+    base = np.column_stack(
+        [cone.radius * np.cos(angles), cone.radius * np.sin(angles), np.full(CONE_CORNERS, -half)]
+    )
+    apex, centre = CONE_CORNERS, CONE_CORNERS + 1
+    vertices = np.vstack([base, [0.0, 0.0, half], [0.0, 0.0, -half]])
+    triangles = []
+    for i in range(CONE_CORNERS):
+        j = (i + 1) % CONE_CORNERS
+        triangles += [(i, j, apex), (j, i, centre)]
+    return Mesh(vertices, np.array(triangles, dtype=np.int64))

@@ -1,0 +1,123 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The only place that reads the wall clock and sleeps: it keeps a loop to absolute deadlines."""
+
+from __future__ import annotations
+
+from array import array
+from collections.abc import Callable
+from dataclasses import dataclass
+import time
+
+import numpy as np
+
+#: Waits whose lateness is kept for the percentiles.
+HISTORY = 60_000
+#: Wall time over which the pace is measured [ns].
+PACE_WINDOW_NS = 1_000_000_000
+
+
+@dataclass(frozen=True, slots=True)
+class PaceStatistics:
+    """
+    How well the deadlines were kept.
+
+    :param ticks: waits so far.
+    :param p50_ns: median lateness of the recent waits [ns].
+    :param p99_ns: 99th percentile of it [ns].
+    :param max_ns: largest lateness of the recent waits [ns].
+    :param overruns: waits that began after the next deadline already, since the start.
+    :param dropped_ns: time that was given up instead of made up, since the start [ns].
+    :param pace: time of the deadlines by wall time over the last second; 1 is kept.
+    """
+
+    ticks: int
+    p50_ns: int
+    p99_ns: int
+    max_ns: int
+    overruns: int
+    dropped_ns: int
+    pace: float
+
+
+class Pacer:
+    """
+    Waits for deadlines that lie one period apart.
+
+    A late tick is followed by ticks without a wait until the delay is made up; what is beyond
+    ``catch_up_ns`` is dropped and counted. One thread waits; others may ask for statistics.
+
+    :param clock: returns monotonic time [ns].
+    :param sleep: sleeps for a time [s].
+    :param spin_ns: last part of each wait spent polling the clock [ns].
+    :param catch_up_ns: delay that is made up [ns].
+    """
+
+    def __init__(
+        self,
+        *,
+        clock: Callable[[], int] = time.monotonic_ns,
+        sleep: Callable[[float], None] = time.sleep,
+        spin_ns: int = 0,
+        catch_up_ns: int = 100_000_000,
+    ) -> None:
+        """Begin now."""
+        self._clock = clock
+        self._sleep = sleep
+        self._spin_ns = spin_ns
+        self._catch_up_ns = catch_up_ns
+        self._lateness = array('q', bytes(8 * HISTORY))
+        self.start()
+
+    def start(self) -> None:
+        """Put the next deadline one period from now and forget the statistics."""
+        self._deadline = float(self._clock())
+        self._ticks = self._overruns = 0
+        self._dropped_ns = 0.0
+        self._pace = 1.0
+        self._window_wall, self._window_paced = self._clock(), 0.0
+
+    def wait(self, period_ns: float) -> int:
+        """
+        Wait until one period after the last deadline.
+
+        :param period_ns: wall time of the period [ns].
+        :returns: how late it is at the return [ns].
+        """
+        self._deadline += period_ns
+        ahead = self._deadline - self._clock()
+        if ahead > 0.0:
+            if ahead > self._spin_ns:
+                self._sleep((ahead - self._spin_ns) * 1e-9)
+            while self._spin_ns and self._clock() < self._deadline:
+                pass
+        elif -ahead > period_ns:
+            self._overruns += 1
+            excess = -ahead - max(self._catch_up_ns, period_ns)
+            if excess > 0.0:
+                self._dropped_ns += excess
+                self._deadline += excess
+        now = self._clock()
+        late = max(0, int(now - self._deadline))
+        self._lateness[self._ticks % HISTORY] = late
+        self._ticks += 1
+        self._window_paced += period_ns
+        if now - self._window_wall >= PACE_WINDOW_NS:
+            self._pace = self._window_paced / (now - self._window_wall)
+            self._window_wall, self._window_paced = now, 0.0
+        return late
+
+    def statistics(self) -> PaceStatistics:
+        """Return how well the deadlines were kept; from any thread."""
+        ticks = self._ticks
+        recent = np.array(self._lateness[: min(ticks, HISTORY)] or [0], dtype=np.int64)
+        p50, p99 = np.percentile(recent, (50, 99))
+        return PaceStatistics(
+            ticks,
+            int(p50),
+            int(p99),
+            int(recent.max()),
+            self._overruns,
+            int(self._dropped_ns),
+            self._pace,
+        )

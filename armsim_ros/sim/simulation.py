@@ -1,0 +1,287 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The simulated robot in its world: physics behind the hardware interface."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+import hashlib
+from typing import Any
+
+import mujoco
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from armsim_ros.config.pid_gains import PidGains
+from armsim_ros.config.simulation import SimulationSettings
+from armsim_ros.config.world import WorldSettings
+from armsim_ros.control.hardware_interface import (
+    ACCELERATION,
+    COMMAND_INTERFACES,
+    EFFORT,
+    HardwareInterface,
+    JointArrays,
+    POSITION,
+    VELOCITY,
+)
+from armsim_ros.errors import nearest, SimulationError
+from armsim_ros.model.robot_model import RobotModel
+from armsim_ros.sim.clock import SimClock
+from armsim_ros.sim.initial_state import initial_positions
+from armsim_ros.sim.mujoco_model import build_plant
+from armsim_ros.sim.servo import Servo
+from armsim_ros.sim.stability import Checkpoints, unstable_element
+from armsim_ros.sim.world_objects import world_objects
+from armsim_ros.sim.world_scene import WorldScene
+
+Vector = NDArray[np.float64]
+Matrix = NDArray[np.float64]
+
+
+class Simulation(HardwareInterface):
+    """
+    One robot in its world, moved by MuJoCo in fixed steps.
+
+    A control period is: controllers read ``state`` and write ``command``; ``write(steps)`` takes
+    the commands over; ``step()`` is called ``steps`` times. Nothing here waits or reads a clock.
+
+    :param model: the robot.
+    :param settings: physics, servo, start.
+    :param world: floor and objects; None is a floor alone.
+    :param gains: joint -> gains of its position controller.
+    :param clock: simulated time; by default one that starts at 0.
+    :raises SimulationError: MuJoCo refuses the robot or the world.
+    """
+
+    def __init__(
+        self,
+        model: RobotModel,
+        settings: SimulationSettings | None = None,
+        world: WorldSettings | None = None,
+        *,
+        gains: Mapping[str, PidGains] | None = None,
+        clock: SimClock | None = None,
+    ) -> None:
+        """Build the physics and put the robot into its initial state."""
+        super().__init__(model.movable_joints)
+        self.model = model
+        self.settings = settings or SimulationSettings()
+        self.clock = clock or SimClock(self.settings.timestep_ns)
+        world = world or WorldSettings()
+        self._plant = build_plant(model, self.settings, world_objects(world), floor=world.floor)
+        self._initial = initial_positions(model, self.settings)
+        self._servo = Servo(model, self.settings, gains or {})
+        self._mujoco_model = self._plant.compile()
+        self._data = mujoco.MjData(self._mujoco_model)
+        self.world = WorldScene(self._plant, self._edit)
+        self._command_interfaces = {
+            name: COMMAND_INTERFACES if model.joints[name].active else ()
+            for name in self.joint_names
+        }
+        self._state_interfaces = {
+            name: (POSITION, VELOCITY, ACCELERATION, EFFORT)
+            if model.joints[name].active
+            else (POSITION, VELOCITY, ACCELERATION)
+            for name in self.joint_names
+        }
+        self._active = _selector([self.index[name] for name in model.active_joints])
+        self._bind()
+        self.reset()
+
+    @property
+    def command_interfaces(self) -> Mapping[str, tuple[str, ...]]:
+        """Joint -> interfaces that can be claimed; a mimic joint has none."""
+        return self._command_interfaces
+
+    @property
+    def state_interfaces(self) -> Mapping[str, tuple[str, ...]]:
+        """Joint -> interfaces that can be read; a mimic joint has no effort."""
+        return self._state_interfaces
+
+    @property
+    def time_ns(self) -> int:
+        """Simulated time [ns]."""
+        return self.clock.now_ns
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What the user should know of robot, world and gains; one line each."""
+        return (*self._plant.warnings, *self._servo.stiffness_warnings())
+
+    def perform_command_mode_switch(self, claimed: Mapping[str, frozenset[str]]) -> None:
+        """
+        Take over a change of claims.
+
+        :param claimed: joint -> interfaces claimed from now on; the others hold their position.
+        :raises SimulationError: a joint that cannot be driven, or interfaces that it cannot
+            follow together; nothing changes then.
+        """
+        for name, interfaces in claimed.items():
+            if interfaces and not self._command_interfaces.get(name):
+                raise SimulationError(self._undriven(name))
+        self._servo.switch(claimed)
+        for name in self.joint_names:
+            for interface in COMMAND_INTERFACES:
+                if interface not in claimed.get(name, frozenset()):
+                    self.command.of(interface)[self.index[name]] = np.nan
+                    self.feedforward.of(interface)[self.index[name]] = np.nan
+
+    def write(self, steps: int = 1) -> None:
+        """Take the commands over; they are for the time after ``steps`` physics steps."""
+        active = self._active
+        self._servo.write(_part(self.command, active), _part(self.feedforward, active), steps)
+
+    def step(self) -> None:
+        """
+        Do one physics step and refresh ``state``.
+
+        :raises SimulationError: the physics became unstable; ``state`` is still the last good
+            one, ``recover`` puts the plant back to it.
+        """
+        state, active = self.state, self._active
+        self._control[:] = self._servo.torques(state.position[active], state.velocity[active])
+        mujoco.mj_step(self._mujoco_model, self._data)
+        self.clock.advance()
+        if not self._checkpoints.stable(self._qvel):
+            self._require_stable()
+        self._checkpoints.step(self._mujoco_model, self._data)
+        self._refresh()
+
+    def reset(self) -> None:
+        """Put robot and objects back to the start; time goes on, claims stay."""
+        mujoco.mj_resetData(self._mujoco_model, self._data)
+        self._qpos[self._qpos_at] = self._initial
+        self._settle_in()
+
+    def recover(self) -> None:
+        """Put everything at rest where it last was stable, after ``step`` has raised."""
+        self._checkpoints.restore(self._mujoco_model, self._data)
+        self._settle_in()
+
+    def set_positions(self, positions: Mapping[str, float]) -> None:
+        """
+        Put joints elsewhere at once, at rest; mimic joints follow.
+
+        :param positions: joint -> [rad or m]; joints that are not there stay.
+        :raises SimulationError: a joint that is not there or that follows another.
+        """
+        for name in positions:
+            if not self._command_interfaces.get(name):
+                raise SimulationError(self._undriven(name))
+        now = dict(zip(self.joint_names, self.state.position, strict=True))
+        full = self.model.complete({**now, **positions})
+        self._qpos[self._qpos_at] = [full[name] for name in self.joint_names]
+        self._qvel[self._qvel_at] = 0.0
+        self._settle_in()
+
+    def apply_wrench(
+        self, link: str, force: ArrayLike = (0, 0, 0), torque: ArrayLike = (0, 0, 0)
+    ) -> None:
+        """
+        Push a link until another wrench is set.
+
+        :param force: (3,) at its centre of mass, world axes [N].
+        :param torque: (3,) world axes [N*m].
+        :raises SimulationError: a link that is not there.
+        """
+        body = self._link_body(link)
+        self._data.xfrc_applied[body, :3] = force
+        self._data.xfrc_applied[body, 3:] = torque
+
+    def link_pose(self, link: str) -> Matrix:
+        """
+        Return where a link is in the world (4, 4).
+
+        :raises SimulationError: a link that is not there.
+        """
+        body = self._link_body(link)
+        mujoco.mj_kinematics(self._mujoco_model, self._data)
+        pose = np.eye(4)
+        pose[:3, :3] = self._data.xmat[body].reshape(3, 3)
+        pose[:3, 3] = self._data.xpos[body]
+        return pose
+
+    @property
+    def reference_positions(self) -> Vector:
+        """Where the drives want all movable joints to be now (n,) [rad or m]."""
+        return self._servo.dynamics.expand(self._servo.reference)
+
+    def digest(self) -> str:
+        """Return a hash of all that the future depends on: plant, drives, time."""
+        signature = int(mujoco.mjtState.mjSTATE_INTEGRATION)
+        state = np.empty(mujoco.mj_stateSize(self._mujoco_model, signature))
+        mujoco.mj_getState(self._mujoco_model, self._data, state, signature)
+        parts = hashlib.sha256(state.tobytes())
+        parts.update(self._servo.state_bytes())
+        parts.update(self.time_ns.to_bytes(16, 'little', signed=True))
+        return parts.hexdigest()
+
+    def _bind(self) -> None:
+        """Look up addresses and views; they hold until the world is edited."""
+        model, data = self._mujoco_model, self._data
+        names = [self._plant.name(name) for name in self.joint_names]
+        self._qpos_at = _selector([int(model.joint(name).qposadr[0]) for name in names])
+        self._qvel_at = _selector([int(model.joint(name).dofadr[0]) for name in names])
+        self._qpos, self._qvel, self._qacc = data.qpos, data.qvel, data.qacc
+        self._control, self._force = data.ctrl, data.actuator_force
+        self._checkpoints = Checkpoints(model, data)
+        self.world.bind(model, data)
+
+    def _edit(self) -> None:
+        """Compile the changed specification; the state of what stays is kept."""
+        try:
+            self._mujoco_model, self._data = self._plant.spec.recompile(
+                self._mujoco_model, self._data
+            )
+        except (ValueError, RuntimeError, mujoco.FatalError) as error:
+            raise SimulationError(f'the physics cannot take the changed world: {error}') from error
+        self._bind()
+
+    def _settle_in(self) -> None:
+        mujoco.mj_forward(self._mujoco_model, self._data)
+        self._refresh()
+        self._servo.restart(self.state.position[self._active])
+        self._checkpoints = Checkpoints(self._mujoco_model, self._data)
+
+    def _refresh(self) -> None:
+        state = self.state
+        state.position[:] = self._qpos[self._qpos_at]
+        state.velocity[:] = self._qvel[self._qvel_at]
+        state.acceleration[:] = self._qacc[self._qvel_at]
+        state.effort[self._active] = self._force
+
+    def _require_stable(self) -> None:
+        """Raise SimulationError where a joint or an object ran away; a fast one may pass."""
+        velocities = dict(zip(self.joint_names, self._qvel[self._qvel_at], strict=True))
+        culprit = unstable_element(velocities, self._mujoco_model, self._data)
+        if culprit:
+            raise SimulationError(
+                f'the physics became unstable at {self.time_ns / 1e9:.3f} s: {culprit}; lower '
+                "the joint's gains or the timestep, or raise the armature"
+            )
+
+    def _link_body(self, link: str) -> int:
+        if link not in self.model.links:
+            raise SimulationError(
+                f"robot '{self.model.name}' has no link '{link}'; "
+                + (nearest(link, tuple(self.model.links)) or 'see its URDF')
+            )
+        return int(self._mujoco_model.body(self._plant.name(link)).id)
+
+    def _undriven(self, name: str) -> str:
+        joint = self.model.joints.get(name)
+        if joint is not None and joint.mimic is not None:
+            return f"joint '{name}' follows '{joint.mimic.joint}' and cannot be driven itself"
+        hint = nearest(name, self.model.active_joints) or ', '.join(self.model.active_joints)
+        return f"robot '{self.model.name}' has no joint '{name}' that can be driven; {hint}"
+
+
+def _selector(places: Sequence[int]) -> Any:
+    """Return a slice where the places follow each other, else an index array."""
+    if places and list(places) == list(range(places[0], places[0] + len(places))):
+        return slice(places[0], places[0] + len(places))
+    return np.array(places, dtype=np.intp)
+
+
+def _part(arrays: JointArrays, which: Any) -> JointArrays:
+    return JointArrays(*(arrays.of(name)[which] for name in COMMAND_INTERFACES))

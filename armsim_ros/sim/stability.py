@@ -1,0 +1,76 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Finds a plant that ran away, and keeps states to go back to."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+import math
+from typing import Any
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+Vector = NDArray[np.float64]
+
+#: No joint of a robot moves as fast [rad/s or m/s].
+VELOCITY_LIMIT = 1000.0
+#: Steps between two states that are kept.
+CHECKPOINT_STEPS = 200
+
+
+class Checkpoints:
+    """
+    Two states of the plant, so that the older one lies well before a fault.
+
+    :param model: the ``MjModel``.
+    :param data: its ``MjData``; its present state is the first to go back to.
+    """
+
+    def __init__(self, model: Any, data: Any) -> None:
+        """Keep the present state."""
+        self._signature = int(mujoco.mjtState.mjSTATE_FULLPHYSICS)
+        size = mujoco.mj_stateSize(model, self._signature)
+        self._older, self._newer = np.empty(size), np.empty(size)
+        self._countdown = CHECKPOINT_STEPS
+        mujoco.mj_getState(model, data, self._older, self._signature)
+        self._newer[:] = self._older
+
+    @staticmethod
+    def stable(velocity: Vector) -> bool:
+        """Return False where a velocity is huge or no number; quick, for each step."""
+        return bool(velocity @ velocity < VELOCITY_LIMIT**2)
+
+    def step(self, model: Any, data: Any) -> None:
+        """Count a good step; keep its state when it is time."""
+        self._countdown -= 1
+        if self._countdown == 0:
+            self._countdown = CHECKPOINT_STEPS
+            self._older, self._newer = self._newer, self._older
+            mujoco.mj_getState(model, data, self._newer, self._signature)
+
+    def restore(self, model: Any, data: Any) -> None:
+        """Go back to the older state, at rest."""
+        mujoco.mj_resetData(model, data)
+        mujoco.mj_setState(model, data, self._older, self._signature)
+        data.qvel[:] = 0.0
+
+
+def unstable_element(joint_velocities: Mapping[str, float], model: Any, data: Any) -> str:
+    """
+    Return what ran away, '' where nothing did.
+
+    :param joint_velocities: robot joint -> velocity [rad/s or m/s].
+    :param model: the ``MjModel``; its other joints are objects, which may be fast.
+    :param data: its ``MjData``.
+    """
+    for name, velocity in joint_velocities.items():
+        if not math.isfinite(velocity) or abs(velocity) > VELOCITY_LIMIT:
+            return f"joint '{name}' moves at {velocity:.3g}"
+    for i in range(model.njnt):
+        start = int(model.jnt_dofadr[i])
+        count = 6 if model.jnt_type[i] == mujoco.mjtJoint.mjJNT_FREE else 1
+        if not np.isfinite(data.qvel[start : start + count]).all():
+            return f"'{model.joint(i).name}' has no finite velocity"
+    return ''

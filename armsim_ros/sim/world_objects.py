@@ -1,0 +1,116 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Objects that share the world with the robot."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from armsim_ros.config.world import (
+    BoxSettings,
+    CapsuleSettings,
+    ConeSettings,
+    CylinderSettings,
+    PrismSettings,
+    ShapeSettings,
+    SphereSettings,
+    WorldObjectSettings,
+    WorldSettings,
+)
+from armsim_ros.errors import SimulationError
+from armsim_ros.model.geometry import Box, Capsule, Cone, Cylinder, Geometry, Mesh, Sphere
+from armsim_ros.model.robot_model import LinkGeometry
+from armsim_ros.model.transforms import pose_matrix
+
+Matrix = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class WorldObject:
+    """
+    A rigid object.
+
+    :param name: unique in the world.
+    :param pose: (4, 4) in the world.
+    :param parts: shapes in the object's frame; at least one.
+    :param mass: [kg]; None for an object that never moves.
+    :param friction: coefficient of sliding friction.
+    """
+
+    name: str
+    pose: Matrix
+    parts: tuple[LinkGeometry, ...]
+    mass: float | None = None
+    friction: float = 0.8
+
+
+def prism(corners: Sequence[Sequence[float]], length: float) -> Mesh:
+    """
+    Return a convex polygon extruded along z, centred at half its height.
+
+    :param corners: (n, 2) corners in order, either sense [m].
+    :param length: height [m].
+    :raises SimulationError: the polygon is not convex.
+    """
+    outline = np.asarray(corners, dtype=np.float64)
+    edges = np.roll(outline, -1, axis=0) - outline
+    following = np.roll(edges, -1, axis=0)
+    turns = edges[:, 0] * following[:, 1] - edges[:, 1] * following[:, 0]
+    if turns.sum() < 0.0:
+        outline, turns = outline[::-1], -turns
+    if turns.min() < -1e-12 or turns.max() <= 1e-12:
+        raise SimulationError(
+            'the corners of a prism must form a convex polygon with an area; '
+            'build other outlines from several convex parts'
+        )
+    count = len(outline)
+    low = np.column_stack([outline, np.full(count, -0.5 * length)])
+    high = np.column_stack([outline, np.full(count, 0.5 * length)])
+    triangles = []
+    for i in range(1, count - 1):
+        triangles += [(0, i + 1, i), (count, count + i, count + i + 1)]
+    for i in range(count):
+        j = (i + 1) % count
+        triangles += [(i, j, count + j), (i, count + j, count + i)]
+    return Mesh(np.vstack([low, high]), np.array(triangles, dtype=np.int64))
+
+
+def shape_geometry(shape: ShapeSettings) -> Geometry:
+    """Return the geometry of a shape that was read from a world file."""
+    if isinstance(shape, BoxSettings):
+        return Box(shape.size)
+    if isinstance(shape, SphereSettings):
+        return Sphere(shape.radius)
+    if isinstance(shape, CylinderSettings):
+        return Cylinder(shape.radius, shape.length)
+    if isinstance(shape, CapsuleSettings):
+        return Capsule(shape.radius, shape.length)
+    if isinstance(shape, ConeSettings):
+        return Cone(shape.radius, shape.length)
+    assert isinstance(shape, PrismSettings)
+    return prism(shape.corners, shape.length)
+
+
+def object_from_settings(name: str, settings: WorldObjectSettings) -> WorldObject:
+    """Return one object of a world file."""
+    try:
+        parts = tuple(
+            LinkGeometry(
+                shape_geometry(part.shape), pose_matrix(part.xyz, part.rpy), rgba=settings.color
+            )
+            for part in settings.parts
+        )
+    except SimulationError as error:
+        raise SimulationError(f"object '{name}': {error}") from None
+    return WorldObject(
+        name, pose_matrix(settings.xyz, settings.rpy), parts, settings.mass, settings.friction
+    )
+
+
+def world_objects(settings: WorldSettings) -> tuple[WorldObject, ...]:
+    """Return all objects of a world file in its order."""
+    return tuple(object_from_settings(name, one) for name, one in settings.objects.items())
