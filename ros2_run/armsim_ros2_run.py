@@ -93,11 +93,11 @@ def find_program(package: str, program: str, prefixes: Sequence[Path]) -> Path:
         if program in names:
             return folder / program
         raise RunError(f"package '{package}' has no program '{program}'"
-                       f'{_hint(program, names)}; it has: {", ".join(names) or "none"}')
+                       f'{_hint(program, names)} (it has: {", ".join(names) or "none"})')
     known = sorted({path.name for prefix in prefixes if _marker_folder(prefix).is_dir()
                     for path in _marker_folder(prefix).iterdir()})
-    raise RunError(f"package '{package}' not found{_hint(package, known)}; looked in: "
-                   f'{", ".join(map(str, prefixes))}')
+    raise RunError(f"package '{package}' not found{_hint(package, known)} (looked in: "
+                   f'{", ".join(map(str, prefixes))})')
 
 
 def package_prefixes() -> list[Path]:

@@ -30,7 +30,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     :returns: the exit status.
     """
     words = list(sys.argv[1:] if argv is None else argv)
-    if not words or words[0] in ('-h', '--help', 'help'):
+    if not words or words[0] in ('-h', '--help'):
         _say(_overview())
         return 0 if words else USAGE_STATUS
     name, *rest = words
@@ -108,4 +108,8 @@ def _missing_module(program: str, module: str) -> str:
 
 
 def _say(text: str, stream: TextIO | None = None) -> None:
-    print(text, file=stream or sys.stdout, flush=True)
+    try:
+        print(text, file=stream or sys.stdout, flush=True)
+    except BrokenPipeError:
+        # The reader has seen enough; keep the interpreter from trying again at its end.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

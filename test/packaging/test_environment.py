@@ -1,0 +1,191 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What make env says and when it does something again."""
+
+from dataclasses import replace
+from pathlib import Path
+import sys
+
+import env
+from environment import command, machine
+from environment.failure import pip_failure, SetupError
+from environment.interfaces import InterfaceWheel
+from environment.sources import content_hash, copy_files, requirements
+import pytest
+
+ROOT = Path(__file__).parent.parent.parent
+
+
+@pytest.fixture
+def interpreter():
+    """Return what this interpreter says of itself."""
+    return machine.ask_interpreter(Path(sys.executable))
+
+
+@pytest.fixture
+def tree(tmp_path):
+    """Return a source tree with a package and two interface packages."""
+    for name in ('code/a.py', 'interfaces/control_msgs/package.xml',
+                 'interfaces/moveit_msgs/package.xml'):
+        file = tmp_path / name
+        file.parent.mkdir(parents=True)
+        file.write_text(name)
+    return tmp_path
+
+
+def install_ros(prefix, *packages, python=f'python{sys.version_info[0]}.{sys.version_info[1]}'):
+    """Make a folder that looks like a ROS installation."""
+    index = prefix / 'share/ament_index/resource_index/packages'
+    index.mkdir(parents=True)
+    for package in packages:
+        (index / package).touch()
+        (prefix / 'lib' / python / 'site-packages' / package).mkdir(parents=True)
+    return prefix
+
+
+@pytest.mark.parametrize('version', [(2, 7, 18), (3, 9, 5), (3, 14, 0)])
+def test_a_python_that_does_not_fit_is_named_with_the_range(version, monkeypatch, capsys):
+    """The message says what there is, what is needed, and how to name another."""
+    monkeypatch.setattr(sys, 'version_info', version)
+    assert env.main() == 1
+    message = capsys.readouterr().err
+    assert f'Python {version[0]}.{version[1]}' in message
+    assert '3.10 to 3.13' in message
+    assert 'make PYTHON=' in message
+
+
+def test_the_promised_pythons_are_those_of_the_package():
+    """env.py and setup.py name the same oldest version."""
+    oldest = '.'.join(map(str, env.OLDEST))
+    assert f"python_requires='>={oldest}'" in (ROOT / 'setup.py').read_text()
+
+
+def test_a_python_without_venv_is_told_the_package(monkeypatch):
+    """Debian's python3 lacks ensurepip until python3-venv is there."""
+    monkeypatch.setattr(machine.importlib.util, 'find_spec', lambda name: None)
+    with pytest.raises(SetupError, match=r'apt install python3\.\d+-venv'):
+        machine.check_venv_module()
+
+
+def test_a_missing_compiler_and_header_are_one_message(interpreter, monkeypatch, tmp_path):
+    """Everything that is missing is named at once, with the packages that bring it."""
+    monkeypatch.setenv('CC', 'no-such-cc')
+    monkeypatch.setenv('CXX', 'no-such-c++ -O1')
+    with pytest.raises(SetupError) as caught:
+        machine.check_compiler(replace(interpreter, include=str(tmp_path)))
+    text = str(caught.value)
+    assert 'no-such-cc and the compiler no-such-c++' in text
+    assert 'Python.h' in text
+    assert 'apt install gcc g++ python3.' in text
+
+
+@pytest.mark.parametrize(('output', 'said'), [
+    ("WARNING: Retrying (Retry(total=1, connect=None)) after connection broken by "
+     "'NewConnectionError': /simple/numpy/\n"
+     'ERROR: No matching distribution found for numpy', 'index does not answer; check the net'),
+    ('ERROR: No matching distribution found for mujoco<5,>=3.3', 'there is no mujoco<5,>=3.3 for'),
+    ('OSError: [Errno 28] No space left on device', 'the disk is full'),
+    ('noise\nerror: x.msg:3: no\nmore noise', '\n  error: x.msg:3: no'),
+])
+def test_a_failed_pip_is_explained(output, said):
+    """The cause comes first, the log file is named."""
+    text = str(pip_failure('install packages', output, Path('/x/pip.log')))
+    assert text.startswith('cannot install packages')
+    assert said in text
+    assert '/x/pip.log' in text
+
+
+def test_a_place_that_cannot_be_written_is_one_message(tmp_path, capsys, monkeypatch):
+    """A read-only folder shows no traceback."""
+    (tmp_path / 'file').touch()
+    monkeypatch.delenv('AMENT_PREFIX_PATH', raising=False)
+    assert command.run(['--venv', str(tmp_path / 'file' / '.venv')]) == 1
+    captured = capsys.readouterr()
+    assert 'cannot write' in captured.err
+    assert captured.err.count('\n') == 1
+
+
+def test_a_folder_of_the_user_is_never_overwritten(tmp_path, capsys, monkeypatch):
+    """A folder that is no environment is not taken for one."""
+    (tmp_path / 'notes.txt').touch()
+    monkeypatch.delenv('AMENT_PREFIX_PATH', raising=False)
+    assert command.run(['--venv', str(tmp_path)]) == 1
+    assert 'is in the way' in capsys.readouterr().err
+    assert (tmp_path / 'notes.txt').exists()
+
+
+def test_the_hash_follows_content_names_and_modes(tree):
+    """Whatever would be installed differently has another hash."""
+    seen = {content_hash(tree, ['code'])}
+    (tree / 'code/a.py').write_text('b')
+    seen.add(content_hash(tree, ['code']))
+    (tree / 'code/a.py').chmod(0o755)
+    seen.add(content_hash(tree, ['code']))
+    (tree / 'code/a.py').rename(tree / 'code/c.py')
+    seen.add(content_hash(tree, ['code']))
+    assert len(seen) == 4
+
+
+def test_what_builds_leave_behind_does_not_count(tree, tmp_path):
+    """Byte code and build folders change neither the hash nor the copy."""
+    before = content_hash(tree, ['code'])
+    for name in ('code/__pycache__/a.pyc', 'code/build/lib/a.py'):
+        (tree / name).parent.mkdir(parents=True)
+        (tree / name).touch()
+    assert content_hash(tree, ['code']) == before
+    copy_files(tree, ['code'], tmp_path / 'copy')
+    assert [path.name for path in (tmp_path / 'copy').rglob('*')] == ['code', 'a.py']
+
+
+def test_the_wheel_belongs_to_sources_and_interpreter(tree, interpreter):
+    """Another Python or another definition file needs another wheel, the same one does not."""
+    key = InterfaceWheel(tree, interpreter, None).key
+    assert InterfaceWheel(tree, interpreter, None).key == key
+    assert InterfaceWheel(tree, replace(interpreter, tag='other'), None).key != key
+    (tree / 'interfaces/moveit_msgs/package.xml').write_text('changed')
+    assert InterfaceWheel(tree, interpreter, None).key != key
+
+
+def test_packages_of_a_sourced_installation_are_not_built(tree, interpreter):
+    """What the system has is used and not shadowed."""
+    some = install_ros(tree / 'some', 'rclpy', 'control_msgs')
+    every = install_ros(tree / 'every', 'rclpy', 'control_msgs', 'moveit_msgs')
+    assert InterfaceWheel(tree, interpreter, some).selection == ['moveit_msgs']
+    assert not InterfaceWheel(tree, interpreter, every).is_needed()
+
+
+def test_a_sourced_jazzy_is_found(tmp_path, monkeypatch, interpreter):
+    """The prefix with rclpy is the installation, an overlay is not."""
+    install_ros(tmp_path / 'overlay', 'mine')
+    jazzy = install_ros(tmp_path / 'jazzy', 'rclpy')
+    monkeypatch.setenv('AMENT_PREFIX_PATH', f'{tmp_path}/overlay:{jazzy}')
+    monkeypatch.setenv('ROS_DISTRO', 'jazzy')
+    assert machine.sourced_ros(interpreter.version) == jazzy
+
+
+def test_a_sourced_installation_of_another_kind_is_refused(tmp_path, monkeypatch, interpreter):
+    """Another distribution, or one for another Python, gives a message and not a broken stack."""
+    prefix = install_ros(tmp_path / 'ros', 'rclpy', python='python3.8')
+    monkeypatch.setenv('AMENT_PREFIX_PATH', str(prefix))
+    monkeypatch.setenv('ROS_DISTRO', 'jazzy')
+    with pytest.raises(SetupError, match='is for another Python than'):
+        machine.sourced_ros(interpreter.version)
+    monkeypatch.setenv('ROS_DISTRO', 'humble')
+    with pytest.raises(SetupError, match='ROS 2 humble'):
+        machine.sourced_ros(interpreter.version)
+
+
+def test_the_wheels_start_up_hook_is_kept_from_other_interpreters(monkeypatch):
+    """Library paths of this environment do not reach another environment's Python."""
+    monkeypatch.setenv('LD_LIBRARY_PATH', '/venv/lib')
+    monkeypatch.setenv('_ROS_WHEELS_BOOTSTRAP_COMPLETE', '1')
+    assert 'LD_LIBRARY_PATH' not in machine.clean_environment()
+    monkeypatch.delenv('_ROS_WHEELS_BOOTSTRAP_COMPLETE')
+    assert machine.clean_environment()['LD_LIBRARY_PATH'] == '/venv/lib'
+
+
+def test_requirements_are_read_from_the_one_place():
+    """Comments in setup.cfg are no requirements."""
+    assert 'numpy>=1.26' in requirements(ROOT)
+    assert all(line[0].isalpha() for extra in (None, 'ros', 'test', 'lint')
+               for line in requirements(ROOT, extra))

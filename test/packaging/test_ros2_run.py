@@ -1,0 +1,85 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The small ros2 command: it runs programs, explains itself, and steps back for the real one."""
+
+import os
+from pathlib import Path
+import subprocess
+import sys
+
+import pytest
+
+SCRIPT = Path(__file__).parent.parent.parent / 'ros2_run' / 'armsim_ros2_run.py'
+START = f'import sys; sys.path.insert(0, {str(SCRIPT.parent)!r}); import armsim_ros2_run; ' \
+        'sys.exit(armsim_ros2_run.main())'
+
+
+def write_program(path, text):
+    """Write an executable shell script."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(f'#!/bin/sh\n{text}\n')
+    path.chmod(0o755)
+
+
+@pytest.fixture
+def prefix(tmp_path):
+    """Return an installation with one package and one program."""
+    index = tmp_path / 'share/ament_index/resource_index/packages'
+    index.mkdir(parents=True)
+    (index / 'parts').touch()
+    write_program(tmp_path / 'lib/parts/count', 'echo "counted $*"; exit 5')
+    (tmp_path / 'lib/parts/readme.txt').touch()
+    return tmp_path
+
+
+@pytest.fixture
+def ros2(prefix):
+    """Return a function that runs the command and gives what it printed and its status."""
+    def run(*words, path='/usr/bin:/bin'):
+        return subprocess.run(
+            [sys.executable, '-c', START, *words], capture_output=True, text=True, check=False,
+            env={**os.environ, 'AMENT_PREFIX_PATH': str(prefix), 'PATH': path})
+
+    return run
+
+
+def test_a_program_is_run_with_its_arguments_and_status(ros2):
+    """Ros2 run becomes the program."""
+    done = ros2('run', 'parts', 'count', 'a', '--ros-args', '-p', 'b:=c d')
+    assert (done.stdout, done.returncode) == ('counted a --ros-args -p b:=c d\n', 5)
+
+
+def test_a_prefix_command_goes_before(ros2):
+    """--prefix puts a debugger or nice in front, as the real one does."""
+    done = ros2('run', '--prefix', 'env X=1 sh', 'parts', 'count', 'a')
+    assert done.stdout == 'counted a\n'
+
+
+@pytest.mark.parametrize(('words', 'said'), [
+    (['run', 'prats', 'count'], "package 'prats' not found; did you mean 'parts'?"),
+    (['run', 'parts', 'cuont'], "no program 'cuont'; did you mean 'count'? (it has: count)"),
+    (['run', 'parts'], 'needs a package and a program'),
+    (['run', '--perfix', 'x', 'parts', 'count'], "unknown option '--perfix'"),
+    (['topic', 'list'], "this ros2 cannot 'topic'"),
+    (['launch', 'parts', 'count.launch.py', 'a:=b'], 'use: ros2 run parts count a:=b'),
+])
+def test_what_cannot_be_run_is_explained(words, said, ros2):
+    """The message names the nearest word or what to install; the status is 2."""
+    done = ros2(*words)
+    assert said in done.stderr
+    assert done.returncode == 2
+    assert 'Traceback' not in done.stderr
+
+
+def test_the_real_ros2_takes_over(ros2, tmp_path, prefix):
+    """A ros2 further down PATH gets every verb and is told of this environment's packages."""
+    write_program(tmp_path / 'real/ros2', 'echo "real $* $AMENT_PREFIX_PATH"')
+    done = ros2('topic', 'list', path=f'/usr/bin:/bin:{tmp_path}/real')
+    assert done.stdout == f'real topic list {prefix}:{sys.prefix}\n'
+
+
+def test_another_environments_small_ros2_is_not_the_real_one(ros2, tmp_path):
+    """Two copies never hand over to each other."""
+    write_program(tmp_path / 'other/ros2', 'from armsim_ros2_run import main')
+    done = ros2('run', 'parts', 'count', path=f'{tmp_path}/other:/usr/bin:/bin')
+    assert done.returncode == 5
