@@ -1,0 +1,1 @@
+"""Build of ROS interface packages without CMake: generators from PyPI wheels, then a compiler."""

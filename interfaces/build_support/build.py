@@ -1,0 +1,116 @@
+"""Build interface packages: generate, compile, link, and lay out what a wheel installs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from concurrent.futures import Future, ThreadPoolExecutor
+import json
+import os
+from pathlib import Path
+import shutil
+import sys
+import sysconfig
+from typing import TypeVar
+
+from .compiler import find_toolchain, link_inputs, run, units
+from .errors import BuildError
+from .packages import InterfacePackage
+
+_T = TypeVar('_T')
+
+INDEX = 'share/ament_index/resource_index'
+
+
+def build(
+    packages: list[InterfacePackage], provided: Mapping[str, Path], work: Path, target: Path,
+    report: Callable[[str], None],
+) -> None:
+    """Build packages into ``target/python`` (importable) and ``target/data`` (share/).
+
+    :param packages: what to build, each after those it depends on.
+    :param provided: packages left out and the ROS prefix that provides each.
+    :param work: a scratch folder.
+    :param target: the folder to write to.
+    :param report: is called with one line a package.
+    :raises BuildError: something is missing, or a tool failed.
+    """
+    prefix = wheels_prefix()
+    toolchain = find_toolchain(prefix, work, provided, os.environ)
+    with ThreadPoolExecutor(len(os.sched_getaffinity(0))) as pool:
+        generated: dict[str, Future[None]] = {}
+        for package in packages:
+            earlier = [generated[name] for name in package.dependencies if name in generated]
+            generated[package.name] = pool.submit(
+                generate, package, packages, prefix, provided, work, earlier)
+        everything(future.result() for future in generated.values())
+        compiled = {package.name: units(package, work, work / 'objects') for package in packages}
+        everything(pool.map(
+            toolchain.compile, (unit for plan in compiled.values() for unit in plan)))
+    suffix = sysconfig.get_config_var('EXT_SUFFIX')
+    built: dict[str, Path] = {}
+    for package in packages:
+        folder = target / 'python' / package.name
+        shutil.copytree(
+            work / 'python' / package.name, folder, ignore=shutil.ignore_patterns('*.c'))
+        library = folder / f'{package.name}_s__rosidl_typesupport_c{suffix}'
+        toolchain.link(
+            library, [unit.object for unit in compiled[package.name]],
+            link_inputs(package, built))
+        built[package.name] = library
+        write_share(package, work / 'share' / package.name, target / 'data')
+        report(f'{package.name}: {len(package.definitions)} types')
+
+
+def everything(results: Iterable[_T]) -> list[_T]:
+    """Wait for all results; the first error is raised."""
+    return list(results)
+
+
+def wheels_prefix() -> Path:
+    """Return the prefix that holds the wheels of the build environment.
+
+    :raises BuildError: the rosidl generators are not installed.
+    """
+    try:
+        import rosidl_generator_c
+    except ImportError as error:
+        raise BuildError(
+            f'the rosidl generators cannot be imported ({error}); build with pip, which installs '
+            'what pyproject.toml requires') from None
+    return Path(rosidl_generator_c.__file__).resolve().parents[4]
+
+
+def generate(
+    package: InterfacePackage, packages: list[InterfacePackage], prefix: Path,
+    provided: Mapping[str, Path], work: Path, earlier: list[Future[None]],
+) -> None:
+    """Run the generators for one package in a process of its own, after its dependencies."""
+    everything(future.result() for future in earlier)
+    here = {other.name for other in packages}
+    descriptions = {
+        name: str((work if name in here else provided.get(name, prefix)) / 'share' / name)
+        for name in package.dependencies}
+    task = work / f'{package.name}.json'
+    task.write_text(json.dumps({
+        'package': package.name, 'folder': str(package.folder), 'output': str(work),
+        'definitions': [path.as_posix() for path in package.definitions],
+        'descriptions': descriptions}), 'utf-8')
+    # Generated code lists some things in the order of a set.
+    environ = {**os.environ, 'PYTHONHASHSEED': '0', 'PYTHONDONTWRITEBYTECODE': '1'}
+    run(f'generating {package.name}',
+        [sys.executable, str(Path(__file__).with_name('generate.py')), str(task)], environ)
+
+
+def write_share(package: InterfacePackage, generated: Path, data: Path) -> None:
+    """Lay out share/ as upstream does: definitions, .idl, .json, package.xml, index markers."""
+    share = data / 'share' / package.name
+    shutil.copytree(generated, share)
+    shutil.copy(package.folder / 'package.xml', share)
+    listed = []
+    for path in package.definitions:
+        shutil.copy(package.folder / path, share / path)
+        listed += [path.with_suffix('.idl').as_posix(), path.as_posix()]
+    for resource, text in (('packages', ''), ('rosidl_interfaces', '\n'.join(listed))):
+        marker = data / INDEX / resource / package.name
+        marker.parent.mkdir(parents=True, exist_ok=True)
+        marker.write_text(text, 'utf-8')
