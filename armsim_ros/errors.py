@@ -4,9 +4,9 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
+import difflib
 from enum import Enum
 
 

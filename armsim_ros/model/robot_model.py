@@ -4,15 +4,15 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field
 from enum import Enum
 from functools import cached_property
+import math
 
 import numpy as np
 from numpy.typing import NDArray
 
-from armsim_ros.errors import ModelError, Problem, nearest
+from armsim_ros.errors import ModelError, nearest, Problem
 from armsim_ros.model.geometry import Geometry
 
 Matrix = NDArray[np.float64]

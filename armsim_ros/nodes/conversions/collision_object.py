@@ -1,0 +1,115 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""``moveit_msgs`` CollisionObject and AttachedCollisionObject to updates, and objects back."""
+
+from __future__ import annotations
+
+from moveit_msgs.msg import AttachedCollisionObject
+from moveit_msgs.msg import CollisionObject as CollisionObjectMessage
+import numpy as np
+from shape_msgs.msg import Mesh as MeshMessage
+from shape_msgs.msg import SolidPrimitive
+
+from armsim_ros.nodes.conversions.geometry import (
+    mesh_from_message,
+    plane_from_message,
+    pose_from_message,
+    pose_to_message,
+    primitive_from_message,
+    solid_to_message,
+)
+from armsim_ros.nodes.conversions.trajectory import trajectory_from_message, trajectory_to_message
+from armsim_ros.planning.attached_object import AttachedObject
+from armsim_ros.planning.scene_update import AttachedObjectUpdate, CollisionObjectUpdate
+from armsim_ros.planning.world_object import CollisionObject, ObjectType
+
+
+def object_update_from_message(message: CollisionObjectMessage) -> CollisionObjectUpdate:
+    """
+    Return what a message asks to do with an object.
+
+    :raises PlanningError: for a shape or pose that cannot exist.
+    """
+    return CollisionObjectUpdate(
+        id=message.id,
+        operation=message.operation[0],
+        frame_id=message.header.frame_id,
+        pose=pose_from_message(message.pose),
+        primitives=tuple(primitive_from_message(item) for item in message.primitives),
+        primitive_poses=tuple(pose_from_message(item) for item in message.primitive_poses),
+        meshes=tuple(mesh_from_message(item) for item in message.meshes),
+        mesh_poses=tuple(pose_from_message(item) for item in message.mesh_poses),
+        planes=tuple(plane_from_message(item) for item in message.planes),
+        plane_poses=tuple(pose_from_message(item) for item in message.plane_poses),
+        subframes={
+            name: pose_from_message(pose)
+            for name, pose in zip(message.subframe_names, message.subframe_poses, strict=False)
+        },
+        type=ObjectType(message.type.key, message.type.db),
+    )
+
+
+def attached_update_from_message(message: AttachedCollisionObject) -> AttachedObjectUpdate:
+    """
+    Return what a message asks to do with a carried object.
+
+    :raises PlanningError: for a shape or pose that cannot exist.
+    """
+    return AttachedObjectUpdate(
+        link_name=message.link_name,
+        object=object_update_from_message(message.object),
+        touch_links=tuple(message.touch_links),
+        detach_posture=trajectory_from_message(message.detach_posture),
+        weight=float(message.weight),
+    )
+
+
+def object_to_message(
+    item: CollisionObject, frame_id: str, *, geometry: bool = True
+) -> CollisionObjectMessage:
+    """
+    Return the message that adds an object.
+
+    :param frame_id: the frame of the object's pose.
+    :param geometry: False for id and type only.
+    """
+    message = CollisionObjectMessage(id=item.id, operation=CollisionObjectMessage.ADD)
+    message.header.frame_id = frame_id
+    message.type.key, message.type.db = item.type.key, item.type.db
+    if not geometry:
+        return message
+    message.pose = pose_to_message(item.pose)
+    for shape in item.shapes:
+        solid, pose = solid_to_message(shape.geometry), pose_to_message(shape.pose)
+        if isinstance(solid, SolidPrimitive):
+            message.primitives.append(solid)
+            message.primitive_poses.append(pose)
+        elif isinstance(solid, MeshMessage):
+            message.meshes.append(solid)
+            message.mesh_poses.append(pose)
+        else:
+            message.planes.append(solid)
+            message.plane_poses.append(pose)
+    message.subframe_names = list(item.subframes)
+    message.subframe_poses = [
+        pose_to_message(np.asarray(pose)) for pose in item.subframes.values()
+    ]
+    return message
+
+
+def removal_message(object_id: str, frame_id: str) -> CollisionObjectMessage:
+    """Return the message that removes an object."""
+    message = CollisionObjectMessage(id=object_id, operation=CollisionObjectMessage.REMOVE)
+    message.header.frame_id = frame_id
+    return message
+
+
+def attached_object_to_message(item: AttachedObject) -> AttachedCollisionObject:
+    """Return the message of a carried object; its pose is relative to the link."""
+    return AttachedCollisionObject(
+        link_name=item.link_name,
+        object=object_to_message(item.object, item.link_name),
+        touch_links=sorted(item.touch_links),
+        detach_posture=trajectory_to_message(item.detach_posture),
+        weight=item.weight,
+    )

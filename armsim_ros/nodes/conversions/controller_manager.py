@@ -1,0 +1,93 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What the controller manager tells of itself, as ``controller_manager_msgs``."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from controller_manager_msgs.msg import (
+    ControllerManagerActivity,
+    ControllerState,
+    HardwareComponentState,
+    HardwareInterface,
+    NamedLifecycleState,
+)
+
+from armsim_ros.control.controller_manager import (
+    ControllerInfo,
+    HardwareComponentInfo,
+    InterfaceInfo,
+)
+from armsim_ros.nodes.conversions.lifecycle import state_message
+from armsim_ros.nodes.conversions.time import fill_time
+
+DATA_TYPE = 'double'
+
+
+def controller_message(info: ControllerInfo) -> ControllerState:
+    """Return the message of a controller."""
+    return ControllerState(
+        name=info.name,
+        state=info.state,
+        type=info.type,
+        update_rate=round(info.update_rate),
+        claimed_interfaces=list(info.claimed_interfaces),
+        required_command_interfaces=list(info.required_command_interfaces),
+        required_state_interfaces=list(info.required_state_interfaces),
+    )
+
+
+def interface_messages(infos: Iterable[InterfaceInfo]) -> list[HardwareInterface]:
+    """Return the messages of interfaces, in their order."""
+    return [
+        HardwareInterface(
+            name=info.name,
+            data_type=DATA_TYPE,
+            is_available=info.is_available,
+            is_claimed=info.is_claimed,
+        )
+        for info in infos
+    ]
+
+
+def component_message(info: HardwareComponentInfo, rate: float) -> HardwareComponentState:
+    """
+    Return the message of a hardware component.
+
+    :param rate: [Hz] at which it is read and written.
+    """
+    return HardwareComponentState(
+        name=info.name,
+        type=info.type,
+        rw_rate=round(rate),
+        plugin_name=info.plugin_name,
+        class_type=info.plugin_name,
+        state=state_message(info.state),
+        command_interfaces=interface_messages(info.command_interfaces),
+        state_interfaces=interface_messages(info.state_interfaces),
+    )
+
+
+def activity_message(
+    time_ns: int,
+    controllers: Iterable[ControllerInfo],
+    components: Iterable[HardwareComponentInfo],
+) -> ControllerManagerActivity:
+    """
+    Return the message of ``~/activity``.
+
+    :param time_ns: [ns] of the simulation.
+    """
+    message = ControllerManagerActivity(
+        controllers=[
+            NamedLifecycleState(name=info.name, state=state_message(info.state))
+            for info in controllers
+        ],
+        hardware_components=[
+            NamedLifecycleState(name=info.name, state=state_message(info.state))
+            for info in components
+        ],
+    )
+    fill_time(message.header.stamp, time_ns)
+    return message

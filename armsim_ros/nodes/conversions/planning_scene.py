@@ -1,0 +1,181 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""``moveit_msgs/msg/PlanningScene`` to a scene update, and a scene back into messages."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from enum import IntFlag
+
+from geometry_msgs.msg import TransformStamped, Vector3
+from moveit_msgs.msg import (
+    AllowedCollisionEntry,
+    AllowedCollisionMatrix,
+    LinkPadding,
+    LinkScale,
+    ObjectColor,
+    PlanningSceneComponents,
+    PlanningSceneWorld,
+)
+from moveit_msgs.msg import (
+    PlanningScene as PlanningSceneMessage,
+)
+from std_msgs.msg import ColorRGBA
+
+from armsim_ros.nodes.conversions.collision_object import (
+    object_to_message,
+    object_update_from_message,
+)
+from armsim_ros.nodes.conversions.geometry import (
+    Matrix,
+    pose_from_transform,
+    pose_to_message,
+)
+from armsim_ros.nodes.conversions.robot_state import (
+    robot_state_to_message,
+    start_state_from_message,
+)
+from armsim_ros.planning.scene import PlanningScene
+from armsim_ros.planning.scene_update import AcmUpdate, CollisionObjectUpdate, SceneUpdate
+
+
+class Component(IntFlag):
+    """Bits of ``moveit_msgs/msg/PlanningSceneComponents``."""
+
+    SCENE_SETTINGS = PlanningSceneComponents.SCENE_SETTINGS
+    ROBOT_STATE = PlanningSceneComponents.ROBOT_STATE
+    ATTACHED_OBJECTS = PlanningSceneComponents.ROBOT_STATE_ATTACHED_OBJECTS
+    WORLD_OBJECT_NAMES = PlanningSceneComponents.WORLD_OBJECT_NAMES
+    WORLD_OBJECT_GEOMETRY = PlanningSceneComponents.WORLD_OBJECT_GEOMETRY
+    OCTOMAP = PlanningSceneComponents.OCTOMAP
+    TRANSFORMS = PlanningSceneComponents.TRANSFORMS
+    ALLOWED_COLLISION_MATRIX = PlanningSceneComponents.ALLOWED_COLLISION_MATRIX
+    LINK_PADDING_AND_SCALING = PlanningSceneComponents.LINK_PADDING_AND_SCALING
+    OBJECT_COLORS = PlanningSceneComponents.OBJECT_COLORS
+    ALL = 1023
+
+
+def update_from_message(message: PlanningSceneMessage) -> SceneUpdate:
+    """
+    Return what a scene message asks for.
+
+    :raises PlanningError: for shapes or poses that cannot exist.
+    """
+    return SceneUpdate(
+        is_diff=bool(message.is_diff),
+        name=message.name,
+        robot_state=start_state_from_message(message.robot_state),
+        objects=world_objects(message.world),
+        acm=_acm_update(message.allowed_collision_matrix),
+        link_padding={item.link_name: float(item.padding) for item in message.link_padding},
+        link_scale={item.link_name: float(item.scale) for item in message.link_scale},
+        fixed_frames={
+            item.child_frame_id: pose_from_transform(item.transform)
+            for item in message.fixed_frame_transforms
+            if item.child_frame_id
+        },
+        object_colors={
+            item.id: (
+                float(item.color.r), float(item.color.g), float(item.color.b), float(item.color.a)
+            )
+            for item in message.object_colors
+        },
+    )
+
+
+def world_objects(message: PlanningSceneWorld) -> tuple[CollisionObjectUpdate, ...]:
+    """Return the updates that a world message holds; an octomap is left out."""
+    return tuple(object_update_from_message(item) for item in message.collision_objects)
+
+
+def scene_to_message(
+    scene: PlanningScene, components: Component = Component.ALL
+) -> PlanningSceneMessage:
+    """
+    Return a full scene (is_diff false) with the components asked for.
+
+    Geometry wins over names; attached objects come with the joints, joints may come alone.
+    """
+    content = scene.snapshot()
+    message = PlanningSceneMessage(is_diff=False)
+    message.robot_state.is_diff = False
+    if components & Component.SCENE_SETTINGS:
+        message.name = content.content.name
+        message.robot_model_name = content.robot.name
+    if components & (Component.ROBOT_STATE | Component.ATTACHED_OBJECTS):
+        attached = content.attached.values() if components & Component.ATTACHED_OBJECTS else ()
+        message.robot_state = robot_state_to_message(
+            content.kinematic_model.positions(content.q), content.model_frame, attached=attached
+        )
+    if components & (Component.WORLD_OBJECT_NAMES | Component.WORLD_OBJECT_GEOMETRY):
+        geometry = bool(components & Component.WORLD_OBJECT_GEOMETRY)
+        message.world.collision_objects = [
+            object_to_message(item, content.model_frame, geometry=geometry)
+            for item in content.objects.values()
+        ]
+    if components & Component.TRANSFORMS:
+        message.fixed_frame_transforms = transforms(content.model_frame, content.fixed_frames)
+    if components & Component.ALLOWED_COLLISION_MATRIX:
+        message.allowed_collision_matrix = acm_to_message(content.full_update().acm)
+    if components & Component.LINK_PADDING_AND_SCALING:
+        message.link_padding = paddings(content.link_padding)
+        message.link_scale = scales(content.link_scale)
+    if components & Component.OBJECT_COLORS:
+        message.object_colors = colors(content.colors)
+    return message
+
+
+def acm_to_message(acm: AcmUpdate | None) -> AllowedCollisionMatrix:
+    """Return the matrix in the form of its message."""
+    if acm is None:
+        return AllowedCollisionMatrix()
+    return AllowedCollisionMatrix(
+        entry_names=list(acm.entry_names),
+        entry_values=[AllowedCollisionEntry(enabled=list(row)) for row in acm.entry_values],
+        default_entry_names=list(acm.default_entry_names),
+        default_entry_values=list(acm.default_entry_values),
+    )
+
+
+def paddings(values: Mapping[str, float]) -> list[LinkPadding]:
+    """Return link -> padding [m] as messages."""
+    return [LinkPadding(link_name=link, padding=value) for link, value in values.items()]
+
+
+def scales(values: Mapping[str, float]) -> list[LinkScale]:
+    """Return link -> scale as messages."""
+    return [LinkScale(link_name=link, scale=value) for link, value in values.items()]
+
+
+def colors(values: Mapping[str, tuple[float, float, float, float]]) -> list[ObjectColor]:
+    """Return object -> rgba as messages."""
+    return [
+        ObjectColor(id=name, color=ColorRGBA(r=r, g=g, b=b, a=a))
+        for name, (r, g, b, a) in values.items()
+    ]
+
+
+def _acm_update(message: AllowedCollisionMatrix) -> AcmUpdate | None:
+    if not message.entry_names and not message.entry_values and not message.default_entry_names:
+        return None
+    return AcmUpdate(
+        entry_names=tuple(message.entry_names),
+        entry_values=tuple(tuple(map(bool, row.enabled)) for row in message.entry_values),
+        default_entry_names=tuple(message.default_entry_names),
+        default_entry_values=tuple(map(bool, message.default_entry_values)),
+    )
+
+
+def transforms(parent: str, frames: Mapping[str, Matrix]) -> list[TransformStamped]:
+    """Return frame -> pose (4, 4) in the parent frame as messages."""
+    messages = []
+    for child, pose in frames.items():
+        message = TransformStamped(child_frame_id=child)
+        message.header.frame_id = parent
+        flat = pose_to_message(pose)
+        message.transform.translation = Vector3(
+            x=flat.position.x, y=flat.position.y, z=flat.position.z
+        )
+        message.transform.rotation = flat.orientation
+        messages.append(message)
+    return messages

@@ -1,0 +1,54 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""``moveit_msgs/msg/RobotState`` to a start state, and full states back."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+from moveit_msgs.msg import RobotState
+
+from armsim_ros.nodes.conversions.collision_object import (
+    attached_object_to_message,
+    attached_update_from_message,
+)
+from armsim_ros.planning.attached_object import AttachedObject
+from armsim_ros.planning.request import StartState
+
+
+def start_state_from_message(message: RobotState) -> StartState:
+    """
+    Return the state as it was given; joints are checked where it is used.
+
+    A multi-DOF joint is left out: a fixed arm has none.
+    """
+    return StartState(
+        joint_names=tuple(message.joint_state.name),
+        positions=tuple(float(value) for value in message.joint_state.position),
+        is_diff=bool(message.is_diff),
+        attached_objects=tuple(
+            attached_update_from_message(item) for item in message.attached_collision_objects
+        ),
+    )
+
+
+def robot_state_to_message(
+    positions: Mapping[str, float],
+    frame_id: str,
+    *,
+    attached: Iterable[AttachedObject] = (),
+    is_diff: bool = False,
+) -> RobotState:
+    """
+    Return a full robot state.
+
+    :param positions: joint -> [rad or m].
+    :param frame_id: the model frame, for the header.
+    :param attached: objects that the robot carries.
+    """
+    message = RobotState(is_diff=is_diff)
+    message.joint_state.header.frame_id = frame_id
+    message.joint_state.name = list(positions)
+    message.joint_state.position = [float(value) for value in positions.values()]
+    message.attached_collision_objects = [attached_object_to_message(item) for item in attached]
+    return message

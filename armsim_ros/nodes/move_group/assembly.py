@@ -1,0 +1,136 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""move_group as a whole: its parts, put together once at the start."""
+
+from __future__ import annotations
+
+from rclpy.executors import Executor
+from rclpy.node import Node
+
+from armsim_ros.config.robot_settings import RobotSettings
+from armsim_ros.kinematics.kinematic_model import KinematicModel
+from armsim_ros.model.robot_model import RobotModel
+from armsim_ros.nodes.move_group.apply_planning_scene import ApplyPlanningScene
+from armsim_ros.nodes.move_group.attached_collision_object import AttachedCollisionObject
+from armsim_ros.nodes.move_group.check_state_validity import CheckStateValidity
+from armsim_ros.nodes.move_group.clear_octomap import ClearOctomap
+from armsim_ros.nodes.move_group.collision_object import CollisionObject
+from armsim_ros.nodes.move_group.compute_cartesian_path import ComputeCartesianPath
+from armsim_ros.nodes.move_group.compute_fk import ComputeFk
+from armsim_ros.nodes.move_group.compute_ik import ComputeIk
+from armsim_ros.nodes.move_group.context import Context
+from armsim_ros.nodes.move_group.display_planned_path import DisplayPlannedPath
+from armsim_ros.nodes.move_group.execute_trajectory import ExecuteTrajectory
+from armsim_ros.nodes.move_group.get_planning_scene import GetPlanningScene
+from armsim_ros.nodes.move_group.get_urdf import GetUrdf
+from armsim_ros.nodes.move_group.joint_states import StateMonitor
+from armsim_ros.nodes.move_group.monitored_planning_scene import MonitoredPlanningScene
+from armsim_ros.nodes.move_group.move_action import MoveAction
+from armsim_ros.nodes.move_group.parameters import MoveGroupParameters
+from armsim_ros.nodes.move_group.plan_kinematic_path import PlanKinematicPath
+from armsim_ros.nodes.move_group.planner_params import PlannerParams
+from armsim_ros.nodes.move_group.planning_job import PlanningJob
+from armsim_ros.nodes.move_group.planning_scene import PlanningSceneTopics
+from armsim_ros.nodes.move_group.query_planner_interface import QueryPlannerInterface
+from armsim_ros.nodes.move_group.trajectory_execution import TrajectoryExecution
+from armsim_ros.nodes.move_group.trajectory_execution_event import TrajectoryExecutionEvent
+from armsim_ros.nodes.move_group.transforms import Transforms
+from armsim_ros.nodes.move_group.worker import Worker
+from armsim_ros.planning.controller_selection import coverage_report
+from armsim_ros.planning.pipeline import MotionPlanner, warm_up
+from armsim_ros.planning.scene import PlanningScene
+from armsim_ros.planning.settings import settings_from_config
+
+READY = 'You can start planning now!'
+DEFAULT_JOINT_STATES = '/joint_states'
+
+
+class MoveGroup:
+    """
+    Every endpoint of the program.
+
+    :param node: has the endpoints.
+    :param executor: the one that spins the node.
+    :param settings: the robot's files.
+    :param robot: the robot.
+    """
+
+    def __init__(
+        self, node: Node, executor: Executor, settings: RobotSettings, robot: RobotModel
+    ) -> None:
+        """Build the parts; the ready line comes when all of them answer."""
+        model = KinematicModel(robot)
+        parameters = settings.planning_parameters
+        scene = PlanningScene(
+            model,
+            name='default',
+            link_padding=parameters.default_robot_padding,
+            link_scale=parameters.default_robot_scale,
+        )
+        topics = parameters.joint_state_topics or (
+            settings.joint_states_topic,
+            DEFAULT_JOINT_STATES,
+        )
+        planning = settings_from_config(parameters, settings.ompl, settings.kinematics)
+        planner, query_planner = (
+            MotionPlanner(model, scene, settings=planning, log=node.get_logger())
+            for _ in range(2)
+        )
+        self._context = context = Context(
+            node=node,
+            settings=settings,
+            robot=robot,
+            scene=scene,
+            states=StateMonitor(node, scene, tuple(dict.fromkeys(topics))),
+            planning=Worker('planning', executor),
+            queries=Worker('queries', executor),
+            planner=planner,
+            query_planner=query_planner,
+            execution_settings=settings.trajectory_execution,
+        )
+        self._endpoints = endpoints(context)
+        self._parameters = MoveGroupParameters(context)
+        for line in coverage_report(robot, self.execution.controllers):
+            context.logger.warning(line)
+        ready = context.planning.submit(warm_up)
+        ready.add_done_callback(lambda _: context.logger.info(READY))
+
+    @property
+    def execution(self) -> TrajectoryExecution:
+        """What sends trajectories to the controllers."""
+        return next(item for item in self._endpoints if isinstance(item, TrajectoryExecution))
+
+    def close(self) -> None:
+        """End the workers."""
+        self._context.planning.close()
+        self._context.queries.close()
+
+
+def endpoints(context: Context) -> tuple[object, ...]:
+    """Make every endpoint; they live as long as the tuple does."""
+    display = DisplayPlannedPath(context.node, context.robot.name)
+    job = PlanningJob(context, display)
+    execution = TrajectoryExecution(context)
+    return (
+        display,
+        execution,
+        MoveAction(context, job, execution),
+        ExecuteTrajectory(context, execution),
+        PlanKinematicPath(context, job),
+        ComputeCartesianPath(context, job, display),
+        ComputeIk(context),
+        ComputeFk(context),
+        CheckStateValidity(context),
+        GetPlanningScene(context),
+        ApplyPlanningScene(context),
+        PlanningSceneTopics(context),
+        CollisionObject(context),
+        AttachedCollisionObject(context),
+        MonitoredPlanningScene(context),
+        TrajectoryExecutionEvent(context, execution),
+        QueryPlannerInterface(context),
+        PlannerParams(context),
+        ClearOctomap(context),
+        GetUrdf(context),
+        Transforms(context),
+    )

@@ -1,0 +1,28 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The topic ``collision_object``."""
+
+from __future__ import annotations
+
+from moveit_msgs.msg import CollisionObject as Message
+
+from armsim_ros.nodes.conversions.collision_object import object_update_from_message
+from armsim_ros.nodes.move_group.context import Context
+from armsim_ros.nodes.move_group.failures import reported
+
+
+class CollisionObject:
+    """
+    Adds, removes, extends and moves objects of the world.
+
+    :param context: the parts of move_group.
+    """
+
+    def __init__(self, context: Context) -> None:
+        """Subscribe."""
+        self._context = context
+        context.subscribe(Message, 'collision_object', self._receive)
+
+    def _receive(self, message: Message) -> None:
+        with reported(self._context.logger, 'collision_object', None):
+            self._context.scene.apply_object(object_update_from_message(message))

@@ -1,0 +1,83 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The service ``compute_ik``."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from moveit_msgs.srv import GetPositionIK as Service
+import numpy as np
+
+from armsim_ros.errors import PlanningError
+from armsim_ros.nodes.conversions.constraints import constraints_from_message
+from armsim_ros.nodes.conversions.geometry import Matrix, pose_from_message
+from armsim_ros.nodes.conversions.robot_state import (
+    robot_state_to_message,
+    start_state_from_message,
+)
+from armsim_ros.nodes.conversions.time import seconds_from_duration
+from armsim_ros.nodes.move_group.context import Context
+from armsim_ros.nodes.move_group.failures import fill_error, reported
+from armsim_ros.planning.error_codes import MoveItErrorCode
+from armsim_ros.planning.pipeline import IKRequest
+
+
+class ComputeIk:
+    """
+    Finds joint positions that put links at poses.
+
+    :param context: the parts of move_group.
+    """
+
+    def __init__(self, context: Context) -> None:
+        """Make the server."""
+        self._context = context
+        context.serve(Service, 'compute_ik', self._answer)
+
+    async def _answer(
+        self, request: Service.Request, response: Service.Response
+    ) -> Service.Response:
+        with reported(self._context.logger, 'compute_ik', response.error_code):
+            await self._fill(request.ik_request, response)
+        return response
+
+    async def _fill(self, message: Any, response: Service.Response) -> None:
+        context = self._context
+        context.states.update_scene()
+        scene = context.scene.snapshot()
+        request = IKRequest(
+            group_name=message.group_name,
+            targets=self._targets(message),
+            start_state=start_state_from_message(message.robot_state),
+            constraints=constraints_from_message(message.constraints),
+            avoid_collisions=bool(message.avoid_collisions),
+            timeout_s=seconds_from_duration(message.timeout),
+        )
+        answer = await context.queries.submit(
+            lambda: context.query_planner.compute_ik(request, scene, clock=context.clock)
+        )
+        fill_error(response.error_code, answer.error_code, answer.message, 'compute_ik')
+        if answer.error_code == MoveItErrorCode.SUCCESS:
+            response.solution = robot_state_to_message(answer.positions, context.frame)
+
+    def _targets(self, message: Any) -> tuple[tuple[str, Matrix], ...]:
+        """Return (link, pose in the model frame) of each target; '' is the group's tip."""
+        if not message.pose_stamped_vector:
+            return ((message.ik_link_name, self._pose(message.pose_stamped)),)
+        names = message.ik_link_names
+        if len(names) != len(message.pose_stamped_vector):
+            raise PlanningError(
+                MoveItErrorCode.INVALID_LINK_NAME,
+                f'{len(names)} ik_link_names and {len(message.pose_stamped_vector)} poses; '
+                'each pose needs its link',
+                'compute_ik',
+            )
+        return tuple(
+            (name, self._pose(pose))
+            for name, pose in zip(names, message.pose_stamped_vector, strict=True)
+        )
+
+    def _pose(self, message: Any) -> Matrix:
+        frame = self._context.scene.frame_pose(message.header.frame_id)
+        return np.asarray(frame @ pose_from_message(message.pose))

@@ -1,0 +1,59 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The action ``execute_trajectory``."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from moveit_msgs.action import ExecuteTrajectory as Action
+from rclpy.action import ActionServer, CancelResponse
+from rclpy.action.server import ServerGoalHandle
+
+from armsim_ros.nodes.conversions.trajectory import trajectory_from_message
+from armsim_ros.nodes.move_group.context import Context
+from armsim_ros.nodes.move_group.failures import fill_error, reported
+from armsim_ros.nodes.move_group.goal_end import end_goal
+from armsim_ros.nodes.move_group.trajectory_execution import TrajectoryExecution, Watch
+from armsim_ros.planning.error_codes import MoveItErrorCode
+
+
+class ExecuteTrajectory:
+    """
+    Runs trajectories that a client has; goals wait for each other.
+
+    :param context: the parts of move_group.
+    :param execution: sends them to the controllers.
+    """
+
+    def __init__(self, context: Context, execution: TrajectoryExecution) -> None:
+        """Make the server; every goal is accepted, every cancel too."""
+        self._context = context
+        self._execution = execution
+        self._server = ActionServer(
+            context.node,
+            Action,
+            'execute_trajectory',
+            self._execute,
+            callback_group=context.group,
+            cancel_callback=lambda goal: CancelResponse.ACCEPT,
+        )
+
+    async def _execute(self, goal: ServerGoalHandle) -> Any:
+        result = Action.Result()
+        fill_error(result.error_code, MoveItErrorCode.FAILURE, 'not executed', 'execution')
+        goal.publish_feedback(Action.Feedback(state='MONITOR'))
+        with reported(self._context.logger, 'execute_trajectory', result.error_code):
+            outcome = await self._execution.queued(
+                trajectory_from_message(goal.request.trajectory.joint_trajectory),
+                Watch(cancelled=lambda: goal.is_cancel_requested),
+                goal.request.controller_names,
+            )
+            fill_error(result.error_code, outcome.code, outcome.message, 'execution')
+            if not outcome.success:
+                self._context.logger.error(f'execute_trajectory: {outcome.message}')
+        sentence = result.error_code.message or 'Solution was found and executed.'
+        goal.publish_feedback(Action.Feedback(state=sentence))
+        goal.publish_feedback(Action.Feedback(state='IDLE'))
+        end_goal(goal, result.error_code.val)
+        return result

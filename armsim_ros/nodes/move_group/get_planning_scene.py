@@ -1,0 +1,33 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The service ``get_planning_scene``."""
+
+from __future__ import annotations
+
+from moveit_msgs.srv import GetPlanningScene as Service
+
+from armsim_ros.nodes.conversions.planning_scene import Component, scene_to_message
+from armsim_ros.nodes.move_group.context import Context
+from armsim_ros.nodes.move_group.failures import reported
+
+
+class GetPlanningScene:
+    """
+    Answers with the parts of the scene that were asked for, all of them for 0.
+
+    :param context: the parts of move_group.
+    """
+
+    def __init__(self, context: Context) -> None:
+        """Make the server."""
+        self._context = context
+        context.serve(Service, 'get_planning_scene', self._answer)
+
+    async def _answer(
+        self, request: Service.Request, response: Service.Response
+    ) -> Service.Response:
+        wanted = Component(request.components.components) or Component.ALL
+        with reported(self._context.logger, 'get_planning_scene', None):
+            self._context.states.update_scene()
+            response.scene = scene_to_message(self._context.scene, wanted)
+        return response

@@ -1,0 +1,179 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The robot state monitor: ``joint_states`` into the planning scene."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+import math
+
+from rclpy.node import Node
+from rclpy.task import Future
+from sensor_msgs.msg import JointState
+
+from armsim_ros.nodes import qos
+from armsim_ros.nodes.conversions.time import ns_from_time
+from armsim_ros.planning.scene import PlanningScene
+
+SCENE_PERIOD_NS = 30_000_000
+COMPLAINT_PERIOD_NS = 1_000_000_000
+SWEEP_PERIOD = 0.02
+AT_REST = 1e-3
+CLOCK_MISMATCH_NS = 10_000_000_000
+
+
+class StateMonitor:
+    """
+    Keeps the newest position of every joint.
+
+    Messages that carry only some joints add up. A message without a stamp counts with the time
+    of its arrival.
+
+    :param node: subscribes and tells the time.
+    :param scene: gets the positions, at most 33 times a second.
+    :param topics: joint state topics; several may be given.
+    """
+
+    def __init__(self, node: Node, scene: PlanningScene, topics: Sequence[str]) -> None:
+        """Subscribe, best effort, so that every publisher matches."""
+        self._node = node
+        self._scene = scene
+        self.topics = tuple(topics)
+        robot = scene.robot
+        self._needed = set(robot.active_joints)
+        self._known = set(robot.movable_joints)
+        self.positions: dict[str, float] = {}
+        self.velocities: dict[str, float] = {}
+        self.stamp_ns = 0
+        self.count = 0
+        self._scene_ns = -SCENE_PERIOD_NS
+        self._complained: dict[str, int] = {}
+        self._warned: set[str] = set()
+        self._waiting: list[tuple[int, int, Future]] = []
+        self._subscriptions = [
+            node.create_subscription(JointState, topic, self._receive, qos.COMMAND)
+            for topic in self.topics
+        ]
+        self._sweeper = node.create_timer(SWEEP_PERIOD, self._sweep)
+
+    @property
+    def missing(self) -> tuple[str, ...]:
+        """Joints that no message has carried yet."""
+        return tuple(sorted(self._needed - self.positions.keys()))
+
+    @property
+    def complete(self) -> bool:
+        """Whether every joint was seen."""
+        return self._needed <= self.positions.keys()
+
+    @property
+    def at_rest(self) -> bool:
+        """Whether no joint moves faster than 1e-3 [rad/s or m/s]."""
+        return all(abs(value) < AT_REST for value in self.velocities.values())
+
+    def now_ns(self) -> int:
+        """Return the node's time [ns]."""
+        return int(self._node.get_clock().now().nanoseconds)
+
+    def newer_than(self, time_ns: int, timeout: float) -> Future:
+        """
+        Return a future: True with a state stamped at that time or later, False after a while.
+
+        :param time_ns: [ns].
+        :param timeout: [s] of the node's clock.
+        """
+        future = Future()
+        if self.complete and self.stamp_ns >= time_ns:
+            future.set_result(True)
+        else:
+            self._waiting.append((time_ns, self.now_ns() + int(timeout * 1e9), future))
+        return future
+
+    async def current(self, timeout: float = 1.0) -> bool:
+        """
+        Wait until the scene holds the present state.
+
+        A robot at rest whose last message is younger than 0.1 s need not be waited for.
+
+        :param timeout: [s].
+        :returns: False where no such state came; the scene then holds the last one.
+        """
+        now = self.now_ns()
+        fresh = self.complete and self.at_rest and abs(now - self.stamp_ns) < 100_000_000
+        recent = fresh or await self.newer_than(now, timeout)
+        self.update_scene()
+        return bool(recent)
+
+    def update_scene(self) -> None:
+        """Write the newest positions into the scene."""
+        self._scene_ns = self.stamp_ns
+        if self.positions:
+            self._scene.set_positions(self.positions)
+
+    def _receive(self, message: JointState) -> None:
+        names, values = message.name, message.position
+        if len(names) != len(values):
+            self._complain(
+                f'joint state dropped: {len(names)} names and {len(values)} positions'
+            )
+            return
+        moving = len(message.velocity) == len(names)
+        for index, (name, value) in enumerate(zip(names, values, strict=False)):
+            if name not in self._known:
+                continue
+            if not math.isfinite(value):
+                self._complain(f"joint state: position of '{name}' is {value}; not used")
+                continue
+            self.positions[name] = value
+            if moving and math.isfinite(message.velocity[index]):
+                self.velocities[name] = message.velocity[index]
+        stamp = ns_from_time(message.header.stamp)
+        now = self.now_ns()
+        if stamp == 0:
+            self._warn_once('joint states have no stamp; the time of their arrival is used')
+            stamp = now
+        elif now and abs(now - stamp) > CLOCK_MISMATCH_NS:
+            self._warn_once(
+                f'joint states are stamped {abs(now - stamp) / 1e9:.0f} s away from the clock of '
+                'this node: one of the two does not use sim time; set use_sim_time on both'
+            )
+            stamp = now
+        self.stamp_ns = stamp
+        self.count += 1
+        if not self.complete:
+            self._complain(
+                f"joint states are incomplete: no position of {', '.join(self.missing)} on "
+                f"{', '.join(self.topics)}"
+            )
+        if abs(stamp - self._scene_ns) >= SCENE_PERIOD_NS:
+            self.update_scene()
+        self._notify()
+
+    def _notify(self) -> None:
+        if not self._waiting or not self.complete:
+            return
+        done = [entry for entry in self._waiting if self.stamp_ns >= entry[0]]
+        self._waiting = [entry for entry in self._waiting if self.stamp_ns < entry[0]]
+        for _, _, future in done:
+            future.set_result(True)
+
+    def _sweep(self) -> None:
+        if not self._waiting:
+            return
+        now = self.now_ns()
+        late = [entry for entry in self._waiting if now >= entry[1]]
+        self._waiting = [entry for entry in self._waiting if now < entry[1]]
+        for _, _, future in late:
+            future.set_result(False)
+
+    def _complain(self, text: str) -> None:
+        now = self.now_ns()
+        if now - self._complained.get(text, -COMPLAINT_PERIOD_NS) >= COMPLAINT_PERIOD_NS:
+            self._complained[text] = now
+            self._node.get_logger().warning(text)
+
+    def _warn_once(self, text: str) -> None:
+        key = text[:30]
+        if key not in self._warned:
+            self._warned.add(key)
+            self._node.get_logger().warning(text)

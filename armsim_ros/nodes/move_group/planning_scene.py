@@ -1,0 +1,52 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The topics ``planning_scene`` and ``planning_scene_world``."""
+
+from __future__ import annotations
+
+from moveit_msgs.msg import PlanningScene, PlanningSceneWorld
+
+from armsim_ros.nodes.conversions.planning_scene import update_from_message
+from armsim_ros.nodes.move_group.context import Context
+from armsim_ros.nodes.move_group.failures import reported
+
+
+class PlanningSceneTopics:
+    """
+    Changes the scene by message.
+
+    :param context: the parts of move_group.
+    """
+
+    def __init__(self, context: Context) -> None:
+        """Subscribe."""
+        self._context = context
+        context.subscribe(PlanningScene, 'planning_scene', self._receive)
+        context.subscribe(PlanningSceneWorld, 'planning_scene_world', self._receive_world)
+
+    def _receive(self, message: PlanningScene) -> None:
+        apply_scene_message(self._context, message, 'planning_scene')
+
+    def _receive_world(self, message: PlanningSceneWorld) -> None:
+        scene = PlanningScene(is_diff=True, world=message)
+        scene.robot_state.is_diff = True
+        apply_scene_message(self._context, scene, 'planning_scene_world')
+
+
+def apply_scene_message(context: Context, message: PlanningScene, source: str) -> bool:
+    """
+    Change the scene as a message asks.
+
+    Every part is tried; a part that is refused changes nothing and is named in the log.
+
+    :param source: the endpoint that the message came by.
+    :returns: whether all parts were taken.
+    """
+    if message.world.octomap.octomap.data:
+        context.warn_once(f'{source}: octomaps are not supported; the rest of the scene is used')
+    refused: tuple[str, ...] = ('the message cannot be read',)
+    with reported(context.logger, source, None):
+        refused = context.scene.apply(update_from_message(message))
+        for sentence in refused:
+            context.logger.error(f'{source}: {sentence}')
+    return not refused

@@ -1,0 +1,42 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""A pulse that coroutines of the executor wait for."""
+
+from __future__ import annotations
+
+from rclpy.callback_groups import ReentrantCallbackGroup
+from rclpy.clock import Clock, ClockType
+from rclpy.node import Node
+from rclpy.task import Future
+
+PERIOD = 0.02
+
+
+class Ticker:
+    """
+    Wakes waiting coroutines every 20 ms of real time, and at once when told to.
+
+    :param node: its executor runs the timer.
+    """
+
+    def __init__(self, node: Node) -> None:
+        """Start the timer; it goes on while sim time stands still."""
+        self._waiting: list[Future] = []
+        self._timer = node.create_timer(
+            PERIOD,
+            self.wake,
+            callback_group=ReentrantCallbackGroup(),
+            clock=Clock(clock_type=ClockType.STEADY_TIME),
+        )
+
+    def next(self) -> Future:
+        """Return a future that is done at the next pulse."""
+        future = Future()
+        self._waiting.append(future)
+        return future
+
+    def wake(self) -> None:
+        """Give the pulse now; call it from the executor's thread."""
+        waiting, self._waiting = self._waiting, []
+        for future in waiting:
+            future.set_result(None)
