@@ -61,7 +61,11 @@ def read_settings(
         return kind.model_validate(node.plain())
     except ValidationError as error:
         known_unused = tuple(unused or ())
-        for detail in error.errors(include_url=False):
+        details = error.errors(include_url=False)
+        inner = {detail['loc'][:-1] for detail in details}
+        for detail in details:
+            if detail['type'] == 'too_short' and detail['loc'] in inner:
+                continue  # its items are there, but wrong
             problems.append(_problem(kind, node, detail, title, known_unused))
         return None
 

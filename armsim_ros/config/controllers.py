@@ -1,0 +1,155 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Controllers as the user wrote them, and the ROS 2 types that they mean."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from armsim_ros.config.base import parameter, Settings
+from armsim_ros.config.gripper_action_controller import (
+    GripperActionControllerParameters,
+    ParallelGripperActionControllerParameters,
+)
+from armsim_ros.config.joint_state_broadcaster import JointStateBroadcasterParameters
+from armsim_ros.config.joint_trajectory_controller import JointTrajectoryControllerParameters
+from armsim_ros.config.validation import known_keys, read_settings
+from armsim_ros.config.yaml_node import node_of, split_keys, YamlNode
+from armsim_ros.errors import nearest, Problem, Severity
+
+TRAJECTORY = 'joint_trajectory_controller/JointTrajectoryController'
+BROADCASTER = 'joint_state_broadcaster/JointStateBroadcaster'
+
+#: ROS 2 type -> its parameters.
+PARAMETERS: Mapping[str, type[Settings]] = {
+    TRAJECTORY: JointTrajectoryControllerParameters,
+    BROADCASTER: JointStateBroadcasterParameters,
+    'position_controllers/GripperActionController': GripperActionControllerParameters,
+    'effort_controllers/GripperActionController': GripperActionControllerParameters,
+    'parallel_gripper_action_controller/GripperActionController':
+        ParallelGripperActionControllerParameters,
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Ros1Type:
+    """What a ROS 1 type is called in ROS 2, and the parameters that its name implied."""
+
+    type: str
+    implied: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+
+
+def _trajectory(*command_interfaces: str) -> Ros1Type:
+    return Ros1Type(TRAJECTORY, {'command_interfaces': command_interfaces,
+                                 'state_interfaces': ('position', 'velocity')})
+
+
+#: Types of ROS 1's ros_controllers that have an equal in ROS 2.
+ROS1_TYPES: Mapping[str, Ros1Type] = {
+    'position_controllers/JointTrajectoryController': _trajectory('position'),
+    'velocity_controllers/JointTrajectoryController': _trajectory('velocity'),
+    'effort_controllers/JointTrajectoryController': _trajectory('effort'),
+    'pos_vel_controllers/JointTrajectoryController': _trajectory('position', 'velocity'),
+    'pos_vel_acc_controllers/JointTrajectoryController':
+        _trajectory('position', 'velocity', 'acceleration'),
+    'joint_state_controller/JointStateController': Ros1Type(BROADCASTER),
+}
+
+#: Parameters that every ROS 2 controller has, and some of ROS 1 -> why they have no effect here.
+UNUSED_CONTROLLER_KEYS: Mapping[str, str] = {
+    'use_sim_time': 'the programs are told once for all nodes',
+    'is_async': 'all controllers run in the one control loop',
+    'async_parameters': 'all controllers run in the one control loop',
+    'thread_priority': 'all controllers run in the one control loop',
+    'lock_memory': '',
+    'node_options_args': '',
+    'qos_overrides': '',
+    'params_file': '',
+    'fallback_controllers': 'name them in the block of controller_manager',
+    'robot_description': 'the URDF file is read',
+    'start_with_holding': 'holding always starts at once',
+    'angle_wraparound': 'a continuous joint of the URDF turns without bounds',
+    'allow_trajectory_replacement': 'a new trajectory always replaces the running one',
+    'positions_upsampling': '',
+    'publish_state': '',
+    'hardware_interface_type': '',
+}
+
+
+class ControllerSettings(Settings):
+    """
+    One controller.
+
+    :param type: the ROS 2 type.
+    :param source_type: the type as the user wrote it.
+    :param parameters: an instance of the class that belongs to the type.
+    """
+
+    name: str
+    type: str
+    source_type: str
+    parameters: Any = parameter(..., 'checked parameters of its type')
+
+    @property
+    def compat(self) -> str:
+        """Whose behaviour it has where they differ: 'jazzy' or 'ros1'."""
+        return str(getattr(self.parameters, 'compat', 'jazzy'))
+
+    @property
+    def joints(self) -> tuple[str, ...]:
+        """The joints that it claims; none for a broadcaster."""
+        if self.type == BROADCASTER:
+            return ()
+        joint = getattr(self.parameters, 'joint', None)
+        return (joint,) if joint else tuple(self.parameters.joints)
+
+
+def allowed_types() -> tuple[str, ...]:
+    """Return every type that a user may write."""
+    return (*PARAMETERS, *ROS1_TYPES)
+
+
+def read_controller(name: str, node: YamlNode, problems: list[Problem]
+                    ) -> ControllerSettings | None:
+    """
+    Return one controller, None where its block has mistakes.
+
+    :param node: its parameters, ``type`` among them.
+    :param problems: mistakes and remarks are added here.
+    """
+    title = f"controller '{name}'"
+    kind = node.get('type')
+    if kind is None or not isinstance(kind.value, str):
+        problems.append(Problem(f'{title} has no type', (kind or node).place,
+                                ', '.join(allowed_types()), f"add 'type:' to '{name}'"))
+        return None
+    source_type = kind.value
+    ros1 = ROS1_TYPES.get(source_type)
+    canonical = ros1.type if ros1 else source_type
+    parameters = PARAMETERS.get(canonical)
+    if parameters is None:
+        problems.append(Problem(f"{title}: type '{source_type}' is not known", kind.where,
+                                ', '.join(allowed_types()),
+                                nearest(source_type, allowed_types())))
+        return None
+    block = node.without('type')
+    if ros1:
+        block = _with_implied(block, ros1, kind)
+        problems.append(Problem(
+            f"{title}: type '{source_type}' is read as '{canonical}'", kind.where,
+            severity=Severity.INFO))
+    unused = {key: why for key, why in UNUSED_CONTROLLER_KEYS.items()
+              if key not in known_keys(parameters)}
+    checked = read_settings(parameters, block, problems, title=title, unused=unused)
+    if checked is None:
+        return None
+    return ControllerSettings(
+        name=name, type=canonical, source_type=source_type, parameters=checked)
+
+
+def _with_implied(block: YamlNode, ros1: Ros1Type, kind: YamlNode) -> YamlNode:
+    """Return the block with what its ROS 1 type says; what is written wins."""
+    implied = {key: node_of(value, kind.where) for key, value in ros1.implied.items()}
+    return split_keys(block.with_value({**implied, **block.entries}), '/')

@@ -1,0 +1,222 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""
+From a file's keys to the neutral form: ROS 1 layout and ROS 2 layout.
+
+ROS 1 puts a file on the parameter server as it is, under the namespaces that its own keys make.
+ROS 2 has ``<node>: ros__parameters:`` (also ``/ns/node``, ``/**/node`` and ``/**``), dots in
+names mean depth. What a block is, its content says; the file's name only helps where that is
+open.
+"""
+
+from __future__ import annotations
+
+from armsim_ros.config.blocks import BLOCKS, KEEP_KEYS, UNUSED_BLOCKS
+from armsim_ros.config.draft import ConfigDraft, empty_node
+from armsim_ros.config.ompl_planning import OmplGroup
+from armsim_ros.config.validation import known_keys
+from armsim_ros.config.yaml_node import split_keys, YamlNode
+from armsim_ros.errors import nearest, Problem, Severity
+
+ROS2_KEY = 'ros__parameters'
+_CONTROLLER_KEYS = frozenset(
+    {'type', 'joints', 'joint', 'gains', 'constraints', 'publish_rate', 'state_publish_rate',
+     'action_monitor_rate', 'stop_trajectory_duration', 'goal_time',
+     'stopped_velocity_tolerance', 'command_interfaces', 'state_interfaces'})
+_ANY_NODE = '**'
+_NODES_OF_MOVEIT = frozenset({
+    'move_group', 'moveit_simple_controller_manager', 'planning_scene_monitor', 'rviz', 'rviz2',
+    _ANY_NODE,
+})
+
+
+class LayoutReader:
+    """
+    Sorts the keys of files into a draft.
+
+    :param draft: takes what is found.
+    """
+
+    def __init__(self, draft: ConfigDraft) -> None:
+        """Start with an empty list of ROS 2 types."""
+        self._draft = draft
+        self._file_stem = ''
+
+    def read(self, root: YamlNode, stem: str) -> None:
+        """
+        Sort one file.
+
+        :param stem: the file's name without its ending.
+        """
+        self._file_stem = stem
+        if _has_ros2_key(root):
+            self._read_nodes(root, ())
+        elif stem == 'simulation':
+            self._take_simulation(root)
+        else:
+            self._read_block(root, '')
+
+    def _take_simulation(self, root: YamlNode) -> None:
+        spawn = root.get('spawn')
+        if spawn is not None:
+            self._draft.add_entry('spawn', 'names', spawn)
+        self._draft.add('simulation', root.without('spawn'))
+
+    # ROS 2 ------------------------------------------------------------------------------------
+
+    def _read_nodes(self, node: YamlNode, path: tuple[str, ...]) -> None:
+        for key, inner in node.entries.items():
+            if key == ROS2_KEY:
+                parts = [part for part in '/'.join(path).split('/') if part]
+                name = parts[-1] if parts else _ANY_NODE
+                namespace = '/'.join(part for part in parts[:-1] if part != _ANY_NODE)
+                self._read_node(name, namespace, inner)
+            elif inner.is_mapping:
+                self._read_nodes(inner, (*path, key))
+            else:
+                self._draft.problems.append(Problem(
+                    f"key '{key}' stands outside of '{ROS2_KEY}'", inner.place,
+                    remedy=f"indent it below '{ROS2_KEY}:'"))
+
+    def _read_node(self, name: str, namespace: str, parameters: YamlNode) -> None:
+        if not parameters.is_mapping:
+            self._draft.problems.append(Problem(
+                f"'{ROS2_KEY}' of '{name}' is {parameters.kind}", parameters.place,
+                'a block of keys', f"the keys below '{ROS2_KEY}:' need a deeper indentation"))
+            return
+        parameters = split_keys(parameters, '.', keep=KEEP_KEYS)
+        if name == 'controller_manager':
+            self._draft.see_namespace(namespace, parameters.place)
+            self._read_manager(parameters)
+        elif name in ('simulation', 'armsim'):
+            self._take_simulation(parameters)
+        elif name in _NODES_OF_MOVEIT:
+            self._read_block(parameters, '', ros2=True)
+        else:
+            self._draft.see_namespace(namespace, parameters.place)
+            self._draft.add_entry('controllers', name, parameters)
+
+    def _read_manager(self, parameters: YamlNode) -> None:
+        own: dict[str, YamlNode] = {}
+        for key, inner in parameters.entries.items():
+            kind = inner.get('type')
+            if kind is None:
+                own[key] = inner
+                continue
+            self._draft.add_entry(
+                'controllers', key, empty_node(inner.place).with_value({'type': kind}))
+            if inner.without('type').entries:
+                own[key] = inner
+        if own:
+            self._draft.add('controller_manager', parameters.with_value(own))
+
+    # ROS 1, and ROS 2 files without nodes --------------------------------------------------------
+
+    def _read_block(self, block: YamlNode, namespace: str, *, ros2: bool = False) -> None:
+        block = _split_known_heads(block)
+        entries = block.entries
+        if 'planner_configs' in entries or 'planning_plugins' in entries \
+                or 'planning_plugin' in entries:
+            self._take_pipeline(block)
+            return
+        for key, inner in entries.items():
+            take = BLOCKS.get(key)
+            if take is not None:
+                take(self._draft, key, inner)
+            elif key == 'simulation' and inner.is_mapping:
+                self._take_simulation(inner)
+            elif key in UNUSED_BLOCKS:
+                self._remark_unused(key, inner)
+            elif not self._take_by_content(key, inner, namespace):
+                self._refuse_key(key, block, ros2)
+
+    def _take_by_content(self, key: str, node: YamlNode, namespace: str) -> bool:
+        if not node.is_mapping:
+            return False
+        entries = node.entries
+        if any(name.startswith('kinematics_solver') for name in entries):
+            self._draft.add_entry('kinematics', key, node)
+        elif _is_controller(node):
+            self._draft.see_namespace(namespace, node.place)
+            self._draft.add_entry('controllers', key, node)
+        elif 'planner_configs' in entries or 'planning_plugins' in entries:
+            self._take_pipeline(node)
+        elif any(inner.is_mapping or name in BLOCKS for name, inner in entries.items()):
+            deeper = '/'.join(part for part in (namespace, key.strip('/')) if part)
+            self._read_block(node, '' if key == 'move_group' else deeper)
+        else:
+            return False
+        return True
+
+    def _take_pipeline(self, block: YamlNode) -> None:
+        """Take a planner's file: settings, planner_configs, and one block for each group."""
+        own: dict[str, YamlNode] = {}
+        groups: dict[str, YamlNode] = {}
+        for key, inner in block.entries.items():
+            if key == 'planner_configs':
+                own[key] = inner
+            elif key == 'totg' and inner.is_mapping:
+                own.update(inner.entries)
+            elif inner.is_mapping and (set(inner.entries) & set(known_keys(OmplGroup))
+                                       or not inner.entries):
+                groups[key] = inner
+            else:
+                own[key] = inner
+        if groups:
+            own['groups'] = empty_node(block.where).with_value(groups)
+        self._draft.add('ompl', block.with_value(own))
+
+    def _remark_unused(self, key: str, node: YamlNode) -> None:
+        reason = UNUSED_BLOCKS[key]
+        self._draft.problems.append(Problem(
+            f"'{key}' is not used here" + (f': {reason}' if reason else ''), node.place,
+            severity=Severity.INFO))
+
+    def _refuse_key(self, key: str, block: YamlNode, ros2: bool) -> None:
+        node = block.entries[key]
+        empty = [name for name, inner in block.entries.items() if inner.value is None]
+        if key in _CONTROLLER_KEYS:
+            owner = f"'{empty[0]}' above is empty" if empty else 'no controller is above it'
+            problem = Problem(
+                f"key '{key}' belongs into a controller's block, but {owner}", node.place,
+                remedy='indent it below its controller; the indentation was probably lost in '
+                       'copying')
+        elif node.value is None and set(block.entries) & _CONTROLLER_KEYS:
+            problem = Problem(f"'{key}' is empty", node.place, 'a block of keys',
+                              'indent the keys below it; the indentation was probably lost in '
+                              'copying')
+        else:
+            known = sorted({*BLOCKS, *UNUSED_BLOCKS, 'simulation', 'planner_configs'})
+            remedy = nearest(key, known)
+            if not remedy and node.is_mapping:
+                remedy = f"if '{key}' is a controller, it needs a 'type'"
+            problem = Problem(f"key '{key}' is not known in this file", node.place,
+                              '' if remedy else ', '.join(known), remedy)
+        self._draft.problems.append(problem)
+
+
+def _has_ros2_key(node: YamlNode) -> bool:
+    return any(ROS2_KEY in inner.entries for inner in node.walk())
+
+
+def _is_controller(node: YamlNode) -> bool:
+    kind = node.get('type')
+    if kind is not None and not kind.is_mapping:
+        return True
+    plain = [key for key, inner in node.entries.items() if key in _CONTROLLER_KEYS
+             and 'type' not in inner.entries]
+    return len(plain) > 0
+
+
+def _split_known_heads(block: YamlNode) -> YamlNode:
+    """Return the block with ROS 1 names such as ``trajectory_execution/x`` taken apart."""
+    heads = ('trajectory_execution/', 'move_group/', 'planning_scene_monitor/',
+             'robot_description_')
+    entries = block.entries
+    split = {key for key in entries if '/' in key.strip('/') and key.lstrip('/').startswith(heads)}
+    if not split:
+        return block
+    apart = split_keys(block.with_value({key: entries[key] for key in split}), '/',
+                       keep=KEEP_KEYS)
+    rest = {key: node for key, node in entries.items() if key not in split}
+    return block.with_value({**rest, **apart.entries})

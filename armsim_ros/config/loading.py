@@ -1,0 +1,145 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""From a robot's name or folder to its settings."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from armsim_ros.config.draft import ConfigDraft, empty_node, SECTIONS
+from armsim_ros.config.layout import LayoutReader
+from armsim_ros.config.robot_folder import find_files, RobotFolder
+from armsim_ros.config.robot_settings import RobotSettings
+from armsim_ros.config.sections import read_sections
+from armsim_ros.config.validation import read_settings
+from armsim_ros.config.world import WorldSettings
+from armsim_ros.config.yaml_node import node_of, YamlNode
+from armsim_ros.config.yaml_source import parse_yaml, read_yaml_file
+from armsim_ros.errors import (
+    ConfigError,
+    Location,
+    nearest,
+    Problem,
+    ResourceError,
+    Severity,
+)
+from armsim_ros.resources import find_world
+
+
+def load_robot_settings(
+    robot: str = 'sunday',
+    *,
+    config: Path | None = None,
+    urdf: Path | None = None,
+    srdf: Path | None = None,
+    world: str | Path | None = None,
+    namespace: str | None = None,
+    overrides: Mapping[str, object] | None = None,
+) -> RobotSettings:
+    """
+    Read everything that describes a robot, but for the URDF and SRDF themselves.
+
+    :param robot: a name under ``config/``, or a path to a folder with the user's files.
+    :param config: another folder for the YAML files.
+    :param urdf: another URDF or xacro file.
+    :param srdf: another SRDF file.
+    :param world: a name under ``worlds/`` or a file, in place of simulation.yaml's.
+    :param namespace: in place of the one that the files give.
+    :param overrides: dotted path -> value, such as ``{'simulation.paused': True}``.
+    :raises ConfigError: with every mistake of all files.
+    """
+    files = find_files(robot, config=config, urdf=urdf, srdf=srdf)
+    draft = ConfigDraft(problems=list(files.remarks))
+    _read_files(files.yaml_files, draft)
+    _apply_overrides(draft, overrides or {})
+    chosen = _namespace(draft, namespace)
+    values = read_sections(draft)
+    world_file, world_settings = _read_world(
+        world or values['simulation'].world, files, draft)
+    mistakes = [one for one in draft.problems if one.severity is Severity.ERROR]
+    if mistakes:
+        raise ConfigError(mistakes)
+    settings = RobotSettings(
+        name=files.name,
+        namespace=chosen,
+        folder=files.folder,
+        urdf_file=files.urdf_file,
+        srdf_file=files.srdf_file,
+        world_file=world_file,
+        files=files.yaml_files,
+        world=world_settings,
+        remarks=tuple(draft.problems),
+        **values,
+    )
+    source = empty_node().with_value({name: draft.section(name) for name in SECTIONS})
+    return settings.with_source(source)
+
+
+def _read_files(files: tuple[Path, ...], draft: ConfigDraft) -> None:
+    reader = LayoutReader(draft)
+    for file in files:
+        try:
+            reader.read(read_yaml_file(file), file.stem)
+        except ConfigError as error:
+            draft.problems.extend(error.problems)
+
+
+def _apply_overrides(draft: ConfigDraft, overrides: Mapping[str, object]) -> None:
+    for path, value in overrides.items():
+        section, *keys = path.split('.')
+        where = Location(f"override '{path}'")
+        if section not in SECTIONS or not keys:
+            draft.problems.append(Problem(
+                f"'{section}' is no block of settings", where, ', '.join(SECTIONS),
+                nearest(section, SECTIONS)))
+            continue
+        node = _override_value(value, where)
+        draft.override(section, keys, node)
+
+
+def _override_value(value: object, where: Location) -> YamlNode:
+    """Return a value; a text is read as YAML, so that '1.5' from a command line is a number."""
+    if not isinstance(value, str):
+        return node_of(value, where)
+    try:
+        parsed = parse_yaml(f'value: {value}', str(where)).get('value')
+    except ConfigError:
+        parsed = None
+    return node_of(parsed.plain() if parsed is not None else value, where)
+
+
+def _namespace(draft: ConfigDraft, given: str | None) -> str:
+    """Return the namespace with its leading slash, '' for the root."""
+    found = dict(draft.namespaces)
+    if given is None and len(found) > 1:
+        places = ', '.join(f"'{name or '/'}' at {where}" for name, where in found.items())
+        draft.problems.append(Problem(
+            f'the controllers stand in {len(found)} namespaces: {places}',
+            remedy='put them into one, or choose with namespace:=NS'))
+    name = given if given is not None else next(iter(found), '')
+    name = name.strip('/')
+    if name and not all(part.isidentifier() for part in name.split('/')):
+        draft.problems.append(Problem(
+            f"namespace '{name}' is no ROS name", found.get(name),
+            'letters, digits and _ that do not begin with a digit, parted by /'))
+    return f'/{name}' if name else ''
+
+
+def _read_world(world: str | Path, files: RobotFolder, draft: ConfigDraft
+                ) -> tuple[Path | None, WorldSettings]:
+    if not world:
+        return None, WorldSettings()
+    beside = files.folder / str(world)
+    try:
+        file = beside if beside.is_file() else find_world(str(world))
+        node = read_yaml_file(file)
+    except ResourceError as error:
+        place = draft.section('simulation').locate(['world'])
+        draft.problems.append(Problem(str(error), place))
+        return None, WorldSettings()
+    except ConfigError as error:
+        draft.problems.extend(error.problems)
+        return None, WorldSettings()
+    checked = read_settings(WorldSettings, node, draft.problems, title='world')
+    return file, checked or WorldSettings()

@@ -1,0 +1,110 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Planners and their groups (``ompl_planning.yaml``)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from pydantic import ConfigDict, field_validator, model_validator
+
+from armsim_ros.config.base import parameter, Settings
+
+PlannerValue = bool | int | float | str
+
+
+class PlannerConfig(Settings):
+    """One named planner configuration; whatever is not ``type`` goes to the planner."""
+
+    type: str = parameter(..., "planner, such as 'geometric::RRTConnect'", min_length=1)
+    parameters: dict[str, PlannerValue] = parameter({}, "the planner's own settings, by name")
+
+    @model_validator(mode='before')
+    @classmethod
+    def _collect(cls, data: Any) -> Any:
+        if not isinstance(data, Mapping):
+            return data
+        own = {key: value for key, value in data.items() if key not in ('type', 'parameters')}
+        collected = {'parameters': {**data.get('parameters', {}), **own}}
+        return {**collected, 'type': data['type']} if 'type' in data else collected
+
+
+class OmplGroup(Settings):
+    """Planning of one group: which planners, and settings that hold for all of them."""
+
+    model_config = ConfigDict(extra='allow')
+    __pydantic_extra__: dict[str, PlannerValue]
+
+    default_planner_config: str = parameter('', 'planner of a request that names none')
+    planner_configs: tuple[str, ...] = parameter((), 'planners that are offered')
+    projection_evaluator: str = parameter('', "'joints(a,b)' or 'link(l)'")
+    longest_valid_segment_fraction: float | None = parameter(
+        None, "spacing of checked states, as a share of the space's extent", gt=0.0, le=1.0)
+    maximum_waypoint_distance: float | None = parameter(
+        None, 'spacing of checked states [rad]; the stricter of both counts', ge=0.0)
+    enforce_joint_model_state_space: bool = parameter(
+        False, 'plan in joint space even where a pose space would fit')
+    enforce_constrained_state_space: bool = parameter(
+        False, 'plan on the manifold of the path constraints')
+
+    @property
+    def parameters(self) -> dict[str, PlannerValue]:
+        """Further settings that every planner of the group gets."""
+        return self.__pydantic_extra__
+
+
+class OmplSettings(Settings):
+    """A planning pipeline: adapters, planners, groups."""
+
+    planning_plugins: tuple[str, ...] = parameter(
+        ('ompl_interface/OMPLPlanner',), 'planner plugins; the built-in planner does their work')
+    request_adapters: tuple[str, ...] | None = parameter(
+        None, 'what happens before planning; none given: the usual ones')
+    response_adapters: tuple[str, ...] | None = parameter(
+        None, 'what happens after planning; none given: the usual ones')
+    fix_start_state: bool = parameter(False, 'bring continuous joints of the start into range')
+    default_workspace_bounds: float = parameter(
+        1e12, 'edge of the workspace where a request gives none [m]', gt=0.0)
+    start_state_max_bounds_error: float = parameter(
+        0.05, 'a start outside its limits by up to this is moved to them [rad or m]', ge=0.0)
+    start_state_max_dt: float = parameter(
+        0.5, 'ROS 1: time to reach a start that was moved [s]', ge=0.0)
+    jiggle_fraction: float = parameter(
+        0.02, 'share of the range by which a colliding start is moved', ge=0.0, le=1.0)
+    max_sampling_attempts: int = parameter(100, 'tries to find a free start', ge=0)
+    path_tolerance: float = parameter(0.1, 'deviation of the timed path [rad]', ge=0.0)
+    resample_dt: float = parameter(0.1, 'spacing of the timed path [s]', gt=0.0)
+    min_angle_change: float = parameter(0.001, 'closer points are merged [rad]', ge=0.0)
+    simplify_solutions: bool = parameter(True, 'shorten the path that was found')
+    interpolate: bool = parameter(True, 'add states to the path that was found')
+    planning_seed: int = parameter(-1, 'not negative: the same request gives the same path', ge=-1)
+    planner_configs: dict[str, PlannerConfig] = parameter({}, 'name -> planner')
+    groups: dict[str, OmplGroup] = parameter({}, 'planning group -> its planners')
+
+    @field_validator('planning_plugins', 'request_adapters', 'response_adapters', mode='before')
+    @classmethod
+    def _one_text_or_list(cls, value: Any) -> Any:
+        return tuple(value.split()) if isinstance(value, str) else value
+
+
+#: Keys of a pipeline's file under other names -> the key that they mean.
+RENAMED_PIPELINE_KEYS = {'planning_plugin': 'planning_plugins'}
+
+#: Keys of a pipeline that others read -> why they have no effect here.
+UNUSED_PIPELINE_KEYS = {
+    'display_path_topic': '',
+    'display_contacts_topic': '',
+    'progress_topic': '',
+    'capabilities': 'name further capabilities at the top level',
+    'max_goal_samples': '',
+    'max_goal_sampling_attempts': '',
+    'max_state_sampling_attempts': '',
+    'max_solution_segment_length': '',
+    'max_planning_threads': '',
+    'minimum_waypoint_count': '',
+    'display_random_valid_states': '',
+    'link_for_exploration_tree': '',
+    'constraint_approximations_path': '',
+    'default_workspace_bounds_frame': '',
+}

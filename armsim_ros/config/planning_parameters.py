@@ -1,0 +1,42 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Parameters of move_group that are neither a planner's nor of execution."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pydantic import field_validator
+
+from armsim_ros.config.base import parameter, Settings
+
+
+class PlanningParameters(Settings):
+    """What move_group is told about descriptions, pipelines and the planning scene."""
+
+    default_robot_padding: float = parameter(
+        0.0, 'the robot is this much thicker against the world [m]', ge=0.0)
+    default_robot_scale: float = parameter(1.0, 'and so many times as large', gt=0.0)
+    default_object_padding: float = parameter(0.0, 'padding of world objects [m]', ge=0.0)
+    default_attached_padding: float = parameter(0.0, 'padding of attached objects [m]', ge=0.0)
+    planning_pipelines: tuple[str, ...] = parameter(('ompl',), 'names of the pipelines')
+    default_planning_pipeline: str = parameter('ompl', 'pipeline of a request that names none')
+    capabilities: tuple[str, ...] = parameter((), 'capabilities to add')
+    disable_capabilities: tuple[str, ...] = parameter((), 'capabilities to leave out')
+    record_trajectory_state_frequency: float = parameter(
+        0.0, 'states a second in executed_trajectory; 0 leaves it empty [Hz]', ge=0.0)
+    monitor_dynamics: bool = parameter(False, 'take velocities from the joint states')
+    publish_planning_scene: bool = parameter(True, 'publish the planning scene')
+    publish_geometry_updates: bool = parameter(True, 'with changes of objects')
+    publish_state_updates: bool = parameter(True, 'with changes of the robot state')
+    publish_transforms_updates: bool = parameter(True, 'with changes of frames')
+    publish_planning_scene_hz: float = parameter(
+        4.0, 'scene messages a second at most [Hz]', gt=0.0)
+    joint_state_topics: tuple[str, ...] = parameter(
+        (), "topics with joint states; none: the namespace's and /joint_states")
+
+    @field_validator('capabilities', 'disable_capabilities', 'joint_state_topics',
+                     'planning_pipelines', mode='before')
+    @classmethod
+    def _one_text_or_list(cls, value: Any) -> Any:
+        return tuple(value.split()) if isinstance(value, str) else value

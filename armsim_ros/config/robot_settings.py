@@ -1,0 +1,86 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Everything a user's files say about one robot, checked."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from pydantic import PrivateAttr
+
+from armsim_ros.config.base import parameter, Settings
+from armsim_ros.config.controller_manager import ControllerManagerParameters
+from armsim_ros.config.controllers import ControllerSettings
+from armsim_ros.config.joint_limits import JointLimitsSettings
+from armsim_ros.config.kinematics import KinematicsSettings
+from armsim_ros.config.moveit_controllers import MoveItControllerSettings
+from armsim_ros.config.ompl_planning import OmplSettings
+from armsim_ros.config.planning_parameters import PlanningParameters
+from armsim_ros.config.simulation import SimulationSettings
+from armsim_ros.config.trajectory_execution import TrajectoryExecutionSettings
+from armsim_ros.config.world import WorldSettings
+from armsim_ros.config.yaml_node import YamlNode
+from armsim_ros.errors import Location, Problem
+
+
+class RobotSettings(Settings):
+    """
+    One robot's files as values.
+
+    :param name: the robot's name: that of its folder.
+    :param namespace: '' or such as '/sunday': where controller_manager, the controllers and
+        joint_states live.
+    :param folder: the folder with the YAML files.
+    :param files: every file that was read.
+    :param spawn: the controllers that are activated at the start, in this order.
+    :param remarks: what was found beside mistakes: warnings, and what is not used here.
+    """
+
+    name: str
+    namespace: str = ''
+    folder: Path
+    urdf_file: Path
+    srdf_file: Path | None = None
+    world_file: Path | None = None
+    files: tuple[Path, ...] = ()
+    controller_manager: ControllerManagerParameters = ControllerManagerParameters()
+    controllers: tuple[ControllerSettings, ...] = ()
+    spawn: tuple[str, ...] = ()
+    joint_limits: JointLimitsSettings = JointLimitsSettings()
+    kinematics: dict[str, KinematicsSettings] = parameter({}, 'planning group -> its solver')
+    ompl: OmplSettings = OmplSettings()
+    moveit_controllers: tuple[MoveItControllerSettings, ...] = ()
+    trajectory_execution: TrajectoryExecutionSettings = TrajectoryExecutionSettings()
+    planning_parameters: PlanningParameters = PlanningParameters()
+    simulation: SimulationSettings = SimulationSettings()
+    world: WorldSettings = WorldSettings()
+    remarks: tuple[Problem, ...] = ()
+
+    _source: YamlNode | None = PrivateAttr(default=None)
+
+    def locate(self, *path: str | int) -> Location | None:
+        """
+        Return where a value was written, None where it was not.
+
+        :param path: names of fields and keys, and indices, such as
+            ``('controllers', 'arm', 'joints', 0)``,
+            ``('joint_limits', 'joint_limits', 'joint_1', 'max_velocity')``,
+            ``('kinematics', 'manipulator')``, ``('moveit_controllers', 'ns/arm', 'joints', 2)``,
+            ``('trajectory_execution', 'allowed_start_tolerance')``.
+        """
+        return self._source.locate(path) if self._source else None
+
+    def with_source(self, source: YamlNode) -> RobotSettings:
+        """Return the same settings, knowing their places."""
+        copy = self.model_copy()
+        copy._source = source
+        return copy
+
+    def controller(self, name: str) -> ControllerSettings | None:
+        """Return a controller by its name, None where there is none."""
+        return next((one for one in self.controllers if one.name == name), None)
+
+    @property
+    def joint_states_topic(self) -> str:
+        """Absolute name of the topic with the joint states."""
+        return f'{self.namespace}/joint_states'

@@ -1,0 +1,41 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""How move_group runs and watches a trajectory (``trajectory_execution``)."""
+
+from __future__ import annotations
+
+from armsim_ros.config.base import parameter, Settings
+
+
+class TrajectoryExecutionSettings(Settings):
+    """Parameters of ``trajectory_execution.*``, and those beside it that say what may run."""
+
+    allow_trajectory_execution: bool = parameter(
+        True, 'whether execute_trajectory moves the robot')
+    moveit_manage_controllers: bool = parameter(
+        True, 'activate the controllers that a trajectory needs')
+    moveit_controller_manager: str = parameter(
+        'moveit_simple_controller_manager/MoveItSimpleControllerManager',
+        'name of the plugin; the built-in one does the work of each')
+    execution_duration_monitoring: bool = parameter(
+        True, 'cancel a trajectory that takes longer than expected')
+    allowed_execution_duration_scaling: float = parameter(
+        1.1, 'a trajectory may take so many times its duration', gt=0.0)
+    allowed_goal_duration_margin: float = parameter(
+        0.5, 'and so much longer [s]', ge=0.0)
+    allowed_start_tolerance: float = parameter(
+        0.01, 'largest distance of a joint from the first point, 0 is unchecked [rad or m]',
+        ge=0.0)
+    allowed_start_tolerance_joints: dict[str, float] = parameter(
+        {}, 'joint -> its own start tolerance [rad or m]')
+    wait_for_trajectory_completion: bool = parameter(
+        True, 'wait until the robot has come to rest')
+    execution_velocity_scaling: float = parameter(
+        1.0, 'factor of the velocities that are sent', gt=0.0)
+    control_multi_dof_joint_variables: bool = parameter(
+        False, 'send the variables of planar and floating joints')
+
+
+#: The keys that stand beside ``trajectory_execution``, not in it.
+KEYS_BESIDE = frozenset(
+    {'allow_trajectory_execution', 'moveit_manage_controllers', 'moveit_controller_manager'})
