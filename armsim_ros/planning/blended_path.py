@@ -74,9 +74,7 @@ class BlendedPath:
     def _blend_reach(self, directions: Vector, lengths: Vector) -> Vector:
         turn = np.linalg.norm(np.diff(directions, axis=0), axis=1)
         wanted = 4.0 * self.deviation / np.maximum(turn, 1e-9)
-        # Half of the shorter neighbour at most; the first and the last segment belong to one
-        # blend only, but a straight piece has to be left there.
-        limit = 0.499 * np.minimum(lengths[:-1], lengths[1:])
+        limit = 0.5 * np.minimum(lengths[:-1], lengths[1:])
         reach: Vector = np.where(turn < 1e-9, 0.0, np.minimum(wanted, limit))
         return reach
 

@@ -13,12 +13,18 @@ from numpy.typing import NDArray
 from armsim_ros.errors import nearest, PlanningError
 from armsim_ros.model.robot_model import JointType
 from armsim_ros.model.transforms import (
-    inverse_pose, matrix_from_quat_xyzw, quat_xyzw_from_matrix,
+    inverse_pose,
+    matrix_from_quat_xyzw,
+    quat_xyzw_from_matrix,
 )
 from armsim_ros.planning.log import Log
 from armsim_ros.planning.regions import contains, region_center
 from armsim_ros.planning.request import (
-    Constraints, JointConstraint, OrientationConstraint, Parameterization, PositionConstraint,
+    Constraints,
+    JointConstraint,
+    OrientationConstraint,
+    Parameterization,
+    PositionConstraint,
     Region,
 )
 from armsim_ros.planning.scene import PlanningScene
@@ -58,7 +64,8 @@ class JointTerm:
     def evaluate(self, q: Vector) -> ConstraintResult:
         """Return how a state stands to this constraint."""
         error = self.error(q)
-        inside = self.lower - self.target - _EPSILON <= error <= self.upper - self.target + _EPSILON
+        low, high = self.lower - self.target, self.upper - self.target
+        inside = low - _EPSILON <= error <= high + _EPSILON
         text = (
             f"joint '{self.name}' is at {q[self.index]:.4f}, wanted {self.target:.4f} in "
             f'{self.lower:.4f} .. {self.upper:.4f}'

@@ -69,7 +69,8 @@ def _winding_number(mesh: Mesh, point: Vector) -> float:
 
 def region_center(region: Region) -> Vector:
     """Return the middle (3,) [m] of a region in the frame of its pose."""
-    return (region.pose @ np.append(_middle(region.shape), 1.0))[:3]
+    middle: Vector = (region.pose @ np.append(_middle(region.shape), 1.0))[:3]
+    return middle
 
 
 def _middle(shape: Geometry) -> Vector:
@@ -109,5 +110,6 @@ def random_point(region: Region, rng: np.random.Generator) -> Vector:
     for _ in range(100):
         point = middle + rng.uniform(-half, half)
         if _inside(region.shape, point):
-            return (region.pose @ np.append(point, 1.0))[:3]
+            found: Vector = (region.pose @ np.append(point, 1.0))[:3]
+            return found
     return region_center(region)

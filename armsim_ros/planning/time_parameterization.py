@@ -38,6 +38,8 @@ POINT_SPACING = 0.025
 _BLEND_STAGES = 6
 _STRAIGHT_STAGES = 16
 _MAX_STAGE = 0.05
+_MANY_PIECES = 50
+_STAGES_OF_MANY = 400
 _SOURCE = 'AddTimeOptimalParameterization'
 
 
@@ -75,10 +77,14 @@ def _grid(path: BlendedPath) -> tuple[Vector, NDArray[np.int64]]:
     """Return the stages' borders, all knots among them, and the piece of each stage."""
     borders: list[float] = [0.0]
     pieces: list[int] = []
+    straight = ~np.any(path.curvature(np.arange(len(path.spans))), axis=1)
+    longest = _MAX_STAGE
+    least = np.where(straight, _STRAIGHT_STAGES, _BLEND_STAGES)
+    if len(path.spans) > _MANY_PIECES:
+        longest = min(longest, path.length / _STAGES_OF_MANY)
+        least = np.where(straight, 1, 2)
     for piece, span in enumerate(path.spans):
-        straight = not bool(np.any(path.curvature(np.array([piece]))))
-        least = _STRAIGHT_STAGES if straight else _BLEND_STAGES
-        count = max(least, int(np.ceil(span / _MAX_STAGE)))
+        count = max(int(least[piece]), int(np.ceil(span / longest)))
         low, high = path.knots[piece], path.knots[piece + 1]
         borders.extend(np.linspace(low, high, count + 1)[1:].tolist())
         pieces.extend([piece] * count)

@@ -2,16 +2,19 @@
 # SPDX-License-Identifier: Apache-2.0
 """Tests of the timing of paths."""
 
+from itertools import pairwise
 import math
+
+import numpy as np
+import pytest
 
 from armsim_ros.planning.blended_path import BlendedPath
 from armsim_ros.planning.limits import MotionLimits
 from armsim_ros.planning.time_parameterization import time_path
-import numpy as np
-import pytest
 
 
 def limits(n=4, velocity=2.0, acceleration=5.0, jerk=math.inf):
+    """Return equal limits for n joints."""
     return MotionLimits(np.full(n, velocity), np.full(n, acceleration), np.full(n, jerk))
 
 
@@ -22,9 +25,9 @@ def zigzag():
 
 
 def distance_to_polyline(points, waypoints):
-    """The largest distance of points to a polyline, segment by segment."""
+    """Return the largest distance of points to a polyline, segment by segment."""
     best = np.full(len(points), np.inf)
-    for a, b in zip(waypoints[:-1], waypoints[1:], strict=True):
+    for a, b in pairwise(waypoints):
         along = np.clip((points - a) @ (b - a) / np.dot(b - a, b - a), 0.0, 1.0)
         best = np.minimum(best, np.linalg.norm(points - a - along[:, None] * (b - a), axis=1))
     return best.max()

@@ -1,0 +1,60 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What all parts of planning share: robot, collision model, settings, solvers."""
+
+from __future__ import annotations
+
+from armsim_ros.kinematics.inverse import InverseKinematics
+from armsim_ros.kinematics.kinematic_model import KinematicModel
+from armsim_ros.planning.collision import CollisionChecker
+from armsim_ros.planning.constraints import ConstraintSet
+from armsim_ros.planning.limits import LimitTable
+from armsim_ros.planning.log import default_log, Log
+from armsim_ros.planning.scene import PlanningScene
+from armsim_ros.planning.settings import PlanningSettings
+from armsim_ros.planning.state_validity import StateValidity
+
+
+class PlanningContext:
+    """
+    Everything that lives longer than a request; one thread at a time.
+
+    :param scene: any scene of the robot; each request brings its own.
+    :param settings: what the user set.
+    :param log: hears warnings.
+    """
+
+    def __init__(
+        self, scene: PlanningScene, settings: PlanningSettings | None = None,
+        log: Log | None = None,
+    ) -> None:
+        """Build the collision model, which later scenes update."""
+        self.model: KinematicModel = scene.kinematic_model
+        self.settings = settings or PlanningSettings()
+        self.log = log or default_log()
+        self.limits = LimitTable(self.model.robot, self.log)
+        self.checker = CollisionChecker(scene)
+        self._inverse: dict[str, InverseKinematics] = {}
+
+    def inverse(self, group: str) -> InverseKinematics:
+        """Return the inverse kinematics of a group."""
+        if group not in self._inverse:
+            self._inverse[group] = InverseKinematics(
+                self.model, group, position_only=group in self.settings.position_only_ik
+            )
+        return self._inverse[group]
+
+    def validity(
+        self, scene: PlanningScene, group: str, on_path: ConstraintSet | None = None,
+        avoid_collisions: bool = True,
+    ) -> StateValidity:
+        """Return what judges the states of a group in a scene; it holds until the next call."""
+        self.checker.use(scene)
+        return StateValidity(
+            self.checker, self.model, group, scene.q, on_path, avoid_collisions
+        )
+
+    def tip(self, group: str) -> str:
+        """Return the link that is meant where a request names none: the group's last one."""
+        found = self.model.robot.semantic.groups[group]
+        return found.tips[-1] if found.tips else found.links[-1]

@@ -1,0 +1,125 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""A planning group's joint space as OMPL sees it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from ompl import base as ob
+from ompl import util as ou
+
+from armsim_ros.planning.state_validity import StateValidity
+
+Vector = NDArray[np.float64]
+
+DEFAULT_RANGE = 0.5
+"""Length of one extension of a search tree [rad or m]; OMPL's own is several times longer."""
+
+_LARGE_SEED = 2**31 - 1
+
+ou.setLogLevel(ou.LOG_NONE)
+
+
+def seed_search(seed: int) -> None:
+    """Make the searches that begin after this call repeatable."""
+    ou.RNG.setSeed(1 + seed % (_LARGE_SEED - 1))
+
+
+class _Validity(ob.StateValidityChecker):  # type: ignore[misc]
+    """States by :class:`StateValidity`."""
+
+    def __init__(self, space_information: Any, owner: JointSpace) -> None:
+        super().__init__(space_information)
+        self._owner = owner
+
+    def isValid(self, state: Any) -> bool:
+        """Return whether a state is free."""
+        owner = self._owner
+        return owner.validity.free(owner.values(state), owner.exact)
+
+
+class _Motions(ob.MotionValidator):  # type: ignore[misc]
+    """Motions by :class:`StateValidity`, in steps of bounded displacement."""
+
+    def __init__(self, space_information: Any, owner: JointSpace) -> None:
+        super().__init__(space_information)
+        self._owner = owner
+
+    def checkMotion(self, first: Any, second: Any) -> bool:
+        """Return whether the straight motion is free."""
+        owner = self._owner
+        owner.motions_checked += 1
+        return owner.validity.motion_free(
+            owner.values(first), owner.values(second), owner.step, owner.exact
+        )
+
+
+class JointSpace:
+    """
+    OMPL's state space, validity checker and motion validator for one search.
+
+    A continuous joint is a real number within one turn and a half of the start, so that paths
+    come out unwound.
+
+    :param validity: judges states and motions.
+    :param start: (m,) where the search begins [rad or m].
+    :param step: largest motion of any point between two checks [m].
+    :param exact: judge on exact geometry, else on hulls.
+    """
+
+    def __init__(self, validity: StateValidity, start: Vector, step: float, exact: bool) -> None:
+        """Build the space; the owner keeps all Python overrides alive."""
+        self.validity = validity
+        self.step = step
+        self.exact = exact
+        self.motions_checked = 0
+        self._indices = range(len(start))
+        lower, upper = validity.search_lower, validity.search_upper
+        lower = np.where(np.isfinite(lower), lower, start - 3.0 * math.pi)
+        upper = np.where(np.isfinite(upper), upper, start + 3.0 * math.pi)
+        # A start that is out of its limits by no more than rounding has to be in the space.
+        lower, upper = np.minimum(lower, start), np.maximum(upper, start)
+        bounds = ob.RealVectorBounds(len(start))
+        for k in self._indices:
+            bounds.setLow(k, float(lower[k]))
+            bounds.setHigh(k, float(max(upper[k], lower[k] + 1e-9)))
+        self.space = ob.RealVectorStateSpace(len(start))
+        self.space.setBounds(bounds)
+        self.information = ob.SpaceInformation(self.space)
+        self._checker = _Validity(self.information, self)
+        self._motions = _Motions(self.information, self)
+        self.information.setStateValidityChecker(self._checker)
+        self.information.setMotionValidator(self._motions)
+        self.information.setup()
+
+    @property
+    def extension(self) -> float:
+        """Length of one extension of a search tree [rad or m]."""
+        return min(DEFAULT_RANGE, 0.2 * float(self.information.getMaximumExtent()))
+
+    def values(self, state: Any) -> Vector:
+        """Return an OMPL state's values (m,)."""
+        return np.array([state[k] for k in self._indices])
+
+    def state(self, values: Vector) -> Any:
+        """Return a new OMPL state with these values (m,)."""
+        state = self.space.allocState()
+        for k in self._indices:
+            state[k] = float(values[k])
+        return state
+
+    def problem(self, start: Vector, goals: Sequence[Vector]) -> Any:
+        """Return an OMPL problem from a start to any of several goals."""
+        problem = ob.ProblemDefinition(self.information)
+        problem.addStartState(self.state(start))
+        region = ob.GoalStates(self.information)
+        for goal in goals:
+            region.addState(self.state(goal))
+        problem.setGoal(region)
+        problem.setOptimizationObjective(ob.PathLengthOptimizationObjective(self.information))
+        return problem

@@ -1,0 +1,112 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""From free waypoints to a timed motion that was checked as a controller will run it."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from armsim_ros.errors import PlanningError
+from armsim_ros.planning.blended_path import BlendedPath
+from armsim_ros.planning.error_codes import MoveItErrorCode
+from armsim_ros.planning.limits import MotionLimits
+from armsim_ros.planning.quintic import QuinticMotion
+from armsim_ros.planning.state_validity import StateValidity
+from armsim_ros.planning.time_parameterization import SpeedLimit, time_path
+
+Vector = NDArray[np.float64]
+
+MAX_DEVIATION = 0.05
+"""Largest distance [rad or m] in joint space between a corner and the blend that rounds it."""
+
+_LEAST_DEVIATION = 1e-4
+_SHRINK = 0.35
+_ATTEMPTS = 4
+
+
+def time_waypoints(
+    waypoints: Vector, validity: StateValidity, limits: MotionLimits,
+    speed_limit: SpeedLimit | None, step: float, max_deviation: float = MAX_DEVIATION,
+) -> QuinticMotion:
+    """
+    Return the fastest motion through free waypoints that is free itself.
+
+    Every blend shrinks until it is free; where the timed motion is not free yet, all shrink.
+
+    :param waypoints: (k, m) k >= 2.
+    :param step: largest motion of any point between two checks [m].
+    :param max_deviation: of a blend from its corner [rad or m].
+    :raises PlanningError: INVALID_MOTION_PLAN with time and cause where it stays blocked;
+        FAILURE where the limits cannot be kept.
+    """
+    deviation = np.full(len(waypoints) - 2, max_deviation)
+    _shrink_corners(waypoints, deviation, validity, step)
+    cause = ''
+    for _ in range(_ATTEMPTS):
+        motion = time_path(BlendedPath(waypoints, deviation), limits, speed_limit)
+        cause = first_fault(motion, validity, step)
+        if not cause:
+            return motion
+        if not len(deviation):
+            break
+        deviation = np.maximum(deviation * _SHRINK**2, _LEAST_DEVIATION)
+    raise PlanningError(
+        MoveItErrorCode.INVALID_MOTION_PLAN,
+        f'the timed trajectory is not valid {cause}; plan again, or keep more room around '
+        'objects',
+        'ValidateSolution',
+    )
+
+
+def _shrink_corners(
+    waypoints: Vector, deviation: Vector, validity: StateValidity, step: float
+) -> None:
+    """Make the blend at every inner waypoint so small that it is free."""
+    for corner in range(len(deviation)):
+        three = waypoints[corner:corner + 3]
+        while deviation[corner] > _LEAST_DEVIATION:
+            blend = BlendedPath(three, float(deviation[corner])).corner_samples(0, 9)
+            if all(validity.motion_free(a, b, step) for a, b in pairwise(blend)):
+                break
+            deviation[corner] = max(deviation[corner] * _SHRINK, _LEAST_DEVIATION)
+
+
+def first_fault(motion: QuinticMotion, validity: StateValidity, step: float) -> str:
+    """
+    Return when and why a motion first leaves the free states, as a phrase; '' for never.
+
+    :param motion: is followed between its points too.
+    :param step: largest motion of any point between two checks [m].
+    """
+    times = np.unique(np.concatenate([motion.times, np.arange(0.0, motion.duration, 0.02)]))
+    positions = motion.sample(times)
+    outside = np.flatnonzero(
+        np.any((positions < validity.lower - 1e-3) | (positions > validity.upper + 1e-3), axis=1)
+    )
+    if len(outside):
+        return _fault(times[outside[0]], positions[outside[0]], validity)
+    last = positions[0]
+    checked: Vector | None = None
+    for t0, t1, here in zip(times[:-1], times[1:], positions[1:], strict=True):
+        if checked is None:
+            if not validity.free(last):
+                return _fault(t0, last, validity)
+            checked, since = last, t0
+        # Slow parts need no check at every point.
+        count = validity.parts(checked, here, step)
+        if count == 1 and t1 < motion.duration:
+            continue
+        between = np.linspace(since, t1, max(count, math.ceil((t1 - since) / 0.1)) + 1)[1:]
+        for t, values in zip(between, motion.sample(between), strict=True):
+            if not validity.free(values):
+                return _fault(t, values, validity)
+        checked, since = here, t1
+    return ''
+
+
+def _fault(t: float, values: Vector, validity: StateValidity) -> str:
+    return f'at {t:.3f} s: {validity.why_not(values)}'

@@ -1,0 +1,156 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The motion planner: the one object that answers all questions about motions."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+import threading
+
+from armsim_ros.errors import PlanningError
+from armsim_ros.planning.cartesian_path import CartesianRequest
+from armsim_ros.planning.cartesian_planning import CartesianResponse, plan_cartesian
+from armsim_ros.planning.constraints import ConstraintSet
+from armsim_ros.planning.context import PlanningContext
+from armsim_ros.planning.error_codes import MoveItErrorCode
+from armsim_ros.planning.log import Log
+from armsim_ros.planning.pipeline import requested_scene, run_pipeline
+from armsim_ros.planning.queries import (
+    check_state,
+    IKRequest,
+    IKResponse,
+    path_fault,
+    solve_ik,
+    StateReport,
+)
+from armsim_ros.planning.request import Constraints, MotionPlanRequest, MotionPlanResponse
+from armsim_ros.planning.request_checks import RequestChecks
+from armsim_ros.planning.scene import PlanningScene
+from armsim_ros.planning.search import Budget
+from armsim_ros.planning.settings import PlanningSettings
+from armsim_ros.planning.time_parameterization import warm_up
+from armsim_ros.trajectory import JointTrajectory, Vector
+
+__all__ = ['MotionPlanner', 'never', 'warm_up']
+
+
+def never() -> bool:
+    """Return False: nobody cancels."""
+    return False
+
+
+class MotionPlanner:
+    """
+    Plans for the groups of one robot; any thread may ask, one request runs at a time.
+
+    No mistake of a client raises: the answer carries a code, a sentence and its source.
+
+    :param scene: any scene of the robot; each request brings its own, which is not changed.
+    :param settings: what the user set.
+    :param log: hears warnings, and the reason of every failure.
+    """
+
+    def __init__(
+        self, scene: PlanningScene, *, settings: PlanningSettings | None = None,
+        log: Log | None = None,
+    ) -> None:
+        """Build what lives longer than a request."""
+        self._context = PlanningContext(scene, settings, log)
+        self._lock = threading.Lock()
+
+    @property
+    def settings(self) -> PlanningSettings:
+        """What the user set; a request takes the value it has when it begins."""
+        return self._context.settings
+
+    @settings.setter
+    def settings(self, settings: PlanningSettings) -> None:
+        with self._lock:
+            self._context.settings = settings
+
+    def plan(
+        self, request: MotionPlanRequest, scene: PlanningScene, *,
+        clock: Callable[[], float], cancelled: Callable[[], bool] = never,
+    ) -> MotionPlanResponse:
+        """
+        Return a trajectory for a request, or the reason why there is none.
+
+        :param scene: a snapshot, or an overlay for this request.
+        :param clock: returns the time [s] that ``allowed_planning_time`` is measured in.
+        :param cancelled: polled often; True ends the search.
+        """
+        with self._lock:
+            context = self._context
+            began = clock()
+            positions: dict[str, float] = {}
+            try:
+                checks = RequestChecks(context.model, context.settings, context.log)
+                budget = Budget(clock, began + checks.planning_time(request), cancelled)
+                started = requested_scene(context, request, scene)
+                positions = context.model.positions(started.q)
+                trajectory, length = run_pipeline(context, request, started, budget)
+            except PlanningError as error:
+                source = error.source or 'planning pipeline'
+                context.log.error(f'{source}: {error}')
+                return MotionPlanResponse(
+                    MoveItErrorCode(error.code), str(error), source, JointTrajectory(()),
+                    positions, request.group_name, clock() - began,
+                )
+            return MotionPlanResponse(
+                MoveItErrorCode.SUCCESS, '', '', trajectory, positions, request.group_name,
+                max(clock() - began, 1e-9), length,
+            )
+
+    def cartesian_path(
+        self, request: CartesianRequest, scene: PlanningScene, *,
+        cancelled: Callable[[], bool] = never,
+    ) -> CartesianResponse:
+        """Return the part of a Cartesian path that can be followed, timed."""
+        with self._lock:
+            return plan_cartesian(self._context, request, scene, cancelled)
+
+    def compute_ik(
+        self, request: IKRequest, scene: PlanningScene, *, clock: Callable[[], float]
+    ) -> IKResponse:
+        """Return joint positions that put links where they are wanted."""
+        with self._lock:
+            return solve_ik(self._context, request, scene, clock)
+
+    def check_state(
+        self, scene: PlanningScene, q: Vector, group: str = '',
+        constraints: Constraints | None = None,
+    ) -> StateReport:
+        """
+        Return whether a robot state is free and keeps constraints.
+
+        :param q: (n,) full robot state.
+        :param group: only links that this group moves; '' for all.
+        """
+        with self._lock:
+            return check_state(self._context, scene, q, group, constraints or Constraints())
+
+    def path_fault(
+        self, trajectory: JointTrajectory, from_time: float, scene: PlanningScene,
+        group: str = '', path_constraints: Constraints | None = None,
+    ) -> str:
+        """
+        Return why the rest of a trajectory cannot be run in a scene; '' where it can.
+
+        :param from_time: [s] of the trajectory; what comes before is not looked at.
+        """
+        with self._lock:
+            return path_fault(
+                self._context, trajectory, from_time, scene, group,
+                path_constraints or Constraints(),
+            )
+
+    def goal_reached(self, request: MotionPlanRequest, scene: PlanningScene) -> bool:
+        """Return whether the scene's robot state satisfies one of a request's goals already."""
+        with self._lock:
+            sets = (
+                ConstraintSet(goal, scene, self._context.log)
+                for goal in request.goal_constraints
+            )
+            return any(
+                not made.empty and not made.dropped and made.satisfied(scene.q) for made in sets
+            )

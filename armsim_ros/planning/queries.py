@@ -1,0 +1,217 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Questions about single states: are they valid, and which one reaches a pose."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from armsim_ros.errors import PlanningError
+from armsim_ros.kinematics.inverse import IKTarget
+from armsim_ros.planning.collision import Contact
+from armsim_ros.planning.constraints import ConstraintResult, ConstraintSet
+from armsim_ros.planning.context import PlanningContext
+from armsim_ros.planning.error_codes import MoveItErrorCode
+from armsim_ros.planning.request import Constraints, StartState
+from armsim_ros.planning.scene import PlanningScene
+from armsim_ros.trajectory import JointTrajectory
+
+Matrix = NDArray[np.float64]
+Vector = NDArray[np.float64]
+
+DEFAULT_IK_TIMEOUT = 0.05
+"""Time for inverse kinematics [s] where neither request nor kinematics.yaml gives one."""
+
+
+@dataclass(frozen=True, slots=True)
+class StateReport:
+    """
+    Whether a state is free and keeps constraints; joint limits are not asked.
+
+    :param contacts: one a colliding pair.
+    :param constraint_results: joints, positions, orientations.
+    :param message: what is wrong, '' where nothing is.
+    """
+
+    valid: bool
+    contacts: tuple[Contact, ...] = ()
+    constraint_results: tuple[ConstraintResult, ...] = ()
+    message: str = ''
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PoseTarget:
+    """
+    A pose that a link shall have.
+
+    :param link_name: '' for the group's last link; attached objects and subframes too.
+    :param pose: (4, 4) in ``frame_id``.
+    """
+
+    link_name: str
+    pose: Matrix
+    frame_id: str = ''
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class IKRequest:
+    """
+    Poses to find joint positions for.
+
+    :param start_state: first guess, and the other joints.
+    :param timeout: [s]; 0 for the group's own.
+    """
+
+    group_name: str
+    targets: tuple[PoseTarget, ...]
+    start_state: StartState = field(default_factory=StartState)
+    constraints: Constraints = field(default_factory=Constraints)
+    avoid_collisions: bool = False
+    timeout: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class IKResponse:
+    """
+    The answer to an :class:`IKRequest`.
+
+    :param positions: joint -> [rad or m] of all movable joints; empty on failure.
+    """
+
+    error_code: MoveItErrorCode
+    message: str = ''
+    positions: Mapping[str, float] = field(default_factory=dict)
+
+
+def check_state(
+    context: PlanningContext, scene: PlanningScene, q: Vector, group: str,
+    constraints: Constraints,
+) -> StateReport:
+    """
+    Return whether a full robot state (n,) is free and keeps constraints.
+
+    :param group: '' for all links of the robot; an unknown one is not valid.
+    """
+    if group and group not in context.model.robot.semantic.groups:
+        known = ', '.join(context.model.robot.semantic.groups)
+        return StateReport(False, message=f"planning group '{group}' is not known; known: {known}")
+    context.checker.use(scene)
+    contacts = tuple(context.checker.contacts(q, group or None))
+    made = ConstraintSet(constraints, scene, context.log)
+    results = tuple(made.evaluate(q))
+    reasons = [
+        *(str(contact) for contact in contacts),
+        *(result.text for result in results if not result.satisfied),
+        *made.dropped,
+    ]
+    return StateReport(not reasons, contacts, results, '; '.join(reasons))
+
+
+def solve_ik(
+    context: PlanningContext, request: IKRequest, scene: PlanningScene,
+    clock: Callable[[], float],
+) -> IKResponse:
+    """Return joint positions that put links where they are wanted, or why there are none."""
+    try:
+        return _solve_ik(context, request, scene, clock)
+    except PlanningError as error:
+        context.log.error(f'compute_ik: {error}')
+        return IKResponse(MoveItErrorCode(error.code), str(error))
+
+
+def _solve_ik(
+    context: PlanningContext, request: IKRequest, scene: PlanningScene,
+    clock: Callable[[], float],
+) -> IKResponse:
+    group = request.group_name
+    model = context.model
+    inverse = context.inverse(group)
+    scene = scene.with_start_state(
+        request.start_state, strict=context.settings.strict_start_state
+    )
+    targets = [_target(context, scene, group, target) for target in request.targets]
+    if not targets:
+        raise PlanningError(MoveItErrorCode.INVALID_LINK_NAME, 'the request has no pose')
+    kept = ConstraintSet(request.constraints, scene, context.log)
+    context.checker.use(scene)
+    colliding: list[Vector] = []
+
+    def valid(q: Vector) -> bool:
+        if request.avoid_collisions and context.checker.in_collision(q, group):
+            colliding.append(q)
+            return False
+        return kept.satisfied(q)
+
+    timeout = request.timeout if request.timeout > 0.0 else context.settings.ik_timeouts.get(
+        group, DEFAULT_IK_TIMEOUT
+    )
+    result = inverse.solve(
+        targets, scene.q, is_valid=valid, clock=clock, deadline=clock() + timeout,
+        rng=np.random.default_rng(max(context.settings.seed, 0)),
+    )
+    if result.q is not None:
+        return IKResponse(MoveItErrorCode.SUCCESS, '', model.positions(result.q))
+    message = result.message
+    if colliding:
+        pairs = context.checker.contacts(colliding[0], group)
+        message += f'; the first one collides: {"; ".join(str(pair) for pair in pairs[:3])}'
+    context.log.info(f'compute_ik: {message}')
+    return IKResponse(MoveItErrorCode.NO_IK_SOLUTION, message)
+
+
+def _target(
+    context: PlanningContext, scene: PlanningScene, group: str, target: PoseTarget
+) -> IKTarget:
+    name = target.link_name or context.tip(group)
+    base = scene.frame_pose(target.frame_id, scene.q)
+    try:
+        link, offset = scene.link_of_frame(name)
+    except PlanningError as error:
+        raise PlanningError(MoveItErrorCode.INVALID_LINK_NAME, str(error)) from None
+    if not np.all(np.isfinite(target.pose)):
+        raise PlanningError(
+            MoveItErrorCode.NO_IK_SOLUTION,
+            f"the pose for '{name}' has a number that is not finite",
+        )
+    return IKTarget(link, base @ target.pose, offset)
+
+
+def path_fault(
+    context: PlanningContext, trajectory: JointTrajectory, from_time: float,
+    scene: PlanningScene, group: str, path_constraints: Constraints,
+) -> str:
+    """
+    Return why the rest of a trajectory cannot be run in a scene; '' where it can.
+
+    :param from_time: [s] of the trajectory; the point before it is looked at too.
+    :param group: only links that this group moves; '' for all.
+    """
+    context.checker.use(scene)
+    kept = ConstraintSet(path_constraints, scene, context.log)
+    model = context.model
+    last: Vector | None = None
+    for k, point in enumerate(trajectory.points):
+        following = trajectory.points[min(k + 1, len(trajectory.points) - 1)]
+        if following.time_from_start < from_time:
+            continue
+        named = dict(zip(trajectory.joint_names, point.positions.tolist(), strict=True))
+        q = model.vector(named, scene.q)
+        moved = 0.0 if last is None else context.checker.displacement_bound(
+            last, q, group or None
+        )
+        parts = max(1, math.ceil(moved / context.settings.fine_step))
+        for part in range(1, parts + 1):
+            between = q if last is None else last + (part / parts) * (q - last)
+            if context.checker.in_collision(between, group or None):
+                pair = next(iter(context.checker.contacts(between, group or None)), None)
+                return f'at {point.time_from_start:.2f} s: {pair or "a collision"}'
+            wrong = kept.violation(between)
+            if wrong:
+                return f'at {point.time_from_start:.2f} s: {wrong}'
+        last = q
+    return ''

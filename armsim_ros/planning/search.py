@@ -1,0 +1,234 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""
+A free path from a start to one of several goals.
+
+First the straight line; then an OMPL planner in large steps on hulls; the path found is
+shortened, checked as a whole on exact geometry in small steps, and only the pieces that fail
+are searched again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+from ompl import base as ob
+
+from armsim_ros.errors import PlanningError
+from armsim_ros.planning.error_codes import MoveItErrorCode
+from armsim_ros.planning.log import Log
+from armsim_ros.planning.ompl_space import JointSpace
+from armsim_ros.planning.planners import make_planner, PlannerChoice
+from armsim_ros.planning.smoothing import path_length, shorten
+from armsim_ros.planning.state_validity import FINE_STEP, SEARCH_STEP, StateValidity
+
+Vector = NDArray[np.float64]
+
+_SOURCE = 'OMPL'
+_STRAIGHT_GOALS = 4
+_HULL_MOTIONS = 8000
+_REPAIR_MOTIONS = 600
+
+
+@dataclass(frozen=True, slots=True)
+class Budget:
+    """
+    When a search has to end.
+
+    :param clock: returns the time [s].
+    :param deadline: in the clock's time [s].
+    :param cancelled: returns whether the client has lost interest.
+    """
+
+    clock: Callable[[], float]
+    deadline: float
+    cancelled: Callable[[], bool]
+
+    def spent(self) -> bool:
+        """Return whether to stop."""
+        return self.cancelled() or self.clock() >= self.deadline
+
+    def check(self, stage: str) -> None:
+        """Raise PREEMPTED where the request was cancelled."""
+        if self.cancelled():
+            raise PlanningError(
+                MoveItErrorCode.PREEMPTED, 'the request was cancelled while planning', stage
+            )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SearchProblem:
+    """
+    What to search.
+
+    :param start: (m,) a free state [rad or m].
+    :param goals: (m,) free states, the preferred one first.
+    :param fine_step: largest motion of any point between two checks of the result [m].
+    """
+
+    validity: StateValidity
+    start: Vector
+    goals: tuple[Vector, ...]
+    planner: PlannerChoice
+    fine_step: float = FINE_STEP
+
+    def with_step(self, fine_step: float) -> SearchProblem:
+        """Return the same problem with another step between checks [m]."""
+        return replace(self, fine_step=fine_step)
+
+
+def find_path(problem: SearchProblem, budget: Budget, attempts: int, log: Log) -> Vector:
+    """
+    Return the waypoints (k, m) of a free path, the shortest of several attempts.
+
+    :param attempts: number of searches; fewer where the time is over and one succeeded.
+    :raises PlanningError: TIMED_OUT, PLANNING_FAILED or PREEMPTED with what was tried.
+    """
+    straight = straight_path(problem)
+    if straight is not None:
+        return straight
+    best: Vector | None = None
+    failure: PlanningError | None = None
+    for _ in range(max(1, attempts)):
+        try:
+            found = _attempt(problem, budget, log)
+        except PlanningError as error:
+            if error.code == MoveItErrorCode.PREEMPTED:
+                raise
+            failure = error
+            found = None
+        if found is not None and (best is None or path_length(found) < path_length(best)):
+            best = found
+        if budget.spent():
+            break
+    if best is not None:
+        return best
+    assert failure is not None
+    raise failure
+
+
+def straight_path(problem: SearchProblem) -> Vector | None:
+    """Return the straight line to the nearest goal that can be reached so, or None."""
+    for goal in problem.goals[:_STRAIGHT_GOALS]:
+        validity = problem.validity
+        if validity.motion_free(problem.start, goal, SEARCH_STEP) and validity.motion_free(
+            problem.start, goal, problem.fine_step
+        ):
+            return np.array([problem.start, goal])
+    return None
+
+
+def _attempt(problem: SearchProblem, budget: Budget, log: Log) -> Vector:
+    validity = problem.validity
+    on_hulls = validity.free(problem.start, exact=False) and all(
+        validity.free(goal, exact=False) for goal in problem.goals
+    )
+    if on_hulls:
+        space = JointSpace(validity, problem.start, SEARCH_STEP, exact=False)
+        found = _solve(space, problem, budget, log, most_motions=_HULL_MOTIONS)
+        if found is not None:
+            whole = _exact(found, problem, budget, log)
+            if whole is not None:
+                return whole
+    space = JointSpace(validity, problem.start, problem.fine_step, exact=True)
+    found = _solve(space, problem, budget, log)
+    if found is None:
+        raise _no_path(problem, budget)
+    return found
+
+
+def _solve(
+    space: JointSpace, problem: SearchProblem, budget: Budget, log: Log,
+    most_motions: int | None = None,
+) -> Vector | None:
+    """Return a shortened path, None where none was found; PREEMPTED where cancelled."""
+    planner = make_planner(problem.planner, space.information, space.extension, log)
+    definition = space.problem(problem.start, problem.goals)
+    planner.setProblemDefinition(definition)
+    planner.setup()
+
+    def stop() -> bool:
+        spent = most_motions is not None and space.motions_checked > most_motions
+        return spent or budget.spent()
+
+    planner.solve(ob.PlannerTerminationCondition(stop))
+    budget.check(_SOURCE)
+    if not definition.hasExactSolution():
+        return None
+    path = definition.getSolutionPath()
+    if problem.planner.simplify:
+        shorten(space, path, budget.spent)
+    waypoints = np.array([space.values(state) for state in path.getStates()])
+    waypoints[0] = problem.start
+    return without_repeats(waypoints)
+
+
+def _exact(
+    waypoints: Vector, problem: SearchProblem, budget: Budget, log: Log
+) -> Vector | None:
+    """Return the path with every piece free on exact geometry; None where that failed."""
+    validity = problem.validity
+    pieces: list[Vector] = [waypoints[:1]]
+    repaired = False
+    for a, b in pairwise(waypoints):
+        if validity.motion_free(a, b, problem.fine_step):
+            pieces.append(b[None])
+            continue
+        if not validity.free(b) or budget.spent():
+            return None
+        space = JointSpace(validity, a, problem.fine_step, exact=True)
+        part = replace(problem, start=a, goals=(b,), planner=PlannerChoice())
+        detour = _solve(space, part, budget, log, most_motions=_REPAIR_MOTIONS)
+        if detour is None:
+            return None
+        pieces.append(detour[1:])
+        repaired = True
+    result = np.concatenate(pieces)
+    if repaired and problem.planner.simplify:
+        space = JointSpace(validity, result[0], problem.fine_step, exact=True)
+        result = _shortened(space, result, budget)
+    return without_repeats(result)
+
+
+def _shortened(space: JointSpace, waypoints: Vector, budget: Budget) -> Vector:
+    from ompl import geometric as og
+
+    path = og.PathGeometric(space.information)
+    for values in waypoints:
+        path.append(space.state(values))
+    shorten(space, path, budget.spent, rounds=1)
+    return np.array([space.values(state) for state in path.getStates()])
+
+
+def without_repeats(waypoints: Sequence[Vector] | Vector, distance: float = 1e-7) -> Vector:
+    """Return waypoints (k, m) without those that equal the one before; both ends stay."""
+    kept = [waypoints[0]]
+    for point in waypoints[1:]:
+        if float(np.linalg.norm(point - kept[-1])) > distance:
+            kept.append(point)
+    if len(kept) > 1:
+        kept[-1] = waypoints[-1]
+    return np.array(kept)
+
+
+def _no_path(problem: SearchProblem, budget: Budget) -> PlanningError:
+    count = len(problem.goals)
+    goals = 'one goal configuration' if count == 1 else f'{count} goal configurations'
+    where = np.round(problem.goals[0], 3).tolist()
+    if budget.spent():
+        return PlanningError(
+            MoveItErrorCode.TIMED_OUT,
+            f'{problem.planner.name} found no path to {goals} (nearest {where}) within the '
+            'allowed time; raise allowed_planning_time, or check that no object blocks the way',
+            _SOURCE,
+        )
+    return PlanningError(
+        MoveItErrorCode.PLANNING_FAILED,
+        f'{problem.planner.name} gave up before the allowed time was over; no path to {goals} '
+        f'(nearest {where}); try the planner RRTConnect',
+        _SOURCE,
+    )

@@ -1,0 +1,81 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What a user may set about planning."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from armsim_ros.config.kinematics import KinematicsSettings
+from armsim_ros.config.ompl_planning import OmplSettings
+from armsim_ros.config.planning_parameters import PlanningParameters
+from armsim_ros.planning.planners import PlannerTable
+from armsim_ros.planning.state_validity import FINE_STEP
+
+
+@dataclass(frozen=True, slots=True)
+class PlanningSettings:
+    """
+    Settings of the motion planner.
+
+    :param planners: the content of ompl_planning.yaml.
+    :param pipelines: names of the planning pipelines.
+    :param default_pipeline: used where a request names none.
+    :param position_only_ik: groups whose inverse kinematics leaves orientations free.
+    :param strict_start_state: a start state that is no diff drops attached objects.
+    :param start_state_max_bounds_error: a start may be this far [rad or m] beyond a limit.
+    :param seed: a number >= 0 makes every request repeatable.
+    :param fine_step: largest motion [m] of any point of the robot between two checks of a
+        result.
+    :param ik_timeouts: group -> [s] for inverse kinematics where a request gives none.
+    """
+
+    planners: PlannerTable = field(default_factory=PlannerTable)
+    pipelines: tuple[str, ...] = ('ompl',)
+    default_pipeline: str = 'ompl'
+    position_only_ik: frozenset[str] = frozenset()
+    strict_start_state: bool = False
+    start_state_max_bounds_error: float = 0.0
+    seed: int = -1
+    fine_step: float = FINE_STEP
+    ik_timeouts: Mapping[str, float] = field(default_factory=dict)
+
+
+def settings_from_config(
+    parameters: PlanningParameters, pipeline: OmplSettings,
+    kinematics: Mapping[str, KinematicsSettings],
+) -> PlanningSettings:
+    """
+    Return the settings that a user's files mean.
+
+    :param parameters: of move_group.
+    :param pipeline: of the default pipeline.
+    :param kinematics: planning group -> its block of kinematics.yaml.
+    """
+    configs: dict[str, dict[str, Any]] = {
+        name: {'type': config.type, **config.parameters}
+        for name, config in pipeline.planner_configs.items()
+    }
+    if not pipeline.simplify_solutions:
+        for config in configs.values():
+            config.setdefault('simplify_solutions', False)
+    groups = pipeline.groups
+    timeouts = {name: each.kinematics_solver_timeout for name, each in kinematics.items()}
+    return PlanningSettings(
+        planners=PlannerTable(
+            configs,
+            {name: each.default_planner_config for name, each in groups.items()},
+            {name: each.planner_configs for name, each in groups.items() if each.planner_configs},
+        ),
+        pipelines=parameters.planning_pipelines,
+        default_pipeline=parameters.default_planning_pipeline,
+        position_only_ik=frozenset(
+            name for name, each in kinematics.items()
+            if each.position_only_ik or each.orientation_vs_position == 0.0
+        ),
+        start_state_max_bounds_error=pipeline.start_state_max_bounds_error,
+        seed=pipeline.planning_seed,
+        ik_timeouts=timeouts,
+    )

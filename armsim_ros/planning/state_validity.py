@@ -1,0 +1,177 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Which states and motions of a group are free: collision, limits, path constraints."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from armsim_ros.kinematics.kinematic_model import KinematicModel
+from armsim_ros.planning.collision import CollisionChecker
+from armsim_ros.planning.constraints import ConstraintSet
+
+Vector = NDArray[np.float64]
+
+SEARCH_STEP = 0.05
+"""Largest motion [m] of any point of the robot between two checks of the search."""
+
+FINE_STEP = 0.01
+"""Largest motion [m] of any point of the robot between two checks of a found path."""
+
+_BOUND_TOLERANCE = 1e-6
+
+
+class StateValidity:
+    """
+    The free states of a group while all other joints stand still.
+
+    :param checker: follows the scene that is planned in.
+    :param model: the robot's kinematics.
+    :param group: a planning group.
+    :param q: (n,) full robot state that gives the joints outside the group.
+    :param path_constraints: to be kept at every state, or None.
+    :param avoid_collisions: False ignores collisions.
+    """
+
+    def __init__(
+        self, checker: CollisionChecker, model: KinematicModel, group: str, q: Vector,
+        path_constraints: ConstraintSet | None = None, avoid_collisions: bool = True,
+    ) -> None:
+        """Keep what every check needs at hand."""
+        self._checker = checker
+        self._model = model
+        self._base = q
+        self._avoid_collisions = avoid_collisions
+        self.group = group
+        self.path_constraints = (
+            None if path_constraints is None or path_constraints.empty else path_constraints
+        )
+        indices = model.group_indices(group)
+        self.joint_names = tuple(model.names[index] for index in indices)
+        self.lower: Vector = model.lower[indices]
+        self.upper: Vector = model.upper[indices]
+        self.search_lower, self.search_upper = self._tightened(indices)
+
+    def _tightened(self, indices: NDArray[np.int64]) -> tuple[Vector, Vector]:
+        """Return the bounds that joint path constraints leave of the limits."""
+        lower, upper = self.lower.copy(), self.upper.copy()
+        for term in self.path_constraints.joints if self.path_constraints else ():
+            for place in np.flatnonzero(indices == term.index):
+                if not term.continuous:
+                    lower[place] = max(lower[place], term.lower)
+                    upper[place] = min(upper[place], term.upper)
+        return lower, upper
+
+    def full(self, values: Vector) -> Vector:
+        """Return the full robot state (n,) for the group's values (m,)."""
+        return self._model.insert(self._base, self.group, values)
+
+    def collides(self, values: Vector) -> bool:
+        """Return whether a state (m,) collides, judged on exact geometry."""
+        return self._avoid_collisions and bool(
+            self._checker.in_collision(self.full(values), self.group)
+        )
+
+    def within_limits(self, values: Vector) -> bool:
+        """Return whether a state (m,) lies within the joint limits."""
+        return bool(
+            np.all(values >= self.lower - _BOUND_TOLERANCE)
+            and np.all(values <= self.upper + _BOUND_TOLERANCE)
+        )
+
+    def constrained(self, values: Vector) -> bool:
+        """Return whether a state (m,) keeps the path constraints."""
+        return self.path_constraints is None or self.path_constraints.satisfied(self.full(values))
+
+    def free(self, values: Vector, exact: bool = True) -> bool:
+        """
+        Return whether the robot may be in a state.
+
+        :param values: (m,) [rad or m].
+        :param exact: judge collision on exact geometry; else on the hulls, which may call a
+            free state blocked but never the other way round.
+        """
+        q = self.full(values)
+        if not self._avoid_collisions:
+            blocked = False
+        elif exact:
+            blocked = self._checker.in_collision(q, self.group)
+        else:
+            blocked = self._checker.maybe_in_collision(q, self.group)
+        if blocked:
+            return False
+        return self.path_constraints is None or self.path_constraints.satisfied(q)
+
+    def parts(self, a: Vector, b: Vector, step: float) -> int:
+        """Return into how many parts a motion falls in which no point moves over ``step``."""
+        bound: float = self._checker.displacement_bound(self.full(a), self.full(b), self.group)
+        return max(1, math.ceil(bound / step))
+
+    def motion_free(
+        self, a: Vector, b: Vector, step: float = FINE_STEP, exact: bool = True
+    ) -> bool:
+        """
+        Return whether the straight motion between two states is free, ends included.
+
+        :param a: (m,) a state known to be free.
+        :param b: (m,) a state.
+        :param step: see :data:`SEARCH_STEP` and :data:`FINE_STEP` [m].
+        :param exact: see :meth:`free`.
+        """
+        if not self.free(b, exact):
+            return False
+        count = self.parts(a, b, step)
+        along = b - a
+        return all(self.free(a + part * along, exact) for part in _halving_order(count))
+
+    def why_not(self, values: Vector) -> str:
+        """Return what is wrong with a state (m,), as a phrase, or ''."""
+        for name, value, low, high in zip(
+            self.joint_names, values, self.lower, self.upper, strict=True
+        ):
+            if not low - _BOUND_TOLERANCE <= value <= high + _BOUND_TOLERANCE:
+                return (f"joint '{name}' at {value:.4f} is outside its limits "
+                        f'{low:.4f} .. {high:.4f}')
+        touching = self.touching(values)
+        if touching:
+            return touching
+        if self.path_constraints is not None:
+            return self.path_constraints.violation(self.full(values))
+        return ''
+
+    def touching(self, values: Vector) -> str:
+        """Return the pairs that collide in a state (m,), as a phrase, or ''."""
+        contacts = self._checker.contacts(self.full(values), self.group)
+        deepest: dict[tuple[str, str], float] = {}
+        for contact in contacts:
+            pair = (contact.body1, contact.body2)
+            deepest[pair] = max(deepest.get(pair, 0.0), float(contact.depth))
+        listed = sorted(deepest.items(), key=lambda item: -item[1])
+        text = ', '.join(
+            f"'{one}' with '{other}' ({depth * 1000.0:.1f} mm deep)"
+            for (one, other), depth in listed[:4]
+        )
+        more = f' and {len(listed) - 4} more pairs' if len(listed) > 4 else ''
+        return f'{text}{more}'
+
+
+@lru_cache(maxsize=512)
+def _halving_order(count: int) -> tuple[float, ...]:
+    """Return 1/count .. (count - 1)/count so that far apart ones come first."""
+    if count <= 2:
+        return tuple(k / count for k in range(1, count))
+    parts: list[int] = []
+    spans = [(0, count)]
+    while spans:
+        following = []
+        for low, high in spans:
+            middle = (low + high) // 2
+            if middle > low:
+                parts.append(middle)
+                following += [(low, middle), (middle, high)]
+        spans = following
+    return tuple(part / count for part in parts)
