@@ -50,7 +50,8 @@ class StartTable:
 
     def _relative(self, q: Vector) -> Matrix:
         base, *poses = self._kinematics.link_poses(q, (self._base, *self._links))
-        return np.linalg.inv(base) @ np.array(poses)
+        relative: Matrix = np.linalg.inv(base) @ np.array(poses)
+        return relative
 
     def best_first(
         self, targets: Matrix, q: Vector, count: int, *, position_only: bool = False

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from functools import partial
 import math
 from types import MappingProxyType
 
@@ -18,7 +19,12 @@ from armsim_ros.planning.object_checks import check_pose, object_error
 from armsim_ros.planning.object_operations import apply_object
 from armsim_ros.planning.request import StartState
 from armsim_ros.planning.scene_content import SceneContent
-from armsim_ros.planning.scene_update import ObjectOperation, SceneUpdate
+from armsim_ros.planning.scene_update import (
+    AttachedObjectUpdate,
+    CollisionObjectUpdate,
+    ObjectOperation,
+    SceneUpdate,
+)
 
 
 def merged_content(
@@ -55,7 +61,7 @@ def merged_content(
         if not update.robot_state.is_diff:
             content = replace(content, attached=initial.attached)
     for attached in update.robot_state.attached_objects:
-        attempt(lambda now, item=attached: apply_attached(kinematics, now, item))
+        attempt(partial(_attached, kinematics, attached))
     acm = update.acm
     if acm is not None and (acm.entry_names or acm.entry_values):
         attempt(lambda now: replace(now, acm=AllowedCollisionMatrix.from_update(acm)))
@@ -69,7 +75,7 @@ def merged_content(
         taken = item.id in before.objects and item.id not in content.objects
         if item.operation == ObjectOperation.REMOVE and taken and item.id in content.attached:
             continue  # the same message has attached it
-        attempt(lambda now, item=item: apply_object(kinematics, now, item))
+        attempt(partial(_object, kinematics, item))
     return content, tuple(refusals)
 
 
@@ -88,6 +94,18 @@ def with_start_state(
     for attached in start.attached_objects:
         content = apply_attached(kinematics, content, attached)
     return content
+
+
+def _attached(
+    kinematics: KinematicModel, update: AttachedObjectUpdate, content: SceneContent
+) -> SceneContent:
+    return apply_attached(kinematics, content, update)
+
+
+def _object(
+    kinematics: KinematicModel, update: CollisionObjectUpdate, content: SceneContent
+) -> SceneContent:
+    return apply_object(kinematics, content, update)
 
 
 def _with_joints(

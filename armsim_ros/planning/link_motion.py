@@ -1,0 +1,136 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""How far the points of a robot move at most when its joints move."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from armsim_ros.kinematics.kinematic_model import KinematicModel
+from armsim_ros.model.robot_model import Joint, JointType
+from armsim_ros.planning.attached_object import AttachedObject
+from armsim_ros.planning.collision_geometry import corner_points
+
+Vector = NDArray[np.float64]
+Matrix = NDArray[np.float64]
+
+#: What a sliding joint without limits counts as [m].
+LONGEST_TRAVEL = 1e3
+
+
+class LinkMotion:
+    """
+    Bounds of link displacement by joint displacement.
+
+    A point that a turning joint carries moves by at most the angle times its distance from
+    the axis; that distance is at most the sum of the lengths between the joints that lie
+    between, wherever these stand. A sliding joint moves a point by its own travel. So the
+    motion of a link is at most the sum over the joints above it of weight times travel.
+
+    :param kinematics: the robot.
+    :param loads: attached objects; they move with their links.
+    """
+
+    def __init__(
+        self, kinematics: KinematicModel, loads: Mapping[str, AttachedObject]
+    ) -> None:
+        """Work out the weight of each joint for each moving body."""
+        self._kinematics = kinematics
+        points = _points_by_joint(kinematics, loads)
+        #: Joint numbers of Pinocchio that carry any shape, one a row of ``weights``.
+        self.bodies: tuple[int, ...] = tuple(sorted(joint for joint in points if joint))
+        #: (bodies, n) [m/rad] for turning joints, [m/m] for sliding ones.
+        self.weights: Matrix = np.zeros((len(self.bodies), kinematics.n))
+        for row, body in enumerate(self.bodies):
+            self._fill(row, body, points[body])
+        self._group_rows: dict[str, Matrix] = {}
+
+    def displacement_bound(self, q1: Vector, q2: Vector, group: str | None = None) -> float:
+        """
+        Return a distance [m] that no point exceeds on the straight segment from q1 to q2.
+
+        :param q1: (n,).
+        :param q2: (n,).
+        :param group: look only at links that this group moves.
+        """
+        weights = self.weights if group is None else self._rows(group)
+        if not len(weights):
+            return 0.0
+        return float((weights @ np.abs(q2 - q1)).max())
+
+    def _rows(self, group: str) -> Matrix:
+        found = self._group_rows.get(group)
+        if found is None:
+            joints = {
+                self._kinematics.link_joint(link)[0]
+                for link in self._kinematics.moved_links(group)
+            }
+            rows = [row for row, body in enumerate(self.bodies) if body in joints]
+            found = self._group_rows[group] = self.weights[rows]
+        return found
+
+    def _fill(self, row: int, body: int, points: Matrix) -> None:
+        """Walk from a body to the root and add up how far its points can be from each axis."""
+        kinematics = self._kinematics
+        model = kinematics.model
+        joint = body
+        #: Largest distance of the points from the origin of the joint below the current one.
+        reach = 0.0
+        below: Matrix | None = None
+        while joint:
+            description = kinematics.robot.joints[kinematics.names[joint - 1]]
+            axis = _axis(description)
+            if below is None:
+                from_axis = float(_off_axis(points, axis).max(initial=0.0))
+                from_origin = float(np.linalg.norm(points, axis=1).max(initial=0.0))
+            else:
+                from_axis = float(_off_axis(below[None], axis)[0]) + reach
+                from_origin = float(np.linalg.norm(below)) + reach
+            if description.type is JointType.PRISMATIC:
+                self.weights[row, joint - 1] = 1.0
+                limits = description.limits
+                from_origin += min(max(abs(limits.lower), abs(limits.upper)), LONGEST_TRAVEL)
+            else:
+                self.weights[row, joint - 1] = from_axis
+            reach = from_origin
+            below = np.array(model.jointPlacements[joint].translation)
+            joint = int(model.parents[joint])
+
+
+def _axis(joint: Joint) -> Vector:
+    axis = np.asarray(joint.axis, dtype=np.float64)
+    unit: Vector = axis / np.linalg.norm(axis)
+    return unit
+
+
+def _off_axis(points: Matrix, axis: Vector) -> Vector:
+    """Return the distances (k,) [m] of points (k, 3) from an axis through the origin."""
+    along = points @ axis
+    off: Vector = np.linalg.norm(points - np.outer(along, axis), axis=1)
+    return off
+
+
+def _points_by_joint(
+    kinematics: KinematicModel, loads: Mapping[str, AttachedObject]
+) -> dict[int, Matrix]:
+    """Return Pinocchio's joint number -> points (k, 3) [m] around all that it carries."""
+    points: dict[int, list[Matrix]] = {}
+    for name, link in kinematics.robot.links.items():
+        joint, offset = kinematics.link_joint(name)
+        for item in link.collisions:
+            pose = offset @ item.origin
+            points.setdefault(joint, []).append(_moved(pose, corner_points(item.geometry)))
+    for load in loads.values():
+        joint, offset = kinematics.link_joint(load.link_name)
+        for shape in load.object.shapes:
+            pose = offset @ load.object.pose @ shape.pose
+            points.setdefault(joint, []).append(_moved(pose, corner_points(shape.geometry)))
+    return {joint: np.vstack(parts) for joint, parts in points.items()}
+
+
+def _moved(pose: Matrix, points: Matrix) -> Matrix:
+    moved: Matrix = points @ pose[:3, :3].T + pose[:3, 3]
+    return moved
