@@ -220,7 +220,7 @@ class Servo:
             moved = np.minimum(np.maximum(moved, position - self._reach), position + self._reach)
             wanted = np.where(self._follows_velocity, moved, wanted)
         wanted = np.minimum(np.maximum(wanted, limits.lower), limits.upper)
-        step = h * limits.velocity
+        step = self._longest_step
         stepped: Vector = self.reference + np.minimum(
             np.maximum(wanted - self.reference, -step), step
         )
@@ -246,6 +246,10 @@ class Servo:
         self._follows_effort: Mask = self._mode == Mode.EFFORT
         self._any_velocity = bool(self._follows_velocity.any())
         self._any_effort = bool(self._follows_effort.any() or self._effort_added.any())
+        # A velocity command is bounded itself; its reference must keep up with a dragged joint.
+        self._longest_step = np.where(
+            self._follows_velocity, np.inf, self._timestep * self.limits.velocity
+        )
         self._unknown = np.full(len(self.joint_names), np.nan)
 
     def _set_gains(self, gains: Mapping[str, PidGains]) -> None:

@@ -252,8 +252,13 @@ class Simulation(HardwareInterface):
 
     def _require_stable(self) -> None:
         """Raise SimulationError where a joint or an object ran away; a fast one may pass."""
-        velocities = dict(zip(self.joint_names, self._qvel[self._qvel_at], strict=True))
-        culprit = unstable_element(velocities, self._mujoco_model, self._data)
+        culprit = unstable_element(
+            self.joint_names,
+            self._qvel[self._qvel_at],
+            self.state.velocity,
+            self._mujoco_model,
+            self._data,
+        )
         if culprit:
             raise SimulationError(
                 f'the physics became unstable at {self.time_ns / 1e9:.3f} s: {culprit}; lower '

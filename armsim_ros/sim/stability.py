@@ -4,8 +4,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-import math
 from typing import Any
 
 import mujoco
@@ -57,17 +55,23 @@ class Checkpoints:
         data.qvel[:] = 0.0
 
 
-def unstable_element(joint_velocities: Mapping[str, float], model: Any, data: Any) -> str:
+def unstable_element(
+    joints: tuple[str, ...], velocities: Vector, last_velocities: Vector, model: Any, data: Any
+) -> str:
     """
-    Return what ran away, '' where nothing did.
+    Return what ran away, the fastest first; '' where nothing did.
 
-    :param joint_velocities: robot joint -> velocity [rad/s or m/s].
+    :param joints: the robot's joints.
+    :param velocities: (n,) theirs [rad/s or m/s].
+    :param last_velocities: (n,) one step before, finite.
     :param model: the ``MjModel``; its other joints are objects, which may be fast.
     :param data: its ``MjData``.
     """
-    for name, velocity in joint_velocities.items():
-        if not math.isfinite(velocity) or abs(velocity) > VELOCITY_LIMIT:
-            return f"joint '{name}' moves at {velocity:.3g}"
+    speeds = np.abs(np.where(np.isfinite(velocities), velocities, np.inf))
+    order = np.lexsort((np.abs(last_velocities), speeds))
+    if len(joints) and speeds[order[-1]] > VELOCITY_LIMIT:
+        fastest = order[-1]
+        return f"joint '{joints[fastest]}' moves at {velocities[fastest]:.3g}"
     for i in range(model.njnt):
         start = int(model.jnt_dofadr[i])
         count = 6 if model.jnt_type[i] == mujoco.mjtJoint.mjJNT_FREE else 1

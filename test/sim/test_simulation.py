@@ -1,0 +1,142 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The plant as a whole: start, reset, determinism, faults."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from armsim_ros.config.pid_gains import PidGains
+from armsim_ros.config.simulation import PlacementSettings, SimulationSettings
+from armsim_ros.errors import SimulationError
+from armsim_ros.model.robot_model import JointLimits, JointType, SemanticModel
+from armsim_ros.sim.simulation import Simulation
+
+
+def run(simulation, steps):
+    """Step on with the present commands."""
+    for _ in range(steps):
+        simulation.step()
+
+
+def move(simulation, steps, speed=0.5):
+    """Command a ramp."""
+    start = simulation.state.position.copy()
+    for k in range(steps):
+        simulation.command.position[:] = start + speed * (k + 1) * 1e-3
+        simulation.write()
+        simulation.step()
+
+
+def test_two_runs_are_equal_to_the_bit(arm, claim):
+    """The same commands give the same digest, another command another one."""
+    digests = []
+    for speed in (0.5, 0.5, 0.5001):
+        simulation = Simulation(arm)
+        claim(simulation, 'position')
+        move(simulation, 300, speed)
+        digests.append(simulation.digest())
+    assert digests[0] == digests[1] != digests[2]
+
+
+def test_reset_repeats_the_start(simulation):
+    """After a reset the robot is where it started and at rest; time has gone on."""
+    move(simulation, 200)
+    simulation.reset()
+    np.testing.assert_array_equal(simulation.state.position, 0.0)
+    np.testing.assert_array_equal(simulation.state.velocity, 0.0)
+    assert simulation.time_ns == 200_000_000
+    for _ in range(100):
+        simulation.step()
+    np.testing.assert_allclose(simulation.state.position, 0.0, atol=1e-9)
+
+
+def test_starts_in_a_named_state_with_single_joints_over_it(arm):
+    """O10: initial positions win over the named state; both are checked."""
+    states = {'manipulator': {'ready': {'shoulder': 0.4, 'elbow': 0.2}}}
+    named = replace(arm, semantic=SemanticModel(named_states=states))
+    settings = SimulationSettings(initial_state='ready', initial_positions={'elbow': -0.1})
+    np.testing.assert_allclose(Simulation(named, settings).state.position, (0.4, -0.1, 0.0))
+
+
+@pytest.mark.parametrize(
+    ('changes', 'words'),
+    [
+        ({'initial_positions': {'elbo': 0.1}}, "'elbow'"),
+        ({'initial_positions': {'elbow': 9.0}}, '-2.8 to 2.8'),
+        ({'initial_state': 'redy'}, "'redy'"),
+    ],
+)
+def test_refuses_a_start_that_does_not_fit(arm, changes, words):
+    """A wrong initial joint, position or state is named, with what is allowed."""
+    with pytest.raises(SimulationError, match=words):
+        Simulation(arm, SimulationSettings(**changes))
+
+
+def test_stands_where_it_is_placed(arm):
+    """O10: -x -y -z and the orientation place the root link."""
+    placement = PlacementSettings(xyz=(1.0, 2.0, 3.0), rpy=(0.0, 0.0, np.pi / 2))
+    simulation = Simulation(arm, SimulationSettings(placement=placement))
+    np.testing.assert_allclose(simulation.link_pose('base')[:3, 3], (1, 2, 3))
+    np.testing.assert_allclose(simulation.link_pose('hand')[:3, 3], (1, 2, 3.5))
+    np.testing.assert_allclose(simulation.link_pose('base')[:3, 0], (0, 1, 0), atol=1e-12)
+
+
+def test_a_continuous_joint_is_not_wrapped(make_arm, claim):
+    """O5: a continuous joint's position counts on past a turn."""
+    simulation = Simulation(
+        make_arm(type=JointType.CONTINUOUS, limits=JointLimits(velocity=10.0, effort=30.0))
+    )
+    claim(simulation, 'position')
+    for k in range(2000):
+        simulation.command.position[:] = (0.0, 0.0, 4e-3 * (k + 1))
+        simulation.write()
+        simulation.step()
+    assert simulation.state.position[2] == pytest.approx(8.0, abs=1e-3)
+
+
+def test_a_planar_joint_is_refused_by_name(make_arm):
+    """A joint type without physics is named together with those that have it."""
+    with pytest.raises(SimulationError, match=r"'wrist'.*planar.*revolute"):
+        Simulation(make_arm(type=JointType.PLANAR))
+
+
+def test_an_unstable_joint_is_named_and_the_plant_recovers(arm, claim):
+    """Gains far beyond the timestep end in an error with the joint's name; recovery is at rest."""
+    wild = PidGains(p=1e7, d=1e4)
+    limits = replace(arm.joints['wrist'].limits, effort=np.inf, velocity=np.inf)
+    loose = replace(
+        arm, joints={**arm.joints, 'wrist': replace(arm.joints['wrist'], limits=limits)}
+    )
+    simulation = Simulation(loose, gains={'wrist': wild})
+    claim(simulation, 'position')
+    assert 'wrist' in simulation.warnings[0]
+    simulation.command.position[:] = 0.01
+    simulation.write()
+    with pytest.raises(SimulationError, match="joint 'wrist'"):
+        run(simulation, 5000)
+    assert np.isfinite(simulation.state.position).all()
+    simulation.recover()
+    np.testing.assert_array_equal(simulation.state.velocity, 0.0)
+    assert np.abs(simulation.state.position).max() < 3.0
+
+
+def test_a_moving_link_without_mass_gets_some_and_says_so(arm):
+    """A massless moving link is made light instead of refused, with a warning."""
+    links = {**arm.links, 'hand': replace(arm.links['hand'], inertial=None)}
+    simulation = Simulation(replace(arm, links=links))
+    assert any("'hand'" in warning for warning in simulation.warnings)
+    simulation.step()
+
+
+def test_joints_can_be_put_elsewhere(simulation):
+    """Joints put elsewhere are there at once, at rest, and stay."""
+    simulation.set_positions({'elbow': 0.7})
+    np.testing.assert_allclose(simulation.state.position, (0.0, 0.7, 0.0))
+    for _ in range(100):
+        simulation.write()
+        simulation.step()
+    np.testing.assert_allclose(simulation.state.position, (0.0, 0.7, 0.0), atol=1e-6)
+    with pytest.raises(SimulationError, match=r"no joint 'elbw'.*'elbow'"):
+        simulation.set_positions({'elbw': 0.0})
