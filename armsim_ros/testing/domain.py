@@ -11,8 +11,8 @@ import os
 from pathlib import Path
 import tempfile
 
-DOMAINS = range(30, 100)
-"""Below 102, so that the ports of every domain lie below Linux's ephemeral ones."""
+DOMAINS = range(30, 40)
+"""Low, so that all ports of a domain lie below the ephemeral ones of Linux."""
 
 
 @contextmanager

@@ -10,7 +10,7 @@ from rclpy.node import Node
 from tf2_msgs.msg import TFMessage
 
 from armsim_ros.model.robot_model import JointType, RobotModel
-from armsim_ros.model.transforms import quat_xyzw_from_matrix, Vector
+from armsim_ros.model.transforms import Matrix, quat_xyzw_from_matrix
 from armsim_ros.nodes import qos
 from armsim_ros.nodes.conversions.time import fill_time
 
@@ -25,7 +25,7 @@ class Tf:
         joint gives that frame a name of its own.
     """
 
-    def __init__(self, node: Node, robot: RobotModel, placement: Vector) -> None:
+    def __init__(self, node: Node, robot: RobotModel, placement: Matrix) -> None:
         """Make the publishers and publish what never moves."""
         joints = [robot.joints[name] for name in robot.movable_joints]
         self._sliding = np.array([joint.type is JointType.PRISMATIC for joint in joints], bool)
@@ -43,7 +43,7 @@ class Tf:
         self._static_publisher = node.create_publisher(TFMessage, '/tf_static', qos.LATCHED)
         self._static_publisher.publish(TFMessage(transforms=_static(robot, placement)))
 
-    def publish(self, time_ns: int, positions: Vector) -> None:
+    def publish(self, time_ns: int, positions: Matrix) -> None:
         """
         Publish the transforms of the movable joints.
 
@@ -71,7 +71,7 @@ def transform(parent: str, child: str) -> TransformStamped:
     return message
 
 
-def _static(robot: RobotModel, placement: Vector) -> list[TransformStamped]:
+def _static(robot: RobotModel, placement: Matrix) -> list[TransformStamped]:
     poses = [
         (joint.parent, joint.child, joint.origin)
         for joint in robot.joints.values()
@@ -93,7 +93,7 @@ def _fill(message: TransformStamped, xyz: list[float], xyzw: list[float]) -> Non
     rotation.x, rotation.y, rotation.z, rotation.w = xyzw
 
 
-def _product(left: Vector, right: Vector) -> Vector:
+def _product(left: Matrix, right: Matrix) -> Matrix:
     """Return the products (n, 4) of quaternions xyzw (n, 4), row by row."""
     vector = (
         left[:, 3:] * right[:, :3]

@@ -1,0 +1,91 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Controllers together with their nodes: loaded, shown and taken away as one."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+from rclpy.executors import Executor
+from rclpy.node import Node
+
+from armsim_ros.config.robot_settings import RobotSettings
+from armsim_ros.control.controller import Controller
+from armsim_ros.control.controller_manager import ControllerManager
+from armsim_ros.errors import ControllerError, nearest
+from armsim_ros.nodes.simulation.controller_nodes import ControllerNode, create_controller_node
+from armsim_ros.nodes.simulation.dispatcher import Dispatcher
+
+
+class ControllerRegistry(Mapping[str, ControllerNode]):
+    """
+    Controller -> its ROS side, in the order of loading.
+
+    :param manager: loads and unloads the controllers.
+    :param settings: describe the controllers that can be loaded.
+    :param executor: serves their nodes.
+    :param namespace: where their nodes live.
+    """
+
+    def __init__(
+        self,
+        manager: ControllerManager,
+        settings: RobotSettings,
+        executor: Executor,
+        dispatcher: Dispatcher,
+        namespace: str,
+    ) -> None:
+        """Start without any."""
+        self._manager = manager
+        self._settings = settings
+        self._executor = executor
+        self._dispatcher = dispatcher
+        self._namespace = namespace
+        self._sides: dict[str, ControllerNode] = {}
+
+    def load(self, name: str) -> None:
+        """
+        Load a controller that the robot's files describe, and give it a node.
+
+        :raises ControllerError: it is loaded already, or nothing describes it.
+        """
+        settings = self._settings.controller(name)
+        if settings is None:
+            known = tuple(one.name for one in self._settings.controllers)
+            hint = nearest(name, known) or f'known: {", ".join(known) or "none"}'
+            raise ControllerError(f"no file of the robot describes a controller '{name}'; {hint}")
+        side = self.add(self._manager.load(settings))
+        side.declare_parameters()
+
+    def add(self, controller: Controller) -> ControllerNode:
+        """Give a loaded controller a node; its parameters are declared by the caller."""
+        node = Node(controller.name, namespace=self._namespace)
+        side = create_controller_node(controller, node, self._dispatcher)
+        self._sides = {**self._sides, controller.name: side}
+        self._executor.add_node(node)
+        return side
+
+    def unload(self, name: str) -> None:
+        """
+        Unload a controller and take its node away.
+
+        :raises ControllerError: it is active or not loaded.
+        """
+        self._manager.unload(name)
+        side = self._sides.get(name)
+        self._sides = {key: value for key, value in self._sides.items() if key != name}
+        if side is not None:
+            self._executor.remove_node(side.node)
+            self._dispatcher.post(side.destroy)
+
+    def __getitem__(self, name: str) -> ControllerNode:
+        """Return the ROS side of a controller."""
+        return self._sides[name]
+
+    def __iter__(self) -> Iterator[str]:
+        """Iterate over the names."""
+        return iter(self._sides)
+
+    def __len__(self) -> int:
+        """Return how many there are."""
+        return len(self._sides)

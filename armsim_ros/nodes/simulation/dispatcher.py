@@ -1,0 +1,71 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Hands work of the control loop and of the executor over to the publishing thread."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from queue import Empty, SimpleQueue
+import time
+
+#: A wait is at most this long, so that deadlines are looked at [s].
+_LONGEST_WAIT = 0.05
+
+
+class Dispatcher:
+    """
+    A queue of small calls and the thread that makes them.
+
+    An executor rebuilds its wait set at every wake-up, which costs ten times as much as to
+    publish a message; so what the loop has to say goes out through this queue instead.
+    """
+
+    def __init__(self) -> None:
+        """Start empty."""
+        self._queue: SimpleQueue[Callable[[], None] | None] = SimpleQueue()
+        self._deadlines: list[tuple[float, Callable[[], None]]] = []
+        self._stopped = False
+
+    def post(self, work: Callable[[], None]) -> None:
+        """Have something called soon, in order; never waits, from any thread."""
+        self._queue.put(work)
+
+    def post_later(self, delay: float, work: Callable[[], None]) -> None:
+        """Have something called after ``delay`` [s] of wall time; from any thread."""
+        deadline = time.monotonic() + delay
+        self._queue.put(lambda: self._deadlines.append((deadline, work)))
+
+    def every(self, period: float, work: Callable[[], None]) -> None:
+        """Have something called again and again, ``period`` [s] of wall time apart."""
+
+        def once() -> None:
+            self._deadlines.append((time.monotonic() + period, once))
+            work()
+
+        self.post_later(period, once)
+
+    def stop(self) -> None:
+        """Let ``run`` return; from any thread and from a signal handler."""
+        self._stopped = True
+        self._queue.put(None)
+
+    def run(self) -> None:
+        """Make the calls until ``stop``."""
+        while not self._stopped:
+            try:
+                work = self._queue.get(timeout=_LONGEST_WAIT)
+            except Empty:
+                work = None
+            if work is not None:
+                work()
+            self._call_due()
+
+    def _call_due(self) -> None:
+        if not self._deadlines:
+            return
+        now = time.monotonic()
+        due = [work for deadline, work in self._deadlines if deadline <= now]
+        if due:
+            self._deadlines = [entry for entry in self._deadlines if entry[0] > now]
+        for work in due:
+            work()

@@ -1,0 +1,53 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What the controllers and the physics have to say: log lines and refusals."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from rclpy.node import Node
+
+from armsim_ros.control.controller_manager import ControllerManager
+from armsim_ros.nodes.simulation.controller_nodes import ControllerNode
+from armsim_ros.sim.control_loop import ControlLoop
+
+_REFUSALS = ('goal_rejected', 'trajectory_rejected')
+
+
+class EventLog:
+    """
+    Logs the events of controllers under their nodes' names, and passes on refusals.
+
+    :param node: the manager's node, for what belongs to no controller.
+    :param sides: controller -> its ROS side; looked up at every event.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        manager: ControllerManager,
+        loop: ControlLoop,
+        sides: Mapping[str, ControllerNode],
+    ) -> None:
+        """Keep where events come from and where they go."""
+        self._node = node
+        self._manager = manager
+        self._loop = loop
+        self._sides = sides
+
+    def drain(self) -> None:
+        """Log all that has happened since the last call."""
+        for event in self._manager.poll_events():
+            side = self._sides.get(event.source)
+            logger = (side.node if side is not None else self._node).get_logger()
+            if event.level == 'error':
+                logger.error(event.text)
+            elif event.level == 'warning':
+                logger.warning(event.text)
+            else:
+                logger.info(event.text)
+            if side is not None and event.kind in _REFUSALS:
+                side.refused(event.text)
+        for fault in self._loop.poll_faults():
+            self._node.get_logger().error(fault)
