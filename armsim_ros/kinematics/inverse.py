@@ -5,14 +5,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field
-from enum import Enum
 import math
 
 import numpy as np
 from numpy.typing import NDArray
 import pinocchio as pin
 
+from armsim_ros.kinematics.ik_result import IKFailure, IKResult, IKTarget, SearchRecord
 from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.kinematics.levenberg_marquardt import Convergence, LevenbergMarquardt, PoseTask
 from armsim_ros.kinematics.start_table import StartTable
@@ -23,62 +22,6 @@ Matrix = NDArray[np.float64]
 
 #: Solutions that differ by less in every joint [rad or m] count as one.
 DISTINCT = 0.05
-
-
-def _identity() -> Matrix:
-    return np.eye(4)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class IKTarget:
-    """
-    Where a link is wanted.
-
-    :param link: any link that the group moves.
-    :param pose: (4, 4) wanted for ``link * offset`` in the model frame.
-    :param offset: (4, 4) a frame fixed to the link.
-    :param position_only: the orientation is free.
-    """
-
-    link: str
-    pose: Matrix
-    offset: Matrix = field(default_factory=_identity)
-    position_only: bool = False
-
-
-class IKFailure(Enum):
-    """Why there is no solution."""
-
-    UNREACHABLE = 'unreachable'
-    INVALID = 'invalid'
-    TIMED_OUT = 'timed out'
-    LINK_NOT_MOVED = 'link not moved'
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class IKResult:
-    """
-    Answer of the inverse kinematics.
-
-    :param q: (n,) or None.
-    :param failure: None on success.
-    :param message: a sentence for the user on failure.
-    :param position_error: [m] of the solution, or of the nearest miss.
-    :param orientation_error: [rad] likewise.
-    :param rejected: solutions that ``is_valid`` refused.
-    """
-
-    q: Vector | None
-    failure: IKFailure | None = None
-    message: str = ''
-    position_error: float = 0.0
-    orientation_error: float = 0.0
-    rejected: int = 0
-
-    @property
-    def success(self) -> bool:
-        """Whether there is a solution."""
-        return self.q is not None
 
 
 class InverseKinematics:
@@ -151,7 +94,7 @@ class InverseKinematics:
         refused = self._refusal(targets)
         if refused is not None:
             return refused
-        search = _Search(clock, deadline)
+        search = SearchRecord(clock, deadline)
         descent = self._descent(targets)
         for start in self._starts(targets, seed, rng, search, max_starts):
             found = descent.descend(seed, start)
@@ -186,7 +129,7 @@ class InverseKinematics:
         """
         if self._refusal(targets) is not None:
             return []
-        search = _Search(clock, deadline)
+        search = SearchRecord(clock, deadline)
         descent = self._descent(targets)
         found: list[Vector] = []
         limit = self._max_starts if max_starts is None else max_starts
@@ -241,7 +184,7 @@ class InverseKinematics:
         targets: Sequence[IKTarget],
         seed: Vector,
         rng: np.random.Generator | None,
-        search: _Search,
+        search: SearchRecord,
         max_starts: int | None,
     ) -> Iterator[Vector]:
         """Yield the seed, the table's best, then random values while there is time."""
@@ -290,51 +233,6 @@ class InverseKinematics:
         return kinematics.apply_mimic(result)
 
 
-class _Search:
-    """What a search has seen so far."""
-
-    def __init__(self, clock: Callable[[], float] | None, deadline: float | None) -> None:
-        self._clock = clock
-        self._deadline = deadline
-        self.rejected = 0
-        self._starts = 0
-        self._nearest = (math.inf, math.inf)
-        self._late = False
-
-    @property
-    def timed(self) -> bool:
-        return self._clock is not None and self._deadline is not None
-
-    def late(self) -> bool:
-        if self._clock is not None and self._deadline is not None:
-            self._late = self._clock() >= self._deadline
-        return self._late
-
-    def note(self, descent: LevenbergMarquardt, solved: bool) -> None:
-        self._starts += 1
-        miss = (descent.position_error, descent.orientation_error)
-        if not solved and sum(miss) < sum(self._nearest):
-            self._nearest = miss
-
-    def result(self, group: str, targets: Sequence[IKTarget]) -> IKResult:
-        links = ', '.join(f"'{target.link}'" for target in targets)
-        if self.rejected:
-            return IKResult(
-                None, IKFailure.INVALID,
-                f"{self.rejected} IK solutions for {links} of group '{group}' were found, "
-                'none of them valid', rejected=self.rejected,
-            )
-        position, orientation = self._nearest
-        failure = IKFailure.TIMED_OUT if self._late else IKFailure.UNREACHABLE
-        cause = 'the time was used up' if self._late else 'the pose is probably out of reach'
-        return IKResult(
-            None, failure,
-            f"no IK solution for {links} of group '{group}': the nearest of {self._starts} "
-            f'descents missed by {position:.3g} m and {orientation:.3g} rad, {cause}',
-            position, orientation,
-        )
-
-
 def _turning(kinematics: KinematicModel, indices: NDArray[np.int64]) -> NDArray[np.int64]:
     """Return the variables that are angles and may turn more than once."""
     robot = kinematics.robot
@@ -345,3 +243,6 @@ def _turning(kinematics: KinematicModel, indices: NDArray[np.int64]) -> NDArray[
         and kinematics.upper[index] - kinematics.lower[index] >= 2.0 * math.pi
     ]
     return np.array(wide, dtype=np.int64)
+
+
+__all__ = ['IKFailure', 'IKResult', 'IKTarget', 'InverseKinematics']

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from armsim_ros.kinematics.kinematic_model import KinematicModel
+from armsim_ros.model.transforms import inverse_pose
 
 Vector = NDArray[np.float64]
 Matrix = NDArray[np.float64]
@@ -50,7 +51,7 @@ class StartTable:
 
     def _relative(self, q: Vector) -> Matrix:
         base, *poses = self._kinematics.link_poses(q, (self._base, *self._links))
-        relative: Matrix = np.linalg.inv(base) @ np.array(poses)
+        relative: Matrix = inverse_pose(base) @ np.array(poses)
         return relative
 
     def best_first(
@@ -64,7 +65,7 @@ class StartTable:
         :param position_only: leave orientations out.
         """
         base = self._kinematics.link_pose(q, self._base)
-        wanted = np.linalg.inv(base) @ targets
+        wanted = inverse_pose(base) @ targets
         difference = self._poses - wanted
         cost = (difference[:, :, :3, 3] ** 2).sum(axis=(1, 2)) / self._length**2
         if not position_only:
