@@ -202,6 +202,16 @@ class Simulation(HardwareInterface):
         return pose
 
     @property
+    def mujoco_model(self) -> Any:
+        """The ``MjModel``, to look at; an edit of the world replaces it."""
+        return self._mujoco_model
+
+    @property
+    def mujoco_data(self) -> Any:
+        """The ``MjData``, to look at; an edit of the world replaces it."""
+        return self._data
+
+    @property
     def reference_positions(self) -> Vector:
         """Where the drives want all movable joints to be now (n,) [rad or m]."""
         return self._servo.dynamics.expand(self._servo.reference)

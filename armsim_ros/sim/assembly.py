@@ -1,0 +1,63 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""From a robot's settings to its running parts: plant, drives, controllers."""
+
+from __future__ import annotations
+
+from armsim_ros.config.pid_gains import PidGains
+from armsim_ros.config.robot_settings import RobotSettings
+from armsim_ros.control.controller_manager import ControllerManager, Strictness
+from armsim_ros.control.hardware_interface import POSITION
+from armsim_ros.errors import ConfigError, ControllerError, Problem
+from armsim_ros.model.robot_model import RobotModel
+from armsim_ros.sim.clock import SimClock
+from armsim_ros.sim.simulation import Simulation
+
+
+def servo_gains(settings: RobotSettings) -> dict[str, PidGains]:
+    """Return the gains that position controllers give for their joints; they go to the drives."""
+    gains: dict[str, PidGains] = {}
+    for controller in settings.controllers:
+        if POSITION in getattr(controller.parameters, 'command_interfaces', ()):
+            gains.update(controller.parameters.gains)
+    return gains
+
+
+def build_simulation(
+    settings: RobotSettings, model: RobotModel, *, clock: SimClock | None = None
+) -> Simulation:
+    """
+    Return the robot of a user's files in its world.
+
+    :param clock: simulated time; by default one that starts at 0.
+    :raises SimulationError: the physics refuses robot, world or start.
+    """
+    return Simulation(
+        model, settings.simulation, settings.world, gains=servo_gains(settings), clock=clock
+    )
+
+
+def build_manager(
+    settings: RobotSettings, model: RobotModel, simulation: Simulation
+) -> ControllerManager:
+    """
+    Return the controller manager with all controllers configured and the spawned ones active.
+
+    :raises ConfigError: a controller that cannot run on this robot; names the file and line.
+    """
+    manager = ControllerManager(simulation, settings.controller_manager, model)
+    problems = []
+    for controller in settings.controllers:
+        try:
+            manager.load(controller)
+            manager.configure(controller.name)
+        except ControllerError as error:
+            where = settings.locate('controllers', controller.name)
+            problems.append(Problem(f"controller '{controller.name}': {error}", where))
+    if problems:
+        raise ConfigError(problems)
+    spawned = [name for name in settings.spawn if name in manager.controllers]
+    result = manager.switch(activate=spawned, strictness=Strictness.STRICT)
+    if not result.ok:
+        raise ConfigError(Problem(f'the controllers cannot start: {result.message}'))
+    return manager

@@ -1,0 +1,102 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""
+Cost of one control tick and how closely the arm follows, beside bare MuJoCo in the same run.
+
+A tick is one physics step with the controllers' update, the drives and the physics. The moves
+go from the start to a named state and back, quintic from rest to rest.
+
+    python benchmarks/control_loop.py --robot sunday --state scan_food
+"""
+
+import argparse
+import time
+
+import mujoco
+import numpy as np
+
+from armsim_ros.stack import ArmSim
+from armsim_ros.trajectory import JointTrajectory, TrajectoryPoint
+
+
+def microseconds(samples):
+    """Return median, 99th percentile and maximum of times in nanoseconds."""
+    return np.percentile(samples, (50, 99, 100)) / 1e3
+
+
+def timed(function, count):
+    """Return the times [ns] of so many calls."""
+    samples = np.empty(count)
+    for i in range(count):
+        begin = time.perf_counter_ns()
+        function()
+        samples[i] = time.perf_counter_ns() - begin
+    return samples
+
+
+def bare_physics(sim, count):
+    """Return the times of mj_step on a model and state like the simulation's own."""
+    plant = sim.simulation.mujoco_model
+    data = mujoco.MjData(plant)
+    data.qpos[:] = sim.simulation.mujoco_data.qpos
+    return timed(lambda: mujoco.mj_step(plant, data), count)
+
+
+def rest(positions, at):
+    """Return a waypoint at rest."""
+    zeros = np.zeros_like(positions)
+    return TrajectoryPoint(at, positions, zeros, zeros)
+
+
+def move(sim, joints, goal, duration):
+    """Run one quintic move; return the errors [rad] during it, after it, and tick times [ns]."""
+    start = np.array([sim.joint_positions[name] for name in joints])
+    points = (rest(start, 0.0), rest(goal, duration))
+    sim.send_trajectory(JointTrajectory(joints, points))
+    places = [sim.simulation.index[name] for name in joints]
+    began = sim.time
+    moving, holding, times = 0.0, 0.0, []
+    while sim.time < began + duration + 1.0:
+        tick = time.perf_counter_ns()
+        sim.loop.advance()
+        times.append(time.perf_counter_ns() - tick)
+        s = min((sim.time - began) / duration, 1.0)
+        wanted = start + (goal - start) * (10 * s**3 - 15 * s**4 + 6 * s**5)
+        error = np.abs(sim.simulation.state.position[places] - wanted).max()
+        if s < 1.0:
+            moving = max(moving, error)
+        else:
+            holding = max(holding, error)
+    return moving, holding, times
+
+
+def main():
+    """Print the tables."""
+    parser = argparse.ArgumentParser(description='Control tick: cost and tracking.')
+    parser.add_argument('--robot', default='sunday')
+    parser.add_argument('--state', default='scan_food')
+    arguments = parser.parse_args()
+    sim = ArmSim(arguments.robot)
+    group, states = next(iter(sim.model.semantic.named_states.items()))
+    named = states[arguments.state]
+    joints = sim.model.group(group).active_joints
+    goal = np.array([named[name] for name in joints])
+    home = np.array([sim.joint_positions[name] for name in joints])
+    rows, ticks = [], []
+    for duration in (2.0, 1.0):
+        for target in (goal, home):
+            moving, holding, times = move(sim, joints, target, duration)
+            rows.append((duration, moving, holding))
+            ticks += times
+    print(f'{arguments.robot}, {len(joints)} joints, {1.0 / sim.settings.simulation.timestep:g} Hz')
+    print('largest error of any joint against the trajectory')
+    for duration, moving, holding in rows:
+        print(f'  {duration:g} s move: {moving * 1e3:.4f} mrad moving, {holding * 1e3:.4f} after')
+    print('time of one call in us           p50      p99      max')
+    for name, samples in (('control tick', ticks), ('bare mj_step', bare_physics(sim, 5000))):
+        p50, p99, longest = microseconds(samples)
+        print(f'  {name:<26}{p50:9.1f}{p99:9.1f}{longest:9.1f}')
+
+
+if __name__ == '__main__':
+    main()
