@@ -88,7 +88,8 @@ def main():
             moving, holding, times = move(sim, joints, target, duration)
             rows.append((duration, moving, holding))
             ticks += times
-    print(f'{arguments.robot}, {len(joints)} joints, {1.0 / sim.settings.simulation.timestep:g} Hz')
+    rate = 1.0 / sim.settings.simulation.timestep
+    print(f'{arguments.robot}, {len(joints)} joints, {rate:g} Hz')
     print('largest error of any joint against the trajectory')
     for duration, moving, holding in rows:
         print(f'  {duration:g} s move: {moving * 1e3:.4f} mrad moving, {holding * 1e3:.4f} after')

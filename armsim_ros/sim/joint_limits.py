@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from armsim_ros.model.robot_model import JointType, RobotModel
-from armsim_ros.sim.mujoco_model import bound_or_infinite
+from armsim_ros.sim.robot_spec import bound_or_infinite
 
 Vector = NDArray[np.float64]
 
