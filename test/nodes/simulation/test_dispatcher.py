@@ -1,0 +1,54 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The queue between the loop, the executor and the publishing thread."""
+
+import threading
+
+from armsim_ros.nodes.simulation.dispatcher import Dispatcher
+
+
+def test_calls_are_made_in_order_by_the_thread_that_runs() -> None:
+    """Work posted from another thread is done in ours, first come first served."""
+    dispatcher = Dispatcher()
+    seen: list[tuple[int, threading.Thread]] = []
+
+    def post() -> None:
+        for i in range(100):
+            dispatcher.post(lambda i=i: seen.append((i, threading.current_thread())))
+        dispatcher.post(dispatcher.stop)
+
+    thread = threading.Thread(target=post)
+    thread.start()
+    dispatcher.run()
+    thread.join()
+    assert [i for i, _ in seen] == list(range(100))
+    assert {who for _, who in seen} == {threading.current_thread()}
+
+
+def test_stop_before_run_is_not_lost() -> None:
+    """A signal during the start ends the run at once."""
+    dispatcher = Dispatcher()
+    dispatcher.stop()
+    dispatcher.run()
+
+
+def test_later_work_is_done_though_nothing_else_comes() -> None:
+    """A deadline is met while the queue is empty."""
+    dispatcher = Dispatcher()
+    dispatcher.post_later(0.01, dispatcher.stop)
+    dispatcher.run()
+
+
+def test_periodic_work_comes_again() -> None:
+    """Work that was asked for every so often is done more than once."""
+    dispatcher = Dispatcher()
+    calls: list[int] = []
+
+    def work() -> None:
+        calls.append(len(calls))
+        if len(calls) == 3:
+            dispatcher.stop()
+
+    dispatcher.every(0.001, work)
+    dispatcher.run()
+    assert calls == [0, 1, 2]

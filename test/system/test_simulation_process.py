@@ -1,0 +1,101 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The simulation as a process: its start, its end, its refusals."""
+
+from pathlib import Path
+import shutil
+import signal
+
+import pytest
+from sensor_msgs.msg import JointState
+
+from armsim_ros.resources import find_robot
+from armsim_ros.testing.client_node import ClientNode
+from armsim_ros.testing.programs import start_program
+
+
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_ends_it_with_status_0(
+    ros_domain: int, client: ClientNode, number: signal.Signals
+) -> None:
+    """A running simulation leaves within a second, without a traceback."""
+    with start_program('simulation', ros_domain) as program:
+        client.collect('/sunday/joint_states', JointState).wait(5)
+        program.signal(number)
+        assert program.wait(1.5) == 0
+        assert 'Traceback' not in program.text
+
+
+def test_a_second_one_under_the_same_name_is_refused(
+    ros_domain: int, client: ClientNode
+) -> None:
+    """The second ends with one message; the first goes on."""
+    with start_program('simulation', ros_domain) as first:
+        client.collect('/sunday/joint_states', JointState).wait(1)
+        with start_program('simulation', ros_domain) as second:
+            assert second.wait(15.0) == 2
+            assert 'another simulation already runs as /sunday/controller_manager' in second.text
+            assert 'Traceback' not in second.text
+        assert first.process.poll() is None
+
+
+def test_a_namespace_of_its_own(ros_domain: int, client: ClientNode) -> None:
+    """The controllers live where the argument says."""
+    with start_program('simulation', ros_domain, 'namespace:=other'):
+        client.collect('/other/joint_states', JointState).wait(1, timeout=15.0)
+
+
+def test_a_paused_start_publishes_the_first_state(ros_domain: int, client: ClientNode) -> None:
+    """Nothing moves, and services answer."""
+    with start_program('simulation', ros_domain, 'paused:=true') as program:
+        program.wait_for_line('simulation of .* runs')
+
+
+@pytest.fixture
+def robot(tmp_path: Path) -> Path:
+    """Copy the default robot's files into a folder of the user's."""
+    folder = tmp_path / 'robot'
+    shutil.copytree(find_robot('sunday'), folder)
+    return folder
+
+
+def refused(domain: int, robot: Path) -> str:
+    """Start with a folder, expect exit 2 and one message, and return the output."""
+    with start_program('simulation', domain, f'config:={robot}') as program:
+        assert program.wait(15.0) == 2, program.text
+        assert 'Traceback' not in program.text
+        return program.text
+
+
+def test_broken_yaml(ros_domain: int, robot: Path) -> None:
+    """The message names file and line."""
+    file = robot / 'trajectory_control.yaml'
+    file.write_text('sunday:\n  arm: [1, 2\n')
+    assert 'trajectory_control.yaml:' in refused(ros_domain, robot)
+
+
+def test_an_unknown_controller_type(ros_domain: int, robot: Path) -> None:
+    """The message names the type and those that there are."""
+    file = robot / 'trajectory_control.yaml'
+    text = file.read_text()
+    file.write_text(text.replace('position_controllers/Joint', 'pos_controllers/Joint'))
+    text = refused(ros_domain, robot)
+    assert 'trajectory_control.yaml:3' in text
+    assert 'pos_controllers/JointTrajectoryController' in text
+
+
+def test_a_joint_that_the_urdf_lacks(ros_domain: int, robot: Path) -> None:
+    """The message names the joint, its place, and the nearest joint."""
+    file = robot / 'trajectory_control.yaml'
+    file.write_text(file.read_text().replace('- joint_3', '- joint_33').replace(
+        'joint_3:   {', 'joint_33:   {'))
+    text = refused(ros_domain, robot)
+    assert 'joint_33' in text
+    assert 'trajectory_control.yaml:7' in text
+
+
+def test_an_unknown_argument(ros_domain: int) -> None:
+    """The message names the right word."""
+    with start_program('simulation', ros_domain, 'robt:=sunday') as program:
+        assert program.wait(10.0) == 2
+        assert "did you mean 'robot'?" in program.text
