@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from ompl import base as ob
+from ompl import geometric as og
 from ompl import util as ou
 
 from armsim_ros.planning.state_validity import StateValidity
@@ -30,32 +31,52 @@ def seed_search(seed: int) -> None:
     ou.RNG.setSeed(1 + seed % (_LARGE_SEED - 1))
 
 
+class _Probe:
+    """
+    Judges states and motions of one search, and counts the motions.
+
+    It knows nothing of OMPL's objects: these hold it, and a circle through them is never freed.
+    """
+
+    __slots__ = ('exact', 'motions', 'places', 'step', 'validity')
+
+    def __init__(self, validity: StateValidity, step: float, exact: bool) -> None:
+        self.validity = validity
+        self.step = step
+        self.exact = exact
+        self.motions = 0
+        self.places = range(len(validity.joint_names))
+
+    def values(self, state: Any) -> Vector:
+        return np.array([state[k] for k in self.places])
+
+
 class _Validity(ob.StateValidityChecker):  # type: ignore[misc]
     """States by :class:`StateValidity`."""
 
-    def __init__(self, space_information: Any, owner: JointSpace) -> None:
+    def __init__(self, space_information: Any, probe: _Probe) -> None:
         super().__init__(space_information)
-        self._owner = owner
+        self._probe = probe
 
     def isValid(self, state: Any) -> bool:
         """Return whether a state is free."""
-        owner = self._owner
-        return owner.validity.free(owner.values(state), owner.exact)
+        probe = self._probe
+        return probe.validity.free(probe.values(state), probe.exact)
 
 
 class _Motions(ob.MotionValidator):  # type: ignore[misc]
     """Motions by :class:`StateValidity`, in steps of bounded displacement."""
 
-    def __init__(self, space_information: Any, owner: JointSpace) -> None:
+    def __init__(self, space_information: Any, probe: _Probe) -> None:
         super().__init__(space_information)
-        self._owner = owner
+        self._probe = probe
 
     def checkMotion(self, first: Any, second: Any) -> bool:
         """Return whether the straight motion is free."""
-        owner = self._owner
-        owner.motions_checked += 1
-        return owner.validity.motion_free(
-            owner.values(first), owner.values(second), owner.step, owner.exact
+        probe = self._probe
+        probe.motions += 1
+        return probe.validity.motion_free(
+            probe.values(first), probe.values(second), probe.step, probe.exact
         )
 
 
@@ -73,29 +94,29 @@ class JointSpace:
     """
 
     def __init__(self, validity: StateValidity, start: Vector, step: float, exact: bool) -> None:
-        """Build the space; the owner keeps all Python overrides alive."""
-        self.validity = validity
-        self.step = step
-        self.exact = exact
-        self.motions_checked = 0
-        self._indices = range(len(start))
+        """Build the space."""
+        self._probe = _Probe(validity, step, exact)
+        self._places = range(len(start))
         lower, upper = validity.search_lower, validity.search_upper
         lower = np.where(np.isfinite(lower), lower, start - 3.0 * math.pi)
         upper = np.where(np.isfinite(upper), upper, start + 3.0 * math.pi)
         # A start that is out of its limits by no more than rounding has to be in the space.
         lower, upper = np.minimum(lower, start), np.maximum(upper, start)
         bounds = ob.RealVectorBounds(len(start))
-        for k in self._indices:
+        for k in self._places:
             bounds.setLow(k, float(lower[k]))
             bounds.setHigh(k, float(max(upper[k], lower[k] + 1e-9)))
         self.space = ob.RealVectorStateSpace(len(start))
         self.space.setBounds(bounds)
         self.information = ob.SpaceInformation(self.space)
-        self._checker = _Validity(self.information, self)
-        self._motions = _Motions(self.information, self)
-        self.information.setStateValidityChecker(self._checker)
-        self.information.setMotionValidator(self._motions)
+        self.information.setStateValidityChecker(_Validity(self.information, self._probe))
+        self.information.setMotionValidator(_Motions(self.information, self._probe))
         self.information.setup()
+
+    @property
+    def motions_checked(self) -> int:
+        """Number of motions that the search has asked for."""
+        return self._probe.motions
 
     @property
     def extension(self) -> float:
@@ -104,12 +125,13 @@ class JointSpace:
 
     def values(self, state: Any) -> Vector:
         """Return an OMPL state's values (m,)."""
-        return np.array([state[k] for k in self._indices])
+        return self._probe.values(state)
 
     def state(self, values: Vector) -> Any:
         """Return a new OMPL state with these values (m,)."""
-        state = self.space.allocState()
-        for k in self._indices:
+        # The space's own allocState gives states that nobody frees.
+        state = self.information.allocState()
+        for k in self._places:
             state[k] = float(values[k])
         return state
 
@@ -123,3 +145,10 @@ class JointSpace:
         problem.setGoal(region)
         problem.setOptimizationObjective(ob.PathLengthOptimizationObjective(self.information))
         return problem
+
+    def path(self, waypoints: Vector) -> Any:
+        """Return an OMPL path through waypoints (k, m)."""
+        path = og.PathGeometric(self.information)
+        for values in waypoints:
+            path.append(self.state(values))
+        return path

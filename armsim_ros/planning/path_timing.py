@@ -26,6 +26,8 @@ MAX_DEVIATION = 0.05
 _LEAST_DEVIATION = 1e-4
 _SHRINK = 0.35
 _ATTEMPTS = 4
+_LOOK = 0.004
+_OVERSHOOT = 1e-3
 
 
 def time_waypoints(
@@ -82,29 +84,21 @@ def first_fault(motion: QuinticMotion, validity: StateValidity, step: float) -> 
     :param motion: is followed between its points too.
     :param step: largest motion of any point between two checks [m].
     """
-    times = np.unique(np.concatenate([motion.times, np.arange(0.0, motion.duration, 0.02)]))
+    times = np.linspace(0.0, motion.duration, 2 + int(motion.duration / _LOOK))
     positions = motion.sample(times)
-    outside = np.flatnonzero(
-        np.any((positions < validity.lower - 1e-3) | (positions > validity.upper + 1e-3), axis=1)
-    )
-    if len(outside):
-        return _fault(times[outside[0]], positions[outside[0]], validity)
-    last = positions[0]
-    checked: Vector | None = None
-    for t0, t1, here in zip(times[:-1], times[1:], positions[1:], strict=True):
-        if checked is None:
-            if not validity.free(last):
-                return _fault(t0, last, validity)
-            checked, since = last, t0
-        # Slow parts need no check at every point.
-        count = validity.parts(checked, here, step)
-        if count == 1 and t1 < motion.duration:
-            continue
-        between = np.linspace(since, t1, max(count, math.ceil((t1 - since) / 0.1)) + 1)[1:]
-        for t, values in zip(between, motion.sample(between), strict=True):
-            if not validity.free(values):
-                return _fault(t, values, validity)
-        checked, since = here, t1
+    moved = np.abs(np.diff(positions, axis=0)) @ validity.levers
+    covered = np.concatenate([[0.0], np.cumsum(moved)])
+    count = 2 + math.ceil(float(covered[-1]) / step)
+    checked = np.interp(np.linspace(0.0, covered[-1], count), covered, times)
+    for t, values in zip(checked, motion.sample(checked), strict=True):
+        if not validity.free(values):
+            return _fault(float(t), values, validity)
+    beyond = np.flatnonzero(np.any(
+        (positions < validity.lower - _OVERSHOOT) | (positions > validity.upper + _OVERSHOOT),
+        axis=1,
+    ))
+    if len(beyond):
+        return _fault(float(times[beyond[0]]), positions[beyond[0]], validity)
     return ''
 
 

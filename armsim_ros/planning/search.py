@@ -195,11 +195,7 @@ def _exact(
 
 
 def _shortened(space: JointSpace, waypoints: Vector, budget: Budget) -> Vector:
-    from ompl import geometric as og
-
-    path = og.PathGeometric(space.information)
-    for values in waypoints:
-        path.append(space.state(values))
+    path = space.path(waypoints)
     shorten(space, path, budget.spent, rounds=1)
     return np.array([space.values(state) for state in path.getStates()])
 

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
+from functools import cached_property, lru_cache
 import math
 
 import numpy as np
@@ -95,38 +95,51 @@ class StateValidity:
         :param exact: judge collision on exact geometry; else on the hulls, which may call a
             free state blocked but never the other way round.
         """
-        q = self.full(values)
-        if not self._avoid_collisions:
-            blocked = False
-        elif exact:
-            blocked = self._checker.in_collision(q, self.group)
-        else:
-            blocked = self._checker.maybe_in_collision(q, self.group)
-        if blocked:
-            return False
+        return self._free(self.full(values), exact)
+
+    def _free(self, q: Vector, exact: bool) -> bool:
+        if self._avoid_collisions:
+            touches = (
+                self._checker.in_collision if exact else self._checker.maybe_in_collision
+            )
+            if touches(q, self.group):
+                return False
         return self.path_constraints is None or self.path_constraints.satisfied(q)
+
+    @cached_property
+    def levers(self) -> Vector:
+        """How far [m] any point moves at most by one unit of each variable (m,)."""
+        count = len(self.joint_names)
+        zero = self.full(np.zeros(count))
+        return np.array([
+            self._checker.displacement_bound(zero, self.full(unit), self.group)
+            for unit in np.eye(count)
+        ])
 
     def parts(self, a: Vector, b: Vector, step: float) -> int:
         """Return into how many parts a motion falls in which no point moves over ``step``."""
-        bound: float = self._checker.displacement_bound(self.full(a), self.full(b), self.group)
-        return max(1, math.ceil(bound / step))
+        return max(1, math.ceil(float(self.levers @ np.abs(b - a)) / step))
 
     def motion_free(
         self, a: Vector, b: Vector, step: float = FINE_STEP, exact: bool = True
     ) -> bool:
         """
-        Return whether the straight motion between two states is free, ends included.
+        Return whether the straight motion between two states is free.
 
         :param a: (m,) a state known to be free.
-        :param b: (m,) a state.
+        :param b: (m,) a state, which is looked at as well.
         :param step: see :data:`SEARCH_STEP` and :data:`FINE_STEP` [m].
         :param exact: see :meth:`free`.
         """
-        if not self.free(b, exact):
+        last = self.full(b)
+        if not self._free(last, exact):
             return False
         count = self.parts(a, b, step)
-        along = b - a
-        return all(self.free(a + part * along, exact) for part in _halving_order(count))
+        if count == 1:
+            return True
+        first = self.full(a)
+        states = first + _halving_order(count) * (last - first)
+        return all(self._free(q, exact) for q in states)
 
     def why_not(self, values: Vector) -> str:
         """Return what is wrong with a state (m,), as a phrase, or ''."""
@@ -160,10 +173,8 @@ class StateValidity:
 
 
 @lru_cache(maxsize=512)
-def _halving_order(count: int) -> tuple[float, ...]:
-    """Return 1/count .. (count - 1)/count so that far apart ones come first."""
-    if count <= 2:
-        return tuple(k / count for k in range(1, count))
+def _halving_order(count: int) -> Vector:
+    """Return 1/count .. (count - 1)/count (count - 1, 1) so that far apart ones come first."""
     parts: list[int] = []
     spans = [(0, count)]
     while spans:
@@ -174,4 +185,4 @@ def _halving_order(count: int) -> tuple[float, ...]:
                 parts.append(middle)
                 following += [(low, middle), (middle, high)]
         spans = following
-    return tuple(part / count for part in parts)
+    return np.array(parts, dtype=np.float64)[:, None] / count
