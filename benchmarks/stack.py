@@ -1,0 +1,74 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The running stack that benchmarks measure, and what they read from outside."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+import re
+import statistics
+
+from armsim_ros.testing.client_node import ClientNode
+from armsim_ros.testing.domain import private_domain, ros_environment
+from armsim_ros.testing.program import Program
+
+READY = 'You can start planning now!'
+DOMAINS = range(20, 30)
+
+
+@dataclass
+class Stack:
+    """A bringup process and a client's node in its domain."""
+
+    program: Program
+    client: ClientNode
+    domain: int
+
+    def processes(self) -> dict[str, int]:
+        """Return name -> process id of the stack's programs."""
+        found = {'bringup': self.program.process.pid}
+        for folder in Path('/proc').glob('[0-9]*'):
+            try:
+                words = (folder / 'cmdline').read_bytes().split(b'\0')
+                parent = re.search(r'^PPid:\s+(\d+)', (folder / 'status').read_text(), re.M)
+            except OSError:
+                continue
+            if parent and int(parent[1]) == self.program.process.pid:
+                for name in ('simulation', 'move_group'):
+                    if name.encode() in words:
+                        found[name] = int(folder.name)
+        return found
+
+
+@contextmanager
+def running_stack(*arguments: str, wait: bool = True) -> Iterator[Stack]:
+    """Start bringup in a domain of its own and stop it afterwards."""
+    with private_domain(DOMAINS) as domain, ClientNode(domain, 'benchmark') as client:
+        program = Program.module(
+            'armsim_ros', 'bringup', *arguments, environment=ros_environment(domain)
+        )
+        with program:
+            if wait:
+                program.wait_for_line(re.escape(READY), 60.0)
+            yield Stack(program, client, domain)
+
+
+def resident_mib(process: int) -> float:
+    """Return the resident memory of a process [MiB]."""
+    text = Path(f'/proc/{process}/status').read_text(encoding='ascii')
+    match = re.search(r'^VmRSS:\s+(\d+) kB', text, re.M)
+    return int(match[1]) / 1024.0 if match else 0.0
+
+
+def median(values: list[float]) -> float:
+    """Return the median, NaN of nothing."""
+    return statistics.median(values) if values else float('nan')
+
+
+def percentile(values: list[float], share: float) -> float:
+    """Return the value below which a share (0..1) of the values lies."""
+    ordered = sorted(values)
+    return ordered[min(int(share * len(ordered)), len(ordered) - 1)]
