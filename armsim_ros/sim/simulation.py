@@ -27,10 +27,11 @@ from armsim_ros.control.hardware_interface import (
 from armsim_ros.errors import nearest, SimulationError
 from armsim_ros.model.robot_model import RobotModel
 from armsim_ros.sim.clock import SimClock
+from armsim_ros.sim.contacts import Contact, contacts, start_overlaps
 from armsim_ros.sim.initial_state import initial_positions
 from armsim_ros.sim.mujoco_model import build_plant
 from armsim_ros.sim.servo import Servo
-from armsim_ros.sim.stability import Checkpoints, unstable_element
+from armsim_ros.sim.stability import Checkpoints, keep_physics_quiet, unstable_element
 from armsim_ros.sim.world_objects import world_objects
 from armsim_ros.sim.world_scene import WorldScene
 
@@ -64,6 +65,7 @@ class Simulation(HardwareInterface):
     ) -> None:
         """Build the physics and put the robot into its initial state."""
         super().__init__(model.movable_joints)
+        keep_physics_quiet()
         self.model = model
         self.settings = settings or SimulationSettings()
         self.clock = clock or SimClock(self.settings.timestep_ns)
@@ -87,6 +89,7 @@ class Simulation(HardwareInterface):
         self._active = _selector([self.index[name] for name in model.active_joints])
         self._bind()
         self.reset()
+        self._start_overlaps = start_overlaps(self._mujoco_model, self._data, model.name)
 
     @property
     def command_interfaces(self) -> Mapping[str, tuple[str, ...]]:
@@ -106,7 +109,16 @@ class Simulation(HardwareInterface):
     @property
     def warnings(self) -> tuple[str, ...]:
         """What the user should know of robot, world and gains; one line each."""
-        return (*self._plant.warnings, *self._servo.stiffness_warnings())
+        return (
+            *self._plant.warnings,
+            *self._servo.stiffness_warnings(),
+            *self._start_overlaps,
+        )
+
+    @property
+    def contacts(self) -> tuple[Contact, ...]:
+        """What touched what in the last step, the deepest first."""
+        return contacts(self._mujoco_model, self._data)
 
     def perform_command_mode_switch(self, claimed: Mapping[str, frozenset[str]]) -> None:
         """

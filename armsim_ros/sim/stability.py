@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import logging
 from typing import Any
 
 import mujoco
@@ -16,6 +17,11 @@ Vector = NDArray[np.float64]
 VELOCITY_LIMIT = 1000.0
 #: Steps between two states that are kept.
 CHECKPOINT_STEPS = 200
+
+
+def keep_physics_quiet() -> None:
+    """Have MuJoCo's warnings logged for developers, not printed and put into MUJOCO_LOG.TXT."""
+    mujoco.set_mju_user_warning(logging.getLogger('armsim_ros.sim').debug)
 
 
 class Checkpoints:

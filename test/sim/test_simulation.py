@@ -140,3 +140,14 @@ def test_joints_can_be_put_elsewhere(simulation):
     np.testing.assert_allclose(simulation.state.position, (0.0, 0.7, 0.0), atol=1e-6)
     with pytest.raises(SimulationError, match=r"no joint 'elbw'.*'elbow'"):
         simulation.set_positions({'elbw': 0.0})
+
+
+def test_an_unstable_plant_leaves_no_file_behind(arm, tmp_path, monkeypatch, capfd):
+    """MuJoCo's own warning file and print do not appear: the error says it."""
+    monkeypatch.chdir(tmp_path)
+    simulation = Simulation(arm)
+    simulation.apply_wrench('hand', force=(1e12, 0.0, 0.0))
+    with pytest.raises(SimulationError, match='unstable'):
+        run(simulation, 10)
+    assert list(tmp_path.iterdir()) == []
+    assert capfd.readouterr().out == ''

@@ -175,3 +175,21 @@ def test_neighbours_and_disabled_pairs_do_not_touch(arm):
     assert untouching_pairs(arm) == [
         ('base', 'upper'), ('hand', 'lower'), ('hand', 'upper'), ('lower', 'upper'),
     ]  # fmt: skip
+
+
+def test_says_what_overlaps_at_the_start(arm, settings):
+    """A robot that starts inside an object gets a warning with both names and the depth."""
+    world = WorldSettings.model_validate(
+        {
+            'objects': {
+                'crate': {
+                    'xyz': [0, 0, 0.5],
+                    'parts': [{'shape': {'type': 'box', 'size': [0.3, 0.3, 0.1]}}],
+                }
+            }
+        }
+    )
+    warning = Simulation(arm, settings, world).warnings[0]
+    assert 'tiny/' in warning
+    assert 'object/crate' in warning
+    assert Simulation(arm, settings).warnings == ()
