@@ -1,4 +1,7 @@
-"""Build the ROS interface packages that PyPI lacks into one wheel.
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""
+Build the ROS interface packages that PyPI lacks into one wheel.
 
 ``pip install ./interfaces`` or ``pip wheel --no-deps -w FOLDER ./interfaces``. Needs a C and a
 C++ compiler and Python.h; pip's build isolation brings the rosidl generators. Nothing is written

@@ -1,22 +1,21 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
 """Build interface packages: generate, compile, link, and lay out what a wheel installs."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import as_completed, Future, ThreadPoolExecutor
 import json
 import os
 from pathlib import Path
 import shutil
 import sys
 import sysconfig
-from typing import TypeVar
 
-from .compiler import find_toolchain, link_inputs, run, units
-from .errors import BuildError
-from .packages import InterfacePackage
-
-_T = TypeVar('_T')
+from build_support.compiler import find_toolchain, link_inputs, run, units
+from build_support.errors import BuildError
+from build_support.packages import InterfacePackage, SELECTION_VARIABLE
 
 INDEX = 'share/ament_index/resource_index'
 
@@ -25,7 +24,8 @@ def build(
     packages: list[InterfacePackage], provided: Mapping[str, Path], work: Path, target: Path,
     report: Callable[[str], None],
 ) -> None:
-    """Build packages into ``target/python`` (importable) and ``target/data`` (share/).
+    """
+    Build packages into ``target/python`` (importable) and ``target/data`` (share/).
 
     :param packages: what to build, each after those it depends on.
     :param provided: packages left out and the ROS prefix that provides each.
@@ -36,16 +36,19 @@ def build(
     """
     prefix = wheels_prefix()
     toolchain = find_toolchain(prefix, work, provided, os.environ)
-    with ThreadPoolExecutor(len(os.sched_getaffinity(0))) as pool:
+    pool = ThreadPoolExecutor(len(os.sched_getaffinity(0)))
+    try:
         generated: dict[str, Future[None]] = {}
         for package in packages:
             earlier = [generated[name] for name in package.dependencies if name in generated]
             generated[package.name] = pool.submit(
                 generate, package, packages, prefix, provided, work, earlier)
-        everything(future.result() for future in generated.values())
+        wait_for(generated.values())
         compiled = {package.name: units(package, work, work / 'objects') for package in packages}
-        everything(pool.map(
-            toolchain.compile, (unit for plan in compiled.values() for unit in plan)))
+        wait_for([
+            pool.submit(toolchain.compile, unit) for plan in compiled.values() for unit in plan])
+    finally:
+        pool.shutdown(cancel_futures=True)
     suffix = sysconfig.get_config_var('EXT_SUFFIX')
     built: dict[str, Path] = {}
     for package in packages:
@@ -61,13 +64,15 @@ def build(
         report(f'{package.name}: {len(package.definitions)} types')
 
 
-def everything(results: Iterable[_T]) -> list[_T]:
-    """Wait for all results; the first error is raised."""
-    return list(results)
+def wait_for(futures: Iterable[Future[None]]) -> None:
+    """Wait until all are done; the first error is raised at once."""
+    for future in as_completed(futures):
+        future.result()
 
 
 def wheels_prefix() -> Path:
-    """Return the prefix that holds the wheels of the build environment.
+    """
+    Return the prefix that holds the wheels of the build environment.
 
     :raises BuildError: the rosidl generators are not installed.
     """
@@ -85,11 +90,16 @@ def generate(
     provided: Mapping[str, Path], work: Path, earlier: list[Future[None]],
 ) -> None:
     """Run the generators for one package in a process of its own, after its dependencies."""
-    everything(future.result() for future in earlier)
+    wait_for(earlier)
     here = {other.name for other in packages}
     descriptions = {
         name: str((work if name in here else provided.get(name, prefix)) / 'share' / name)
         for name in package.dependencies}
+    missing = [name for name, folder in descriptions.items() if not Path(folder).is_dir()]
+    if missing:
+        raise BuildError(
+            f'{package.name} needs {", ".join(missing)}, neither built here nor part of a sourced '
+            f'ROS; add to {SELECTION_VARIABLE}')
     task = work / f'{package.name}.json'
     task.write_text(json.dumps({
         'package': package.name, 'folder': str(package.folder), 'output': str(work),

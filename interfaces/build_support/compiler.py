@@ -1,3 +1,5 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
 """Compile the generated code of each package into one library, its Python extension module."""
 
 from __future__ import annotations
@@ -10,8 +12,8 @@ import shutil
 import subprocess
 import sysconfig
 
-from .errors import BuildError
-from .packages import InterfacePackage
+from build_support.errors import BuildError
+from build_support.packages import InterfacePackage
 
 # Libraries that the generated code calls, besides those of the packages it depends on.
 RUNTIME_LIBRARIES = (
@@ -47,9 +49,11 @@ class Toolchain:
     cxx: tuple[str, ...]
     includes: tuple[Path, ...]
     libraries: tuple[Path, ...]
+    generated: Path
 
     def compile(self, unit: Unit) -> None:
-        """Compile one unit.
+        """
+        Compile one unit.
 
         :raises BuildError: the compiler reported an error; the text holds its output.
         """
@@ -57,11 +61,13 @@ class Toolchain:
             *self.cc, '-std=gnu11')
         run(f'compiling {unit.source.name}',
             [*language, '-O1', '-g0', '-fPIC', '-w', *unit.flags,
+             f'-ffile-prefix-map={self.generated}=.',  # assert() names its file
              *(f'-I{folder}' for folder in self.includes),
              '-c', str(unit.source), '-o', str(unit.object)])
 
     def link(self, target: Path, objects: Sequence[Path], inputs: Sequence[str]) -> None:
-        """Link objects to a shared library that finds its neighbours by relative paths.
+        """
+        Link objects to a shared library that finds its neighbours by relative paths.
 
         :param target: the library to write; its folder is the Python package.
         :param objects: object files.
@@ -77,7 +83,8 @@ class Toolchain:
 def find_toolchain(
     prefix: Path, generated: Path, provided: Mapping[str, Path], environ: Mapping[str, str],
 ) -> Toolchain:
-    """Find the compilers and headers, before anything slow begins.
+    """
+    Find the compilers and headers, before anything slow begins.
 
     :param prefix: the prefix that holds the wheels of the build environment.
     :param generated: the folder that the generators write to.
@@ -110,11 +117,12 @@ def find_toolchain(
     includes += [root / 'include' / name for name, root in provided.items()]
     includes += [*python, Path(numpy.get_include())]
     libraries = dict.fromkeys([prefix / 'lib', *(root / 'lib' for root in provided.values())])
-    return Toolchain(*compilers, tuple(dict.fromkeys(includes)), tuple(libraries))
+    return Toolchain(*compilers, tuple(dict.fromkeys(includes)), tuple(libraries), generated)
 
 
 def units(package: InterfacePackage, generated: Path, objects: Path) -> list[Unit]:
-    """Return the runs of the compiler that one package needs.
+    """
+    Return the runs of the compiler that one package needs.
 
     Small sources of one kind are joined, because most of a run goes into reading headers.
 
@@ -155,7 +163,8 @@ def units(package: InterfacePackage, generated: Path, objects: Path) -> list[Uni
 
 
 def link_inputs(package: InterfacePackage, built: Mapping[str, Path]) -> list[str]:
-    """Return the libraries that a package's module is linked with, and where it finds them.
+    """
+    Return the libraries that a package's module is linked with, and where it finds them.
 
     Its neighbours lie in their own packages beside it, the wheels' libraries in the environment's
     lib folder, three above the package.
@@ -178,7 +187,8 @@ def link_inputs(package: InterfacePackage, built: Mapping[str, Path]) -> list[st
 def run(
     what: str, command: Sequence[str], environ: Mapping[str, str] | None = None,
 ) -> None:
-    """Run a tool quietly.
+    """
+    Run a tool quietly.
 
     :param what: what it does, for the message.
     :raises BuildError: it failed; the text holds its output.

@@ -1,3 +1,6 @@
+// Copyright 2026 armsim_ros authors
+// SPDX-License-Identifier: Apache-2.0
+
 // Find a type support in the library that this file is linked into.
 //
 // rosidl_typesupport_c looks for an implementation in a library of its own,

@@ -1,3 +1,5 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
 """The error that ends a build with one message and no traceback."""
 
 

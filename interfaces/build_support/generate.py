@@ -1,4 +1,7 @@
-"""Run the rosidl generators for one interface package.
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""
+Run the rosidl generators for one interface package.
 
 Runs as a program of its own, one process a package: ``generate.py ARGUMENTS.json``. The argument
 file names the package, its folder and definition files, the folder to write to and the folders
@@ -31,7 +34,8 @@ TYPE_SUPPORTS = ('rosidl_typesupport_fastrtps_c', 'rosidl_typesupport_introspect
 
 
 def parse_each_file_once() -> None:
-    """Let all generators of this process share one parse of each .idl file.
+    """
+    Let all generators of this process share one parse of each .idl file.
 
     Each of them would parse every file again, which takes longer than what it generates.
     """
@@ -51,7 +55,8 @@ def parse_each_file_once() -> None:
 
 
 def scan_each_template_once() -> None:
-    """Let empy remember where the expressions of a template end.
+    """
+    Let empy remember where the expressions of a template end.
 
     It searches for the end character by character, again for every file made from a template;
     the answer depends on the text alone.
@@ -83,7 +88,8 @@ def generate(
     package: str, folder: Path, definitions: list[str], output: Path,
     descriptions: dict[str, str],
 ) -> None:
-    """Write everything that one package needs.
+    """
+    Write everything that one package needs.
 
     Below the output folder: ``share/<package>`` (.idl and .json), ``include/<package>`` (C code),
     ``introspection/<package>``, ``typesupport/<package>`` and ``python/<package>``.

@@ -1,4 +1,7 @@
-"""Which interface packages are built, and in which order.
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""
+Which interface packages are built, and in which order.
 
 A sourced ROS installation that already offers one of the packages to this Python keeps it: the
 wheel leaves the package out, so that a virtual environment never shadows the system's messages.
@@ -15,7 +18,7 @@ from pathlib import Path
 import re
 import sys
 
-from .errors import BuildError
+from build_support.errors import BuildError
 
 SELECTION_VARIABLE = 'ARMSIM_INTERFACES'
 DISTRIBUTION = 'armsim_ros_interfaces'
@@ -43,7 +46,8 @@ class InterfacePackage:
 
 
 def read_packages(source: Path) -> list[InterfacePackage]:
-    """Return the packages below a folder, each after those it depends on, large ones early.
+    """
+    Return the packages below a folder, each after those it depends on, large ones early.
 
     :param source: the folder that holds one folder a package.
     """
@@ -68,7 +72,8 @@ def read_packages(source: Path) -> list[InterfacePackage]:
 
 
 def providing_prefix(name: str, environ: Mapping[str, str]) -> Path | None:
-    """Return the sourced ROS prefix from which this Python imports a package, or None.
+    """
+    Return the sourced ROS prefix from which this Python imports a package, or None.
 
     A prefix counts when its ament index lists the package and it holds the package's module for
     this Python version; a prefix into which our own distribution was installed does not.
@@ -95,24 +100,24 @@ def providing_prefix(name: str, environ: Mapping[str, str]) -> Path | None:
 def select(
     packages: list[InterfacePackage], environ: Mapping[str, str],
 ) -> tuple[list[InterfacePackage], dict[str, Path]]:
-    """Return the packages to build and, for those left out, the prefix that provides each.
+    """
+    Return the packages to build and, for those left out, the prefix that provides each.
 
     :param packages: all packages, in order of dependence.
     :param environ: the environment; ARMSIM_INTERFACES and AMENT_PREFIX_PATH are read.
     :raises BuildError: ARMSIM_INTERFACES names a package that is not here.
     """
     wanted = environ.get(SELECTION_VARIABLE, '').replace(',', ' ').split()
-    if wanted == ['all']:
-        return packages, {}
-    if wanted:
-        unknown = sorted(set(wanted) - {package.name for package in packages})
-        if unknown:
-            names = ', '.join(package.name for package in packages)
-            raise BuildError(
-                f'{SELECTION_VARIABLE} names {", ".join(unknown)}: no such package here; '
-                f'known are {names}, or "all"')
-        return [package for package in packages if package.name in wanted], {}
+    known = [package.name for package in packages]
+    unknown = sorted(set(wanted) - {*known, 'all'})
+    if unknown:
+        raise BuildError(
+            f'{SELECTION_VARIABLE} names {", ".join(unknown)}: no such package here; '
+            f'known are {", ".join(known)}, or all')
+    if 'all' in wanted:
+        wanted = known
     provided = {
-        package.name: prefix for package in packages
-        if (prefix := providing_prefix(package.name, environ)) is not None}
-    return [package for package in packages if package.name not in provided], provided
+        name: prefix for name in known
+        if name not in wanted and (prefix := providing_prefix(name, environ)) is not None}
+    chosen = wanted or [name for name in known if name not in provided]
+    return [package for package in packages if package.name in chosen], provided
