@@ -1,0 +1,106 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Which pairs may touch."""
+
+import pytest
+
+from armsim_ros.errors import PlanningError
+from armsim_ros.planning.allowed_collision_matrix import AllowedCollisionMatrix
+from armsim_ros.planning.scene_update import AcmUpdate
+
+
+def test_srdf_disables_pairs_and_nothing_else(make_robot):
+    """SCN-12: neighbours are only exempt when the SRDF says so."""
+    acm = AllowedCollisionMatrix.from_robot(make_robot([('upper', 'fore')]))
+    assert acm.allowed('upper', 'fore')
+    assert acm.allowed('fore', 'upper')
+    assert not acm.allowed('base', 'upper')
+
+
+def test_enabled_pairs_win_over_defaults(make_robot):
+    """SCN-12: disable_default_collisions allows a link all, enable_collisions takes it back."""
+    acm = AllowedCollisionMatrix.from_robot(make_robot(
+        [('upper', 'fore')],
+        default_disabled=frozenset({'finger'}),
+        enabled_collisions=frozenset({('base', 'finger')}),
+    ))
+    assert acm.allowed('finger', 'upper')
+    assert acm.allowed('finger', 'any object')
+    assert not acm.allowed('finger', 'base')
+
+
+def test_neighbours_are_exempt_where_the_srdf_is_silent(make_robot):
+    """SCN-12: an SRDF without any disabled pair would make every state collide."""
+    acm = AllowedCollisionMatrix.from_robot(make_robot())
+    assert acm.allowed('base', 'upper')
+    assert acm.allowed('fore', 'finger')
+    assert not acm.allowed('base', 'fore')
+    strict = AllowedCollisionMatrix.from_robot(make_robot(), auto_disable_adjacent=False)
+    assert not strict.allowed('base', 'upper')
+
+
+def test_only_the_upper_triangle_is_read():
+    """SCN-13: where the halves differ the upper one wins."""
+    acm = AllowedCollisionMatrix.from_update(
+        AcmUpdate(('a', 'b', 'c'), ((False, True, False), (False, False, False),
+                                    (True, True, False))))
+    assert acm.allowed('b', 'a')
+    assert not acm.allowed('a', 'c')
+    assert not acm.allowed('b', 'c')
+
+
+def test_defaults_apply_without_an_explicit_pair():
+    """SCN-13: a pair's own entry wins; both defaults must allow."""
+    acm = AllowedCollisionMatrix().with_default('a', True).with_default('b', False)
+    assert acm.allowed('a', 'x')
+    assert not acm.allowed('a', 'b')
+    assert acm.with_pair('b', 'a', True).allowed('a', 'b')
+    assert not acm.with_pair('a', 'x', False).allowed('x', 'a')
+
+
+def test_names_need_not_exist():
+    """SCN-13: an entry may speak of objects to come."""
+    acm = AllowedCollisionMatrix().with_pair('cup', 'table', True)
+    assert acm.allowed('table', 'cup')
+    assert acm.names == ('cup', 'table')
+
+
+def test_entry_sets_all_pairs_of_a_name():
+    """PM-8: an object that may touch everything known."""
+    acm = AllowedCollisionMatrix(names=('a', 'b')).with_entry('cup', True)
+    assert acm.allowed('cup', 'a')
+    assert acm.allowed('b', 'cup')
+    assert not acm.allowed('a', 'b')
+
+
+def test_message_and_back_is_the_same(make_robot):
+    """SRV-50: the matrix that a client reads is the one that holds."""
+    acm = AllowedCollisionMatrix.from_robot(
+        make_robot([('upper', 'fore')], default_disabled=frozenset({'finger'}))
+    ).with_pair('finger', 'base', False)
+    again = AllowedCollisionMatrix.from_update(acm.to_update())
+    names = [*acm.names, 'unknown']
+    for one in names:
+        for other in names:
+            if one != other:
+                assert again.allowed(one, other) == acm.allowed(one, other)
+    assert set(again.names) == set(acm.names)
+
+
+def test_without_forgets_a_name():
+    """SCN-5: pairs and default of a removed object go."""
+    acm = AllowedCollisionMatrix().with_pair('cup', 'a', True).with_default('cup', True)
+    assert not acm.without(['cup']).allowed('cup', 'a')
+    assert acm.without(['other']) is acm
+
+
+@pytest.mark.parametrize('update', [
+    AcmUpdate(('a', 'b'), ((True, True),)),
+    AcmUpdate(('a', 'b'), ((True, True), (True,))),
+    AcmUpdate((), ((True,),)),
+    AcmUpdate(('a',), ((True,),), ('x', 'y'), (True,)),
+])
+def test_message_that_does_not_fit_is_refused(update):
+    """SCN-13a: numbers of names and values must agree."""
+    with pytest.raises(PlanningError, match='allowed collision matrix'):
+        AllowedCollisionMatrix.from_update(update)

@@ -1,0 +1,355 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Frames, states, whole scenes, differences, listeners."""
+
+import threading
+
+from hypothesis import given, settings
+from hypothesis import strategies as st
+import numpy as np
+import pytest
+
+from armsim_ros.errors import PlanningError
+from armsim_ros.model.geometry import Box, Mesh, Plane, Sphere
+from armsim_ros.model.transforms import pose_matrix
+from armsim_ros.planning.request import StartState
+from armsim_ros.planning.scene import PlanningScene
+from armsim_ros.planning.scene_difference import scene_difference
+from armsim_ros.planning.scene_update import (
+    AcmUpdate,
+    AttachedObjectUpdate,
+    CollisionObjectUpdate,
+    ObjectOperation,
+    SceneUpdate,
+)
+
+ADD, REMOVE, APPEND, MOVE = ObjectOperation
+
+
+def ball(id_='ball', at=(1.0, 0.0, 0.0), **changes):
+    """Return an update that adds a sphere."""
+    return CollisionObjectUpdate(
+        id_, primitives=(Sphere(0.1),), primitive_poses=(pose_matrix(at),), **changes)
+
+
+def held(id_='held', link='fore', **changes):
+    """Return an update that attaches a sphere at the origin of a link."""
+    item = CollisionObjectUpdate(id_, frame_id=link, primitives=(Sphere(0.02),))
+    return AttachedObjectUpdate(link, item, **changes)
+
+
+def summary(content):
+    """Return what a content holds in a form that can be compared."""
+    def body(item):
+        return (
+            item.id, item.type, item.pose.round(9).tolist(),
+            [(repr(s.geometry), s.pose.round(9).tolist()) for s in item.shapes],
+            {name: pose.round(9).tolist() for name, pose in item.subframes.items()},
+        )
+
+    names = sorted(content.acm.names)
+    return {
+        'q': content.q.round(9).tolist(),
+        'objects': {id_: body(item) for id_, item in content.objects.items()},
+        'attached': {
+            id_: (item.link_name, item.touch_links, item.weight, body(item.object))
+            for id_, item in content.attached.items()
+        },
+        'acm': [(a, b) for a in names for b in names if content.acm.allowed(a, b) and a != b],
+        'padding': dict(content.link_padding),
+        'scale': dict(content.link_scale),
+        'frames': {name: pose.tolist() for name, pose in content.frames.items()},
+        'colors': dict(content.colors),
+    }
+
+
+# ---------------------------------------------------------------- frames
+
+
+def test_frames_of_all_kinds_are_found(scene):
+    """CON-5: links, world objects, attached objects, subframes and fixed frames."""
+    scene.apply_object(ball(subframes={'a/b': pose_matrix((0, 0, 0.1))}))
+    scene.apply_attached(held())
+    scene.apply(SceneUpdate(fixed_frames={'/camera': pose_matrix((0, 2, 0))}))
+    expected = {
+        '': (0, 0, 0), 'world': (0, 0, 0), 'base': (0, 0, 0), 'tool': (0.8, 0, 0),
+        'ball': (1, 0, 0), 'ball/a/b': (1, 0, 0.1), 'held': (0.4, 0, 0), 'camera': (0, 2, 0),
+        '/tool': (0.8, 0, 0),
+    }
+    for frame, xyz in expected.items():
+        np.testing.assert_allclose(scene.frame_pose(frame)[:3, 3], xyz, atol=1e-12)
+
+
+def test_unknown_frame_is_refused_with_a_hint(scene):
+    """SRV-4: code -21 and the nearest known frame."""
+    scene.apply_object(ball())
+    with pytest.raises(PlanningError, match="did you mean 'ball'") as caught:
+        scene.frame_pose('bal')
+    assert caught.value.code == -21
+    assert not scene.has_frame('bal')
+
+
+def test_frame_belongs_to_the_link_that_carries_it(scene):
+    """CON-7: a frame on an attached object is a fixed offset from its link."""
+    scene.apply_attached(held())
+    link, offset = scene.link_of_frame('held')
+    assert link == 'fore'
+    np.testing.assert_allclose(offset, np.eye(4), atol=1e-12)
+
+
+def test_frames_follow_the_given_state(scene, kinematics):
+    """The pose is that of the state asked for, not of the scene's."""
+    q = kinematics.vector({'shoulder': np.pi / 2})
+    np.testing.assert_allclose(scene.frame_pose('tool', q)[:3, 3], (0, 0.8, 0), atol=1e-12)
+
+
+# ---------------------------------------------------------------- states
+
+
+@pytest.mark.parametrize('state', [
+    StartState(('shoulder',), (0.1, 0.2)),
+    StartState(('knee',), (0.1,)),
+    StartState(('shoulder',), (float('inf'),)),
+])
+def test_wrong_start_state_is_refused(scene, state):
+    """REQ-7e, REQ-7f, E13: sizes that differ, unknown joints and infinite values are -17."""
+    with pytest.raises(PlanningError) as caught:
+        scene.with_start_state(state)
+    assert caught.value.code == -17
+
+
+def test_start_state_is_laid_over_the_current_one(scene):
+    """REQ-7a, REQ-7b: joints that are not named stay; the scene itself does not change."""
+    scene.set_positions({'shoulder': 0.3, 'elbow': 0.4})
+    overlay = scene.with_start_state(StartState(('elbow',), (1.0,)))
+    assert overlay.q[:2].tolist() == [0.3, 1.0]
+    assert scene.q[:2].tolist() == [0.3, 0.4]
+    assert scene.with_start_state(StartState()).q.tolist() == scene.q.tolist()
+
+
+@pytest.mark.parametrize(('strict', 'kept'), [(False, {'held'}), (True, set())])
+def test_attached_objects_stay_unless_strict(scene, strict, kept):
+    """REQ-7c: a state that is no difference drops attached objects only when asked to."""
+    scene.apply_attached(held())
+    start = StartState(('elbow',), (1.0,), is_diff=False)
+    assert set(scene.with_start_state(start, strict=strict).attached) == kept
+
+
+def test_attached_objects_of_a_start_state_are_attached_there(scene):
+    """REQ-7g: their frame is that of the start state."""
+    start = StartState(('shoulder',), (np.pi / 2,), attached_objects=(held(link='tool'),))
+    overlay = scene.with_start_state(start)
+    np.testing.assert_allclose(overlay.frame_pose('held')[:3, 3], (0, 0.8, 0), atol=1e-12)
+    assert not scene.attached
+
+
+def test_state_is_read_only(scene):
+    """Nobody changes a scene behind its back."""
+    with pytest.raises(ValueError):
+        scene.q[0] = 1.0
+
+
+# ---------------------------------------------------------------- whole scenes and differences
+
+
+def test_overlay_leaves_the_scene_alone(scene):
+    """REQ-14: a difference for one request never reaches the scene."""
+    overlay, refusals = scene.with_update(SceneUpdate(objects=(ball(),)))
+    assert not refusals
+    assert set(overlay.objects) == {'ball'}
+    assert not scene.objects
+
+
+def test_full_scene_replaces_everything(scene):
+    """SRV-51: world, matrix, colours, padding; attached objects go."""
+    scene.apply_object(ball('old'))
+    scene.apply_attached(held())
+    scene.apply(SceneUpdate(link_padding={'fore': 0.1}, object_colors={'old': (1, 1, 1, 1)}))
+    acm = AcmUpdate(('base', 'upper'), ((False, True), (True, False)))
+    assert scene.apply(SceneUpdate(is_diff=False, robot_state=StartState(is_diff=False),
+                                   objects=(ball('new'),), acm=acm)) == ()
+    assert set(scene.objects) == {'new'}
+    assert not scene.attached
+    assert not scene.colors
+    assert scene.link_padding['fore'] == 0.0
+    assert scene.acm.allowed('base', 'upper')
+    assert not scene.acm.allowed('upper', 'fore')
+
+
+def test_full_scene_can_keep_attached_objects(scene):
+    """SRV-51: a robot state that is a difference keeps them."""
+    scene.apply_attached(held())
+    scene.apply(SceneUpdate(is_diff=False, objects=(ball(),)))
+    assert set(scene.attached) == {'held'}
+
+
+def test_matrix_of_a_difference_replaces_the_whole(scene):
+    """SCN-13: it is no merge; one with only defaults changes nothing."""
+    before = scene.acm
+    scene.apply(SceneUpdate(acm=AcmUpdate(default_entry_names=('a',),
+                                          default_entry_values=(True,))))
+    assert scene.acm is before
+    scene.apply(SceneUpdate(acm=AcmUpdate(('a', 'b'), ((False, True), (False, False)))))
+    assert scene.acm.allowed('b', 'a')
+    assert not scene.acm.allowed('base', 'upper')
+
+
+@pytest.mark.parametrize('update', [
+    SceneUpdate(link_padding={'nose': 0.1}),
+    SceneUpdate(link_padding={'fore': -0.1}),
+    SceneUpdate(link_scale={'fore': 0.0}),
+    SceneUpdate(link_scale={'nose': 1.1}),
+    SceneUpdate(object_colors={'x': (2.0, 0.0, 0.0, 1.0)}),
+    SceneUpdate(fixed_frames={'cam': np.full((4, 4), np.nan)}),
+    SceneUpdate(robot_state=StartState(('knee',), (0.0,))),
+])
+def test_wrong_settings_are_refused(scene, update):
+    """SCN-14, SCN-17, SCN-18: each has a sentence, and nothing changes."""
+    before = summary(scene.content)
+    assert len(scene.apply(update)) == 1
+    assert summary(scene.content) == before
+
+
+def test_full_update_makes_the_same_scene(scene, kinematics, make_mesh):
+    """SRV-50, MGI-7: what a client gets is all that there is, and it can be sent back."""
+    scene.apply_object(ball(subframes={'top': pose_matrix((0, 0, 1))}))
+    scene.apply_object(CollisionObjectUpdate(
+        'mixed', pose=pose_matrix((0, 1, 0), (0.1, 0.2, 0.3)), primitives=(Box((1, 2, 3)),),
+        meshes=(make_mesh(0.1),), mesh_poses=(pose_matrix((0, 0, 1)),),
+        planes=(Plane(0, 0, 1, 0.5),)))
+    scene.apply_attached(held(touch_links=('finger',), weight=0.3))
+    scene.apply(SceneUpdate(link_padding={'fore': 0.01}, link_scale={'upper': 1.1},
+                            fixed_frames={'cam': pose_matrix((1, 1, 1))},
+                            object_colors={'ball': (0.1, 0.2, 0.3, 1.0)}))
+    scene.set_positions({'shoulder': 0.4})
+    copy = PlanningScene(kinematics)
+    assert copy.apply(scene.full_update()) == ()
+    assert summary(copy.content) == summary(scene.content)
+
+
+IDS = st.sampled_from(['a', 'b', 'c'])
+POSES = st.tuples(*[st.floats(-1, 1)] * 3).map(pose_matrix)
+EDITS = st.one_of(
+    st.builds(lambda i, p: ('object', CollisionObjectUpdate(i, ADD, pose=p,
+                                                            primitives=(Sphere(0.1),))),
+              IDS, POSES),
+    st.builds(lambda i, p: ('object', CollisionObjectUpdate(i, MOVE, pose=p)), IDS, POSES),
+    st.builds(lambda i, p: ('object', CollisionObjectUpdate(i, APPEND, 'fore', p,
+                                                            (Box((0.1, 0.1, 0.1)),))),
+              IDS, POSES),
+    st.builds(lambda i: ('object', CollisionObjectUpdate(i, REMOVE)), IDS),
+    st.builds(lambda i, k: ('attached', AttachedObjectUpdate(k, CollisionObjectUpdate(i))),
+              IDS, st.sampled_from(['fore', 'finger'])),
+    st.builds(lambda i: ('attached', AttachedObjectUpdate('', CollisionObjectUpdate(i, REMOVE))),
+              IDS),
+    st.builds(lambda v: ('state', {'shoulder': v}), st.floats(-1, 1)),
+    st.builds(lambda i: ('color', {i: (1.0, 0.0, 0.0, 1.0)}), IDS),
+)
+
+
+def edit(scene, kind, what):
+    """Apply an edit; a refused one is no edit."""
+    try:
+        if kind == 'object':
+            scene.apply_object(what)
+        elif kind == 'attached':
+            scene.apply_attached(what)
+        elif kind == 'state':
+            scene.set_positions(what)
+        else:
+            scene.apply(SceneUpdate(object_colors=what))
+    except PlanningError:
+        pass
+
+
+@settings(max_examples=60, deadline=None)
+@given(first=st.lists(EDITS, max_size=6), second=st.lists(EDITS, max_size=6))
+def test_difference_leads_from_one_scene_to_the_next(kinematics, first, second):
+    """IF-40a: a follower that applies the differences holds the same scene."""
+    scene = PlanningScene(kinematics)
+    for item in first:
+        edit(scene, *item)
+    follower = PlanningScene(kinematics)
+    assert follower.apply(scene.full_update()) == ()
+    before = scene.content
+    for item in second:
+        edit(scene, *item)
+    difference = scene_difference(kinematics, before, scene.content)
+    assert follower.apply(difference) == ()
+    expected, got = summary(scene.content), summary(follower.content)
+    for part in ('q', 'objects', 'attached', 'acm'):
+        assert got[part] == expected[part]
+
+
+# ---------------------------------------------------------------- listeners and threads
+
+
+def test_listener_sees_every_edit_once(scene):
+    """A whole message is one edit; a removed listener hears nothing."""
+    seen = []
+    remove = scene.add_listener(lambda before, after: seen.append((before, after)))
+    before = scene.content
+    scene.apply(SceneUpdate(objects=(ball('a'), ball('b'))))
+    assert seen == [(before, scene.content)]
+    remove()
+    scene.apply_object(ball('c'))
+    assert len(seen) == 1
+
+
+def test_versions_tell_what_changed(scene):
+    """Geometry, state and transforms are counted apart."""
+    def versions():
+        return scene.geometry_version, scene.state_version, scene.transform_version
+
+    start = versions()
+    scene.set_positions({'shoulder': 0.1})
+    assert versions() == (start[0], start[1] + 1, start[2])
+    scene.apply_object(ball())
+    assert versions() == (start[0] + 1, start[1] + 1, start[2])
+    scene.set_frames({'cam': pose_matrix()})
+    assert versions() == (start[0] + 1, start[1] + 1, start[2] + 1)
+
+
+def test_snapshot_stays_as_it_was(scene):
+    """A snapshot does not see later edits, nor the scene those of the snapshot."""
+    scene.apply_object(ball('a'))
+    copy = scene.snapshot()
+    scene.apply_object(ball('b'))
+    copy.apply_object(ball('c'))
+    assert set(copy.objects) == {'a', 'c'}
+    assert set(scene.objects) == {'a', 'b'}
+
+
+def test_edits_of_several_threads_are_all_there(scene):
+    """No edit is lost when threads edit at once."""
+    def work(name):
+        for number in range(50):
+            scene.apply_object(ball(f'{name}{number}'))
+
+    threads = [threading.Thread(target=work, args=(name,)) for name in 'abcd']
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert len(scene.objects) == 200
+
+
+def test_clear_brings_back_the_beginning(scene):
+    """Objects and rules go, the state and the frames stay."""
+    scene.apply_object(ball())
+    scene.apply_attached(held())
+    scene.set_acm(scene.acm.with_pair('ball', 'fore', True))
+    scene.set_positions({'shoulder': 0.2})
+    scene.clear()
+    assert not scene.objects
+    assert not scene.attached
+    assert not scene.acm.allowed('ball', 'fore')
+    assert scene.q[0] == 0.2
+
+
+def test_mesh_is_kept_by_reference(scene, make_mesh):
+    """A large mesh is not copied by edits."""
+    mesh: Mesh = make_mesh(0.2)
+    scene.apply_object(CollisionObjectUpdate('m', meshes=(mesh,)))
+    scene.apply_object(CollisionObjectUpdate('m', MOVE, pose=pose_matrix((1, 0, 0))))
+    assert scene.objects['m'].shapes[0].geometry is mesh
