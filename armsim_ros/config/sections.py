@@ -104,11 +104,13 @@ def _controllers(draft: ConfigDraft) -> tuple[ControllerSettings, ...]:
 
 
 def _spawn(draft: ConfigDraft, controllers: tuple[ControllerSettings, ...]) -> tuple[str, ...]:
-    """Return the controllers to activate: the listed ones, else all, broadcasters first."""
+    """Return the controllers to activate: the listed ones, else all that fit together."""
     listed = draft.section('spawn').get('names')
     if listed is None:
-        ordered = sorted(controllers, key=lambda one: one.type != BROADCASTER)
-        return tuple(one.name for one in ordered)
+        return _spawn_all(draft, controllers)
+    if not isinstance(listed.value, tuple):
+        draft.problems.append(Problem(f"'spawn' is {listed.kind}", listed.place,
+                                      'a list of controllers'))
     known = tuple(draft.section('controllers').entries)
     names: list[str] = []
     for item in listed.items:
@@ -119,10 +121,32 @@ def _spawn(draft: ConfigDraft, controllers: tuple[ControllerSettings, ...]) -> t
                 f"controller '{item.text}' is to be spawned, but no file describes it; the others "
                 'start without it', item.where, ', '.join(known),
                 nearest(item.text, known), Severity.WARNING))
-    if not isinstance(listed.value, tuple):
-        draft.problems.append(Problem(f"'spawn' is {listed.kind}", listed.place,
-                                      'a list of controllers'))
     return tuple(dict.fromkeys(names))
+
+
+def _spawn_all(draft: ConfigDraft, controllers: tuple[ControllerSettings, ...]
+               ) -> tuple[str, ...]:
+    """
+    Return all controllers but those whose joints another one has.
+
+    Broadcasters come first, then those that move_group knows.
+    """
+    planned = [name.rpartition('/')[2] for name in draft.section('moveit_controllers').entries]
+    ordered = sorted(controllers, key=lambda one: (one.type != BROADCASTER,
+                                                   one.name not in planned))
+    names: list[str] = []
+    owner: dict[str, str] = {}
+    for one in ordered:
+        shared = [joint for joint in one.joints if joint in owner]
+        if shared:
+            draft.problems.append(Problem(
+                f"controller '{one.name}' starts inactive: joint '{shared[0]}' belongs to "
+                f"'{owner[shared[0]]}'", draft.section('controllers').locate([one.name]), '',
+                "name the ones to start in 'spawn' of simulation.yaml", Severity.WARNING))
+            continue
+        names.append(one.name)
+        owner.update(dict.fromkeys(one.joints, one.name))
+    return tuple(names)
 
 
 def _joint_limits(draft: ConfigDraft) -> JointLimitsSettings:

@@ -1,0 +1,159 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Whether the settings name what the robot has; each mistake with the place in its file."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+from armsim_ros.config.controllers import BROADCASTER
+from armsim_ros.config.robot_settings import RobotSettings
+from armsim_ros.errors import Location, nearest, Problem, Severity
+from armsim_ros.model.robot_model import PlanningGroup, RobotModel
+
+
+def check_settings(settings: RobotSettings, model: RobotModel,
+                   places: Mapping[str, Location] | None = None) -> list[Problem]:
+    """
+    Return every place where settings and robot do not fit.
+
+    :param places: 'joint x', 'group x' ... -> where the URDF or SRDF has it.
+    """
+    check = _Check(settings, model, places or {})
+    check.controllers()
+    check.moveit_controllers()
+    check.joints_in_settings()
+    check.groups_in_settings()
+    check.coverage()
+    return check.problems
+
+
+class _Check:
+    """One run over settings and model."""
+
+    def __init__(self, settings: RobotSettings, model: RobotModel,
+                 places: Mapping[str, Location]) -> None:
+        self._settings = settings
+        self._model = model
+        self._places = places
+        self.problems: list[Problem] = []
+
+    def controllers(self) -> None:
+        """Check that each controller's joints are there and can be commanded."""
+        for controller in self._settings.controllers:
+            title = f"controller '{controller.name}'"
+            key = 'joint' if hasattr(controller.parameters, 'joint') else 'joints'
+            for position, joint in enumerate(controller.joints):
+                path = ('controllers', controller.name, key)
+                where = self._settings.locate(*path, position) or self._settings.locate(*path)
+                self._check_commanded(title, joint, where)
+            if controller.type == BROADCASTER:
+                for position, joint in enumerate(controller.parameters.joints):
+                    where = self._settings.locate(
+                        'controllers', controller.name, 'joints', position)
+                    self._known_joint(title, joint, where, Severity.ERROR)
+
+    def moveit_controllers(self) -> None:
+        """Check the joints of move_group's controllers, and that somebody serves their action."""
+        served = {self._relative(one.name): one for one in self._settings.controllers}
+        for one in self._settings.moveit_controllers:
+            title = f"MoveIt controller '{one.name}'"
+            for position, joint in enumerate(one.joints):
+                where = self._settings.locate('moveit_controllers', one.name, 'joints', position)
+                self._known_joint(title, joint, where, Severity.ERROR)
+            if one.name.strip('/') not in served:
+                known = tuple(served)
+                self._add(
+                    f'{title}: no controller of this name runs here, so nobody serves its action '
+                    f"'{one.action_name}'",
+                    self._settings.locate('moveit_controllers', one.name),
+                    allowed=', '.join(known), remedy=nearest(one.name.strip('/'), known))
+
+    def joints_in_settings(self) -> None:
+        """Check the joints that the other files name."""
+        paths: tuple[tuple[str, tuple[str, ...], Iterable[str]], ...] = (
+            ('joint limits', ('joint_limits', 'joint_limits'),
+             self._settings.joint_limits.joint_limits),
+            ('servo gains', ('simulation', 'servo', 'gains'),
+             self._settings.simulation.servo.gains),
+            ('start tolerances', ('trajectory_execution', 'allowed_start_tolerance_joints'),
+             self._settings.trajectory_execution.allowed_start_tolerance_joints),
+        )
+        for title, path, joints in paths:
+            for joint in joints:
+                self._known_joint(title, joint, self._settings.locate(*path, joint),
+                                  Severity.WARNING)
+
+    def groups_in_settings(self) -> None:
+        """Check the planning groups that the other files name."""
+        groups = tuple(self._model.semantic.groups)
+        named: list[tuple[str, tuple[str, ...]]] = [
+            ('kinematics', ('kinematics', name)) for name in self._settings.kinematics]
+        named += [('planners', ('ompl', 'groups', name)) for name in self._settings.ompl.groups]
+        for title, path in named:
+            if path[-1] not in groups:
+                self._add(f"{title}: planning group '{path[-1]}' is not in the SRDF",
+                          self._settings.locate(*path), allowed=', '.join(groups),
+                          remedy=nearest(path[-1], groups))
+        for name, group in self._settings.ompl.groups.items():
+            for config in (*group.planner_configs, group.default_planner_config):
+                known = tuple(self._settings.ompl.planner_configs)
+                if config and config not in known:
+                    self._add(f"planners of group '{name}': '{config}' is not in planner_configs",
+                              self._settings.locate('ompl', 'groups', name),
+                              allowed='' if nearest(config, known) else ', '.join(known),
+                              remedy=nearest(config, known))
+
+    def coverage(self) -> None:
+        """Warn of planning groups that no controllers can move."""
+        if not self._settings.moveit_controllers:
+            if self._settings.controllers and self._model.semantic.groups:
+                self._add('no file tells move_group of controllers: it plans, but cannot execute',
+                          Location(str(self._settings.folder)),
+                          remedy="add a 'controller_list' (controllers_gazebo.yaml) or "
+                                 'moveit_controllers.yaml')
+            return
+        covered = {joint for one in self._settings.moveit_controllers for joint in one.joints}
+        for group in self._model.semantic.groups.values():
+            missing = [joint for joint in group.active_joints if joint not in covered]
+            if missing:
+                self._add(
+                    f"planning group '{group.name}' cannot be executed: no controller moves "
+                    f"{', '.join(missing)}", self._places.get(f'group {group.name}'),
+                    remedy='add to controller_list: ' + self._suggestion(group, missing))
+
+    def _suggestion(self, group: PlanningGroup, missing: list[str]) -> str:
+        """Return the one line of YAML that would move the joints."""
+        owner = next((one.name for one in self._settings.controllers
+                      if set(missing) <= set(one.joints)), f'{group.name}_controller')
+        return (f'- {{name: {self._relative(owner)}, action_ns: follow_joint_trajectory, '
+                f"type: FollowJointTrajectory, joints: [{', '.join(missing)}]}}")
+
+    def _relative(self, controller: str) -> str:
+        return f'{self._settings.namespace}/{controller}'.strip('/')
+
+    def _check_commanded(self, title: str, joint: str, where: Location | None) -> None:
+        if not self._known_joint(title, joint, where, Severity.ERROR):
+            return
+        found = self._model.joints[joint]
+        if not found.movable:
+            self._add(f"{title}: joint '{joint}' is {found.type.value} and cannot be commanded",
+                      where, remedy='remove it', severity=Severity.ERROR)
+        elif found.mimic is not None:
+            self._add(f"{title}: joint '{joint}' follows '{found.mimic.joint}' and cannot be "
+                      'commanded by itself', where, severity=Severity.ERROR,
+                      remedy='remove it from the controller, or its <mimic> from the URDF')
+
+    def _known_joint(self, title: str, joint: str, where: Location | None,
+                     severity: Severity) -> bool:
+        known = tuple(self._model.joints)
+        if joint in known:
+            return True
+        hint = nearest(joint, self._model.movable_joints)
+        self._add(f"{title}: joint '{joint}' is not in the URDF of robot '{self._model.name}'",
+                  where, '' if hint else ', '.join(self._model.movable_joints), hint, severity)
+        return False
+
+    def _add(self, what: str, where: Location | None, allowed: str = '', remedy: str = '',
+             severity: Severity = Severity.WARNING) -> None:
+        self.problems.append(Problem(what, where, allowed, remedy, severity))

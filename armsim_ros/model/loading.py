@@ -1,0 +1,126 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""From settings to the robot model: URDF, SRDF and limits together."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from pathlib import Path
+
+from armsim_ros.config.robot_settings import RobotSettings
+from armsim_ros.errors import ConfigError, Location, ModelError, Problem, Severity
+from armsim_ros.model.cross_check import check_settings
+from armsim_ros.model.geometry import Mesh
+from armsim_ros.model.limits import apply_limits
+from armsim_ros.model.meshes import load_mesh
+from armsim_ros.model.robot_model import RobotModel, SemanticModel
+from armsim_ros.model.srdf import parse_srdf
+from armsim_ros.model.urdf import parse_urdf, UrdfContent
+from armsim_ros.model.urdf_geometry import Scale
+from armsim_ros.model.xacro_text import read_description, source_line
+
+
+def load_robot_model(
+    settings: RobotSettings,
+    *,
+    report: Callable[[Problem], None] | None = None,
+    package_folders: Iterable[Path] = (),
+    visual_meshes: bool = False,
+) -> RobotModel:
+    """
+    Build the model of a robot and check that the settings fit it.
+
+    :param report: is told of every warning and remark.
+    :param package_folders: where ``package://`` and ``$(find)`` look first; the robot's folder
+        and those above it are looked at after them.
+    :param visual_meshes: whether to read visual meshes too; physics and planning need none.
+    :raises ConfigError: with every mistake in URDF and SRDF, or every place where the settings
+        name what the robot has not.
+    """
+    tell = report or _ignore
+    folders = (*package_folders, *_workspace(settings))
+    urdf_text = read_description(settings.urdf_file, extra_folders=folders)
+    content = _parse_urdf(settings, urdf_text, folders, visual_meshes)
+    srdf_text, semantic, places = '', SemanticModel(), dict(content.places)
+    found = list(content.problems)
+    if settings.srdf_file is not None:
+        srdf_text = read_description(settings.srdf_file, extra_folders=folders)
+        joints = apply_limits(content.joints, settings.joint_limits.joint_limits)
+        srdf = parse_srdf(srdf_text, str(settings.srdf_file), robot_name=content.name,
+                          root_link=content.root_link, links=content.links, joints=joints)
+        semantic = srdf.semantic
+        places.update(srdf.places)
+        found.extend(srdf.problems)
+    model = RobotModel(
+        name=content.name,
+        links=content.links,
+        joints=apply_limits(content.joints, settings.joint_limits.joint_limits),
+        root_link=content.root_link,
+        semantic=semantic,
+        urdf=urdf_text,
+        srdf=srdf_text,
+    )
+    found.extend(check_settings(settings, model, places))
+    mistakes = [one for one in found if one.severity is Severity.ERROR]
+    if mistakes:
+        raise ConfigError(mistakes)
+    for problem in found:
+        tell(problem)
+    return model
+
+
+def _parse_urdf(settings: RobotSettings, text: str, folders: tuple[Path, ...],
+                visual_meshes: bool) -> UrdfContent:
+    file = settings.urdf_file
+
+    def read_mesh(uri: str, scale: Scale) -> Mesh:
+        return load_mesh(uri, scale, extra_folders=folders, base=file.parent)
+
+    name = str(file)
+    source = _source_of(file, text)
+    try:
+        content = parse_urdf(text, name, read_mesh=read_mesh,
+                             read_visual_mesh=read_mesh if visual_meshes else None)
+    except ModelError as error:
+        raise ModelError([_to_source(one, text, source) for one in error.problems]) from None
+    if source is None:
+        return content
+    places = {what: _place_in_source(where, text, source)
+              for what, where in content.places.items()}
+    problems = tuple(_to_source(one, text, source) for one in content.problems)
+    return UrdfContent(content.name, content.root_link, content.links, content.joints,
+                       content.transmissions, places, problems)
+
+
+def _source_of(file: Path, text: str) -> str | None:
+    """Return the text of a file that xacro changed, None where it did not."""
+    source = file.read_text(encoding='utf-8')
+    return None if source == text else source
+
+
+def _to_source(problem: Problem, text: str, source: str | None) -> Problem:
+    if source is None or problem.where is None:
+        return problem
+    return Problem(problem.what, _place_in_source(problem.where, text, source), problem.allowed,
+                   problem.remedy, problem.severity)
+
+
+def _place_in_source(where: Location, text: str, source: str) -> Location:
+    """Return a place in the text after xacro as a line of the user's file, where one fits."""
+    if where.line is None:
+        return where
+    line = text.splitlines()[where.line - 1]
+    _, quote, rest = line.partition('name="')
+    found = source_line(source, rest.partition('"')[0]) if quote else None
+    return Location(where.file, found)
+
+
+def _workspace(settings: RobotSettings) -> tuple[Path, ...]:
+    """Return the folders near a robot's files in which its packages may lie."""
+    starts = (settings.urdf_file.resolve().parent, settings.folder.resolve())
+    places = [place for start in starts for place in (start, *list(start.parents)[:3])]
+    return tuple(dict.fromkeys(place for place in places if place != Path(place.anchor)))
+
+
+def _ignore(_: Problem) -> None:
+    """Take a remark that nobody asked for."""

@@ -1,0 +1,65 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The kinematic tree: its order, and where every link is."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from armsim_ros.model.robot_model import Joint, JointType, Matrix, RobotModel
+from armsim_ros.model.transforms import matrix_from_axis_angle, pose_from_parts
+
+
+def tree_order(root_link: str, joints: Mapping[str, Joint]) -> tuple[list[str], list[str]]:
+    """
+    Return links and joints depth first from the root.
+
+    Joints below one link follow each other in the order of their names, as in MoveIt, whose
+    joint order is that of a map.
+    """
+    below: dict[str, list[str]] = {}
+    for name in sorted(joints):
+        below.setdefault(joints[name].parent, []).append(name)
+    links, order = [root_link], []
+    seen = {root_link}
+    pending = list(reversed(below.get(root_link, [])))
+    while pending:
+        name = pending.pop()
+        child = joints[name].child
+        if child in seen:
+            continue
+        seen.add(child)
+        order.append(name)
+        links.append(child)
+        pending.extend(reversed(below.get(child, [])))
+    return links, order
+
+
+def joint_pose(joint: Joint, position: float) -> Matrix:
+    """
+    Return the pose (4, 4) of a joint's child link in its parent link.
+
+    :param position: [rad or m]; has no effect on a fixed, floating or planar joint.
+    """
+    if joint.type in (JointType.REVOLUTE, JointType.CONTINUOUS):
+        turn: Matrix = np.eye(4)
+        turn[:3, :3] = matrix_from_axis_angle(joint.axis, position)
+        return joint.origin @ turn
+    if joint.type is JointType.PRISMATIC:
+        return joint.origin @ pose_from_parts(joint.axis * position, np.eye(3))
+    return joint.origin
+
+
+def link_poses(robot: RobotModel, positions: Mapping[str, float]) -> dict[str, Matrix]:
+    """
+    Return the pose (4, 4) of every link in the root link's frame, in tree order.
+
+    :param positions: joint -> [rad or m]; the others are at their default, mimic joints follow.
+    """
+    full = robot.complete(dict(positions))
+    poses: dict[str, Matrix] = {robot.root_link: np.eye(4)}
+    for name, joint in robot.joints.items():
+        poses[joint.child] = poses[joint.parent] @ joint_pose(joint, full.get(name, 0.0))
+    return poses

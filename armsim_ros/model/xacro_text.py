@@ -1,0 +1,105 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The text of a URDF or SRDF file, after xacro where it is a xacro file."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+import re
+import threading
+from typing import Any
+from xml.parsers import expat
+
+from armsim_ros.errors import Location, ModelError, Problem, ResourceError
+from armsim_ros.resources import share_folder
+
+#: xacro keeps its files, macros and arguments in module variables.
+_XACRO_LOCK = threading.Lock()
+
+_XACRO_MARK = re.compile(r'xmlns:xacro\s*=|<xacro:')
+
+
+def read_description(file: Path, *, mappings: Mapping[str, str] | None = None,
+                     extra_folders: Iterable[Path] = ()) -> str:
+    """
+    Return the text of a robot description.
+
+    :param file: URDF or SRDF; xacro is run where the file has its ending or its namespace.
+    :param mappings: xacro arguments.
+    :param extra_folders: where ``$(find pkg)`` looks first.
+    :raises ModelError: where the file cannot be read, or xacro cannot process it.
+    """
+    try:
+        text = file.read_text(encoding='utf-8')
+    except UnicodeDecodeError:
+        raise ModelError(Problem('the text is not UTF-8', Location(str(file)),
+                                 remedy='save it as UTF-8')) from None
+    except OSError as error:
+        raise ModelError(Problem(f'cannot be read: {error.strerror}',
+                                 Location(str(file)))) from None
+    if file.suffix != '.xacro' and not _XACRO_MARK.search(text):
+        return text
+    return _run_xacro(file, dict(mappings or {}), tuple(extra_folders))
+
+
+def source_line(source: str, name: str) -> int | None:
+    """
+    Return the line of a source text that introduces a name, None where several may.
+
+    A text after xacro has other lines than its source; a name that stands there once still
+    leads to the right one.
+    """
+    hits = [number for number, line in enumerate(source.splitlines(), 1)
+            if f'name="{name}"' in line or f"name='{name}'" in line]
+    return hits[0] if len(hits) == 1 else None
+
+
+def _run_xacro(file: Path, mappings: dict[str, str], folders: tuple[Path, ...]) -> str:
+    import xacro  # only robots in xacro pay for its import
+    from xacro import substitution_args
+
+    with _XACRO_LOCK, _finding_packages(substitution_args, folders):
+        try:
+            document = xacro.process_file(str(file), mappings=mappings, verbosity=0)
+        except expat.ExpatError as error:
+            culprit = _current_file(xacro, file)
+            raise ModelError(Problem(
+                f'this is no XML: {expat.ErrorString(error.code)}',
+                Location(culprit, error.lineno, error.offset + 1))) from None
+        except ResourceError as error:
+            raise ModelError(Problem(str(error), Location(_current_file(xacro, file)))) from None
+        except Exception as error:  # noqa: BLE001 - any error of the expressions in the file
+            raise ModelError(_complaint(xacro, error, file)) from None
+        return str(document.toprettyxml(indent='  '))
+
+
+def _complaint(module: Any, error: Exception, file: Path) -> Problem:
+    text = ' '.join(str(error).split()) or type(error).__name__
+    macros = [macro.body.getAttribute('name') for macro in reversed(module.macrostack or [])]
+    if macros:
+        text += f" (in macro '{macros[0]}')"
+    missing = re.search(r"[Uu]ndefined substitution argument (\S+)|'([^']+)' is not defined", text)
+    remedy = ''
+    if missing:
+        name = missing[1] or missing[2]
+        remedy = f"define '{name}' with <xacro:arg> or <xacro:property>"
+    return Problem(f'xacro: {text}', Location(_current_file(module, file)), remedy=remedy)
+
+
+def _current_file(module: Any, file: Path) -> str:
+    """Return the file that xacro was reading; an included one is named, not the first."""
+    stack = [entry for entry in (module.filestack or []) if entry]
+    return str(stack[-1]) if stack else str(file)
+
+
+@contextmanager
+def _finding_packages(arguments: Any, folders: tuple[Path, ...]) -> Iterator[None]:
+    """Let ``$(find pkg)`` look where this package looks, ROS installed or not."""
+    before = arguments._eval_find
+    arguments._eval_find = lambda package: str(share_folder(package, folders))
+    try:
+        yield
+    finally:
+        arguments._eval_find = before

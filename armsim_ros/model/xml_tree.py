@@ -1,0 +1,188 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""XML text as elements that remember their place, with readers for the values in them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+import math
+from typing import NoReturn
+from xml.parsers import expat
+
+from armsim_ros.errors import Location, ModelError, nearest, Problem, Severity
+
+LARGEST_TEXT = 20 << 20
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class XmlElement:
+    """An element, its attributes, its children and its place."""
+
+    tag: str
+    attributes: Mapping[str, str]
+    where: Location
+    children: list[XmlElement] = field(default_factory=list)
+    text: list[str] = field(default_factory=list)
+
+    def all(self, tag: str) -> Iterator[XmlElement]:
+        """Yield the children with a tag."""
+        return (child for child in self.children if child.tag == tag)
+
+    def first(self, tag: str) -> XmlElement | None:
+        """Return the first child with a tag, None where there is none."""
+        return next(self.all(tag), None)
+
+    def get(self, name: str, default: str = '') -> str:
+        """Return an attribute without the spaces around it."""
+        return self.attributes.get(name, default).strip()
+
+    @property
+    def content(self) -> str:
+        """The text inside, without the spaces around it."""
+        return ''.join(self.text).strip()
+
+
+class Report:
+    """Collects what is wrong with a text, so that the user sees all of it at once."""
+
+    def __init__(self) -> None:
+        """Begin with nothing found."""
+        self.problems: list[Problem] = []
+
+    def error(self, what: str, where: Location | None, allowed: str = '',
+              remedy: str = '') -> None:
+        """Note a mistake."""
+        self.problems.append(Problem(what, where, allowed, remedy))
+
+    def warning(self, what: str, where: Location | None, remedy: str = '') -> None:
+        """Note what is odd, and what was done about it."""
+        self.problems.append(Problem(what, where, '', remedy, Severity.WARNING))
+
+    def info(self, what: str, where: Location | None) -> None:
+        """Note what has no effect here."""
+        self.problems.append(Problem(what, where, severity=Severity.INFO))
+
+    @property
+    def mistakes(self) -> list[Problem]:
+        """The errors alone."""
+        return [one for one in self.problems if one.severity is Severity.ERROR]
+
+    def raise_mistakes(self) -> None:
+        """
+        Stop where there are mistakes.
+
+        :raises ModelError: with all of them.
+        """
+        if self.mistakes:
+            raise ModelError(self.mistakes)
+
+
+def parse_xml(text: str, file: str) -> XmlElement:
+    """
+    Parse a text to its root element.
+
+    :param file: the name that messages give.
+    :raises ModelError: for a text that is no XML, or that defines entities.
+    """
+    if len(text) > LARGEST_TEXT:
+        raise ModelError(Problem(f'the text is larger than {LARGEST_TEXT >> 20} MiB',
+                                 Location(file)))
+    return _Builder(file).build(text)
+
+
+class _Builder:
+    """Builds elements from the parser's events."""
+
+    def __init__(self, file: str) -> None:
+        self._file = file
+        self._open: list[XmlElement] = []
+        self._root: XmlElement | None = None
+        self._parser = expat.ParserCreate('utf-8')
+        self._parser.StartElementHandler = self._start
+        self._parser.EndElementHandler = self._end
+        self._parser.CharacterDataHandler = self._text
+        self._parser.EntityDeclHandler = self._refuse_entity
+        self._parser.buffer_text = True
+
+    def build(self, text: str) -> XmlElement:
+        try:
+            self._parser.Parse(text.encode(), True)
+        except expat.ExpatError as error:
+            where = Location(self._file, error.lineno, error.offset + 1)
+            remedy = ''
+            if self._open:
+                opened = self._open[-1]
+                remedy = f'<{opened.tag}> of line {opened.where.line} is still open there'
+            raise ModelError(Problem(
+                f'this is no XML: {expat.ErrorString(error.code)}', where,
+                remedy=remedy)) from None
+        if self._root is None:
+            raise ModelError(Problem('the file is empty', Location(self._file)))
+        return self._root
+
+    def _place(self) -> Location:
+        return Location(self._file, self._parser.CurrentLineNumber,
+                        self._parser.CurrentColumnNumber + 1)
+
+    def _start(self, tag: str, attributes: dict[str, str]) -> None:
+        element = XmlElement(tag, attributes, self._place())
+        if self._open:
+            self._open[-1].children.append(element)
+        else:
+            self._root = element
+        self._open.append(element)
+
+    def _end(self, tag: str) -> None:
+        self._open.pop()
+
+    def _text(self, data: str) -> None:
+        if self._open:
+            self._open[-1].text.append(data)
+
+    def _refuse_entity(self, name: str, *_: object) -> NoReturn:
+        raise ModelError(Problem(f"the text defines the entity '{name}'", self._place(),
+                                 remedy='write the value where it is used'))
+
+
+def read_numbers(element: XmlElement, name: str, count: int, report: Report,
+                 default: tuple[float, ...]) -> tuple[float, ...]:
+    """
+    Return an attribute with several numbers.
+
+    :param default: the value where the attribute is absent or wrong; a mistake is reported.
+    """
+    if name not in element.attributes:
+        return default
+    words = element.get(name).split()
+    try:
+        values = tuple(float(word) for word in words)
+    except ValueError:
+        values = ()
+    if len(values) != count or not all(math.isfinite(value) for value in values):
+        kind = 'a finite number' if count == 1 else f'{count} finite numbers'
+        report.error(f"<{element.tag} {name}> is '{element.get(name)}'", element.where, kind)
+        return default
+    return values
+
+
+def read_number(element: XmlElement, name: str, report: Report,
+                default: float | None = None) -> float | None:
+    """Return an attribute with one number; a mistake is reported and gives the default."""
+    if name not in element.attributes:
+        return default
+    values = read_numbers(element, name, 1, report, ())
+    return values[0] if values else default
+
+
+def read_name(element: XmlElement, attribute: str, report: Report) -> str:
+    """Return an attribute that must be there; a mistake is reported and gives ''."""
+    name = element.get(attribute)
+    if not name:
+        report.error(f"<{element.tag}> has no '{attribute}'", element.where)
+    return name
+
+
+def unknown(kind: str, name: str, known: tuple[str, ...]) -> tuple[str, str]:
+    """Return what to say of a name that is not there: the mistake, and a hint."""
+    return f"{kind} '{name}' is not in the URDF", nearest(name, known)
