@@ -1,0 +1,277 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The whole stack without ROS: robot, physics, controllers and planning, moved step by step."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from armsim_ros.config.loading import load_robot_settings
+from armsim_ros.control.joint_trajectory_controller import JointTrajectoryController
+from armsim_ros.control.trajectory_goal import GoalStatus, TrajectoryGoal
+from armsim_ros.errors import (
+    ControllerError,
+    ModelError,
+    nearest,
+    PlanningError,
+    Problem,
+    SimulationError,
+)
+from armsim_ros.model.loading import load_robot_model
+from armsim_ros.sim.assembly import build_manager, build_simulation
+from armsim_ros.sim.control_loop import ControlLoop
+from armsim_ros.trajectory import JointTrajectory
+
+if TYPE_CHECKING:
+    from armsim_ros.planning.planner import MotionPlanner
+    from armsim_ros.planning.request import Constraints
+    from armsim_ros.planning.scene import PlanningScene
+
+__all__ = ['ArmSim', 'build_manager', 'build_simulation']
+
+Matrix = NDArray[np.float64]
+Goal = str | Mapping[str, float] | Matrix
+
+#: Tolerances of goals that are planned for: joint [rad or m], position [m], orientation [rad].
+JOINT_TOLERANCE, POSITION_TOLERANCE, ORIENTATION_TOLERANCE = 1e-4, 1e-3, 1e-2
+#: Time that the planner is made to believe passes at each look at its clock [s].
+PLANNING_TICK = 1e-4
+
+
+class ArmSim:
+    """
+    One robot with its controllers and its planner, in simulated time that only ``step`` moves.
+
+    No wall clock is read: the same seed and the same calls give the same ``digest``.
+
+    :param robot: a name under ``config/``, or a path to a folder with the user's files.
+    :param seed: of the planner's random numbers.
+    :param world: a world's name or file in place of the robot's own.
+    :param overrides: dotted path -> value over the files, such as
+        ``{'simulation.gravity': [0, 0, 0]}``.
+    :raises ConfigError: the files do not describe a robot that can run.
+    """
+
+    def __init__(
+        self,
+        robot: str | Path = 'sunday',
+        *,
+        seed: int = 0,
+        world: str | Path | None = None,
+        overrides: Mapping[str, object] | None = None,
+    ) -> None:
+        """Read the files, build the robot and start its controllers."""
+        self.seed = seed
+        self.settings = load_robot_settings(str(robot), world=world, overrides=overrides)
+        self.model = load_robot_model(self.settings)
+        self.simulation = build_simulation(self.settings, self.model)
+        self.manager = build_manager(self.settings, self.model, self.simulation)
+        rate = self.settings.controller_manager.update_rate
+        self.loop = ControlLoop(self.simulation, self.manager, rate)
+        self._planning_ticks = 0
+
+    @property
+    def time(self) -> float:
+        """Simulated time [s]."""
+        return self.simulation.time_ns * 1e-9
+
+    @property
+    def joint_positions(self) -> dict[str, float]:
+        """Joint -> measured position [rad or m]."""
+        positions = self.simulation.state.position.tolist()
+        return dict(zip(self.simulation.joint_names, positions, strict=True))
+
+    def step(self, count: int = 1) -> None:
+        """
+        Do physics steps, with the controllers' updates that belong to them.
+
+        :raises SimulationError: the physics became unstable.
+        """
+        for _ in range(count):
+            self.loop.advance()
+            for fault in self.loop.poll_faults():
+                raise SimulationError(fault)
+
+    def run_until(self, condition: Callable[[], bool] | float, *, timeout: float = 60.0) -> None:
+        """
+        Step until a condition holds, or until a simulated time.
+
+        :param condition: looked at after each step; or a time [s].
+        :param timeout: simulated time to wait for a condition [s].
+        :raises SimulationError: the condition did not come true in that time.
+        """
+        if not callable(condition):
+            while self.simulation.time_ns < round(condition * 1e9):
+                self.step()
+            return
+        deadline = self.simulation.time_ns + round(timeout * 1e9)
+        while not condition():
+            if self.simulation.time_ns >= deadline:
+                raise SimulationError(
+                    f'the condition did not come true within {timeout:g} s of simulated time'
+                )
+            self.step()
+
+    def plan(
+        self, goal: Goal, group: str = '', *, allowed_time: float = 5.0, velocity: float = 1.0
+    ) -> JointTrajectory:
+        """
+        Plan a motion from the measured state.
+
+        :param goal: a named state, joint -> position [rad or m], or the pose (4, 4) of the
+            group's tip in the model's frame.
+        :param group: planning group; the first one where not given.
+        :param allowed_time: time for the search [s]; it is counted in looks at the planner's
+            clock, so that the result does not depend on the machine.
+        :param velocity: share of the velocity limits in 0..1.
+        :raises PlanningError: there is no such motion; the text says why.
+        """
+        from armsim_ros.planning.request import MotionPlanRequest
+
+        group = group or next(iter(self.model.semantic.groups), '')
+        request = MotionPlanRequest(
+            group_name=group,
+            goal_constraints=(self._constraints(goal, group),),
+            allowed_planning_time=allowed_time,
+            max_velocity_scaling_factor=velocity,
+            seed=self.seed,
+        )
+        self.scene.set_positions(self.joint_positions)
+        response = self.planner.plan(request, self.scene.snapshot(), clock=self._planning_clock)
+        if not response.success:
+            raise PlanningError(response.error_code, response.message, response.source)
+        return response.trajectory
+
+    def send_trajectory(self, trajectory: JointTrajectory) -> tuple[TrajectoryGoal, ...]:
+        """
+        Give a trajectory to the controllers that have its joints; they start at the next step.
+
+        :returns: one goal for each controller.
+        :raises ControllerError: no controller has the joints, or one refuses; the text says why.
+        """
+        from armsim_ros.config.moveit_controllers import MoveItControllerSettings
+        from armsim_ros.planning.controller_selection import select_controllers, split_trajectory
+
+        usable = {
+            name: controller
+            for name, controller in self.manager.controllers.items()
+            if isinstance(controller, JointTrajectoryController) and controller.active
+        }
+        known = [
+            MoveItControllerSettings(name=name, joints=controller.parameters.joints)
+            for name, controller in usable.items()
+        ]
+        try:
+            chosen = select_controllers(trajectory.joint_names, known)
+        except PlanningError as error:
+            raise ControllerError(str(error)) from None
+        parts = split_trajectory(trajectory, chosen)
+        for one, part in parts:
+            reason = usable[one.name].check_goal(part)
+            if reason:
+                raise ControllerError(f"controller '{one.name}' refuses: {reason}")
+        goals = (usable[one.name].send_goal(part).goal for one, part in parts)
+        return tuple(goal for goal in goals if goal is not None)
+
+    def execute(self, trajectory: JointTrajectory) -> None:
+        """
+        Run a trajectory to its end.
+
+        :raises ControllerError: a controller refused or aborted it; the text says why.
+        :raises SimulationError: it does not end, or the physics became unstable.
+        """
+        goals = self.send_trajectory(trajectory)
+        execution = self.settings.trajectory_execution
+        allowed = (
+            trajectory.duration * execution.allowed_execution_duration_scaling
+            + execution.allowed_goal_duration_margin
+        )
+        self.run_until(lambda: all(goal.done for goal in goals), timeout=allowed)
+        for goal in goals:
+            if goal.status is not GoalStatus.SUCCEEDED:
+                message = goal.result.message if goal.result else ''
+                raise ControllerError(f'the trajectory was {goal.status.name.lower()}: {message}')
+
+    def digest(self) -> str:
+        """Return a hash of the state of plant, drives and time."""
+        return self.simulation.digest()
+
+    @cached_property
+    def scene(self) -> PlanningScene:
+        """What the planner knows of robot and world; objects may be added to it."""
+        from armsim_ros.kinematics.kinematic_model import KinematicModel
+        from armsim_ros.planning.scene import PlanningScene
+
+        parameters = self.settings.planning_parameters
+        return PlanningScene(
+            KinematicModel(self.model),
+            link_padding=parameters.default_robot_padding,
+            link_scale=parameters.default_robot_scale,
+        )
+
+    @cached_property
+    def planner(self) -> MotionPlanner:
+        """The motion planner; built when it is first needed."""
+        from armsim_ros.planning.planner import MotionPlanner
+        from armsim_ros.planning.settings import settings_from_config
+
+        settings = self.settings
+        return MotionPlanner(
+            self.scene,
+            settings=settings_from_config(
+                settings.planning_parameters, settings.ompl, settings.kinematics
+            ),
+        )
+
+    def _planning_clock(self) -> float:
+        self._planning_ticks += 1
+        return self._planning_ticks * PLANNING_TICK
+
+    def _constraints(self, goal: Goal, group: str) -> Constraints:
+        from armsim_ros.model.geometry import Sphere
+        from armsim_ros.model.transforms import quat_xyzw_from_matrix
+        from armsim_ros.planning.request import (
+            Constraints,
+            JointConstraint,
+            OrientationConstraint,
+            PositionConstraint,
+            Region,
+        )
+
+        if isinstance(goal, str):
+            goal = self._named_state(goal, group)
+        if isinstance(goal, Mapping):
+            tolerance = JOINT_TOLERANCE
+            return Constraints(
+                tuple(JointConstraint(name, goal[name], tolerance, tolerance) for name in goal)
+            )
+        pose = np.asarray(goal, dtype=np.float64)
+        tip = self.model.group(group).tips[0]
+        region = Region(Sphere(POSITION_TOLERANCE), pose)
+        x, y, z, w = quat_xyzw_from_matrix(pose).tolist()
+        return Constraints(
+            position_constraints=(PositionConstraint(tip, (region,), self.model.model_frame),),
+            orientation_constraints=(
+                OrientationConstraint(
+                    tip, (x, y, z, w), (ORIENTATION_TOLERANCE,) * 3, self.model.model_frame
+                ),
+            ),
+        )
+
+    def _named_state(self, name: str, group: str) -> dict[str, float]:
+        states = self.model.semantic.named_states.get(group, {})
+        if name not in states:
+            raise ModelError(
+                Problem(
+                    f"group '{group}' has no named state '{name}'",
+                    allowed=', '.join(states) or 'the SRDF has none',
+                    remedy=nearest(name, tuple(states)),
+                )
+            )
+        return states[name]

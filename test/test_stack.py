@@ -1,0 +1,133 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The whole stack without ROS."""
+
+from pathlib import Path
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from armsim_ros.config.loading import load_robot_settings
+from armsim_ros.errors import ControllerError, ModelError, PlanningError, SimulationError
+from armsim_ros.sim.assembly import servo_gains
+from armsim_ros.stack import ArmSim
+from armsim_ros.trajectory import JointTrajectory, TrajectoryPoint
+
+ROOT = Path(__file__).parents[1]
+JOINTS = tuple(f'joint_{i}' for i in range(1, 7))
+
+
+@pytest.fixture
+def sim():
+    """Return the sunday arm at the feeding place."""
+    return ArmSim('sunday')
+
+
+def ramp(*positions, seconds=1.0):
+    """Return a trajectory of all joints through the same positions."""
+    points = tuple(
+        TrajectoryPoint(seconds * (i + 1), np.full(6, position))
+        for i, position in enumerate(positions)
+    )
+    return JointTrajectory(JOINTS, points)
+
+
+def test_starts_at_zero_and_moves_only_by_steps(sim):
+    """Time begins at 0; a step is a millisecond; the arm holds its place."""
+    assert sim.time == 0.0
+    sim.step(10)
+    assert sim.time == pytest.approx(0.01)
+    np.testing.assert_allclose(list(sim.joint_positions.values()), 0.0, atol=1e-6)
+
+
+def test_plans_and_executes_a_named_state(sim):
+    """After plan and execute the arm is at scan_food, within a milliradian."""
+    sim.execute(sim.plan('scan_food'))
+    wanted = sim.model.semantic.named_states['manipulator']['scan_food']
+    for name, position in wanted.items():
+        assert sim.joint_positions[name] == pytest.approx(position, abs=1e-3)
+
+
+def test_plans_to_joint_positions_and_to_a_pose(sim):
+    """Joint positions and the tip's pose are goals too."""
+    sim.execute(sim.plan({'joint_1': 0.3, 'joint_2': 0.2}))
+    assert sim.joint_positions['joint_1'] == pytest.approx(0.3, abs=1e-3)
+    sim.execute(sim.plan('scan_food'))
+    pose = sim.simulation.link_pose('link_6')
+    pose[2, 3] += 0.05
+    sim.execute(sim.plan(pose))
+    np.testing.assert_allclose(sim.simulation.link_pose('link_6')[:3, 3], pose[:3, 3], atol=2e-3)
+
+
+def test_a_trajectory_is_followed_within_a_milliradian(sim):
+    """Free motion: the measured joints are below 1 mrad from the controllers' reference."""
+    (goal,) = sim.send_trajectory(ramp(0.0, 0.4))
+    worst = 0.0
+    while not goal.done:
+        sim.step()
+        error = sim.simulation.state.position - sim.simulation.reference_positions
+        worst = max(worst, np.abs(error).max())
+    assert worst < 1e-3
+    assert sim.joint_positions['joint_3'] == pytest.approx(0.4, abs=1e-3)
+
+
+def test_controllers_slower_than_the_physics_track_as_well():
+    """At an update rate of 100 Hz the drives interpolate: the end is met all the same."""
+    sim = ArmSim('sunday', overrides={'controller_manager.update_rate': 100})
+    sim.execute(sim.plan('scan_food'))
+    wanted = sim.model.semantic.named_states['manipulator']['scan_food']
+    for name, position in wanted.items():
+        assert sim.joint_positions[name] == pytest.approx(position, abs=1e-3)
+
+
+def test_the_gains_of_the_yaml_reach_the_drives():
+    """The gains under a position controller are those of its joints' drives."""
+    gains = servo_gains(load_robot_settings('sunday'))
+    assert set(gains) == set(JOINTS)
+    assert (gains['joint_1'].p, gains['joint_1'].d) == (1000.0, 0.1)
+    assert gains['joint_1'].integral_bounds == (0.0, 0.0)
+
+
+def test_an_unknown_state_is_refused_with_the_known_ones(sim):
+    """A named state that the SRDF lacks is named with the nearest one."""
+    with pytest.raises(ModelError, match=r"scan_fod.*did you mean 'scan_fo"):
+        sim.plan('scan_fod')
+
+
+def test_a_plan_that_cannot_be_has_a_reason(sim):
+    """A goal out of reach raises PlanningError with a sentence; the stack goes on."""
+    pose = np.eye(4)
+    pose[:3, 3] = (5.0, 0.0, 0.0)
+    with pytest.raises(PlanningError, match=r'\w'):
+        sim.plan(pose, allowed_time=0.5)
+    sim.step()
+
+
+def test_a_trajectory_of_unknown_joints_is_refused(sim):
+    """A trajectory for joints that no controller has says so; nothing moves."""
+    with pytest.raises(ControllerError, match='elbow'):
+        sim.send_trajectory(JointTrajectory(('elbow',), (TrajectoryPoint(1.0, np.zeros(1)),)))
+
+
+def test_waiting_in_vain_ends(sim):
+    """A condition that never holds ends with an error after its simulated time."""
+    with pytest.raises(SimulationError, match=r'0\.05 s'):
+        sim.run_until(lambda: False, timeout=0.05)
+    sim.run_until(0.1)
+    assert sim.time == pytest.approx(0.1)
+
+
+def test_the_example_prints_the_same_digest_in_two_processes():
+    """The same seed gives the same bytes in another process."""
+    command = [sys.executable, str(ROOT / 'examples' / 'no_ros.py'), 'scan_food']
+    runs = [
+        subprocess.run(
+            command, capture_output=True, text=True, check=True, cwd=ROOT,
+            env={'PYTHONPATH': str(ROOT), 'PYTHONHASHSEED': seed, 'PATH': '/usr/bin:/bin'},
+        ).stdout
+        for seed in ('1', '2')
+    ]  # fmt: skip
+    assert 'digest' in runs[0]
+    assert runs[0] == runs[1]
