@@ -18,7 +18,7 @@ from armsim_ros.model.transforms import (
     quat_xyzw_from_matrix,
 )
 from armsim_ros.planning.log import Log
-from armsim_ros.planning.regions import contains, region_center
+from armsim_ros.planning.regions import contains, outside_by, region_center
 from armsim_ros.planning.request import (
     Constraints,
     JointConstraint,
@@ -72,6 +72,13 @@ class JointTerm:
         )
         return ConstraintResult(inside, self.weight * abs(error), text)
 
+    def residual(self, q: Vector, margin: float) -> float:
+        """Return by how much a state lies beyond the interval, made smaller by a share."""
+        error = self.error(q)
+        low, high = (1.0 - margin) * (self.lower - self.target), (1.0 - margin) * (
+            self.upper - self.target)
+        return error - min(max(error, low), high)
+
     def error(self, q: Vector) -> float:
         """Return position - target [rad or m], the short way round for a continuous joint."""
         error = float(q[self.index]) - self.target
@@ -101,16 +108,22 @@ class PositionTerm:
     regions: tuple[Region, ...]
     weight: float
 
-    def error(self, link_pose: Vector, frame_pose: Vector) -> Vector:
-        """Return the point in the constraint frame less the first region's centre (3,) [m]."""
-        point = (inverse_pose(frame_pose @ self.frame.offset)
-                 @ link_pose @ self.target.offset)[:3, 3]
-        result: Vector = point - region_center(self.regions[0])
-        return result
+    def point(self, link_pose: Vector, frame_pose: Vector) -> Vector:
+        """Return the point (3,) [m] in the constraint frame."""
+        place: Vector = (
+            inverse_pose(frame_pose @ self.frame.offset) @ link_pose @ self.target.offset
+        )[:3, 3]
+        return place
+
+    def residual(self, link_pose: Vector, frame_pose: Vector, margin: float) -> Vector:
+        """Return the way (3,) [m] to the point from the nearest region, made smaller."""
+        point = self.point(link_pose, frame_pose)
+        ways = [outside_by(region, point, margin) for region in self.regions]
+        return min(ways, key=lambda way: float(np.linalg.norm(way)))
 
     def evaluate(self, link_pose: Vector, frame_pose: Vector) -> ConstraintResult:
         """Return how poses of the two links stand to this constraint."""
-        point = self.error(link_pose, frame_pose) + region_center(self.regions[0])
+        point = self.point(link_pose, frame_pose)
         inside = any(contains(region, point) for region in self.regions)
         distance = min(
             float(np.linalg.norm(point - region_center(region))) for region in self.regions
@@ -143,6 +156,13 @@ class OrientationTerm:
         link = (link_pose @ self.target.offset)[:3, :3]
         difference = frame.T @ link @ self.wanted.T
         return rotation_vector(difference) if self.rotation_vector else euler_xyz(difference)
+
+    def residual(self, link_pose: Vector, frame_pose: Vector, margin: float) -> Vector:
+        """Return by how much each angle (3,) [rad] is beyond its tolerance, made smaller."""
+        error = self.error(link_pose, frame_pose)
+        allowed = (1.0 - margin) * self.tolerances
+        beyond: Vector = error - np.clip(error, -allowed, allowed)
+        return beyond
 
     def evaluate(self, link_pose: Vector, frame_pose: Vector) -> ConstraintResult:
         """Return how poses of the two links stand to this constraint."""
@@ -201,9 +221,11 @@ class ConstraintSet:
         for _ in constraints.visibility_constraints:
             self._drop('visibility constraints are not supported; use a position and an '
                        'orientation constraint of the sensor link')
-        terms: list[PositionTerm | OrientationTerm] = [*self.positions, *self.orientations]
+        self._pose_terms: list[PositionTerm | OrientationTerm] = [
+            *self.positions, *self.orientations
+        ]
         self._links = tuple(dict.fromkeys(
-            link for term in terms for link in (term.target.link, term.frame.link)
+            link for term in self._pose_terms for link in (term.target.link, term.frame.link)
         ))
 
     @property
@@ -228,7 +250,22 @@ class ConstraintSet:
 
     def satisfied(self, q: Vector) -> bool:
         """Return whether a full robot state (n,) keeps all of them."""
-        return all(result.satisfied for result in self.evaluate(q))
+        return float(np.max(np.abs(self.residual(q)), initial=0.0)) <= _EPSILON
+
+    def residual(self, q: Vector, margin: float = 0.0) -> Vector:
+        """
+        Return by how much a full robot state (n,) breaks each part of the constraints.
+
+        :param margin: share 0..1 by which all tolerances are taken smaller.
+        :returns: zeros where the state keeps them [rad or m].
+        """
+        poses = self.poses(q)
+        parts = [np.array([term.residual(q, margin) for term in self.joints])]
+        for term in self._pose_terms:
+            parts.append(
+                term.residual(poses[term.target.link], poses[term.frame.link], margin)
+            )
+        return np.concatenate(parts)
 
     def violation(self, q: Vector) -> str:
         """Return the first constraint that a state (n,) breaks, as a phrase, or ''."""

@@ -62,7 +62,7 @@ def run_pipeline(
     failure: PlanningError | None = None
     for finer in _FINER:
         step = context.settings.fine_step * finer
-        problem = SearchProblem(validity, start, tuple(states), planner, step)
+        problem = SearchProblem(validity, start, tuple(states), planner, rng, step)
         path = find_path(problem, budget, checks.attempts(request), context.log)
         try:
             motion = time_waypoints(path, validity, limits, speed_limit, step)

@@ -28,6 +28,36 @@ def contains(region: Region, point: Vector) -> bool:
     return _inside(region.shape, local)
 
 
+def outside_by(region: Region, point: Vector, margin: float = 0.0) -> Vector:
+    """
+    Return the way (3,) [m] from a region to a point that lies outside, zeros inside.
+
+    :param point: (3,) [m] in the frame that the region's pose is given in.
+    :param margin: share 0..1 by which the region is smaller than given.
+    """
+    local = (inverse_pose(region.pose) @ np.append(point, 1.0))[:3]
+    way: Vector = region.pose[:3, :3] @ (local - _nearest_inside(region.shape, local, margin))
+    return way
+
+
+def _nearest_inside(shape: Geometry, point: Vector, margin: float) -> Vector:
+    """Return the nearest point (3,) of a box, ball or cylinder; of others, its middle."""
+    inside = 1.0 - margin
+    if isinstance(shape, Box):
+        half = 0.5 * inside * np.asarray(shape.size)
+        return np.clip(point, -half, half)
+    if isinstance(shape, Sphere):
+        distance = float(np.linalg.norm(point))
+        return point * min(1.0, inside * shape.radius / max(distance, 1e-12))
+    if isinstance(shape, Cylinder):
+        around = float(np.hypot(point[0], point[1]))
+        factor = min(1.0, inside * shape.radius / max(around, 1e-12))
+        top = 0.5 * inside * shape.length
+        return np.array([point[0] * factor, point[1] * factor,
+                         float(np.clip(point[2], -top, top))])
+    return point if _inside(shape, point) else _middle(shape)
+
+
 def _inside(shape: Geometry, point: Vector) -> bool:
     x, y, z = (float(part) for part in point)
     radius = math.hypot(x, y)

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from ompl import base as ob
 
 from armsim_ros.errors import PlanningError
+from armsim_ros.planning.constrained_search import ConstrainedSearch
 from armsim_ros.planning.error_codes import MoveItErrorCode
 from armsim_ros.planning.log import Log
 from armsim_ros.planning.ompl_space import JointSpace
@@ -67,6 +68,7 @@ class SearchProblem:
 
     :param start: (m,) a free state [rad or m].
     :param goals: (m,) free states, the preferred one first.
+    :param rng: source of chance beside OMPL's own.
     :param fine_step: largest motion of any point between two checks of the result [m].
     """
 
@@ -74,11 +76,8 @@ class SearchProblem:
     start: Vector
     goals: tuple[Vector, ...]
     planner: PlannerChoice
+    rng: np.random.Generator
     fine_step: float = FINE_STEP
-
-    def with_step(self, fine_step: float) -> SearchProblem:
-        """Return the same problem with another step between checks [m]."""
-        return replace(self, fine_step=fine_step)
 
 
 def find_path(problem: SearchProblem, budget: Budget, attempts: int, log: Log) -> Vector:
@@ -124,6 +123,14 @@ def straight_path(problem: SearchProblem) -> Vector | None:
 
 def _attempt(problem: SearchProblem, budget: Budget, log: Log) -> Vector:
     validity = problem.validity
+    constraints = validity.path_constraints
+    if constraints is not None and (constraints.positions or constraints.orientations):
+        search = ConstrainedSearch(validity, problem.fine_step, problem.rng)
+        kept = search.find(problem.start, problem.goals, budget.spent)
+        budget.check(_SOURCE)
+        if kept is None:
+            raise _no_path(problem, budget)
+        return without_repeats(kept)
     on_hulls = validity.free(problem.start, exact=False) and all(
         validity.free(goal, exact=False) for goal in problem.goals
     )
