@@ -124,6 +124,9 @@ class Simulation(HardwareInterface):
         """
         Take over a change of claims.
 
+        A joint that is let go holds its last position command, which stays readable; commands
+        of other interfaces are forgotten, and the position too once something else drives.
+
         :param claimed: joint -> interfaces claimed from now on; the others hold their position.
         :raises SimulationError: a joint that cannot be driven, or interfaces that it cannot
             follow together; nothing changes then.
@@ -132,11 +135,14 @@ class Simulation(HardwareInterface):
             if interfaces and not self._command_interfaces.get(name):
                 raise SimulationError(self._undriven(name))
         self._servo.switch(claimed)
-        for name in self.joint_names:
+        for name, i in self.index.items():
+            claim = claimed.get(name, frozenset())
+            kept = claim or {POSITION}
             for interface in COMMAND_INTERFACES:
-                if interface not in claimed.get(name, frozenset()):
-                    self.command.of(interface)[self.index[name]] = np.nan
-                    self.feedforward.of(interface)[self.index[name]] = np.nan
+                if interface not in kept:
+                    self.command.of(interface)[i] = np.nan
+                if POSITION not in claim:
+                    self.feedforward.of(interface)[i] = np.nan
 
     def write(self, steps: int = 1) -> None:
         """Take the commands over; they are for the time after ``steps`` physics steps."""
@@ -260,6 +266,9 @@ class Simulation(HardwareInterface):
         self._bind()
 
     def _settle_in(self) -> None:
+        for interface in COMMAND_INTERFACES:
+            self.command.of(interface)[:] = np.nan
+            self.feedforward.of(interface)[:] = np.nan
         mujoco.mj_forward(self._mujoco_model, self._data)
         self._refresh()
         self._servo.restart(self.state.position[self._active])

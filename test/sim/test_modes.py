@@ -56,9 +56,18 @@ def test_holds_the_last_command_when_released(simulation):
     simulation.command.position[:] = 0.2
     run(simulation, 5)
     simulation.perform_command_mode_switch({})
-    assert np.isnan(simulation.command.position).all()
+    np.testing.assert_allclose(simulation.command.position, 0.2)
     run(simulation, 600)
     np.testing.assert_allclose(simulation.state.position, 0.2, atol=1e-4)
+
+
+def test_a_position_command_is_forgotten_once_something_else_drives(simulation, claim):
+    """C3: a controller that comes back after a velocity controller finds no stale command."""
+    simulation.command.position[:] = 0.2
+    run(simulation, 5)
+    claim(simulation, 'velocity')
+    simulation.perform_command_mode_switch({})
+    assert np.isnan(simulation.command.position).all()
 
 
 def test_velocity_commands_move_at_their_velocity(simulation, claim):
