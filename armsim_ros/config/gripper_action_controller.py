@@ -13,7 +13,7 @@ from armsim_ros.config.base import parameter, Settings
 from armsim_ros.config.pid_gains import PidGains
 
 
-class _GripperParameters(Settings):
+class GripperParameters(Settings):
     """What both kinds share."""
 
     joint: str = parameter(..., 'the joint that moves the fingers', read_only=True, min_length=1)
@@ -33,7 +33,7 @@ class _GripperParameters(Settings):
     )
 
 
-class GripperActionControllerParameters(_GripperParameters):
+class GripperActionControllerParameters(GripperParameters):
     """
     Parameters of ``position_controllers/`` and ``effort_controllers/GripperActionController``.
 
@@ -57,7 +57,7 @@ class GripperActionControllerParameters(_GripperParameters):
         return {**data, 'gains': {data['joint']: gains.get(data['joint'], {})}}
 
 
-class ParallelGripperActionControllerParameters(_GripperParameters):
+class ParallelGripperActionControllerParameters(GripperParameters):
     """Parameters of ``parallel_gripper_action_controller/GripperActionController``."""
 
     state_interfaces: tuple[Literal['position', 'velocity'], ...] = parameter(

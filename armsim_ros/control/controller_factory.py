@@ -1,0 +1,70 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""From the type in a user's file to a controller."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from pydantic import ValidationError
+
+from armsim_ros.config.base import Settings
+from armsim_ros.control.controller import Controller, ControllerContext
+from armsim_ros.control.gripper_controller import GripperController, ParallelGripperController
+from armsim_ros.control.joint_state_broadcaster import JointStateBroadcaster
+from armsim_ros.control.joint_trajectory_controller import JointTrajectoryController
+from armsim_ros.control.parameter_update import describe
+from armsim_ros.errors import ControllerError, nearest
+
+CONTROLLER_TYPES: Mapping[str, type[Controller[Any]]] = {
+    'joint_trajectory_controller/JointTrajectoryController': JointTrajectoryController,
+    'joint_state_broadcaster/JointStateBroadcaster': JointStateBroadcaster,
+    'position_controllers/GripperActionController': GripperController,
+    'effort_controllers/GripperActionController': GripperController,
+    'parallel_gripper_action_controller/GripperActionController': ParallelGripperController,
+}
+
+
+def controller_class(type: str) -> type[Controller[Any]]:  # noqa: A002
+    """Return the class of a type; ControllerError names the known types."""
+    try:
+        return CONTROLLER_TYPES[type]
+    except KeyError:
+        known = tuple(CONTROLLER_TYPES)
+        hint = nearest(type, known)
+        raise ControllerError(
+            f"unknown controller type '{type}'; allowed: {', '.join(known)}"
+            f'{"; " if hint else ""}{hint}'
+        ) from None
+
+
+def parameters_class(type: str) -> type[Settings]:  # noqa: A002
+    """Return the class of a type's parameters; ControllerError names the known types."""
+    return controller_class(type).parameters_class
+
+
+def create_controller(
+    name: str,
+    type: str,  # noqa: A002
+    parameters: Settings | Mapping[str, Any],
+    context: ControllerContext,
+) -> Controller[Any]:
+    """
+    Return an unconfigured controller.
+
+    :param parameters: checked, or as a mapping that is checked here.
+    :raises ControllerError: unknown type, or parameters that are wrong, all of them named.
+    """
+    cls = controller_class(type)
+    if not isinstance(parameters, Settings):
+        try:
+            parameters = cls.parameters_class.model_validate(dict(parameters))
+        except ValidationError as error:
+            raise ControllerError('; '.join(map(describe, error.errors()))) from None
+    if not isinstance(parameters, cls.parameters_class):
+        raise ControllerError(
+            f"controller '{name}' of type {type} needs {cls.parameters_class.__name__}, "
+            f'not {parameters.__class__.__name__}'
+        )
+    return cls(name, type, parameters, context)

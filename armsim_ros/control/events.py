@@ -1,0 +1,58 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What controllers have to say: log lines for the one who runs them."""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass
+from typing import Literal
+
+Level = Literal['info', 'warning', 'error']
+Kind = Literal[
+    'goal_rejected', 'trajectory_rejected', 'goal_aborted', 'tolerance', 'stop', 'warning',
+    'state', 'failure',
+]  # fmt: skip
+
+CAPACITY = 1000
+"""So many events are kept for a reader; then the oldest are dropped."""
+
+
+@dataclass(frozen=True, slots=True)
+class ControllerEvent:
+    """
+    Something that a user should know.
+
+    :param time_ns: when it happened [ns].
+    :param source: name of the controller, or of the manager.
+    :param kind: what a program may sort by.
+    :param text: one sentence.
+    """
+
+    time_ns: int
+    level: Level
+    source: str
+    kind: Kind
+    text: str
+
+
+class EventQueue:
+    """Events of one source; any thread adds, any thread drains, nobody waits."""
+
+    def __init__(self, source: str) -> None:
+        """Start empty."""
+        self.source = source
+        self._events: deque[ControllerEvent] = deque(maxlen=CAPACITY)
+
+    def add(self, time_ns: int, level: Level, kind: Kind, text: str) -> None:
+        """Queue one event."""
+        self._events.append(ControllerEvent(time_ns, level, self.source, kind, text))
+
+    def drain(self) -> list[ControllerEvent]:
+        """Return all events that nobody has taken yet, oldest first."""
+        taken: list[ControllerEvent] = []
+        while True:
+            try:
+                taken.append(self._events.popleft())
+            except IndexError:
+                return taken

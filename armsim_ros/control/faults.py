@@ -1,0 +1,151 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""
+Faults of joints on purpose, so that tests can make tolerances fail.
+
+They lie between controllers and plant: a program that wants them wraps the hardware in a
+:class:`FaultInjector` and runs the controllers through :class:`FaultyControllers`; one that does
+not has none of this in its loop.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+import math
+from typing import Protocol
+
+from armsim_ros.control.hardware_interface import COMMAND_INTERFACES, HardwareInterface
+from armsim_ros.errors import ControllerError, nearest
+
+
+@dataclass(frozen=True, slots=True)
+class JointFault:
+    """
+    What is wrong with a joint.
+
+    :param lag: time constant with which it follows position commands, 0 for none [s].
+    :param bias: added to position commands [rad or m].
+    :param blocked: it stands still, whatever is commanded.
+    """
+
+    lag: float = 0.0
+    bias: float = 0.0
+    blocked: bool = False
+
+    def __str__(self) -> str:
+        """Return the fault in words."""
+        words = [f'lag {self.lag:g} s'] if self.lag else []
+        words += [f'bias {self.bias:g}'] if self.bias else []
+        words += ['blocked'] if self.blocked else []
+        return ', '.join(words) or 'none'
+
+
+class FaultInjector(HardwareInterface):
+    """
+    Hardware whose joints can be made to fail.
+
+    :param hardware: the real one; its states are shared, its commands are written by
+        :meth:`write`.
+    """
+
+    def __init__(self, hardware: HardwareInterface) -> None:
+        """Start without faults."""
+        super().__init__(hardware.joint_names)
+        self.state = hardware.state
+        self._hardware = hardware
+        self._faults: dict[str, JointFault] = {}
+
+    @property
+    def active(self) -> Mapping[str, JointFault]:
+        """Joint -> its fault, for those that have one."""
+        return self._faults
+
+    def set_fault(self, joint: str, fault: JointFault) -> None:
+        """
+        Make a joint fail from the next update on, or be well again; any thread.
+
+        :raises ControllerError: an unknown joint, or a lag or bias that is no number.
+        """
+        if joint not in self.index:
+            hint = nearest(joint, self.joint_names) or f'known: {", ".join(self.joint_names)}'
+            raise ControllerError(f"no joint '{joint}' to make fail; {hint}")
+        if not (0.0 <= fault.lag < math.inf and math.isfinite(fault.bias)):
+            raise ControllerError(f"fault of joint '{joint}': lag {fault.lag}, bias {fault.bias}; "
+                                  'allowed: a lag of 0 or more, finite numbers')  # fmt: skip
+        faults = {name: f for name, f in self._faults.items() if name != joint}
+        if fault != JointFault():
+            faults[joint] = fault
+        self._faults = faults
+
+    def clear(self) -> None:
+        """Make all joints well again; any thread."""
+        self._faults = {}
+
+    @property
+    def command_interfaces(self) -> Mapping[str, tuple[str, ...]]:
+        """Those of the hardware."""
+        return self._hardware.command_interfaces
+
+    @property
+    def state_interfaces(self) -> Mapping[str, tuple[str, ...]]:
+        """Those of the hardware."""
+        return self._hardware.state_interfaces
+
+    def perform_command_mode_switch(self, claimed: Mapping[str, frozenset[str]]) -> None:
+        """Pass a change of claims on."""
+        self._hardware.perform_command_mode_switch(claimed)
+
+    def write(self, period: float) -> None:
+        """Pass the commands on, those of failing joints changed; the control loop's thread."""
+        target = self._hardware
+        before = {name: target.command.position[self.index[name]] for name in self._faults}
+        for kind in COMMAND_INTERFACES:
+            target.command.of(kind)[:] = self.command.of(kind)
+            target.feedforward.of(kind)[:] = self.feedforward.of(kind)
+        for name, fault in self._faults.items():
+            self._spoil(self.index[name], fault, float(before.get(name, math.nan)), period)
+
+    def _spoil(self, i: int, fault: JointFault, last: float, period: float) -> None:
+        target = self._hardware
+        wanted = float(self.command.position[i]) + fault.bias
+        if math.isnan(last):
+            last = float(self.state.position[i])
+        if fault.blocked:
+            wanted = last if not math.isnan(wanted) else wanted
+            for kind in ('velocity', 'effort'):
+                if not math.isnan(target.command.of(kind)[i]):
+                    target.command.of(kind)[i] = 0.0
+        elif fault.lag:
+            wanted = last + (wanted - last) * -math.expm1(-period / fault.lag)
+        target.command.position[i] = wanted
+        target.feedforward.velocity[i] = math.nan
+        target.feedforward.acceleration[i] = math.nan
+
+
+class Controllers(Protocol):
+    """What a control loop calls; the controller manager is one."""
+
+    def update(self, time_ns: int, period: float) -> None:
+        """Run one update."""
+
+    def process_requests(self, time_ns: int) -> None:
+        """Take requests up while time stands still."""
+
+
+class FaultyControllers:
+    """Controllers whose commands pass through a fault injector."""
+
+    def __init__(self, controllers: Controllers, faults: FaultInjector) -> None:
+        """Put the faults behind the controllers."""
+        self._controllers = controllers
+        self._faults = faults
+
+    def update(self, time_ns: int, period: float) -> None:
+        """Run the controllers, then pass their commands on."""
+        self._controllers.update(time_ns, period)
+        self._faults.write(period)
+
+    def process_requests(self, time_ns: int) -> None:
+        """Take requests up while time stands still."""
+        self._controllers.process_requests(time_ns)

@@ -1,0 +1,185 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""
+The joint state broadcaster: samples joint states in simulated time for others to publish.
+
+The control loop's thread samples; any one thread takes the samples, in order, with ``poll``.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from armsim_ros.config.base import Settings
+from armsim_ros.config.joint_state_broadcaster import JointStateBroadcasterParameters
+from armsim_ros.control.controller import Controller, ControllerContext
+from armsim_ros.control.hardware_interface import COMMAND_INTERFACES
+from armsim_ros.control.rate import Rate
+
+Vector = NDArray[np.float64]
+InterfaceValues = tuple[str, tuple[str, ...], tuple[float, ...]]
+
+QUANTITIES = ('position', 'velocity', 'effort')
+CAPACITY = 256
+"""So many samples wait for their reader; then the oldest are dropped."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class JointStateSnapshot:
+    """
+    Content of ``joint_states`` at one time; NaN where a joint has no such interface.
+
+    :param position: (n,) [rad or m].
+    :param velocity: (n,) [rad/s or m/s].
+    :param effort: (n,) [N*m or N].
+    :param dynamic: (joint, interface names, values) of each joint, the content of
+        ``dynamic_joint_states``; None where that is not published.
+    """
+
+    time_ns: int
+    frame_id: str
+    names: tuple[str, ...]
+    position: Vector
+    velocity: Vector
+    effort: Vector
+    dynamic: tuple[InterfaceValues, ...] | None = None
+
+
+class JointStateBroadcaster(Controller[JointStateBroadcasterParameters]):
+    """
+    Samples the states of all joints, or of those that are asked for.
+
+    Joints come in the order of the parameter, else in the hardware's; extra joints come last.
+    """
+
+    parameters_class: ClassVar[type[Settings]] = JointStateBroadcasterParameters
+
+    def __init__(
+        self,
+        name: str,
+        type: str,  # noqa: A002
+        parameters: JointStateBroadcasterParameters,
+        context: ControllerContext,
+    ) -> None:
+        """Start unconfigured, see :class:`Controller`."""
+        super().__init__(name, type, parameters, context)
+        self.on_sample: Callable[[], object] | None = None
+        self._restricted = bool(parameters.joints and parameters.interfaces)
+        self._hardware_joints = self._published()
+        extra = tuple(joint.name for joint in parameters.extra_joints)
+        self.joint_names = self._hardware_joints + extra
+        self._samples: deque[JointStateSnapshot] = deque(maxlen=CAPACITY)
+        self._rate = Rate(parameters.publish_rate)
+        self._gather: list[tuple[int, Vector, NDArray[np.intp], NDArray[np.intp]]] = []
+        self._template = np.empty((3, 0))
+
+    @property
+    def joints(self) -> tuple[str, ...]:
+        """All joints that are published."""
+        return self.joint_names
+
+    @property
+    def required_command_interfaces(self) -> tuple[str, ...]:
+        """None: nothing is commanded."""
+        return ()
+
+    @property
+    def required_state_interfaces(self) -> tuple[str, ...]:
+        """Every interface that is read; those asked for by parameter must exist."""
+        return tuple(
+            f'{joint}/{kind}' for joint in self._hardware_joints for kind in self._kinds(joint)
+        )
+
+    def configure(self) -> None:
+        """Find out where the values come from."""
+        parameters = self.parameters
+        if bool(parameters.joints) != bool(parameters.interfaces):
+            text = 'joints and interfaces restrict only together; everything is published'
+            self.events.add(self.time_ns, 'warning', 'warning', text)
+        hardware = self.context.hardware
+        names = self.joint_names
+        self._template = np.full((3, len(names)), np.nan)
+        for extra in parameters.extra_joints:
+            values = (extra.position, extra.velocity, extra.effort)
+            self._template[:, names.index(extra.name)] = values
+        self._gather = []
+        for row, quantity in enumerate(QUANTITIES):
+            kind = getattr(parameters.map_interface_to_joint_state, quantity)
+            having = [j for j in self._hardware_joints if kind in self._kinds(j)]
+            if having and kind in COMMAND_INTERFACES:
+                columns = np.array([names.index(j) for j in having], dtype=np.intp)
+                source = np.array([hardware.index[j] for j in having], dtype=np.intp)
+                self._gather.append((row, hardware.state.of(kind), source, columns))
+
+    def activate(self, time_ns: int) -> None:
+        """Begin a new rhythm."""
+        self._rate = Rate(self.parameters.publish_rate)
+
+    def deactivate(self, time_ns: int) -> None:
+        """Sample no more; what was sampled can still be taken."""
+        self.time_ns = time_ns
+
+    def update(self, time_ns: int, period: float) -> None:
+        """Take a sample where it is time for one."""
+        if not self._rate.due(time_ns):
+            return
+        self.time_ns = time_ns
+        values = self._template.copy()
+        for row, state, source, columns in self._gather:
+            values[row, columns] = state[source]
+        dynamic = self._dynamic() if self.parameters.publish_dynamic_joint_states else None
+        frame = self.parameters.frame_id
+        sample = JointStateSnapshot(
+            time_ns, frame, self.joint_names, values[0], values[1], values[2], dynamic
+        )
+        self._samples.append(sample)
+        if self.on_sample is not None:
+            self.on_sample()
+
+    def process_requests(self, time_ns: int) -> None:
+        """Do nothing: a broadcaster has no requests."""
+
+    def poll(self) -> JointStateSnapshot | None:
+        """Return the oldest sample that nobody has taken, or None."""
+        try:
+            return self._samples.popleft()
+        except IndexError:
+            return None
+
+    def _published(self) -> tuple[str, ...]:
+        hardware, model = self.context.hardware, self.context.model
+        if self._restricted:
+            return self.parameters.joints
+        if model is None or not self.parameters.use_urdf_to_filter:
+            return hardware.joint_names
+        return tuple(j for j in hardware.joint_names if j in model.joints)
+
+    def _kinds(self, joint: str) -> tuple[str, ...]:
+        if self._restricted:
+            return self.parameters.interfaces
+        return self.context.hardware.state_interfaces.get(joint, ())
+
+    def _dynamic(self) -> tuple[InterfaceValues, ...]:
+        hardware = self.context.hardware
+        measured = tuple(
+            (
+                joint,
+                self._kinds(joint),
+                tuple(
+                    float(hardware.state.of(kind)[hardware.index[joint]])
+                    for kind in self._kinds(joint)
+                ),
+            )
+            for joint in self._hardware_joints
+        )
+        extra = tuple(
+            (joint.name, QUANTITIES, (joint.position, joint.velocity, joint.effort))
+            for joint in self.parameters.extra_joints
+        )
+        return measured + extra

@@ -1,0 +1,275 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""
+The joint trajectory controller.
+
+New trajectories, cancels and changes of pace come from any thread through a mailbox that the
+control loop empties at the start of its update; until then a goal is pending and nothing that
+happens to the old trajectory touches it. Goals end in the control loop's thread. The state is
+read through :meth:`JointTrajectoryController.snapshot` from any thread.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+import math
+from typing import Any, ClassVar
+
+from armsim_ros.config.base import Settings
+from armsim_ros.config.joint_trajectory_controller import JointTrajectoryControllerParameters
+from armsim_ros.control.controller import Controller, ControllerContext
+from armsim_ros.control.controller_state import ControllerSnapshot, snapshot_of
+from armsim_ros.control.joint_properties import JointProperties
+from armsim_ros.control.rate import Rate
+from armsim_ros.control.tolerances import JointTolerance, SegmentTolerances
+from armsim_ros.control.trajectory_goal import (
+    GoalResponse,
+    GoalStatus,
+    RefusedTrajectoryError,
+    TrajectoryGoal,
+    TrajectoryResult,
+)
+from armsim_ros.control.trajectory_intake import TrajectoryIntake
+from armsim_ros.control.trajectory_loop import (
+    CancelRequest,
+    ParameterRequest,
+    ScalingRequest,
+    StopRequest,
+    TrajectoryLoop,
+)
+from armsim_ros.control.trajectory_query import query, QueryResult
+from armsim_ros.control.trajectory_setup import check_configuration
+from armsim_ros.errors import ControllerError
+from armsim_ros.trajectory import JointTrajectory
+
+
+class JointTrajectoryController(Controller[JointTrajectoryControllerParameters]):
+    """Follows joint trajectories from an action or a topic."""
+
+    parameters_class: ClassVar[type[Settings]] = JointTrajectoryControllerParameters
+
+    def __init__(
+        self,
+        name: str,
+        type: str,  # noqa: A002
+        parameters: JointTrajectoryControllerParameters,
+        context: ControllerContext,
+    ) -> None:
+        """Start unconfigured, see :class:`Controller`."""
+        super().__init__(name, type, parameters, context)
+        self._properties = JointProperties.of(parameters.joints, context.model)
+        self._intake = TrajectoryIntake(self._properties, self.snapshot)
+        self._publish_rate = Rate(parameters.state_publish_rate or math.inf)
+        self._loop: TrajectoryLoop | None = None
+
+    @property
+    def joints(self) -> tuple[str, ...]:
+        """Controlled joints, in the order of all arrays."""
+        return self.parameters.joints
+
+    @property
+    def required_command_interfaces(self) -> tuple[str, ...]:
+        """Every command interface of every commanded joint."""
+        joints = self.parameters.command_joints or self.joints
+        return tuple(f'{j}/{kind}' for j in joints for kind in self.parameters.command_interfaces)
+
+    @property
+    def required_state_interfaces(self) -> tuple[str, ...]:
+        """Every state interface of every joint."""
+        kinds = self.parameters.state_interfaces
+        return tuple(f'{joint}/{kind}' for joint in self.joints for kind in kinds)
+
+    @property
+    def subscribes_speed_scaling(self) -> bool:
+        """Whether the pace can be changed: only where positions alone are commanded."""
+        return self.parameters.command_interfaces == ('position',)
+
+    @property
+    def active_goal(self) -> TrajectoryGoal | None:
+        """The goal that is followed, or that waits for its stamp."""
+        return self._loop.execution.active_goal if self._loop is not None else None
+
+    def configure(self) -> None:
+        """Check the parameters against the hardware and allocate what updates need."""
+        parameters = self.parameters
+        check_configuration(parameters, self.context.hardware)
+        constraints = parameters.constraints
+        if not any(block.goal for block in constraints.joints.values()):
+            self.events.add(
+                self.time_ns, 'info', 'warning',
+                'no goal tolerance (constraints.<joint>.goal) is set: goals succeed at the end '
+                'of their trajectory wherever the joints are',
+            )  # fmt: skip
+        if parameters.open_loop_control:
+            self.events.add(
+                self.time_ns, 'warning', 'warning',
+                'open_loop_control is deprecated, use interpolate_from_desired_state',
+            )  # fmt: skip
+        self._loop = TrajectoryLoop(
+            parameters, self.context.hardware, self._properties, self.events, self.time_ns
+        )
+
+    def activate(self, time_ns: int) -> None:
+        """Hold the joints where they are."""
+        scaling = self.parameters.speed_scaling
+        for interface in (scaling.state_interface, scaling.command_interface):
+            if interface:
+                raise ControllerError(f"speed_scaling: the hardware has no '{interface}'")
+        self.time_ns = time_ns
+        self._configured.activate(time_ns)
+
+    def deactivate(self, time_ns: int) -> None:
+        """Abort the goal; positions stay commanded, all else stops."""
+        self._configured.deactivate()
+
+    def update(self, time_ns: int, period: float) -> None:
+        """Run one update, see :class:`TrajectoryLoop`."""
+        self.time_ns = time_ns
+        self._configured.update(time_ns, period)
+
+    def process_requests(self, time_ns: int) -> None:
+        """Take goals and cancels up while time stands still."""
+        self._configured.process_requests(time_ns)
+
+    def set_parameters(self, changes: Settings | Mapping[str, Any]) -> None:
+        """Replace parameters; running tolerances stay as they are until the next goal."""
+        super().set_parameters(changes)
+        if self._loop is not None:
+            self._loop.post(ParameterRequest(self.parameters))
+
+    def check_goal(self, trajectory: JointTrajectory) -> str:
+        """Return why a goal with this trajectory would be refused, '' where it would not."""
+        try:
+            self._check_active()
+            if not self._stops(trajectory):
+                self._intake.topic(trajectory, self.parameters, self.time_ns)
+        except RefusedTrajectoryError as error:
+            return error.reason
+        return ''
+
+    def send_goal(
+        self,
+        trajectory: JointTrajectory,
+        path_tolerances: Sequence[JointTolerance] = (),
+        goal_tolerances: Sequence[JointTolerance] = (),
+        goal_time_tolerance: float = 0.0,
+    ) -> GoalResponse:
+        """
+        Take a goal, which replaces a running one at the next update, or refuse it.
+
+        :param path_tolerances: on the way; joints that are not named keep the defaults.
+        :param goal_tolerances: at the goal.
+        :param goal_time_tolerance: 0 for the default, -1 for no bound [s].
+        """
+        parameters = self.parameters
+        try:
+            loop = self._check_active()
+            if self._stops(trajectory):
+                goal = TrajectoryGoal(trajectory, SegmentTolerances.of(parameters))
+                loop.post(StopRequest(goal))
+            else:
+                request, complaint = self._intake.goal(
+                    trajectory, path_tolerances, goal_tolerances, goal_time_tolerance,
+                    parameters, self.time_ns,
+                )  # fmt: skip
+                if complaint:
+                    text = f"the goal's tolerances are replaced by the defaults: {complaint}"
+                    self.events.add(self.time_ns, 'warning', 'warning', text)
+                assert request.goal is not None
+                goal = request.goal
+                loop.post(request)
+        except RefusedTrajectoryError as error:
+            return self._refuse(trajectory, error)
+        if not self.active:
+            loop.abort_pending('the controller was deactivated')
+        return GoalResponse(True, goal=goal)
+
+    def cancel(self, goal: TrajectoryGoal) -> bool:
+        """Cancel a goal and stop; False where it has ended already."""
+        if self._loop is None or not goal.request_cancel():
+            return False
+        self._loop.post(CancelRequest(goal))
+        return True
+
+    def cancel_all(self) -> None:
+        """Cancel whatever goal is active when the next update begins."""
+        if self._loop is not None:
+            self._loop.post(CancelRequest(None))
+
+    def set_trajectory(self, trajectory: JointTrajectory) -> str | None:
+        """Take a trajectory from the topic; None, or the reason why it is dropped."""
+        try:
+            loop = self._check_active()
+            if self._stops(trajectory) or (
+                self.parameters.compat == 'ros1' and not trajectory.points
+            ):
+                loop.post(StopRequest(None))
+            else:
+                loop.post(self._intake.topic(trajectory, self.parameters, self.time_ns))
+        except RefusedTrajectoryError as error:
+            text = f'trajectory dropped: {error.reason}'
+            self.events.add(self.time_ns, 'error', 'trajectory_rejected', text)
+            return error.reason
+        return None
+
+    def set_speed_scaling(self, factor: float) -> bool:
+        """Change the pace of trajectories; False where it is refused."""
+        if self._loop is None or not self.subscribes_speed_scaling or not 0.0 <= factor < math.inf:
+            text = f'speed scaling factor {factor:g} ignored; allowed: 0 or more'
+            if not self.subscribes_speed_scaling:
+                text = 'speed scaling ignored: it needs command_interfaces [position]'
+            self.events.add(self.time_ns, 'warning', 'warning', text)
+            return False
+        self._loop.post(ScalingRequest(factor))
+        return True
+
+    def snapshot(self) -> ControllerSnapshot | None:
+        """Return the state of the last update, None before the first activation."""
+        if self._loop is None:
+            return None
+        parameters = self.parameters
+        return snapshot_of(
+            self._loop.ring, self.joints, parameters.state_interfaces,
+            parameters.command_interfaces,
+        )  # fmt: skip
+
+    def query_state(self, time_ns: int) -> QueryResult:
+        """Sample the running trajectory at an absolute time [ns]."""
+        if self._loop is None or not self.active:
+            return QueryResult(False, f"controller '{self.name}' is not active")
+        return query(self._loop.ring, self.joints, time_ns)
+
+    def publish_due(self, time_ns: int) -> bool:
+        """Return whether ``controller_state`` is to be published now; ask from one thread."""
+        return self._publish_rate.due(time_ns)
+
+    @property
+    def _configured(self) -> TrajectoryLoop:
+        if self._loop is None:
+            raise ControllerError(f"controller '{self.name}' is not configured")
+        return self._loop
+
+    def _check_active(self) -> TrajectoryLoop:
+        if self._loop is None or not self.active:
+            raise RefusedTrajectoryError(
+                f"controller '{self.name}' is {self.state.value}, only an active one takes "
+                'trajectories'
+            )
+        return self._loop
+
+    def _stops(self, trajectory: JointTrajectory) -> bool:
+        """Whether it is an empty trajectory that means stop, as in ROS 1."""
+        return (
+            self.parameters.compat == 'ros1'
+            and not trajectory.points
+            and set(trajectory.joint_names) == set(self.joints)
+        )
+
+    def _refuse(self, trajectory: JointTrajectory, error: RefusedTrajectoryError) -> GoalResponse:
+        text = f'goal rejected: {error.reason}'
+        self.events.add(self.time_ns, 'error', 'goal_rejected', text)
+        if self.parameters.refused_goals == 'reject':
+            return GoalResponse(False, error.reason, error.code)
+        goal = TrajectoryGoal(trajectory, SegmentTolerances.of(self.parameters))
+        goal.finish(GoalStatus.ABORTED, TrajectoryResult(error.code, error.reason))
+        return GoalResponse(True, error.reason, error.code, goal)

@@ -1,0 +1,92 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Whether a trajectory keeps the limits of the joints, from where they are on."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from armsim_ros.config.joint_trajectory_controller import JointTrajectoryControllerParameters
+from armsim_ros.control import wraparound
+from armsim_ros.control.joint_properties import JointProperties
+from armsim_ros.control.trajectory_goal import RefusedTrajectoryError
+from armsim_ros.control.waypoints import Waypoints
+
+Vector = NDArray[np.float64]
+
+POSITION_SLACK = 1e-3
+"""So far outside its limits a position is still taken: rounding by planners [rad or m]."""
+VELOCITY_SLACK = 1.01
+"""So much above its limit a velocity is still taken."""
+LATENCY = 0.1
+"""So old may the state be from which a client planned for a moving joint [s]."""
+
+
+def check_limits(waypoints: Waypoints, properties: JointProperties) -> None:
+    """
+    Refuse positions and velocities beyond the limits of the joints.
+
+    Velocities are those that the points give, and the mean ones from point to point.
+
+    :raises RefusedTrajectoryError: the first that is beyond.
+    """
+    positions = waypoints.positions
+    for outside, limit in (
+        (positions < properties.lower - POSITION_SLACK, properties.lower),
+        (positions > properties.upper + POSITION_SLACK, properties.upper),
+    ):
+        for i, j in np.argwhere(outside):
+            raise RefusedTrajectoryError(
+                f"point {i} moves joint '{properties.names[j]}' to {positions[i, j]:g} "
+                f'{properties.units[j]}, beyond its limit {limit[j]:g}'
+            )
+    bound = properties.velocity * VELOCITY_SLACK
+    for i, j in np.argwhere(np.abs(waypoints.velocities) > bound):
+        raise RefusedTrajectoryError(
+            f"point {i} moves joint '{properties.names[j]}' with velocity "
+            f'{waypoints.velocities[i, j]:g}; allowed: up to {properties.velocity[j]:g} '
+            f'{properties.units[j]}/s'
+        )
+    mean = np.diff(positions, axis=0) / np.diff(waypoints.times)[:, None]
+    for i, j in np.argwhere(np.abs(mean) > bound):
+        raise RefusedTrajectoryError(
+            f"joint '{properties.names[j]}' would need a velocity of {mean[i, j]:g} between "
+            f'points {i} and {i + 1}; allowed: up to {properties.velocity[j]:g} '
+            f'{properties.units[j]}/s'
+        )
+
+
+def check_start(
+    waypoints: Waypoints,
+    reference: Vector,
+    guarded: NDArray[np.bool_],
+    parameters: JointTrajectoryControllerParameters,
+    properties: JointProperties,
+) -> bool:
+    """
+    Refuse a first point that cannot be reached in its time; for trajectories without stamp.
+
+    :param reference: (2, n) position and velocity that the trajectory starts from.
+    :param guarded: (n,) joints with a path tolerance: it ends a goal that jumps away, without a
+        motion, so they are not checked here.
+    :returns: whether a guarded joint is too far away from a first point at time 0.
+    :raises RefusedTrajectoryError: the first joint that is too far away.
+    """
+    allowed = parameters.allowed_start_step
+    time = float(waypoints.times[0])
+    if allowed == 0.0 or (time > 0.0 and not parameters.enforce_joint_limits):
+        return time == 0.0
+    far = waypoints.positions[0] - reference[0]
+    far[properties.continuous] = wraparound.shortest(far[properties.continuous])
+    reach = allowed + np.abs(reference[1]) * LATENCY
+    if time > 0.0:
+        reach = reach + properties.velocity * time
+    bad = np.abs(far) > reach
+    for i in np.flatnonzero(bad & ~guarded):
+        raise RefusedTrajectoryError(
+            f'the first point, at {time:g} s, is {far[i]:g} {properties.units[i]} away from where '
+            f"joint '{properties.names[i]}' is; allowed: {reach[i]:g}; give it more time, or "
+            'start the trajectory where the arm is'
+        )
+    return time == 0.0 and bool(bad.any())

@@ -1,0 +1,116 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""A trajectory's points as arrays in the controller's joint order."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from armsim_ros.trajectory import JointTrajectory
+
+Matrix = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Waypoints:
+    """
+    Points of n joints; NaN where a point does not give a value.
+
+    :param times: (m,) from the trajectory's start [s].
+    :param positions: (m, n) [rad or m].
+    :param velocities: (m, n) [rad/s or m/s].
+    :param accelerations: (m, n) [rad/s^2 or m/s^2].
+    :param effort: (m, n) [N*m or N], 0 where a point gives none.
+    :param named: (n,) the joints that the trajectory names; the others are held.
+    """
+
+    times: Matrix
+    positions: Matrix
+    velocities: Matrix
+    accelerations: Matrix
+    effort: Matrix
+    named: Mask
+
+    @classmethod
+    def of(cls, trajectory: JointTrajectory, joints: Sequence[str]) -> Waypoints:
+        """
+        Sort the values of a checked trajectory by the controller's joints.
+
+        Joints that it does not name get no position, and 0 for each derivative that the point
+        gives for the others.
+        """
+        columns = [joints.index(name) for name in trajectory.joint_names]
+        named = np.zeros(len(joints), dtype=np.bool_)
+        named[columns] = True
+        shape = (len(trajectory.points), len(joints))
+        positions, velocities, accelerations = (np.full(shape, np.nan) for _ in range(3))
+        effort = np.zeros(shape)
+        for row, point in enumerate(trajectory.points):
+            for table, values, rest in (
+                (positions, point.positions, np.nan),
+                (velocities, point.velocities, 0.0),
+                (accelerations, point.accelerations, 0.0),
+                (effort, point.effort, 0.0),
+            ):
+                if len(values):
+                    table[row] = rest
+                    table[row, columns] = values
+        return cls(trajectory.times(), positions, velocities, accelerations, effort, named)
+
+    @property
+    def complete(self) -> bool:
+        """Whether every point has a position for every joint."""
+        return not bool(np.isnan(self.positions).any())
+
+    @property
+    def levels(self) -> NDArray[np.int64]:
+        """(m,) derivatives known at each point: 0 position, 1 + velocity, 2 + acceleration."""
+        velocity = ~np.isnan(self.velocities).any(axis=1)
+        acceleration = ~np.isnan(self.accelerations).any(axis=1)
+        return np.asarray(velocity.astype(np.int64) + (velocity & acceleration))
+
+    def held(self, positions: Matrix) -> Waypoints:
+        """
+        Give the joints that the trajectory does not name the same position at every point.
+
+        :param positions: (n,) where they are held [rad or m].
+        """
+        if self.named.all():
+            return self
+        filled = self.positions.copy()
+        with_positions = ~np.isnan(filled[:, self.named]).any(axis=1)
+        filled[np.ix_(with_positions, ~self.named)] = positions[~self.named]
+        return replace(self, positions=filled)
+
+    def integrated(self, time: float, start: Matrix) -> Waypoints:
+        """
+        Fill missing velocities and positions with the trapezoid rule, point after point.
+
+        :param time: when the start state holds [s].
+        :param start: (3, n) position, velocity, acceleration before the first point.
+        """
+        if self.complete:
+            return self
+        positions, velocities = self.positions.copy(), self.velocities.copy()
+        p, v, a = start
+        for row, now in enumerate(self.times):
+            dt = now - time
+            a_next = self.accelerations[row]
+            a_next = np.where(np.isnan(a_next), 0.0, a_next)
+            if np.isnan(positions[row]).any():
+                if np.isnan(velocities[row]).any():
+                    velocities[row] = v + 0.5 * dt * (a + a_next)
+                missing = np.isnan(positions[row])
+                positions[row, missing] = (p + 0.5 * dt * (v + velocities[row]))[missing]
+            p, a, time = positions[row], a_next, now
+            v = np.where(np.isnan(velocities[row]), 0.0, velocities[row])
+        return replace(self, positions=positions, velocities=velocities)
+
+    def shifted(self, offset: Matrix) -> Waypoints:
+        """Subtract (n,) ``offset`` [rad or m] from every position."""
+        return replace(self, positions=self.positions - offset)
