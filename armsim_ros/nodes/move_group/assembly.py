@@ -37,7 +37,7 @@ from armsim_ros.nodes.move_group.trajectory_execution_event import TrajectoryExe
 from armsim_ros.nodes.move_group.transforms import Transforms
 from armsim_ros.nodes.move_group.worker import Worker
 from armsim_ros.planning.controller_selection import coverage_report
-from armsim_ros.planning.pipeline import MotionPlanner, warm_up
+from armsim_ros.planning.planner import MotionPlanner, warm_up
 from armsim_ros.planning.scene import PlanningScene
 from armsim_ros.planning.settings import settings_from_config
 
@@ -73,7 +73,7 @@ class MoveGroup:
         )
         planning = settings_from_config(parameters, settings.ompl, settings.kinematics)
         planner, query_planner = (
-            MotionPlanner(model, scene, settings=planning, log=node.get_logger())
+            MotionPlanner(scene, settings=planning, log=node.get_logger())
             for _ in range(2)
         )
         self._context = context = Context(
@@ -90,7 +90,7 @@ class MoveGroup:
         )
         self._endpoints = endpoints(context)
         self._parameters = MoveGroupParameters(context)
-        for line in coverage_report(robot, self.execution.controllers):
+        for line in coverage_report(robot, settings.moveit_controllers):
             context.logger.warning(line)
         ready = context.planning.submit(warm_up)
         ready.add_done_callback(lambda _: context.logger.info(READY))

@@ -67,7 +67,7 @@ class ComputeCartesianPath:
             frame_id=request.header.frame_id,
         )
         answer = await context.planning.submit(
-            lambda: context.planner.cartesian_path(wanted, scene, clock=context.clock)
+            lambda: context.planner.cartesian_path(wanted, scene)
         )
         fill_error(response.error_code, answer.error_code, answer.message, answer.source)
         if answer.error_code != MoveItErrorCode.SUCCESS:

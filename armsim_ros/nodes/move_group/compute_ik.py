@@ -7,11 +7,10 @@ from __future__ import annotations
 from typing import Any
 
 from moveit_msgs.srv import GetPositionIK as Service
-import numpy as np
 
 from armsim_ros.errors import PlanningError
 from armsim_ros.nodes.conversions.constraints import constraints_from_message
-from armsim_ros.nodes.conversions.geometry import Matrix, pose_from_message
+from armsim_ros.nodes.conversions.geometry import pose_from_message
 from armsim_ros.nodes.conversions.robot_state import (
     robot_state_to_message,
     start_state_from_message,
@@ -20,7 +19,7 @@ from armsim_ros.nodes.conversions.time import seconds_from_duration
 from armsim_ros.nodes.move_group.context import Context
 from armsim_ros.nodes.move_group.failures import fill_error, reported
 from armsim_ros.planning.error_codes import MoveItErrorCode
-from armsim_ros.planning.pipeline import IKRequest
+from armsim_ros.planning.queries import IKRequest, PoseTarget
 
 
 class ComputeIk:
@@ -52,7 +51,7 @@ class ComputeIk:
             start_state=start_state_from_message(message.robot_state),
             constraints=constraints_from_message(message.constraints),
             avoid_collisions=bool(message.avoid_collisions),
-            timeout_s=seconds_from_duration(message.timeout),
+            timeout=seconds_from_duration(message.timeout),
         )
         answer = await context.queries.submit(
             lambda: context.query_planner.compute_ik(request, scene, clock=context.clock)
@@ -61,10 +60,10 @@ class ComputeIk:
         if answer.error_code == MoveItErrorCode.SUCCESS:
             response.solution = robot_state_to_message(answer.positions, context.frame)
 
-    def _targets(self, message: Any) -> tuple[tuple[str, Matrix], ...]:
-        """Return (link, pose in the model frame) of each target; '' is the group's tip."""
+    def _targets(self, message: Any) -> tuple[PoseTarget, ...]:
+        """Return the targets; a link called '' is the group's tip."""
         if not message.pose_stamped_vector:
-            return ((message.ik_link_name, self._pose(message.pose_stamped)),)
+            return (self._target(message.ik_link_name, message.pose_stamped),)
         names = message.ik_link_names
         if len(names) != len(message.pose_stamped_vector):
             raise PlanningError(
@@ -74,10 +73,12 @@ class ComputeIk:
                 'compute_ik',
             )
         return tuple(
-            (name, self._pose(pose))
+            self._target(name, pose)
             for name, pose in zip(names, message.pose_stamped_vector, strict=True)
         )
 
-    def _pose(self, message: Any) -> Matrix:
-        frame = self._context.scene.frame_pose(message.header.frame_id)
-        return np.asarray(frame @ pose_from_message(message.pose))
+    @staticmethod
+    def _target(link_name: str, message: Any) -> PoseTarget:
+        return PoseTarget(
+            link_name, pose_from_message(message.pose), message.header.frame_id
+        )

@@ -19,7 +19,7 @@ from armsim_ros.model.robot_model import RobotModel
 from armsim_ros.nodes import qos
 from armsim_ros.nodes.move_group.joint_states import StateMonitor
 from armsim_ros.nodes.move_group.worker import Worker
-from armsim_ros.planning.pipeline import MotionPlanner
+from armsim_ros.planning.planner import MotionPlanner
 from armsim_ros.planning.scene import PlanningScene
 
 

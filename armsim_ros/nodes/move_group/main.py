@@ -5,7 +5,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 import sys
 
 import rclpy
@@ -13,9 +12,8 @@ from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-from armsim_ros.cli.arguments import parse_arguments, ProgramArguments
-from armsim_ros.config.loading import load_robot_settings
-from armsim_ros.config.robot_settings import RobotSettings
+from armsim_ros.cli.arguments import parse_arguments
+from armsim_ros.cli.settings import settings_of
 from armsim_ros.model.loading import load_robot_model
 from armsim_ros.nodes.move_group.assembly import MoveGroup
 
@@ -56,18 +54,3 @@ def main(argv: Sequence[str] | None = None) -> int:
         rclpy.try_shutdown()
     return 0
 
-
-def settings_of(arguments: ProgramArguments) -> RobotSettings:
-    """Return the settings that a command line asks for."""
-
-    def path(text: str) -> Path | None:
-        return Path(text) if text else None
-
-    return load_robot_settings(
-        arguments.robot,
-        config=path(arguments.config),
-        urdf=path(arguments.urdf),
-        srdf=path(arguments.srdf),
-        world=arguments.world or None,
-        namespace=arguments.namespace or None,
-    )

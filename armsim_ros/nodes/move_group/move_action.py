@@ -125,7 +125,7 @@ class MoveAction:
         context, scene = self._context, self._context.scene.snapshot()
         return bool(
             await context.queries.submit(
-                lambda: context.query_planner.goal_reached(scene, request)
+                lambda: context.query_planner.goal_reached(request, scene)
             )
         )
 

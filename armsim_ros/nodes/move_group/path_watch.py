@@ -50,7 +50,7 @@ class PathWatch:
             self._seen = versions
             context, scene = self._context, self._context.scene.snapshot()
             self._pending = context.queries.submit(
-                lambda: context.query_planner.path_still_valid(
+                lambda: context.query_planner.path_fault(
                     self._trajectory,
                     elapsed,
                     scene,

@@ -10,12 +10,13 @@ from dataclasses import dataclass
 
 from rclpy.task import Future
 
+from armsim_ros.config.moveit_controllers import MoveItControllerSettings
 from armsim_ros.errors import PlanningError
 from armsim_ros.nodes.move_group.context import Context
 from armsim_ros.nodes.move_group.controller_handles import ControllerRun, HANDLES
 from armsim_ros.nodes.move_group.ticker import Ticker
 from armsim_ros.planning.controller_selection import (
-    ControllerInfo,
+    controlled_joints,
     select_controllers,
     split_trajectory,
 )
@@ -24,7 +25,6 @@ from armsim_ros.planning.execution import (
     allowed_duration,
     check_sizes,
     check_start,
-    controlled_joints,
     settled,
     unwound,
 )
@@ -78,25 +78,10 @@ class TrajectoryExecution:
             settings.name: HANDLES[settings.type](context.node, settings, self._ticker.wake)
             for settings in context.settings.moveit_controllers
         }
-        self._controllers = [
-            ControllerInfo(
-                name=item.name,
-                action_ns=item.action_ns,
-                type=item.type,
-                joints=item.joints,
-                default=item.default,
-            )
-            for item in context.settings.moveit_controllers
-        ]
         self._running: list[ControllerRun] = []
         self._stops = 0
         self._busy = False
         self._queue: deque[Future] = deque()
-
-    @property
-    def controllers(self) -> Sequence[ControllerInfo]:
-        """The controllers that trajectories can be sent to."""
-        return self._controllers
 
     @property
     def busy(self) -> bool:
@@ -161,7 +146,7 @@ class TrajectoryExecution:
 
     async def _prepare(
         self, trajectory: JointTrajectory, names: Sequence[str]
-    ) -> list[tuple[ControllerInfo, JointTrajectory]]:
+    ) -> list[tuple[MoveItControllerSettings, JointTrajectory]]:
         context, settings = self._context, self._context.execution_settings
         if not settings.allow_trajectory_execution:
             raise PlanningError(
@@ -170,26 +155,25 @@ class TrajectoryExecution:
                 SOURCE,
             )
         check_sizes(trajectory)
-        joints = controlled_joints(trajectory, context.robot)
         selected = select_controllers(
-            joints, self._controllers, names=tuple(names), robot=context.robot
+            controlled_joints(trajectory.joint_names, context.robot),
+            context.settings.moveit_controllers,
+            names=tuple(names),
         )
         if settings.allowed_start_tolerance > 0.0:
             await context.states.newer_than(context.states.now_ns(), 1.0)
-            problem = check_start(
+            check_start(
                 trajectory,
                 context.states.positions,
                 context.robot,
                 settings.allowed_start_tolerance,
                 settings.allowed_start_tolerance_joints,
             )
-            if problem is not None:
-                raise problem
         whole = unwound(trajectory, context.states.positions, context.robot)
         return list(split_trajectory(whole, selected))
 
     async def _start(
-        self, parts: Sequence[tuple[ControllerInfo, JointTrajectory]]
+        self, parts: Sequence[tuple[MoveItControllerSettings, JointTrajectory]]
     ) -> list[ControllerRun]:
         for info, _ in parts:
             await self._connected(info.name)
