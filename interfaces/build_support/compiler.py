@@ -31,6 +31,10 @@ DISPATCH = (
     '-Drosidl_typesupport_c__get_service_typesupport_handle_function=armsim_service_typesupport')
 
 
+# Sources in one run of the compiler: few enough to keep a second core busy.
+JOINED = 40
+
+
 @dataclass(frozen=True)
 class Unit:
     """One run of the compiler: a source file and the object that it becomes."""
@@ -147,11 +151,10 @@ def units(package: InterfacePackage, generated: Path, objects: Path) -> list[Uni
     result = []
     for group, files in groups.items():
         is_cpp = files[0].suffix == '.cpp'
-        size = 40
-        for start in range(0, len(files), size):
-            joined = objects / f'{name}__{group}_{start // size}{files[0].suffix}'
+        for start in range(0, len(files), JOINED):
+            joined = objects / f'{name}__{group}_{start // JOINED}{files[0].suffix}'
             joined.write_text(
-                ''.join(f'#include "{path}"\n' for path in files[start:start + size]), 'utf-8')
+                ''.join(f'#include "{path}"\n' for path in files[start:start + JOINED]), 'utf-8')
             flags = DISPATCH if group == 'typesupport' else ()
             result.append(Unit(joined, joined.with_suffix('.o'), is_cpp, flags))
     for path in sources('include', '*__description.c'):
