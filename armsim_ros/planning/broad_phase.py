@@ -23,7 +23,8 @@ class BroadPhase:
     Owns Pinocchio's geometry model, its data and the broad phase manager together, because the
     manager and the data hold bare pointers into the model. The manager is coal's naive one
     behind Pinocchio's tree: measured against plain pairwise checks the array-based trees and
-    sweep and prune lose collisions, and this one is the fastest of those that do not.
+    sweep and prune lose collisions, and this one is the fastest of those that do not. Like all of
+    Pinocchio's managers it leaves out pairs of shapes on one joint.
 
     :param model: Pinocchio's kinematic model; somebody else keeps it alive as well.
     """
@@ -122,9 +123,7 @@ class BroadPhase:
             if active[k]
         ]
 
-    def shape(self, number: int) -> tuple[Any, Any]:
-        """Return a coal shape and its pose (SE3) in the model frame of the last query."""
-        return (
-            self._geometry.geometryObjects[number].geometry,
-            self._geometry_data.oMg[number],
-        )
+    def pose(self, number: int) -> Matrix:
+        """Return a shape's pose (4, 4) in the model frame at the last query."""
+        pose: Matrix = self._geometry_data.oMg[number].homogeneous
+        return pose

@@ -28,6 +28,9 @@ from armsim_ros.model.geometry import (
 
 Matrix = NDArray[np.float64]
 
+#: Half the thickness [m] that the bounding box of a flat mesh gets: Pinocchio's managers take a
+#: shape whose box has no volume for nothing.
+LEAST_THICKNESS = 1e-6
 #: Prepared meshes that are kept; the least used go first.
 KEPT_MESHES = 256
 
@@ -93,6 +96,12 @@ def hull_shape(geometry: Geometry) -> Any:
 
 def _triangles(mesh: Mesh) -> Any:
     vertices = np.ascontiguousarray(mesh.vertices, dtype=np.float64)
+    low, high = vertices.min(axis=0), vertices.max(axis=0)
+    flat = high - low < LEAST_THICKNESS
+    if flat.any():
+        # Vertices of no triangle only count for the bounding box.
+        thick = np.where(flat, LEAST_THICKNESS, 0.0)
+        vertices = np.vstack([vertices, low - thick, high + thick])
     model = coal.BVHModelOBBRSS()
     model.beginModel(len(mesh.triangles), len(vertices))
     model.addVertices(vertices)

@@ -40,7 +40,7 @@ def planar_robot(disabled=(), upper_shape=None, **semantic):
     rod = upper_shape or Box((0.3, 0.05, 0.05))
     along = pose_matrix((0.2, 0, 0))
     links = {
-        'base': Link('base', collisions=(LinkGeometry(Cylinder(0.05, 0.1), np.eye(4)),)),
+        'base': Link('base', collisions=(LinkGeometry(Cylinder(0.045, 0.1), np.eye(4)),)),
         'upper': Link('upper', collisions=(LinkGeometry(rod, along),)),
         'fore': Link('fore', collisions=(LinkGeometry(Box((0.3, 0.05, 0.05)), along),)),
         'tool': Link('tool'),

@@ -1,0 +1,454 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Collision checks: truth, rules, and edits that are followed."""
+
+import itertools
+import math
+
+import coal
+from hypothesis import given, settings
+from hypothesis import strategies as st
+import numpy as np
+import pytest
+
+from armsim_ros.errors import PlanningError
+from armsim_ros.kinematics.kinematic_model import KinematicModel
+from armsim_ros.model.geometry import Box, Capsule, Cone, Cylinder, Mesh, Plane, Sphere
+from armsim_ros.model.transforms import pose_matrix
+from armsim_ros.planning.collision import CollisionChecker
+from armsim_ros.planning.contacts import BodyType
+from armsim_ros.planning.scene import PlanningScene
+from armsim_ros.planning.scene_update import (
+    AttachedObjectUpdate,
+    CollisionObjectUpdate,
+    ObjectOperation,
+    SceneUpdate,
+)
+
+ADD, REMOVE, APPEND, MOVE = ObjectOperation
+
+
+def shape_of(geometry):
+    """Return a coal shape, made independently of the package."""
+    if isinstance(geometry, Mesh):
+        model = coal.BVHModelOBBRSS()
+        model.beginModel(len(geometry.triangles), len(geometry.vertices))
+        model.addVertices(geometry.vertices)
+        model.addTriangles(geometry.triangles)
+        model.endModel()
+        return model
+    if isinstance(geometry, Box):
+        return coal.Box(*geometry.size)
+    if isinstance(geometry, Sphere):
+        return coal.Sphere(geometry.radius)
+    if isinstance(geometry, Plane):
+        normal = np.array([geometry.a, geometry.b, geometry.c])
+        return coal.Halfspace(normal / np.linalg.norm(normal),
+                              -geometry.d / np.linalg.norm(normal))
+    kind = {Cylinder: coal.Cylinder, Cone: coal.Cone, Capsule: coal.Capsule}[type(geometry)]
+    return kind(geometry.radius, geometry.length)
+
+
+def truth(scene, q):
+    """Return the pairs of names that touch, by every shape against every other."""
+    kinematics = scene.kinematic_model
+    bodies = []
+    for link in kinematics.robot.links.values():
+        at = kinematics.link_pose(q, link.name)
+        shapes = [(shape_of(c.geometry), at @ c.origin) for c in link.collisions]
+        bodies.append((link.name, link.name, (), shapes))
+    for item in scene.attached.values():
+        at = kinematics.link_pose(q, item.link_name) @ item.object.pose
+        shapes = [(shape_of(s.geometry), at @ s.pose) for s in item.object.shapes]
+        bodies.append((item.id, item.link_name, item.touch_links, shapes))
+    for item in scene.objects.values():
+        shapes = [(shape_of(s.geometry), item.pose @ s.pose) for s in item.shapes]
+        bodies.append((item.id, '', (), shapes))
+    found = set()
+    for (a, la, ta, sa), (b, lb, tb, sb) in itertools.combinations(bodies, 2):
+        if not (la or lb) or scene.acm.allowed(a, b):
+            continue
+        if la and lb and (b in ta or a in tb or (la == lb and a != la and b != lb)):
+            continue
+        if any(touch(*one, *other) for one in sa for other in sb):
+            found.add(tuple(sorted((a, b))))
+    return found
+
+
+def touch(shape_1, pose_1, shape_2, pose_2):
+    """Return whether two placed coal shapes touch."""
+    result = coal.CollisionResult()
+    coal.collide(
+        shape_1, coal.Transform3s(pose_1[:3, :3], pose_1[:3, 3]),
+        shape_2, coal.Transform3s(pose_2[:3, :3], pose_2[:3, 3]),
+        coal.CollisionRequest(), result)
+    return result.isCollision()
+
+
+def states(scene, count, seed=0):
+    """Return random robot states."""
+    rng = np.random.default_rng(seed)
+    model = scene.kinematic_model
+    return rng.uniform(model.lower, model.upper, (count, model.n))
+
+
+def thing(id_, geometry, at, rpy=(0, 0, 0), operation=ADD):
+    """Return an update with one shape."""
+    kind = 'primitives'
+    if isinstance(geometry, Mesh):
+        kind = 'meshes'
+    elif isinstance(geometry, Plane):
+        kind = 'planes'
+    return CollisionObjectUpdate(id_, operation, pose=pose_matrix(at, rpy), **{kind: (geometry,)})
+
+
+def clutter(scene, make_mesh):
+    """Fill a scene with one object of every kind."""
+    scene.apply_object(thing('box', Box((0.1, 0.2, 0.3)), (0.5, 0.4, 0.1), (0.2, 0.1, 0.5)))
+    scene.apply_object(thing('ball', Sphere(0.08), (-0.5, 0.3, 0.05)))
+    scene.apply_object(thing('can', Cylinder(0.06, 0.2), (0.1, -0.6, 0.0), (1.0, 0.2, 0.0)))
+    scene.apply_object(thing('hat', Cone(0.1, 0.2), (-0.4, -0.5, 0.0)))
+    scene.apply_object(thing('cube', make_mesh(0.15), (0.75, -0.2, 0.02), (0.3, 0.3, 0.3)))
+    scene.apply_object(thing('wall', Plane(1.0, 0.2, 0.0, 0.75), (0, 0, 0)))
+    scene.apply_attached(AttachedObjectUpdate(
+        'finger', thing('held', Capsule(0.02, 0.1), (0.95, 0.05, 0.0), (0, 1.57, 0)),
+        ('finger',)))
+
+
+@pytest.fixture(scope='session')
+def mesh_kinematics(make_robot, make_mesh):
+    """Return the planar arm with a mesh for its upper link."""
+    from armsim_ros.model.geometry import Mesh as MeshShape
+
+    cube = make_mesh(0.1)
+    bar = MeshShape(cube.vertices * np.array([3.0, 0.5, 0.5]), cube.triangles)
+    pairs = (('base', 'upper'), ('upper', 'fore'), ('fore', 'finger'))
+    return KinematicModel(make_robot(pairs, upper_shape=bar))
+
+
+@pytest.mark.parametrize('kind', ['kinematics', 'mesh_kinematics'])
+def test_answers_equal_brute_force(kind, request, make_mesh):
+    """Of 400 states each answer and each pair is that of plain checks of all shapes."""
+    scene = PlanningScene(request.getfixturevalue(kind))
+    clutter(scene, make_mesh)
+    checker = CollisionChecker(scene)
+    hits = 0
+    for q in states(scene, 400):
+        expected = truth(scene, q)
+        hits += bool(expected)
+        assert checker.in_collision(q) == bool(expected)
+        contacts = checker.contacts(q)
+        assert {tuple(sorted((c.body1, c.body2))) for c in contacts} == expected
+        assert checker.maybe_in_collision(q) or not expected
+        assert (checker.distance(q) <= 1e-6) == bool(expected)
+    assert 40 < hits < 360
+
+
+SHAPES = st.one_of(
+    st.tuples(*[st.floats(0.05, 0.3)] * 3).map(Box),
+    st.floats(0.03, 0.15).map(Sphere),
+    st.builds(Cylinder, st.floats(0.03, 0.1), st.floats(0.05, 0.3)),
+    st.builds(Plane, st.floats(0.1, 1), st.floats(0.1, 1), st.just(0.0), st.floats(0.6, 1.0)),
+)
+PLACES = st.tuples(st.floats(-0.8, 0.8), st.floats(-0.8, 0.8), st.floats(-0.1, 0.1))
+IDS = st.sampled_from(['a', 'b', 'c', 'd', 'fore'])
+LINKS = st.sampled_from(['fore', 'finger', 'tool'])
+BODIES = st.sampled_from(['base', 'upper', 'fore', 'finger', 'a', 'b', 'c'])
+EDITS = st.one_of(
+    st.builds(lambda i, g, p: ('object', thing(i, g, p)), IDS, SHAPES, PLACES),
+    st.builds(lambda i, p: ('object', CollisionObjectUpdate(i, MOVE, pose=pose_matrix(p))),
+              IDS, PLACES),
+    st.builds(lambda i, g, p: ('object', thing(i, g, p, operation=APPEND)), IDS, SHAPES, PLACES),
+    st.builds(lambda i: ('object', CollisionObjectUpdate(i, REMOVE)), IDS),
+    st.builds(lambda i, link, t: ('attached', AttachedObjectUpdate(
+        link, CollisionObjectUpdate(i), tuple(t))), IDS, LINKS, st.lists(BODIES, max_size=2)),
+    st.builds(lambda i: ('attached', AttachedObjectUpdate('', CollisionObjectUpdate(i, REMOVE))),
+              IDS),
+    st.builds(lambda a, b, v: ('acm', (a, b, v)), BODIES, BODIES, st.booleans()),
+    st.builds(lambda link, v: ('padding', {link: v}), st.sampled_from(['upper', 'fore']),
+              st.sampled_from([0.0, 0.03])),
+    st.builds(lambda link, v: ('scale', {link: v}), st.sampled_from(['upper', 'fore']),
+              st.sampled_from([1.0, 1.2])),
+    st.builds(lambda v: ('state', v), st.floats(-1, 1)),
+    st.builds(lambda g: ('ask', g), st.sampled_from([None, 'arm', 'hand'])),
+)
+
+
+def apply_edit(scene, checker, kind, what):
+    """Apply an edit, or ask something in between; a refused edit is none."""
+    try:
+        if kind == 'object':
+            scene.apply_object(what)
+        elif kind == 'attached':
+            scene.apply_attached(what)
+        elif kind == 'acm' and what[0] != what[1]:
+            scene.set_acm(scene.acm.with_pair(*what))
+        elif kind == 'padding':
+            scene.apply(SceneUpdate(link_padding=what))
+        elif kind == 'scale':
+            scene.apply(SceneUpdate(link_scale=what))
+        elif kind == 'state':
+            scene.set_positions({'shoulder': what})
+        elif kind == 'ask':
+            checker.in_collision(scene.q, what)
+    except PlanningError:
+        pass
+
+
+@settings(max_examples=120, deadline=None)
+@given(edits=st.lists(EDITS, max_size=25))
+def test_followed_edits_equal_a_new_checker(mesh_kinematics, edits):
+    """After any edits the answers are those of a new checker, and the truth."""
+    scene = PlanningScene(mesh_kinematics)
+    checker = CollisionChecker(scene)
+    for item in edits:
+        apply_edit(scene, checker, *item)
+    fresh = CollisionChecker(scene)
+    for q in states(scene, 12, seed=len(edits)):
+        for group in (None, 'arm', 'hand'):
+            assert checker.in_collision(q, group) == fresh.in_collision(q, group)
+            assert checker.maybe_in_collision(q, group) == fresh.maybe_in_collision(q, group)
+        if not any(scene.link_padding.values()) and set(scene.link_scale.values()) == {1.0}:
+            assert checker.in_collision(q) == bool(truth(scene, q))
+        assert checker.displacement_bound(scene.q, q) == fresh.displacement_bound(scene.q, q)
+        names = [
+            sorted((c.body1, c.body2) for c in one.contacts(q)) for one in (checker, fresh)
+        ]
+        assert {tuple(sorted(p)) for p in names[0]} == {tuple(sorted(p)) for p in names[1]}
+
+
+def test_use_switches_between_scenes(scene):
+    """One checker serves the scene and its overlays in turn."""
+    checker = CollisionChecker(scene)
+    overlay, _ = scene.with_update(SceneUpdate(objects=(
+        thing('box', Box((0.1, 0.1, 0.1)), (0.6, 0, 0)),)))
+    for _ in range(3):
+        assert not checker.in_collision(scene.q)
+        checker.use(overlay)
+        assert checker.in_collision(scene.q)
+        checker.use(scene)
+
+
+def test_many_edits_do_not_pile_up(scene):
+    """Objects that went are forgotten in the end."""
+    checker = CollisionChecker(scene)
+    for number in range(200):
+        scene.apply_object(thing('box', Box((0.1, 0.1, 0.1 + number * 1e-4)), (0.6, 0, 0)))
+        assert checker.in_collision(scene.q)
+    assert len(checker._tables.shapes) < 60
+
+
+def test_self_collision_is_found_and_the_default_state_is_free(scene):
+    """SRV-22: folded onto itself the arm touches its base."""
+    checker = CollisionChecker(scene)
+    assert checker.contacts(scene.q) == []
+    folded = scene.kinematic_model.vector({'elbow': 3.05})
+    names = {(c.body1, c.body2) for c in checker.contacts(folded)}
+    assert names == {('base', 'finger')}
+
+
+def test_contact_has_place_normal_and_depth(scene):
+    """SRV-21: body names and types, a point between them, the way out, the overlap."""
+    scene.apply_object(thing('ball', Sphere(0.1), (0.6, 0.115, 0.0)))
+    contact, = CollisionChecker(scene).contacts(scene.q)
+    assert (contact.body1, contact.type1) == ('fore', BodyType.ROBOT_LINK)
+    assert (contact.body2, contact.type2) == ('ball', BodyType.WORLD_OBJECT)
+    assert contact.depth == pytest.approx(0.01, abs=1e-6)
+    np.testing.assert_allclose(contact.position, (0.6, 0.02, 0.0), atol=6e-3)
+    np.testing.assert_allclose(contact.normal, (0, 1, 0), atol=1e-6)
+    assert str(contact) == "link 'fore' touches object 'ball' (overlap 10 mm)"
+
+
+def test_contacts_are_one_a_pair_deepest_first_and_limited(scene):
+    """SRV-21: two shapes of one object are one contact."""
+    scene.apply_object(CollisionObjectUpdate(
+        'pair', primitives=(Sphere(0.1), Sphere(0.1)),
+        primitive_poses=(pose_matrix((0.5, 0.12, 0)), pose_matrix((0.6, 0.11, 0)))))
+    scene.apply_object(thing('deep', Box((0.1, 0.1, 0.1)), (0.2, 0, 0)))
+    checker = CollisionChecker(scene)
+    found = checker.contacts(scene.q)
+    assert [contact.body2 for contact in found] == ['deep', 'pair']
+    assert found[1].depth == pytest.approx(0.015, abs=1e-6)
+    assert len(checker.contacts(scene.q, max_contacts=1)) == 1
+
+
+def test_distance_is_that_of_the_nearest_pair(scene):
+    """The free way in metres; infinite where nothing is checked."""
+    checker = CollisionChecker(scene)
+    scene.apply_object(thing('ball', Sphere(0.1), (0.6, 0.225, 0.0)))
+    assert checker.distance(scene.q, 'arm') == pytest.approx(0.1, abs=1e-6)
+    scene.apply_object(CollisionObjectUpdate('', REMOVE))
+    scene.set_acm(scene.acm.with_default('finger', True))
+    assert checker.distance(scene.q, 'hand') == math.inf
+
+
+def test_allowed_pairs_are_not_checked(scene):
+    """SCN-13: an allowed object may be touched by that link and by no other."""
+    checker = CollisionChecker(scene)
+    scene.apply_object(thing('box', Box((0.1, 0.1, 0.1)), (0.6, 0, 0)))
+    scene.set_acm(scene.acm.with_pair('box', 'fore', True))
+    assert not checker.in_collision(scene.q)
+    scene.set_acm(scene.acm.with_pair('box', 'fore', False))
+    assert checker.in_collision(scene.q)
+    scene.set_acm(scene.acm.with_default('box', True).with_pair('box', 'upper', False))
+    assert checker.in_collision(scene.q)
+    scene.set_acm(scene.acm.without(['box']).with_default('box', True))
+    assert not checker.in_collision(scene.q)
+
+
+@pytest.mark.parametrize(('touch_links', 'hit'), [((), True), (('finger',), False)])
+def test_attached_object_is_checked_against_its_own_link(scene, touch_links, hit):
+    """SCN-10: only touch links exempt, the carrying link too must be named."""
+    checker = CollisionChecker(scene)
+    item = CollisionObjectUpdate('cup', frame_id='finger', primitives=(Sphere(0.04),),
+                                 primitive_poses=(pose_matrix((0.05, 0, 0)),))
+    scene.apply_attached(AttachedObjectUpdate('finger', item, touch_links))
+    assert checker.in_collision(scene.q) == hit
+
+
+def test_attached_objects_of_one_link_do_not_matter_to_each_other(scene):
+    """SCN-10: but those of different links do, unless one names the other."""
+    checker = CollisionChecker(scene)
+
+    def attach(id_, link, *touch_links):
+        scene.apply_attached(AttachedObjectUpdate(
+            link, thing(id_, Sphere(0.05), (0.9, 0.1, 0.0)), touch_links))
+
+    attach('one', 'finger', 'finger')
+    attach('two', 'finger', 'finger')
+    assert not checker.in_collision(scene.q)
+    attach('two', 'fore', 'fore', 'finger')
+    attach('one', 'finger', 'finger', 'fore')
+    assert checker.in_collision(scene.q)
+    attach('two', 'fore', 'fore', 'finger', 'one')
+    assert not checker.in_collision(scene.q)
+
+
+def test_attached_object_moves_with_the_robot(scene):
+    """SCN-10: what the arm carries collides where the arm takes it."""
+    checker = CollisionChecker(scene)
+    scene.apply_attached(AttachedObjectUpdate(
+        'finger', thing('stick', Box((0.3, 0.01, 0.01)), (1.1, 0, 0)), ('finger',)))
+    scene.apply_object(thing('post', Cylinder(0.03, 0.2), (0.0, 1.2, 0.0)))
+    assert not checker.in_collision(scene.q)
+    turned = scene.kinematic_model.vector({'shoulder': math.pi / 2})
+    contact, = checker.contacts(turned)
+    assert {contact.type1, contact.type2} == {BodyType.ROBOT_ATTACHED, BodyType.WORLD_OBJECT}
+    scene.apply_attached(AttachedObjectUpdate('', CollisionObjectUpdate('stick', REMOVE)))
+    assert not checker.in_collision(turned)
+
+
+def test_padding_counts_against_the_world_only(scene):
+    """SCN-14: the world comes nearer by the padding, the robot's own links do not."""
+    checker = CollisionChecker(scene)
+    scene.apply_object(thing('ball', Sphere(0.1), (0.6, 0.135, 0.0)))
+    bent = scene.kinematic_model.vector({'elbow': 2.6})
+    free = checker.distance(bent)
+    assert not checker.in_collision(scene.q)
+    scene.apply(SceneUpdate(link_padding={'fore': 0.02}))
+    contact, = checker.contacts(scene.q)
+    assert contact.depth == pytest.approx(0.01, abs=1e-6)
+    assert checker.in_collision(scene.q)
+    assert checker.distance(scene.q) == pytest.approx(-0.01, abs=1e-6)
+    assert checker.in_collision(bent) == (free <= 0.0)
+    scene.apply(SceneUpdate(link_padding={'fore': 0.0}))
+    assert not checker.in_collision(scene.q)
+
+
+def test_scale_counts_against_the_world_only(scene):
+    """SCN-14: a scaled link is larger for the world and as it is for the robot."""
+    checker = CollisionChecker(scene)
+    scene.apply_object(thing('ball', Sphere(0.1), (0.6, 0.135, 0.0)))
+    assert not checker.in_collision(scene.q)
+    scene.apply(SceneUpdate(link_scale={'fore': 1.5, 'base': 20.0}))
+    assert {c.body1 for c in checker.contacts(scene.q)} == {'fore', 'base'}
+    scene.apply_object(CollisionObjectUpdate('', REMOVE))
+    assert not checker.in_collision(scene.q)
+
+
+def test_group_looks_at_what_it_moves(scene):
+    """SCN-15: links of the group and all below, against the world and all other links."""
+    checker = CollisionChecker(scene)
+    scene.apply_object(thing('at_upper', Box((0.1, 0.1, 0.1)), (0.2, 0, 0)))
+    assert checker.in_collision(scene.q)
+    assert checker.in_collision(scene.q, 'arm')
+    assert not checker.in_collision(scene.q, 'hand')
+    scene.apply_object(thing('at_finger', Box((0.1, 0.1, 0.1)), (0.87, 0, 0)))
+    assert [c.body2 for c in checker.contacts(scene.q, 'hand')] == ['at_finger']
+    with pytest.raises(PlanningError) as caught:
+        checker.in_collision(scene.q, 'leg')
+    assert caught.value.code == -15
+
+
+def test_static_links_count_without_a_group(scene):
+    """SRV-20: without a group all links are looked at, the base too."""
+    checker = CollisionChecker(scene)
+    scene.apply_object(thing('floor', Plane(0, 0, 1, 0.04), (0, 0, 0)))
+    assert [c.body1 for c in checker.contacts(scene.q)] == ['base']
+    assert checker.in_collision(scene.q)
+    assert checker.maybe_in_collision(scene.q)
+    assert not checker.in_collision(scene.q, 'arm')
+
+
+def test_object_with_the_name_of_a_touch_link_is_no_link(scene):
+    """SCN-10: touch links name links and attached objects, never the world."""
+    checker = CollisionChecker(scene)
+    scene.apply_attached(AttachedObjectUpdate(
+        'finger', thing('stick', Box((0.3, 0.01, 0.01)), (1.1, 0, 0)), ('finger', 'post')))
+    scene.apply_object(thing('post', Cylinder(0.03, 0.2), (1.1, 0.0, 0.0)))
+    assert checker.in_collision(scene.q)
+
+
+def test_flat_mesh_has_no_hull_and_still_collides(make_robot):
+    """A sheet of two triangles is a legal link."""
+    sheet = Mesh(np.array([[-0.1, -0.1, 0], [0.1, -0.1, 0], [0.1, 0.1, 0], [-0.1, 0.1, 0.0]]),
+                 np.array([[0, 1, 2], [0, 2, 3]]))
+    scene = PlanningScene(KinematicModel(make_robot(upper_shape=sheet)))
+    checker = CollisionChecker(scene)
+    assert not checker.in_collision(scene.q)
+    scene.apply_object(thing('pin', Cylinder(0.01, 0.1), (0.2, 0.09, 0.0)))
+    assert checker.in_collision(scene.q)
+    assert checker.maybe_in_collision(scene.q)
+
+
+def test_checker_outlives_everything_that_was_given_to_it(make_robot):
+    """Nobody else needs to keep scene, model or meshes alive."""
+    checker = CollisionChecker(PlanningScene(KinematicModel(make_robot())))
+    q = checker.scene.kinematic_model.vector({'elbow': 3.05})
+    assert [checker.in_collision(q) for _ in range(50)] == [True] * 50
+
+
+def test_displacement_bound_holds(scene, make_mesh):
+    """No corner of a link or load moves farther than the bound, on random segments."""
+    clutter(scene, make_mesh)
+    checker = CollisionChecker(scene)
+    kinematics = scene.kinematic_model
+    held = scene.attached['held']
+    rng = np.random.default_rng(3)
+    tightest = 0.0
+    for q1, q2 in zip(states(scene, 60, 1), states(scene, 60, 2), strict=True):
+        q2 = q1 + (q2 - q1) * rng.choice([0.02, 0.3, 1.0])
+        bound = checker.displacement_bound(q1, q2)
+        for along in (0.25, 0.5, 1.0):
+            q = q1 + along * (q2 - q1)
+            for link, point in (
+                ('upper', (0.35, 0.025, 0.025, 1)), ('fore', (0.35, -0.025, 0.025, 1)),
+                ('finger', (0.08, 0, 0, 1)), (held.link_name, held.object.pose[:, 3]),
+            ):
+                one, other = (
+                    kinematics.link_pose(state, link) @ np.array(point, float)
+                    for state in (q1, q)
+                )
+                moved = float(np.linalg.norm(one - other))
+                assert moved <= bound + 1e-9
+                tightest = max(tightest, moved / bound)
+    assert tightest > 0.5
+
+
+def test_displacement_bound_is_zero_without_motion(scene):
+    """Standing still moves nothing; a group that stands still neither."""
+    checker = CollisionChecker(scene)
+    assert checker.displacement_bound(scene.q, scene.q) == 0.0
+    turned = scene.kinematic_model.vector({'shoulder': 0.1})
+    assert checker.displacement_bound(scene.q, turned, 'hand') > 0.0
+    assert 0.0 < checker.displacement_bound(scene.q, turned) < 0.1
