@@ -4,11 +4,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 import hashlib
 from typing import Any
 
-import mujoco
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -30,8 +29,8 @@ from armsim_ros.sim.clock import SimClock
 from armsim_ros.sim.contacts import Contact, contacts, start_overlaps
 from armsim_ros.sim.initial_state import initial_positions
 from armsim_ros.sim.mujoco_model import build_plant
+from armsim_ros.sim.plant import Plant, selector
 from armsim_ros.sim.servo import Servo
-from armsim_ros.sim.stability import Checkpoints, keep_physics_quiet, unstable_element
 from armsim_ros.sim.world_objects import world_objects
 from armsim_ros.sim.world_scene import WorldScene
 
@@ -65,17 +64,16 @@ class Simulation(HardwareInterface):
     ) -> None:
         """Build the physics and put the robot into its initial state."""
         super().__init__(model.movable_joints)
-        keep_physics_quiet()
         self.model = model
         self.settings = settings or SimulationSettings()
         self.clock = clock or SimClock(self.settings.timestep_ns)
         world = world or WorldSettings()
-        self._plant = build_plant(model, self.settings, world_objects(world), floor=world.floor)
+        spec = build_plant(model, self.settings, world_objects(world), floor=world.floor)
         self._initial = initial_positions(model, self.settings)
         self._servo = Servo(model, self.settings, gains or {})
-        self._mujoco_model = self._plant.compile()
-        self._data = mujoco.MjData(self._mujoco_model)
-        self.world = WorldScene(self._plant, self._edit)
+        self._active = selector([self.index[name] for name in model.active_joints])
+        self._plant = Plant(spec, self.joint_names)
+        self.world = WorldScene(self._plant)
         self._command_interfaces = {
             name: COMMAND_INTERFACES if model.joints[name].active else ()
             for name in self.joint_names
@@ -86,10 +84,8 @@ class Simulation(HardwareInterface):
             else (POSITION, VELOCITY, ACCELERATION)
             for name in self.joint_names
         }
-        self._active = _selector([self.index[name] for name in model.active_joints])
-        self._bind()
         self.reset()
-        self._start_overlaps = start_overlaps(self._mujoco_model, self._data, model.name)
+        self._start_overlaps = start_overlaps(self._plant.model, self._plant.data, model.name)
 
     @property
     def command_interfaces(self) -> Mapping[str, tuple[str, ...]]:
@@ -110,7 +106,7 @@ class Simulation(HardwareInterface):
     def warnings(self) -> tuple[str, ...]:
         """What the user should know of robot, world and gains; one line each."""
         return (
-            *self._plant.warnings,
+            *self._plant.spec.warnings,
             *self._servo.stiffness_warnings(),
             *self._start_overlaps,
         )
@@ -118,7 +114,7 @@ class Simulation(HardwareInterface):
     @property
     def contacts(self) -> tuple[Contact, ...]:
         """What touched what in the last step, the deepest first."""
-        return contacts(self._mujoco_model, self._data)
+        return contacts(self._plant.model, self._plant.data)
 
     def perform_command_mode_switch(self, claimed: Mapping[str, frozenset[str]]) -> None:
         """
@@ -157,23 +153,24 @@ class Simulation(HardwareInterface):
             one, ``recover`` puts the plant back to it.
         """
         state, active = self.state, self._active
-        self._control[:] = self._servo.torques(state.position[active], state.velocity[active])
-        mujoco.mj_step(self._mujoco_model, self._data)
+        torques = self._servo.torques(state.position[active], state.velocity[active])
+        culprit = self._plant.step(torques)
         self.clock.advance()
-        if not self._checkpoints.stable(self._qvel):
-            self._require_stable()
-        self._checkpoints.step(self._mujoco_model, self._data)
-        self._refresh()
+        if culprit:
+            raise SimulationError(
+                f'the physics became unstable at {self.time_ns / 1e9:.3f} s: {culprit}; lower '
+                "the joint's gains or the timestep, or raise the armature"
+            )
+        self._plant.read(state, active)
 
     def reset(self) -> None:
         """Put robot and objects back to the start; time goes on, claims stay."""
-        mujoco.mj_resetData(self._mujoco_model, self._data)
-        self._qpos[self._qpos_at] = self._initial
+        self._plant.reset(self._initial)
         self._settle_in()
 
     def recover(self) -> None:
         """Put everything at rest where it last was stable, after ``step`` has raised."""
-        self._checkpoints.restore(self._mujoco_model, self._data)
+        self._plant.restore()
         self._settle_in()
 
     def set_positions(self, positions: Mapping[str, float]) -> None:
@@ -188,8 +185,7 @@ class Simulation(HardwareInterface):
                 raise SimulationError(self._undriven(name))
         now = dict(zip(self.joint_names, self.state.position, strict=True))
         full = self.model.complete({**now, **positions})
-        self._qpos[self._qpos_at] = [full[name] for name in self.joint_names]
-        self._qvel[self._qvel_at] = 0.0
+        self._plant.place(np.array([full[name] for name in self.joint_names]))
         self._settle_in()
 
     def apply_wrench(
@@ -202,9 +198,7 @@ class Simulation(HardwareInterface):
         :param torque: (3,) world axes [N*m].
         :raises SimulationError: a link that is not there.
         """
-        body = self._link_body(link)
-        self._data.xfrc_applied[body, :3] = force
-        self._data.xfrc_applied[body, 3:] = torque
+        self._plant.push(self._link_body(link), force, torque)
 
     def link_pose(self, link: str) -> Matrix:
         """
@@ -212,22 +206,17 @@ class Simulation(HardwareInterface):
 
         :raises SimulationError: a link that is not there.
         """
-        body = self._link_body(link)
-        mujoco.mj_kinematics(self._mujoco_model, self._data)
-        pose = np.eye(4)
-        pose[:3, :3] = self._data.xmat[body].reshape(3, 3)
-        pose[:3, 3] = self._data.xpos[body]
-        return pose
+        return self._plant.pose(self._link_body(link))
 
     @property
     def mujoco_model(self) -> Any:
         """The ``MjModel``, to look at; an edit of the world replaces it."""
-        return self._mujoco_model
+        return self._plant.model
 
     @property
     def mujoco_data(self) -> Any:
         """The ``MjData``, to look at; an edit of the world replaces it."""
-        return self._data
+        return self._plant.data
 
     @property
     def reference_positions(self) -> Vector:
@@ -236,65 +225,17 @@ class Simulation(HardwareInterface):
 
     def digest(self) -> str:
         """Return a hash of all that the future depends on: plant, drives, time."""
-        signature = int(mujoco.mjtState.mjSTATE_INTEGRATION)
-        state = np.empty(mujoco.mj_stateSize(self._mujoco_model, signature))
-        mujoco.mj_getState(self._mujoco_model, self._data, state, signature)
-        parts = hashlib.sha256(state.tobytes())
+        parts = hashlib.sha256(self._plant.state_bytes())
         parts.update(self._servo.state_bytes())
         parts.update(self.time_ns.to_bytes(16, 'little', signed=True))
         return parts.hexdigest()
-
-    def _bind(self) -> None:
-        """Look up addresses and views; they hold until the world is edited."""
-        model, data = self._mujoco_model, self._data
-        names = [self._plant.name(name) for name in self.joint_names]
-        self._qpos_at = _selector([int(model.joint(name).qposadr[0]) for name in names])
-        self._qvel_at = _selector([int(model.joint(name).dofadr[0]) for name in names])
-        self._qpos, self._qvel, self._qacc = data.qpos, data.qvel, data.qacc
-        self._control, self._force = data.ctrl, data.actuator_force
-        self._checkpoints = Checkpoints(model, data)
-        self.world.bind(model, data)
-
-    def _edit(self) -> None:
-        """Compile the changed specification; the state of what stays is kept."""
-        try:
-            self._mujoco_model, self._data = self._plant.spec.recompile(
-                self._mujoco_model, self._data
-            )
-        except (ValueError, RuntimeError, mujoco.FatalError) as error:
-            raise SimulationError(f'the physics cannot take the changed world: {error}') from error
-        self._bind()
 
     def _settle_in(self) -> None:
         for interface in COMMAND_INTERFACES:
             self.command.of(interface)[:] = np.nan
             self.feedforward.of(interface)[:] = np.nan
-        mujoco.mj_forward(self._mujoco_model, self._data)
-        self._refresh()
+        self._plant.read(self.state, self._active)
         self._servo.restart(self.state.position[self._active])
-        self._checkpoints = Checkpoints(self._mujoco_model, self._data)
-
-    def _refresh(self) -> None:
-        state = self.state
-        state.position[:] = self._qpos[self._qpos_at]
-        state.velocity[:] = self._qvel[self._qvel_at]
-        state.acceleration[:] = self._qacc[self._qvel_at]
-        state.effort[self._active] = self._force
-
-    def _require_stable(self) -> None:
-        """Raise SimulationError where a joint or an object ran away; a fast one may pass."""
-        culprit = unstable_element(
-            self.joint_names,
-            self._qvel[self._qvel_at],
-            self.state.velocity,
-            self._mujoco_model,
-            self._data,
-        )
-        if culprit:
-            raise SimulationError(
-                f'the physics became unstable at {self.time_ns / 1e9:.3f} s: {culprit}; lower '
-                "the joint's gains or the timestep, or raise the armature"
-            )
 
     def _link_body(self, link: str) -> int:
         if link not in self.model.links:
@@ -302,7 +243,7 @@ class Simulation(HardwareInterface):
                 f"robot '{self.model.name}' has no link '{link}'; "
                 + (nearest(link, tuple(self.model.links)) or 'see its URDF')
             )
-        return int(self._mujoco_model.body(self._plant.name(link)).id)
+        return self._plant.body(link)
 
     def _undriven(self, name: str) -> str:
         joint = self.model.joints.get(name)
@@ -310,13 +251,6 @@ class Simulation(HardwareInterface):
             return f"joint '{name}' follows '{joint.mimic.joint}' and cannot be driven itself"
         hint = nearest(name, self.model.active_joints) or ', '.join(self.model.active_joints)
         return f"robot '{self.model.name}' has no joint '{name}' that can be driven; {hint}"
-
-
-def _selector(places: Sequence[int]) -> Any:
-    """Return a slice where the places follow each other, else an index array."""
-    if places and list(places) == list(range(places[0], places[0] + len(places))):
-        return slice(places[0], places[0] + len(places))
-    return np.array(places, dtype=np.intp)
 
 
 def _part(arrays: JointArrays, which: Any) -> JointArrays:

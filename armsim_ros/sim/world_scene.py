@@ -4,9 +4,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -16,7 +13,8 @@ from armsim_ros.model.transforms import (
     pose_from_parts,
     quat_wxyz_from_matrix,
 )
-from armsim_ros.sim.mujoco_model import object_body_name, PlantSpec
+from armsim_ros.sim.mujoco_model import object_body_name
+from armsim_ros.sim.plant import Plant
 from armsim_ros.sim.world_objects import WorldObject
 
 Matrix = NDArray[np.float64]
@@ -28,26 +26,17 @@ class WorldScene:
     """
     World objects of a simulation, by name.
 
-    :param plant: the specification that holds them.
-    :param recompile: makes an edited specification the running one and keeps the state; calls
-        ``bind``.
+    :param plant: the physics that holds them.
     """
 
-    def __init__(self, plant: PlantSpec, recompile: Callable[[], None]) -> None:
-        """Wait for ``bind``."""
+    def __init__(self, plant: Plant) -> None:
+        """Keep the physics."""
         self._plant = plant
-        self._recompile = recompile
-        self._model: Any = None
-        self._data: Any = None
-
-    def bind(self, model: Any, data: Any) -> None:
-        """Take over a newly compiled ``MjModel`` and its ``MjData``."""
-        self._model, self._data = model, data
 
     @property
     def names(self) -> tuple[str, ...]:
         """Names of all objects."""
-        bodies = (body.name for body in self._plant.spec.bodies)
+        bodies = (body.name for body in self._plant.spec.spec.bodies)
         return tuple(name[len(_PREFIX) :] for name in bodies if name.startswith(_PREFIX))
 
     def pose(self, name: str) -> Matrix:
@@ -59,10 +48,10 @@ class WorldScene:
         body = self._body(name)
         address = self._free_address(body)
         if address is None:
-            xyz, quat = self._model.body_pos[body], self._model.body_quat[body]
+            xyz, quat = self._plant.model.body_pos[body], self._plant.model.body_quat[body]
         else:
-            xyz = self._data.qpos[address : address + 3]
-            quat = self._data.qpos[address + 3 : address + 7]
+            xyz = self._plant.data.qpos[address : address + 3]
+            quat = self._plant.data.qpos[address + 3 : address + 7]
         return pose_from_parts(xyz, matrix_from_quat_wxyz(quat))
 
     def set_pose(self, name: str, pose: Matrix) -> None:
@@ -76,14 +65,14 @@ class WorldScene:
         address = self._free_address(body)
         quat = quat_wxyz_from_matrix(pose)
         if address is None:
-            self._model.body_pos[body], self._model.body_quat[body] = pose[:3, 3], quat
-            placed = self._plant.spec.body(object_body_name(name))
+            self._plant.model.body_pos[body], self._plant.model.body_quat[body] = pose[:3, 3], quat
+            placed = self._plant.spec.spec.body(object_body_name(name))
             placed.pos, placed.quat = pose[:3, 3], quat
             return
-        self._data.qpos[address : address + 3] = pose[:3, 3]
-        self._data.qpos[address + 3 : address + 7] = quat
-        start = int(self._model.body_dofadr[body])
-        self._data.qvel[start : start + 6] = 0.0
+        self._plant.data.qpos[address : address + 3] = pose[:3, 3]
+        self._plant.data.qpos[address + 3 : address + 7] = quat
+        start = int(self._plant.model.body_dofadr[body])
+        self._plant.data.qvel[start : start + 6] = 0.0
 
     def add(self, thing: WorldObject) -> None:
         """
@@ -92,11 +81,11 @@ class WorldScene:
         :raises SimulationError: its name is taken, or the physics refuses it; the world stays
             as it was.
         """
-        self._plant.add_object(thing)
+        self._plant.spec.add_object(thing)
         try:
-            self._recompile()
+            self._plant.recompile()
         except SimulationError:
-            self._plant.remove_object(thing.name)
+            self._plant.spec.remove_object(thing.name)
             raise
 
     def remove(self, name: str) -> None:
@@ -106,17 +95,17 @@ class WorldScene:
         :raises SimulationError: there is none of that name.
         """
         self._body(name)
-        self._plant.remove_object(name)
-        self._recompile()
+        self._plant.spec.remove_object(name)
+        self._plant.recompile()
 
     def _body(self, name: str) -> int:
         if name not in self.names:
             hint = nearest(name, self.names) or f'there are: {", ".join(self.names) or "none"}'
             raise SimulationError(f"the world has no object '{name}'; {hint}")
-        return int(self._model.body(object_body_name(name)).id)
+        return int(self._plant.model.body(object_body_name(name)).id)
 
     def _free_address(self, body: int) -> int | None:
         """Return where a free object's pose starts in qpos, None for one that never moves."""
-        if self._model.body_jntnum[body] == 0:
+        if self._plant.model.body_jntnum[body] == 0:
             return None
-        return int(self._model.jnt_qposadr[self._model.body_jntadr[body]])
+        return int(self._plant.model.jnt_qposadr[self._plant.model.body_jntadr[body]])
