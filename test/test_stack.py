@@ -10,7 +10,13 @@ import numpy as np
 import pytest
 
 from armsim_ros.config.loading import load_robot_settings
-from armsim_ros.errors import ControllerError, ModelError, PlanningError, SimulationError
+from armsim_ros.errors import (
+    ConfigError,
+    ControllerError,
+    ModelError,
+    PlanningError,
+    SimulationError,
+)
 from armsim_ros.sim.assembly import servo_gains
 from armsim_ros.stack import ArmSim
 from armsim_ros.trajectory import JointTrajectory, TrajectoryPoint
@@ -121,6 +127,12 @@ def test_a_trajectory_of_unknown_joints_is_refused(sim):
     """A trajectory for joints that no controller has says so; nothing moves."""
     with pytest.raises(ControllerError, match='elbow'):
         sim.send_trajectory(JointTrajectory(('elbow',), (TrajectoryPoint(1.0, np.zeros(1)),)))
+
+
+def test_a_start_that_does_not_fit_is_a_mistake_of_the_configuration():
+    """An initial position of an unknown joint is refused as ConfigError with the known ones."""
+    with pytest.raises(ConfigError, match='joint_1'):
+        ArmSim('sunday', overrides={'simulation.initial_positions': {'joint_7': 0.1}})
 
 
 def test_waiting_in_vain_ends(sim):

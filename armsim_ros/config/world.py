@@ -21,6 +21,7 @@ mass it falls and can be pushed, without one it stands where it is::
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Annotated, Literal
 
 from pydantic import Field, field_validator
@@ -31,6 +32,29 @@ from armsim_ros.config.simulation import finite_triple, Triple
 Positive = Annotated[float, Field(gt=0.0, le=1000.0)]
 Unit = Annotated[float, Field(ge=0.0, le=1.0)]
 Point = Annotated[list[float], Field(min_length=2, max_length=2)]
+
+
+def convex_outline(corners: Sequence[Sequence[float]]) -> list[tuple[float, float]]:
+    """
+    Return the corners of a convex polygon in counter-clockwise order.
+
+    :param corners: (n, 2) in order, either sense [m].
+    :raises ValueError: the polygon is not convex or has no area.
+    """
+    outline = [(float(x), float(y)) for x, y in corners]
+    turns = []
+    for i, (x, y) in enumerate(outline):
+        (x1, y1), (x2, y2) = outline[i - 2], outline[i - 1]
+        turns.append((x1 - x2) * (y - y2) - (y1 - y2) * (x - x2))
+    # A turn to the left makes the product negative: the first edge is taken backwards.
+    if sum(turns) > 0.0:
+        outline, turns = outline[::-1], [-turn for turn in turns]
+    if not all(turn <= 1e-12 for turn in turns) or not min(turns) < -1e-12:
+        raise ValueError(
+            'the corners of a prism must form a convex polygon with an area; build other '
+            'outlines from several convex parts'
+        )
+    return outline
 
 
 class BoxSettings(Settings):
@@ -79,6 +103,12 @@ class PrismSettings(Settings):
         description='corners of the polygon in order, (x, y) [m]'
     )
     length: Positive = parameter(description='height along z [m]')
+
+    @field_validator('corners')
+    @classmethod
+    def _convex(cls, corners: list[list[float]]) -> list[list[float]]:
+        convex_outline(corners)
+        return corners
 
 
 ShapeSettings = Annotated[

@@ -8,10 +8,13 @@ from armsim_ros.config.pid_gains import PidGains
 from armsim_ros.config.robot_settings import RobotSettings
 from armsim_ros.control.controller_manager import ControllerManager, Strictness
 from armsim_ros.control.hardware_interface import POSITION
-from armsim_ros.errors import ConfigError, ControllerError, Problem
+from armsim_ros.errors import ConfigError, ControllerError, Problem, SimulationError
 from armsim_ros.model.robot_model import RobotModel
 from armsim_ros.sim.clock import SimClock
+from armsim_ros.sim.initial_state import initial_positions
 from armsim_ros.sim.simulation import Simulation
+
+_START_KEYS = ('initial_positions', 'initial_state')
 
 
 def servo_gains(settings: RobotSettings) -> dict[str, PidGains]:
@@ -30,8 +33,14 @@ def build_simulation(
     Return the robot of a user's files in its world.
 
     :param clock: simulated time; by default one that starts at 0.
-    :raises SimulationError: the physics refuses robot, world or start.
+    :raises ConfigError: the start does not fit the robot; names file and line where it can.
+    :raises SimulationError: the physics refuses robot or world.
     """
+    try:
+        initial_positions(model, settings.simulation)
+    except SimulationError as error:
+        places = (settings.locate('simulation', key) for key in _START_KEYS)
+        raise ConfigError(Problem(str(error), next(filter(None, places), None))) from None
     return Simulation(
         model, settings.simulation, settings.world, gains=servo_gains(settings), clock=clock
     )

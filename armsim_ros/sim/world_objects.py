@@ -14,6 +14,7 @@ from armsim_ros.config.world import (
     BoxSettings,
     CapsuleSettings,
     ConeSettings,
+    convex_outline,
     CylinderSettings,
     PrismSettings,
     ShapeSettings,
@@ -56,17 +57,10 @@ def prism(corners: Sequence[Sequence[float]], length: float) -> Mesh:
     :param length: height [m].
     :raises SimulationError: the polygon is not convex.
     """
-    outline = np.asarray(corners, dtype=np.float64)
-    edges = np.roll(outline, -1, axis=0) - outline
-    following = np.roll(edges, -1, axis=0)
-    turns = edges[:, 0] * following[:, 1] - edges[:, 1] * following[:, 0]
-    if turns.sum() < 0.0:
-        outline, turns = outline[::-1], -turns
-    if turns.min() < -1e-12 or turns.max() <= 1e-12:
-        raise SimulationError(
-            'the corners of a prism must form a convex polygon with an area; '
-            'build other outlines from several convex parts'
-        )
+    try:
+        outline = np.array(convex_outline(corners))
+    except ValueError as error:
+        raise SimulationError(str(error)) from None
     count = len(outline)
     low = np.column_stack([outline, np.full(count, -0.5 * length)])
     high = np.column_stack([outline, np.full(count, 0.5 * length)])

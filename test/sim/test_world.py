@@ -162,6 +162,16 @@ def test_the_arm_pushes_things_away(arm, settings, claim):
     assert simulation.state.position[0] == pytest.approx(1.5, abs=0.01)
 
 
+@pytest.mark.parametrize(
+    'corners', [[(0, 0), (1, 0), (1, 1), (0, 1)], [(0, 0), (0, 1), (1, 1), (1, 0)]]
+)
+def test_a_prism_has_its_volume_in_either_sense(corners):
+    """Corners may run either way: the faces look outwards, the volume is positive."""
+    mesh = prism(corners, 0.5)
+    a, b, c = (mesh.vertices[mesh.triangles[:, i]] for i in range(3))
+    assert np.einsum('ij,ij->i', a, np.cross(b, c)).sum() / 6.0 == pytest.approx(0.5)
+
+
 def test_a_prism_must_be_convex():
     """A polygon with a notch is refused with the way out."""
     with pytest.raises(SimulationError, match='convex'):
