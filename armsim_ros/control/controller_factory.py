@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, Protocol
 
 from pydantic import ValidationError
 
@@ -16,6 +16,23 @@ from armsim_ros.control.joint_state_broadcaster import JointStateBroadcaster
 from armsim_ros.control.joint_trajectory_controller import JointTrajectoryController
 from armsim_ros.control.parameter_update import describe
 from armsim_ros.errors import ControllerError, nearest
+
+
+class LoadableController(Protocol):
+    """What the manager has to know of a controller to load it."""
+
+    @property
+    def name(self) -> str:
+        """Name of the controller."""
+
+    @property
+    def type(self) -> str:
+        """ROS 2 type of the controller."""
+
+    @property
+    def parameters(self) -> Settings | Mapping[str, Any]:
+        """Checked parameters, or a mapping to check."""
+
 
 CONTROLLER_TYPES: Mapping[str, type[Controller[Any]]] = {
     'joint_trajectory_controller/JointTrajectoryController': JointTrajectoryController,

@@ -13,29 +13,31 @@ happen there, and the loop never waits for them.
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from concurrent.futures import Future
 import threading
-from typing import Any, Protocol
+from typing import Any
 
-import numpy as np
-
-from armsim_ros.config.base import Settings
 from armsim_ros.config.controller_manager import ControllerManagerParameters
 from armsim_ros.control.command_limits import CommandLimits
 from armsim_ros.control.controller import Controller, ControllerContext, LifecycleState
-from armsim_ros.control.controller_factory import CONTROLLER_TYPES, create_controller
+from armsim_ros.control.controller_factory import (
+    CONTROLLER_TYPES,
+    create_controller,
+    LoadableController,
+)
 from armsim_ros.control.events import ControllerEvent, EventQueue
 from armsim_ros.control.hardware_component import HardwareComponent, HardwareComponentInfo
-from armsim_ros.control.hardware_interface import HardwareInterface, POSITION
+from armsim_ros.control.hardware_interface import HardwareInterface
 from armsim_ros.control.manager_info import (
     controller_info,
     ControllerInfo,
     interface_infos,
     InterfaceInfo,
 )
-from armsim_ros.control.switching import claimed_joints, plan_switch, Strictness, SwitchResult
-from armsim_ros.errors import ArmsimError, ControllerError, nearest
+from armsim_ros.control.switch_execution import SwitchExecution, SwitchRequest
+from armsim_ros.control.switching import demand, loaded, Strictness, SwitchResult
+from armsim_ros.errors import ControllerError
 from armsim_ros.model.robot_model import RobotModel
 
 __all__ = [
@@ -46,34 +48,6 @@ __all__ = [
     'Strictness',
     'SwitchResult',
 ]
-
-
-class LoadableController(Protocol):
-    """What the manager has to know of a controller to load it."""
-
-    @property
-    def name(self) -> str:
-        """Name of the controller."""
-
-    @property
-    def type(self) -> str:
-        """ROS 2 type of the controller."""
-
-    @property
-    def parameters(self) -> Settings | Mapping[str, Any]:
-        """Checked parameters, or a mapping to check."""
-
-
-class _Request:
-    """A switch that waits for the control loop."""
-
-    __slots__ = ('activate', 'deactivate', 'future', 'strictness')
-
-    def __init__(self, activate: Sequence[str], deactivate: Sequence[str], strictness: int):
-        self.activate = tuple(activate)
-        self.deactivate = tuple(deactivate)
-        self.strictness = strictness
-        self.future: Future[SwitchResult] = Future()
 
 
 class ControllerManager:
@@ -97,16 +71,21 @@ class ControllerManager:
         self.hardware = hardware
         self.component = HardwareComponent(hardware, model)
         self.controllers: dict[str, Controller[Any]] = {}
-        self.generation = 0
         self.time_ns = 0
         self.events = EventQueue('controller_manager')
         self._context = ControllerContext(hardware, model, parameters.update_rate)
-        self._active: tuple[tuple[Controller[Any], int], ...] = ()
+        self._switches = SwitchExecution(hardware, self.component, parameters, self.events)
+        self._changes = 0
         self._tick = 0
         self._structure = threading.RLock()
-        self._requests: deque[_Request] = deque()
+        self._requests: deque[SwitchRequest] = deque()
         limited = parameters.enforce_command_limits
         self._limits = CommandLimits(hardware, model) if limited else None
+
+    @property
+    def generation(self) -> int:
+        """Count of all changes of a controller's or the hardware's state."""
+        return self._changes + self._switches.generation
 
     def load(self, settings: LoadableController) -> Controller[Any]:
         """
@@ -122,7 +101,7 @@ class ControllerManager:
             )
             controller.time_ns = self.time_ns
             self.controllers = {**self.controllers, settings.name: controller}
-            self.generation += 1
+            self._changes += 1
             return controller
 
     def configure(self, name: str) -> None:
@@ -132,32 +111,32 @@ class ControllerManager:
         :raises ControllerError: it is not loaded, is active, or its parameters do not fit.
         """
         with self._structure:
-            controller = self._loaded(name)
-            self._demand(controller, 'configured', LifecycleState.UNCONFIGURED,
+            controller = loaded(self.controllers, name)
+            demand(controller, 'configured', LifecycleState.UNCONFIGURED,
                          LifecycleState.INACTIVE)  # fmt: skip
             controller.state = LifecycleState.UNCONFIGURED
-            self.generation += 1
+            self._changes += 1
             controller.configure()
             controller.state = LifecycleState.INACTIVE
 
     def cleanup(self, name: str) -> None:
         """Make an inactive controller unconfigured; ControllerError where it is active."""
         with self._structure:
-            controller = self._loaded(name)
-            self._demand(controller, 'cleaned up', LifecycleState.INACTIVE,
+            controller = loaded(self.controllers, name)
+            demand(controller, 'cleaned up', LifecycleState.INACTIVE,
                          LifecycleState.UNCONFIGURED)  # fmt: skip
             controller.state = LifecycleState.UNCONFIGURED
-            self.generation += 1
+            self._changes += 1
 
     def unload(self, name: str) -> None:
         """Forget a controller; ControllerError where it is active or not loaded."""
         with self._structure:
-            controller = self._loaded(name)
-            self._demand(controller, 'unloaded', LifecycleState.INACTIVE,
+            controller = loaded(self.controllers, name)
+            demand(controller, 'unloaded', LifecycleState.INACTIVE,
                          LifecycleState.UNCONFIGURED)  # fmt: skip
             controller.state = LifecycleState.FINALIZED
             self.controllers = {k: v for k, v in self.controllers.items() if k != name}
-            self.generation += 1
+            self._changes += 1
 
     def request_switch(
         self,
@@ -171,7 +150,7 @@ class ControllerManager:
         :param strictness: 0 takes the manager's default.
         :returns: done after the loop's next update, or while time stands still at once.
         """
-        request = _Request(activate, deactivate, strictness)
+        request = SwitchRequest(activate, deactivate, strictness)
         self._requests.append(request)
         return request.future
 
@@ -186,8 +165,9 @@ class ControllerManager:
 
         :param strictness: 0 takes the manager's default.
         """
+        request = SwitchRequest(activate, deactivate, strictness)
         with self._structure:
-            return self._switch(_Request(activate, deactivate, strictness))
+            return self._switches.execute(self.controllers, request, self.time_ns)
 
     def update(self, time_ns: int, period: float) -> None:
         """
@@ -203,7 +183,7 @@ class ControllerManager:
             self._serve()
         tick = self._tick
         self._tick = tick + 1
-        for controller, divisor in self._active:
+        for controller, divisor in self._switches.active:
             if divisor > 1 and tick % divisor:
                 continue
             try:
@@ -218,8 +198,11 @@ class ControllerManager:
         self.time_ns = time_ns
         if self._requests:
             self._serve()
-        for controller, _ in self._active:
-            controller.process_requests(time_ns)
+        for controller, _ in self._switches.active:
+            try:
+                controller.process_requests(time_ns)
+            except Exception as error:  # noqa: BLE001 - one controller must not stop the others
+                self._fail(controller, error)
 
     def list_controllers(self) -> list[ControllerInfo]:
         """Return all loaded controllers in the order of loading."""
@@ -244,7 +227,7 @@ class ControllerManager:
             users = [n for n, c in self.controllers.items()
                      if c.active and c.required_command_interfaces]  # fmt: skip
             self.component.set_state(name, state, users)
-            self.generation += 1
+            self._changes += 1
 
     def list_types(self) -> list[str]:
         """Return the types of controllers that can be loaded."""
@@ -264,108 +247,11 @@ class ControllerManager:
             while self._requests:
                 request = self._requests.popleft()
                 if request.future.set_running_or_notify_cancel():
-                    request.future.set_result(self._switch(request))
+                    result = self._switches.execute(self.controllers, request, self.time_ns)
+                    request.future.set_result(result)
         finally:
             self._structure.release()
 
-    def _switch(self, request: _Request) -> SwitchResult:
-        plan = plan_switch(self.controllers, self.hardware, request.activate, request.deactivate)
-        problems = list(plan.problems)
-        activate = plan.activate
-        if activate and not self.component.active:
-            problems.append(f"hardware '{self.component.name}' is {self.component.state.value}")
-            activate = ()
-        if problems and self._strict(request.strictness):
-            return SwitchResult(False, f'nothing was switched: {"; ".join(problems)}')
-        asked = bool(request.activate or request.deactivate)
-        if not (activate or plan.deactivate):
-            text = '; '.join(['nothing to do', *problems])
-            return SwitchResult(True, text if asked else 'nothing to do')
-        remaining = [c for n, c in self.controllers.items() if c.active
-                     and n not in plan.deactivate]  # fmt: skip
-        wanted = remaining + [self.controllers[name] for name in activate]
-        try:
-            self.hardware.perform_command_mode_switch(claimed_joints(wanted))
-        except ArmsimError as error:
-            return SwitchResult(False, f'nothing was switched: {error}')
-        for name in plan.deactivate:
-            self._deactivate(self.controllers[name])
-        self._forget_positions(wanted)
-        failures = [text for name in activate if (text := self._activate(self.controllers[name]))]
-        if failures:
-            self.hardware.perform_command_mode_switch(
-                claimed_joints([c for c in wanted if c.active])
-            )
-        self._refresh()
-        return SwitchResult(not failures, '; '.join(failures + problems) or 'controllers switched')
-
-    def _activate(self, controller: Controller[Any]) -> str:
-        try:
-            controller.activate(self.time_ns)
-        except ControllerError as error:
-            text = f"'{controller.name}' could not be activated: {error}"
-            self.events.add(self.time_ns, 'error', 'state', text)
-            return text
-        controller.state = LifecycleState.ACTIVE
-        self.events.add(self.time_ns, 'info', 'state', f"'{controller.name}' is active")
-        return ''
-
-    def _deactivate(self, controller: Controller[Any]) -> None:
-        controller.state = LifecycleState.INACTIVE
-        controller.deactivate(self.time_ns)
-        self.events.add(self.time_ns, 'info', 'state', f"'{controller.name}' is inactive")
-
-    def _forget_positions(self, controllers: Sequence[Controller[Any]]) -> None:
-        """Erase position commands that grow old while another interface moves the joint."""
-        for joint, kinds in claimed_joints(controllers).items():
-            if POSITION not in kinds:
-                self.hardware.command.position[self.hardware.index[joint]] = np.nan
-
     def _fail(self, controller: Controller[Any], error: Exception) -> None:
-        what = f'{error.__class__.__name__}: {error}'
-        text = f"'{controller.name}' failed and is deactivated: {what}"
-        self.events.add(self.time_ns, 'error', 'failure', text)
-        entry = self.parameters.controllers.get(controller.name)
-        fallbacks = entry.fallback_controllers if entry is not None else ()
         with self._structure:
-            result = self._switch(_Request(fallbacks, (controller.name,), Strictness.BEST_EFFORT))
-        if fallbacks or not result.ok:
-            self.events.add(self.time_ns, 'warning', 'state', result.message)
-
-    def _refresh(self) -> None:
-        rate = self.parameters.update_rate
-        active = []
-        for controller in self.controllers.values():
-            if controller.active:
-                divisor = max(1, round(rate / controller.update_rate))
-                if divisor * controller.update_rate != rate:
-                    text = (
-                        f"'{controller.name}' runs at {rate / divisor:g} Hz instead of "
-                        f'{controller.update_rate} Hz: its update_rate has to divide the '
-                        f"manager's {rate} Hz"
-                    )
-                    self.events.add(self.time_ns, 'warning', 'warning', text)
-                active.append((controller, divisor))
-        self._active = tuple(active)
-        self.generation += 1
-
-    def _strict(self, strictness: int) -> bool:
-        if strictness == 0:
-            return self.parameters.defaults.switch_controller.strictness == 'strict'
-        return strictness == Strictness.STRICT
-
-    def _loaded(self, name: str) -> Controller[Any]:
-        try:
-            return self.controllers[name]
-        except KeyError:
-            known = tuple(self.controllers)
-            hint = nearest(name, known) or f'loaded: {", ".join(known) or "none"}'
-            raise ControllerError(f"no controller '{name}' is loaded; {hint}") from None
-
-    @staticmethod
-    def _demand(controller: Controller[Any], verb: str, *states: LifecycleState) -> None:
-        if controller.state not in states:
-            raise ControllerError(
-                f"'{controller.name}' is {controller.state.value} and cannot be {verb}; allowed: "
-                f'{" or ".join(state.value for state in states)}'
-            )
+            self._switches.replace_failed(self.controllers, controller, error, self.time_ns)

@@ -30,15 +30,14 @@ from armsim_ros.control.trajectory_goal import (
     TrajectoryResult,
 )
 from armsim_ros.control.trajectory_intake import TrajectoryIntake
-from armsim_ros.control.trajectory_loop import (
+from armsim_ros.control.trajectory_loop import TrajectoryLoop
+from armsim_ros.control.trajectory_query import query, QueryResult
+from armsim_ros.control.trajectory_requests import (
     CancelRequest,
     ParameterRequest,
     ScalingRequest,
-    StopRequest,
-    TrajectoryLoop,
 )
-from armsim_ros.control.trajectory_query import query, QueryResult
-from armsim_ros.control.trajectory_setup import check_configuration
+from armsim_ros.control.trajectory_setup import check_configuration, warn_of_configuration
 from armsim_ros.errors import ControllerError
 from armsim_ros.trajectory import JointTrajectory
 
@@ -93,18 +92,7 @@ class JointTrajectoryController(Controller[JointTrajectoryControllerParameters])
         """Check the parameters against the hardware and allocate what updates need."""
         parameters = self.parameters
         check_configuration(parameters, self.context.hardware)
-        constraints = parameters.constraints
-        if not any(block.goal for block in constraints.joints.values()):
-            self.events.add(
-                self.time_ns, 'info', 'warning',
-                'no goal tolerance (constraints.<joint>.goal) is set: goals succeed at the end '
-                'of their trajectory wherever the joints are',
-            )  # fmt: skip
-        if parameters.open_loop_control:
-            self.events.add(
-                self.time_ns, 'warning', 'warning',
-                'open_loop_control is deprecated, use interpolate_from_desired_state',
-            )  # fmt: skip
+        warn_of_configuration(parameters, self.events, self.time_ns)
         self._loop = TrajectoryLoop(
             parameters, self.context.hardware, self._properties, self.events, self.time_ns
         )
@@ -141,8 +129,7 @@ class JointTrajectoryController(Controller[JointTrajectoryControllerParameters])
         """Return why a goal with this trajectory would be refused, '' where it would not."""
         try:
             self._check_active()
-            if not self._stops(trajectory):
-                self._intake.topic(trajectory, self.parameters, self.time_ns)
+            self._intake.goal(trajectory, (), (), 0.0, self.parameters, self.time_ns)
         except RefusedTrajectoryError as error:
             return error.reason
         return ''
@@ -161,25 +148,22 @@ class JointTrajectoryController(Controller[JointTrajectoryControllerParameters])
         :param goal_tolerances: at the goal.
         :param goal_time_tolerance: 0 for the default, -1 for no bound [s].
         """
-        parameters = self.parameters
         try:
             loop = self._check_active()
-            if self._stops(trajectory):
-                goal = TrajectoryGoal(trajectory, SegmentTolerances.of(parameters))
-                loop.post(StopRequest(goal))
-            else:
-                request, complaint = self._intake.goal(
-                    trajectory, path_tolerances, goal_tolerances, goal_time_tolerance,
-                    parameters, self.time_ns,
-                )  # fmt: skip
-                if complaint:
-                    text = f"the goal's tolerances are replaced by the defaults: {complaint}"
-                    self.events.add(self.time_ns, 'warning', 'warning', text)
-                assert request.goal is not None
-                goal = request.goal
-                loop.post(request)
+            request, goal, complaint = self._intake.goal(
+                trajectory,
+                path_tolerances,
+                goal_tolerances,
+                goal_time_tolerance,
+                self.parameters,
+                self.time_ns,
+            )
         except RefusedTrajectoryError as error:
             return self._refuse(trajectory, error)
+        if complaint:
+            text = f"the goal's tolerances are replaced by the defaults: {complaint}"
+            self.events.add(self.time_ns, 'warning', 'warning', text)
+        loop.post(request)
         if not self.active:
             loop.abort_pending('the controller was deactivated')
         return GoalResponse(True, goal=goal)
@@ -200,12 +184,7 @@ class JointTrajectoryController(Controller[JointTrajectoryControllerParameters])
         """Take a trajectory from the topic; None, or the reason why it is dropped."""
         try:
             loop = self._check_active()
-            if self._stops(trajectory) or (
-                self.parameters.compat == 'ros1' and not trajectory.points
-            ):
-                loop.post(StopRequest(None))
-            else:
-                loop.post(self._intake.topic(trajectory, self.parameters, self.time_ns))
+            loop.post(self._intake.topic(trajectory, self.parameters, self.time_ns))
         except RefusedTrajectoryError as error:
             text = f'trajectory dropped: {error.reason}'
             self.events.add(self.time_ns, 'error', 'trajectory_rejected', text)
@@ -256,14 +235,6 @@ class JointTrajectoryController(Controller[JointTrajectoryControllerParameters])
                 'trajectories'
             )
         return self._loop
-
-    def _stops(self, trajectory: JointTrajectory) -> bool:
-        """Whether it is an empty trajectory that means stop, as in ROS 1."""
-        return (
-            self.parameters.compat == 'ros1'
-            and not trajectory.points
-            and set(trajectory.joint_names) == set(self.joints)
-        )
 
     def _refuse(self, trajectory: JointTrajectory, error: RefusedTrajectoryError) -> GoalResponse:
         text = f'goal rejected: {error.reason}'

@@ -13,9 +13,19 @@ from armsim_ros.control.sampling import Motion
 Vector = NDArray[np.float64]
 
 
-def deceleration(
-    position: Vector, velocity: Vector, maximum: Vector, *, effort: bool = False
-) -> Motion:
+def standstill(position: Vector, width: int) -> Motion:
+    """
+    Stand at a position for ever.
+
+    :param position: (n,) [rad or m].
+    :param width: 3n, or 4n where the motion has effort, which is 0.
+    """
+    final = np.zeros(width)
+    final[: len(position)] = position
+    return Motion.standing(final)
+
+
+def deceleration(position: Vector, velocity: Vector, maximum: Vector, width: int) -> Motion:
     """
     Brake every joint with its own constant deceleration.
 
@@ -24,15 +34,14 @@ def deceleration(
     :param position: (n,) [rad or m].
     :param velocity: (n,) [rad/s or m/s].
     :param maximum: (n,) positive decelerations [rad/s^2 or m/s^2].
+    :param width: 3n, or 4n where the motion has effort, which is 0.
     """
     durations = np.abs(velocity) / maximum
     rest = position + velocity * durations / 2.0
     joints = len(position)
-    final = np.zeros(joints * (4 if effort else 3))
-    final[:joints] = rest
     ends = np.unique(durations[durations > 1e-9])
     if not len(ends):
-        return Motion.standing(final)
+        return standstill(rest, width)
     begins = np.concatenate(([0.0], ends[:-1]))
     T = (ends - begins)[:, None]
     brakes = durations > begins[:, None] + 1e-12
@@ -43,14 +52,12 @@ def deceleration(
     c[:, 1] = -a * remaining * T
     c[:, 2] = np.where(brakes, 0.5 * a * T**2, 0.0)
     full = segments.with_derivatives(c, ends - begins)
-    if effort:
+    if width > 3 * joints:
         full = segments.with_effort(full, *np.zeros((2, len(ends), joints)))
-    return Motion(0.0, ends.tolist(), full, final)
+    return Motion(0.0, ends.tolist(), full, standstill(rest, width).final)
 
 
-def stop_ramp(
-    position: Vector, velocity: Vector, duration: float, *, effort: bool = False
-) -> Motion:
+def stop_ramp(position: Vector, velocity: Vector, duration: float, width: int) -> Motion:
     """
     Come to rest on a quintic within a time, as ``stop_trajectory_duration`` of ROS 1 asks.
 
@@ -60,6 +67,7 @@ def stop_ramp(
     :param position: (n,) of the reference [rad or m].
     :param velocity: (n,) of the reference [rad/s or m/s].
     :param duration: D, positive [s].
+    :param width: 3n, or 4n where the motion has effort, which is 0.
     """
     zero = np.zeros_like(position)
     there = np.stack((position, velocity, zero))[:, None]
@@ -69,8 +77,6 @@ def stop_ramp(
     middle = 0.5 ** np.arange(segments.DEGREE + 1) @ turning[0]
     rest = np.stack((middle[: len(position)], zero, zero))[:, None]
     ramp = segments.spline_coefficients(np.array([duration]), quintic, there, rest)
-    final = np.zeros(len(position) * (4 if effort else 3))
-    final[: len(position)] = rest[0, 0]
-    if effort:
+    if width > 3 * len(position):
         ramp = segments.with_effort(ramp, zero[None], zero[None])
-    return Motion(0.0, [duration], ramp, final)
+    return Motion(0.0, [duration], ramp, standstill(rest[0, 0], width).final)

@@ -16,7 +16,7 @@ from typing import Any
 
 from armsim_ros.control.controller import Controller, LifecycleState
 from armsim_ros.control.hardware_interface import HardwareInterface
-from armsim_ros.errors import nearest
+from armsim_ros.errors import ControllerError, nearest
 
 
 class Strictness(IntEnum):
@@ -38,11 +38,7 @@ class SwitchResult:
 
 @dataclass(frozen=True, slots=True)
 class SwitchPlan:
-    """
-    Controllers to stop and to start, by name, and what was wrong with the request.
-
-    :param restart: those that are both.
-    """
+    """Controllers to stop and to start, by name, and what was wrong with the request."""
 
     deactivate: tuple[str, ...]
     activate: tuple[str, ...]
@@ -92,6 +88,23 @@ def claimed_joints(controllers: Sequence[Controller[Any]]) -> dict[str, frozense
             joint, _, kind = interface.rpartition('/')
             claims.setdefault(joint, set()).add(kind)
     return {joint: frozenset(kinds) for joint, kinds in claims.items()}
+
+
+def loaded(controllers: Mapping[str, Controller[Any]], name: str) -> Controller[Any]:
+    """Return a controller by its name; ControllerError names those that are loaded."""
+    try:
+        return controllers[name]
+    except KeyError:
+        raise ControllerError(_unknown(name, controllers)) from None
+
+
+def demand(controller: Controller[Any], verb: str, *states: LifecycleState) -> None:
+    """Raise ControllerError unless the controller is in one of the states."""
+    if controller.state not in states:
+        raise ControllerError(
+            f"'{controller.name}' is {controller.state.value} and cannot be {verb}; allowed: "
+            f'{" or ".join(state.value for state in states)}'
+        )
 
 
 def _obstacle(

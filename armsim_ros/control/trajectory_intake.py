@@ -4,7 +4,8 @@
 The border between those who send trajectories and the control loop.
 
 Everything here runs in the sender's thread: checks, sorting, polynomials. What comes out is a
-request that the control loop takes up at the start of an update.
+request that the control loop takes up at the start of an update. In the manner of ROS 1 an empty
+trajectory is the request to stop.
 """
 
 from __future__ import annotations
@@ -19,8 +20,8 @@ from armsim_ros.control.joint_properties import JointProperties
 from armsim_ros.control.limit_checks import check_start
 from armsim_ros.control.sampling import PreparedTrajectory
 from armsim_ros.control.tolerances import JointTolerance, SegmentTolerances
-from armsim_ros.control.trajectory_execution import StartRequest
 from armsim_ros.control.trajectory_goal import TrajectoryGoal
+from armsim_ros.control.trajectory_requests import StartRequest, StopRequest
 from armsim_ros.control.validation import validate
 from armsim_ros.trajectory import JointTrajectory
 
@@ -45,15 +46,16 @@ class TrajectoryIntake:
         trajectory: JointTrajectory,
         parameters: JointTrajectoryControllerParameters,
         now_ns: int,
-    ) -> StartRequest:
+    ) -> StartRequest | StopRequest:
         """
         Return the request for a trajectory from the topic; it is judged by the defaults.
 
         :raises RefusedTrajectoryError: the trajectory is not taken.
         """
-        return self._request(
-            trajectory, parameters, now_ns, SegmentTolerances.of(parameters), None
-        )
+        if parameters.compat == 'ros1' and not trajectory.points:
+            return StopRequest(None)
+        tolerances = SegmentTolerances.of(parameters)
+        return self._request(trajectory, parameters, now_ns, tolerances, None)
 
     def goal(
         self,
@@ -63,17 +65,23 @@ class TrajectoryIntake:
         goal_time: float,
         parameters: JointTrajectoryControllerParameters,
         now_ns: int,
-    ) -> tuple[StartRequest, str]:
+    ) -> tuple[StartRequest | StopRequest, TrajectoryGoal, str]:
         """
-        Return the request for a goal, and what is wrong with its tolerances.
+        Return the request for a goal, the goal, and what is wrong with its tolerances.
 
         :raises RefusedTrajectoryError: the trajectory is not taken.
         """
         defaults = SegmentTolerances.of(parameters)
         tolerances, complaint = defaults.overridden(parameters.joints, path, goal, goal_time)
         accepted = TrajectoryGoal(trajectory, tolerances)
+        if (
+            parameters.compat == 'ros1'
+            and not trajectory.points
+            and set(trajectory.joint_names) == set(parameters.joints)
+        ):
+            return StopRequest(accepted), accepted, complaint
         request = self._request(trajectory, parameters, now_ns, tolerances, accepted)
-        return request, complaint
+        return request, accepted, complaint
 
     def _request(
         self,

@@ -9,7 +9,6 @@ This is the hot path; it allocates next to nothing and logs nothing while all go
 from __future__ import annotations
 
 from collections import deque
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -19,46 +18,22 @@ from armsim_ros.control.controller_state import StateRecord, StateRing
 from armsim_ros.control.events import EventQueue
 from armsim_ros.control.hardware_interface import HardwareInterface
 from armsim_ros.control.joint_properties import JointProperties
-from armsim_ros.control.trajectory_execution import Phase, StartRequest, TrajectoryExecution
+from armsim_ros.control.trajectory_execution import Phase, TrajectoryExecution
 from armsim_ros.control.trajectory_goal import (
     GoalStatus,
     TrajectoryErrorCode,
     TrajectoryGoal,
     TrajectoryResult,
 )
+from armsim_ros.control.trajectory_requests import (
+    CancelRequest,
+    Request,
+    ScalingRequest,
+    StartRequest,
+    StopRequest,
+)
 from armsim_ros.control.trajectory_setup import command_timeout, stop_brakes
 from armsim_ros.control.wraparound import wrap_in_place
-
-
-@dataclass(frozen=True, slots=True)
-class CancelRequest:
-    """Cancel a goal; None cancels whatever is active."""
-
-    goal: TrajectoryGoal | None
-
-
-@dataclass(frozen=True, slots=True)
-class StopRequest:
-    """Stop and cancel what is active; a goal that asked for it has succeeded then."""
-
-    goal: TrajectoryGoal | None
-
-
-@dataclass(frozen=True, slots=True)
-class ScalingRequest:
-    """Change the pace of trajectories."""
-
-    factor: float
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class ParameterRequest:
-    """Work with new parameters from now on."""
-
-    parameters: JointTrajectoryControllerParameters
-
-
-Request = StartRequest | CancelRequest | StopRequest | ScalingRequest | ParameterRequest
 
 
 class TrajectoryLoop:
@@ -129,7 +104,7 @@ class TrajectoryLoop:
     def deactivate(self) -> None:
         """End all goals and let go of the joints."""
         message = 'the controller was deactivated'
-        self.execution.abort(message)
+        self.execution.end_goals(GoalStatus.ABORTED, message, TrajectoryErrorCode.INVALID_GOAL)
         self.abort_pending(message)
         self.writer.release()
 

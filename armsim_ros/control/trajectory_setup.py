@@ -46,6 +46,21 @@ def check_configuration(
         )
 
 
+def warn_of_configuration(
+    parameters: JointTrajectoryControllerParameters, events: EventQueue, time_ns: int
+) -> None:
+    """Say what a user of these parameters may not expect."""
+    if not any(block.goal for block in parameters.constraints.joints.values()):
+        text = (
+            'no goal tolerance (constraints.<joint>.goal) is set: goals succeed at the end of '
+            'their trajectory wherever the joints are'
+        )
+        events.add(time_ns, 'info', 'warning', text)
+    if parameters.open_loop_control:
+        text = 'open_loop_control is deprecated, use interpolate_from_desired_state'
+        events.add(time_ns, 'warning', 'warning', text)
+
+
 def stop_brakes(
     parameters: JointTrajectoryControllerParameters,
     properties: JointProperties,

@@ -47,20 +47,14 @@ class Waypoints:
         columns = [joints.index(name) for name in trajectory.joint_names]
         named = np.zeros(len(joints), dtype=np.bool_)
         named[columns] = True
-        shape = (len(trajectory.points), len(joints))
-        positions, velocities, accelerations = (np.full(shape, np.nan) for _ in range(3))
-        effort = np.zeros(shape)
-        for row, point in enumerate(trajectory.points):
-            for table, values, rest in (
-                (positions, point.positions, np.nan),
-                (velocities, point.velocities, 0.0),
-                (accelerations, point.accelerations, 0.0),
-                (effort, point.effort, 0.0),
-            ):
-                if len(values):
-                    table[row] = rest
-                    table[row, columns] = values
-        return cls(trajectory.times(), positions, velocities, accelerations, effort, named)
+        points = trajectory.points
+        tables = (
+            _table([point.positions for point in points], columns, len(joints), np.nan, np.nan),
+            _table([point.velocities for point in points], columns, len(joints), 0.0, np.nan),
+            _table([point.accelerations for point in points], columns, len(joints), 0.0, np.nan),
+            _table([point.effort for point in points], columns, len(joints), 0.0, 0.0),
+        )
+        return cls(trajectory.times(), *tables, named)
 
     @property
     def complete(self) -> bool:
@@ -114,3 +108,19 @@ class Waypoints:
     def shifted(self, offset: Matrix) -> Waypoints:
         """Subtract (n,) ``offset`` [rad or m] from every position."""
         return replace(self, positions=self.positions - offset)
+
+
+def _table(
+    rows: Sequence[Matrix], columns: Sequence[int], joints: int, others: float, empty: float
+) -> Matrix:
+    """Return (m, joints): values in their columns, ``others`` beside them, ``empty`` rows."""
+    table = np.full((len(rows), joints), empty)
+    if all(len(row) for row in rows):
+        table[:] = others
+        table[:, columns] = np.array(rows)
+        return table
+    for i, row in enumerate(rows):
+        if len(row):
+            table[i] = others
+            table[i, columns] = row
+    return table

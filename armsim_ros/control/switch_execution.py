@@ -1,0 +1,167 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""
+Carries switches out in the control loop's thread, and knows which controllers are updated.
+
+A switch first tells the hardware which interfaces will be claimed; if the hardware refuses,
+nothing has changed. Then controllers are stopped, then others started, between two updates.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from concurrent.futures import Future
+from typing import Any
+
+import numpy as np
+
+from armsim_ros.config.controller_manager import ControllerManagerParameters
+from armsim_ros.control.controller import Controller, LifecycleState
+from armsim_ros.control.events import EventQueue
+from armsim_ros.control.hardware_component import HardwareComponent
+from armsim_ros.control.hardware_interface import HardwareInterface, POSITION
+from armsim_ros.control.switching import claimed_joints, plan_switch, Strictness, SwitchResult
+from armsim_ros.errors import ArmsimError
+
+Controllers = Mapping[str, Controller[Any]]
+
+
+class SwitchRequest:
+    """
+    Controllers to start and to stop; 0 as strictness takes the manager's default.
+
+    :param future: gets the result.
+    """
+
+    __slots__ = ('activate', 'deactivate', 'future', 'strictness')
+
+    def __init__(
+        self, activate: Sequence[str], deactivate: Sequence[str], strictness: int
+    ) -> None:
+        """Keep what was asked for."""
+        self.activate = tuple(activate)
+        self.deactivate = tuple(deactivate)
+        self.strictness = strictness
+        self.future: Future[SwitchResult] = Future()
+
+
+class SwitchExecution:
+    """
+    Starts and stops controllers.
+
+    :param component: the hardware's own state.
+    :param events: what happened, in words.
+    """
+
+    def __init__(
+        self,
+        hardware: HardwareInterface,
+        component: HardwareComponent,
+        parameters: ControllerManagerParameters,
+        events: EventQueue,
+    ) -> None:
+        """Start without active controllers."""
+        self.generation = 0
+        self.active: tuple[tuple[Controller[Any], int], ...] = ()
+        self._hardware = hardware
+        self._component = component
+        self._parameters = parameters
+        self._events = events
+
+    def execute(
+        self, controllers: Controllers, request: SwitchRequest, time_ns: int
+    ) -> SwitchResult:
+        """
+        Carry a request out as far as its strictness allows.
+
+        :param controllers: all that are loaded.
+        """
+        plan = plan_switch(controllers, self._hardware, request.activate, request.deactivate)
+        problems, activate = list(plan.problems), plan.activate
+        if activate and not self._component.active:
+            state = self._component.state.value
+            problems.append(f"hardware '{self._component.name}' is {state}")
+            activate = ()
+        if problems and self._strict(request.strictness):
+            return SwitchResult(False, f'nothing was switched: {"; ".join(problems)}')
+        if not (activate or plan.deactivate):
+            return SwitchResult(True, '; '.join(['nothing to do', *problems]))
+        stopping = [controllers[name] for name in plan.deactivate]
+        starting = [controllers[name] for name in activate]
+        wanted = [c for c in controllers.values() if c.active and c not in stopping] + starting
+        try:
+            self._hardware.perform_command_mode_switch(claimed_joints(wanted))
+        except ArmsimError as error:
+            return SwitchResult(False, f'nothing was switched: {error}')
+        for controller in stopping:
+            self._deactivate(controller, time_ns)
+        self._forget_positions(wanted)
+        failures = [text for c in starting if (text := self._activate(c, time_ns))]
+        if failures:
+            claims = claimed_joints([c for c in wanted if c.active])
+            self._hardware.perform_command_mode_switch(claims)
+        self._refresh(controllers, time_ns)
+        message = '; '.join(failures + problems) or 'controllers switched'
+        return SwitchResult(not failures, message)
+
+    def replace_failed(
+        self, controllers: Controllers, failed: Controller[Any], error: Exception, time_ns: int
+    ) -> None:
+        """Deactivate a controller that raised, and activate its fallback controllers."""
+        text = f"'{failed.name}' failed and is deactivated: {error.__class__.__name__}: {error}"
+        self._events.add(time_ns, 'error', 'failure', text)
+        entry = self._parameters.controllers.get(failed.name)
+        fallbacks = entry.fallback_controllers if entry is not None else ()
+        request = SwitchRequest(fallbacks, (failed.name,), Strictness.BEST_EFFORT)
+        result = self.execute(controllers, request, time_ns)
+        if fallbacks or not result.ok:
+            self._events.add(time_ns, 'warning', 'state', f'fallback: {result.message}')
+
+    def _activate(self, controller: Controller[Any], time_ns: int) -> str:
+        try:
+            controller.activate(time_ns)
+        except Exception as error:  # noqa: BLE001 - the others of the request shall go on
+            text = f"'{controller.name}' could not be activated: {error}"
+            self._events.add(time_ns, 'error', 'state', text)
+            return text
+        controller.state = LifecycleState.ACTIVE
+        self._events.add(time_ns, 'info', 'state', f"'{controller.name}' is active")
+        return ''
+
+    def _deactivate(self, controller: Controller[Any], time_ns: int) -> None:
+        controller.state = LifecycleState.INACTIVE
+        try:
+            controller.deactivate(time_ns)
+        except Exception as error:  # noqa: BLE001 - it must not stay active because it fails
+            text = f"'{controller.name}' failed while it was deactivated: {error}"
+            self._events.add(time_ns, 'error', 'failure', text)
+        self._events.add(time_ns, 'info', 'state', f"'{controller.name}' is inactive")
+
+    def _forget_positions(self, controllers: Sequence[Controller[Any]]) -> None:
+        """Erase position commands that grow old while another interface moves the joint."""
+        for joint, kinds in claimed_joints(controllers).items():
+            if POSITION not in kinds:
+                self._hardware.command.position[self._hardware.index[joint]] = np.nan
+
+    def _refresh(self, controllers: Controllers, time_ns: int) -> None:
+        rate = self._parameters.update_rate
+        active = []
+        for controller in controllers.values():
+            if not controller.active:
+                continue
+            divisor = max(1, round(rate / controller.update_rate))
+            if divisor * controller.update_rate != rate:
+                text = (
+                    f"'{controller.name}' runs at {rate / divisor:g} Hz instead of "
+                    f'{controller.update_rate} Hz: its update_rate has to divide the '
+                    f"manager's {rate} Hz"
+                )
+                self._events.add(time_ns, 'warning', 'warning', text)
+            active.append((controller, divisor))
+        self.active = tuple(active)
+        self.generation += 1
+
+    def _strict(self, strictness: int) -> bool:
+        if strictness == 0:
+            return self._parameters.defaults.switch_controller.strictness == 'strict'
+        return strictness == Strictness.STRICT
