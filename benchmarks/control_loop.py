@@ -75,7 +75,7 @@ def main():
     parser = argparse.ArgumentParser(description='Control tick: cost and tracking.')
     parser.add_argument('--robot', default='sunday')
     parser.add_argument('--state', default='scan_food')
-    arguments = parser.parse_args()
+    arguments, _ = parser.parse_known_args()
     sim = ArmSim(arguments.robot)
     group, states = next(iter(sim.model.semantic.named_states.items()))
     named = states[arguments.state]
@@ -92,7 +92,7 @@ def main():
     print(f'{arguments.robot}, {len(joints)} joints, {rate:g} Hz')
     print('largest error of any joint against the trajectory')
     for duration, moving, holding in rows:
-        print(f'  {duration:g} s move: {moving * 1e3:.4f} mrad moving, {holding * 1e3:.4f} after')
+        print(f'  {duration:g} s move: {moving * 1e3:.1e} mrad moving, {holding * 1e3:.1e} after')
     print('time of one call in us           p50      p99      max')
     for name, samples in (('control tick', ticks), ('bare mj_step', bare_physics(sim, 5000))):
         p50, p99, longest = microseconds(samples)
