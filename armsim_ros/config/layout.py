@@ -15,6 +15,7 @@ from armsim_ros.config.blocks import BLOCKS, KEEP_KEYS, UNUSED_BLOCKS
 from armsim_ros.config.draft import ConfigDraft, empty_node
 from armsim_ros.config.ompl_planning import OmplGroup
 from armsim_ros.config.validation import known_keys
+from armsim_ros.config.world import WorldSettings
 from armsim_ros.config.yaml_node import split_keys, YamlNode
 from armsim_ros.errors import nearest, Problem, Severity
 
@@ -24,6 +25,7 @@ _CONTROLLER_KEYS = frozenset(
      'action_monitor_rate', 'stop_trajectory_duration', 'goal_time',
      'stopped_velocity_tolerance', 'command_interfaces', 'state_interfaces'})
 _ANY_NODE = '**'
+_WORLD_KEYS = frozenset(known_keys(WorldSettings))
 _NODES_OF_MOVEIT = frozenset({
     'move_group', 'moveit_simple_controller_manager', 'planning_scene_monitor', 'rviz', 'rviz2',
     _ANY_NODE,
@@ -38,9 +40,8 @@ class LayoutReader:
     """
 
     def __init__(self, draft: ConfigDraft) -> None:
-        """Start with an empty list of ROS 2 types."""
+        """Take the draft to fill."""
         self._draft = draft
-        self._file_stem = ''
 
     def read(self, root: YamlNode, stem: str) -> None:
         """
@@ -48,11 +49,12 @@ class LayoutReader:
 
         :param stem: the file's name without its ending.
         """
-        self._file_stem = stem
         if _has_ros2_key(root):
             self._read_nodes(root, ())
         elif stem == 'simulation':
             self._take_simulation(root)
+        elif 'objects' in root.entries and set(root.entries) <= _WORLD_KEYS:
+            return  # a world; simulation.yaml says which one is taken
         else:
             self._read_block(root, '')
 

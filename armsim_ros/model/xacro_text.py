@@ -68,14 +68,15 @@ def _run_xacro(file: Path, mappings: dict[str, str], folders: tuple[Path, ...]) 
             raise ModelError(Problem(
                 f'this is no XML: {expat.ErrorString(error.code)}',
                 Location(culprit, error.lineno, error.offset + 1))) from None
-        except ResourceError as error:
-            raise ModelError(Problem(str(error), Location(_current_file(xacro, file)))) from None
         except Exception as error:  # noqa: BLE001 - any error of the expressions in the file
             raise ModelError(_complaint(xacro, error, file)) from None
         return str(document.toprettyxml(indent='  '))
 
 
 def _complaint(module: Any, error: Exception, file: Path) -> Problem:
+    cause = getattr(error, 'exc', None) or error
+    if isinstance(cause, ResourceError):
+        return Problem(str(cause), Location(_current_file(module, file)))
     text = ' '.join(str(error).split()) or type(error).__name__
     macros = [macro.body.getAttribute('name') for macro in reversed(module.macrostack or [])]
     if macros:

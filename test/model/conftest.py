@@ -1,0 +1,40 @@
+"""An arm with a gripper, small enough to see through."""
+
+import pytest
+
+from armsim_ros.model.robot_model import RobotModel
+from armsim_ros.model.srdf import parse_srdf
+from armsim_ros.model.urdf import parse_urdf
+
+_BODY = ('<inertial><mass value="1"/><inertia ixx="0.01" ixy="0" ixz="0" iyy="0.01" iyz="0" '
+         'izz="0.01"/></inertial>')
+_JOINT = ('<joint name="{0}" type="{1}"><parent link="{2}"/><child link="{3}"/>'
+          '<origin xyz="0 0 0.1"/><axis xyz="0 0 1"/>'
+          '<limit lower="-1" upper="2" effort="5" velocity="3"/>{4}</joint>')
+
+
+@pytest.fixture
+def arm_urdf():
+    """Return an arm with a gripper: base -> a -> b -> tool -> two fingers, one mimics."""
+    links = [f'<link name="{name}">{_BODY}</link>'
+             for name in ('base', 'a', 'b', 'tool', 'left', 'right')]
+    mimic = '<mimic joint="finger_1" multiplier="-1" offset="0.5"/>'
+    joints = [_JOINT.format(*parts) for parts in (
+        ('j1', 'revolute', 'base', 'a', ''), ('j2', 'revolute', 'a', 'b', ''),
+        ('to_tool', 'fixed', 'b', 'tool', ''), ('finger_1', 'prismatic', 'tool', 'left', ''),
+        ('finger_2', 'prismatic', 'tool', 'right', mimic))]
+    return '\n'.join(['<robot name="r">', *links, *joints, '</robot>'])
+
+
+@pytest.fixture
+def make_model(arm_urdf):
+    """Return a function from an SRDF's inside to (model, warnings)."""
+    def make(*lines, name='r'):
+        content = parse_urdf(arm_urdf, 'r.urdf', read_mesh=None)
+        text = '\n'.join([f'<robot name="{name}">', *lines, '</robot>'])
+        found = parse_srdf(text, 'r.srdf', robot_name=content.name, root_link=content.root_link,
+                           links=content.links, joints=content.joints)
+        model = RobotModel(content.name, content.links, content.joints, content.root_link,
+                           found.semantic)
+        return model, [str(one) for one in found.problems]
+    return make

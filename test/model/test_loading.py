@@ -1,0 +1,179 @@
+"""Settings, URDF and SRDF together: one model, or the list of all mistakes."""
+
+import math
+from pathlib import Path
+import shutil
+
+import pytest
+
+from armsim_ros.config.loading import load_robot_settings
+from armsim_ros.errors import ConfigError
+from armsim_ros.model.loading import load_robot_model
+from armsim_ros.resources import find_robot, PACKAGE, share_folder
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """Return a folder with the sunday robot's files."""
+    copy = tmp_path / 'sunday'
+    shutil.copytree(find_robot('sunday'), copy)
+    shutil.copy(share_folder(PACKAGE) / 'urdf' / 'sunday.urdf.xacro', copy)
+    return copy
+
+
+def change(file, old, new):
+    """Replace a text that must be there."""
+    text = file.read_text()
+    assert old in text
+    file.write_text(text.replace(old, new, 1))
+
+
+def load(folder):
+    """Return the model and the messages that are no mistakes."""
+    problems = []
+    model = load_robot_model(load_robot_settings(str(folder)), report=problems.append)
+    return model, [str(one).replace(f'{folder}/', '') for one in problems]
+
+
+def mistakes(folder):
+    """Return the messages of the mistakes."""
+    with pytest.raises(ConfigError) as caught:
+        load(folder)
+    return [str(one).replace(f'{folder}/', '') for one in caught.value.problems]
+
+
+def test_joint_limits_are_laid_over_the_urdf(folder):
+    """CFG-6: the file wins, upwards too; has_...: false means none."""
+    (folder / 'joint_limits.yaml').write_text("""
+joint_limits:
+  joint_1: {has_velocity_limits: true, max_velocity: 5, has_acceleration_limits: true,
+            max_acceleration: 2, has_position_limits: true, min_position: -1, max_position: 1}
+  joint_2: {has_velocity_limits: false, max_velocity: 1, has_jerk_limits: true, max_jerk: 9}
+""")
+    joints = load(folder)[0].joints
+    first = joints['joint_1'].limits
+    assert (first.lower, first.upper, first.velocity, first.acceleration) == (-1, 1, 5, 2)
+    assert first.effort == 30.0
+    assert joints['joint_2'].limits.velocity == math.inf
+    assert joints['joint_2'].limits.jerk == 9.0
+    assert joints['joint_3'].limits.velocity == 3.14
+
+
+def test_a_joint_that_the_urdf_lacks(folder):
+    """The controller's line is named, and the nearest joint."""
+    change(folder / 'trajectory_control.yaml', '- joint_6', '- joint6')
+    change(folder / 'trajectory_control.yaml', 'joint_6:   {', 'joint6:   {')
+    assert mistakes(folder) == [
+        "trajectory_control.yaml:10:9: controller 'arm_joint_controller': joint 'joint6' is not "
+        "in the URDF of robot 'sunday'; did you mean 'joint_6'?"]
+
+
+def test_a_joint_that_cannot_be_commanded(folder):
+    """A fixed joint and a mimic joint are refused."""
+    change(folder / 'sunday.urdf.xacro', '<axis xyz="${axis}"/>', '<axis xyz="${axis}"/>'
+           '<xacro:if value="${number == 6}"><mimic joint="joint_5"/></xacro:if>')
+    assert mistakes(folder)[0] == (
+        "trajectory_control.yaml:10:9: controller 'arm_joint_controller': joint 'joint_6' follows "
+        "'joint_5' and cannot be commanded by itself; remove it from the controller, or its "
+        '<mimic> from the URDF')
+
+
+def test_joints_of_move_groups_controllers(folder):
+    """EXE-1: the list that move_group reads is checked against the URDF too."""
+    change(folder / 'controllers_gazebo.yaml', '- joint_6', '- joint_7')
+    assert mistakes(folder) == [
+        "controllers_gazebo.yaml:13:9: MoveIt controller 'sunday/arm_joint_controller': joint "
+        "'joint_7' is not in the URDF of robot 'sunday'; did you mean 'joint_6'?"]
+
+
+def test_a_typo_in_a_namespace(folder):
+    """Nobody would serve the action: the message names the one that is served."""
+    change(folder / 'controllers_gazebo.yaml', 'sunday/arm', 'sundy/arm')
+    assert any("controllers_gazebo.yaml:3:5: MoveIt controller 'sundy/arm_joint_controller': no "
+               'controller of this name runs here' in one and
+               "did you mean 'sunday/arm_joint_controller'?" in one for one in load(folder)[1])
+
+
+def test_a_group_without_a_controller(folder):
+    """SEED-9, complaint 1: the YAML to add is part of the warning."""
+    change(folder / 'controllers_gazebo.yaml', '      - joint_6\n', '')
+    (warning,) = load(folder)[1]
+    assert warning.startswith(
+        "sunday.srdf:5:3: planning group 'manipulator' cannot be executed: no controller moves "
+        'joint_6; add to controller_list: - {name: sunday/arm_joint_controller, action_ns: ')
+
+
+def test_names_in_the_other_files(folder):
+    """Limits, solvers and planners of what is not there give a warning each."""
+    change(folder / 'joint_limits.yaml', '  joint_6:', '  joint_66:')
+    change(folder / 'kinematics.yaml', 'manipulator:', 'manipulatr:')
+    change(folder / 'ompl_planning.yaml', '    - EST', '    - ETS')
+    warnings = load(folder)[1]
+    assert len(warnings) == 3
+    assert 'joint_limits.yaml:29:3: joint limits: joint ' in warnings[0]
+    assert "kinematics.yaml:1:1: kinematics: planning group 'manipulatr'" in warnings[1]
+    assert "'ETS' is not in planner_configs" in warnings[2]
+
+
+def test_a_mistake_in_a_xacro_file_has_the_line_of_the_source(folder):
+    """After xacro the text has other lines; a name leads back to the right one."""
+    change(folder / 'sunday.urdf.xacro', '<parent link="link_5"/>\n    <child link="camera_link"',
+           '<parent link="link_55"/>\n    <child link="camera_link"')
+    found = mistakes(folder)
+    lines = (folder / 'sunday.urdf.xacro').read_text().splitlines()
+    line = next(n for n, text in enumerate(lines, 1) if 'link_5_to_camera_link' in text)
+    assert found[0] == (f"sunday.urdf.xacro:{line}: parent of joint 'link_5_to_camera_link': link "
+                        "'link_55' is not in the URDF; did you mean 'link_5'?")
+
+
+@pytest.mark.parametrize(('old', 'new', 'message'), [
+    ('${-reach}', '${-rech}', "sunday.urdf.xacro: xacro: name 'rech' is not defined"),
+    ('</robot>', '', 'sunday.urdf.xacro:'),
+    ('<link name="world"/>', '<xacro:include filename="$(find nowhere)/a.xacro"/>',
+     "sunday.urdf.xacro: package 'nowhere' is not found"),
+    ('<link name="world"/>', '<xacro:include filename="gone.xacro"/>',
+     'sunday.urdf.xacro: xacro: No such file or directory'),
+    ('<link name="world"/>', '<xacro:nothing/>', 'sunday.urdf.xacro: xacro: unknown macro name'),
+])
+def test_mistakes_that_xacro_finds(folder, old, new, message):
+    """One message with the file, no traceback."""
+    change(folder / 'sunday.urdf.xacro', old, new)
+    (found,) = mistakes(folder)
+    assert message in found
+
+
+def test_find_looks_near_the_robots_files(folder):
+    """$(find pkg) finds a package whose folder lies beside the robot's."""
+    package = folder.parent / 'my_description'
+    package.mkdir()
+    (package / 'part.xacro').write_text('<robot xmlns:xacro="http://www.ros.org/wiki/xacro">'
+                                        '<link name="world"/></robot>')
+    change(folder / 'sunday.urdf.xacro', '<link name="world"/>',
+           '<xacro:include filename="$(find my_description)/part.xacro"/>')
+    assert load(folder)[0].root_link == 'world'
+
+
+def test_a_mesh_that_cannot_be_read(folder):
+    """A COLLADA mesh is refused with the line of the URDF and what to do."""
+    (folder / 'hand.dae').write_text('<COLLADA/>')
+    change(folder / 'sunday.urdf.xacro', '<link name="camera_color_optical_frame"/>',
+           '<link name="camera_color_optical_frame"><collision><geometry>'
+           '<mesh filename="hand.dae"/></geometry></collision></link>')
+    (found,) = mistakes(folder)
+    assert "mesh 'hand.dae': .dae is not read; allowed: .stl, .obj; convert it once" in found
+
+
+def test_a_robot_without_an_srdf(folder):
+    """It runs, and cannot be planned for."""
+    (folder / 'sunday.srdf').unlink()
+    model, warnings = load(folder)
+    assert model.semantic.groups == {}
+    assert any("planning group 'manipulator' is not in the SRDF" in one for one in warnings)
+
+
+def test_the_urdf_text_is_kept(folder):
+    """Robot descriptions are published as xacro made them."""
+    model, _ = load(folder)
+    assert '<joint name="joint_1" type="revolute">' in model.urdf
+    assert 'xacro:macro' not in model.urdf
+    assert model.srdf == Path(folder / 'sunday.srdf').read_text()
