@@ -7,7 +7,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from enum import Enum
-import sys
+import math
 import types
 from typing import Any, get_args, get_origin, Literal, Union
 
@@ -129,11 +129,10 @@ def _descriptor(info: FieldInfo, kind: Parameter.Type, read_only: bool) -> Param
     if lower is None and upper is None:
         return descriptor
     if kind in (Parameter.Type.DOUBLE, Parameter.Type.DOUBLE_ARRAY):
-        most = sys.float_info.max
         descriptor.floating_point_range = [
             FloatingPointRange(
-                from_value=-most if lower is None else float(lower),
-                to_value=most if upper is None else float(upper),
+                from_value=-math.inf if lower is None else float(lower),
+                to_value=math.inf if upper is None else float(upper),
             )
         ]
     elif kind in (Parameter.Type.INTEGER, Parameter.Type.INTEGER_ARRAY):

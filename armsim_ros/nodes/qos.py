@@ -51,13 +51,13 @@ DIAGNOSTICS = _profile(QoSReliabilityPolicy.RELIABLE, QoSDurabilityPolicy.VOLATI
 COMMAND = _profile(QoSReliabilityPolicy.BEST_EFFORT, QoSDurabilityPolicy.VOLATILE, 10)
 """Subscriptions to commands: match every publisher."""
 
-MANAGER_SERVICES = _profile(
+SERVICES = _profile(
     QoSReliabilityPolicy.RELIABLE,
     QoSDurabilityPolicy.VOLATILE,
     0,
     QoSHistoryPolicy.KEEP_ALL,
 )
-"""Services of the controller manager: no request is dropped in a burst."""
+"""Services, those of actions too: a burst of requests loses none."""
 
 DESCRIPTION = _profile(QoSReliabilityPolicy.RELIABLE, QoSDurabilityPolicy.TRANSIENT_LOCAL, 1)
 """Subscriptions to a latched text."""

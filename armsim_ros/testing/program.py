@@ -66,23 +66,24 @@ class Program:
         with self._condition:
             return '\n'.join(self.output)
 
-    def wait_for_line(self, pattern: str, timeout: float = 20.0) -> str:
+    def wait_for_line(self, pattern: str, timeout: float = 20.0, *, after: int = 0) -> str:
         """
         Return the first line of output that matches, waiting for it.
 
         :param pattern: regular expression, searched in the line.
         :param timeout: [s].
+        :param after: so many lines from the start are not looked at.
         :raises AssertionError: the program ended or the time is over; the text shows the output.
         """
         expression = re.compile(pattern)
         deadline = time.monotonic() + timeout
-        seen = 0
+        seen = after
         with self._condition:
             while True:
                 for line in self.output[seen:]:
                     if expression.search(line):
                         return line
-                seen = len(self.output)
+                seen = max(seen, len(self.output))
                 left = deadline - time.monotonic()
                 if self._closed or left <= 0.0:
                     reason = 'ended' if self._closed else f'said nothing like it in {timeout} s'

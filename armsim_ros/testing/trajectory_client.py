@@ -13,11 +13,13 @@ from action_msgs.msg import GoalStatus
 from control_msgs.action import FollowJointTrajectory
 from control_msgs.msg import JointTolerance
 from rclpy.action import ActionClient
-from rclpy.qos import QoSDurabilityPolicy, QoSProfile, QoSReliabilityPolicy
+from rclpy.qos import QoSDurabilityPolicy, QoSHistoryPolicy, QoSProfile, QoSReliabilityPolicy
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from armsim_ros.nodes.conversions.time import duration_from_seconds
 from armsim_ros.testing.client_node import ClientNode
+
+ALL = QoSProfile(history=QoSHistoryPolicy.KEEP_ALL)
 
 SUCCEEDED = GoalStatus.STATUS_SUCCEEDED
 CANCELED = GoalStatus.STATUS_CANCELED
@@ -124,7 +126,13 @@ class TrajectoryClient:
         self.client = client
         self.controller = controller
         self._action = ActionClient(
-            client.node, FollowJointTrajectory, f'{controller}/follow_joint_trajectory'
+            client.node,
+            FollowJointTrajectory,
+            f'{controller}/follow_joint_trajectory',
+            # The usual depth of 10 loses answers when many goals are sent at once.
+            goal_service_qos_profile=ALL,
+            result_service_qos_profile=ALL,
+            feedback_sub_qos_profile=QoSProfile(depth=100),
         )
         # Transient-local, so that a message published before the two have met is not lost.
         qos = QoSProfile(

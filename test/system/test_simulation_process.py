@@ -7,6 +7,7 @@ import shutil
 import signal
 
 import pytest
+from rclpy.node import Node
 from sensor_msgs.msg import JointState
 
 from armsim_ros.resources import find_robot
@@ -34,9 +35,24 @@ def test_a_second_one_under_the_same_name_is_refused(
         client.collect('/sunday/joint_states', JointState).wait(1)
         with start_program('simulation', ros_domain) as second:
             assert second.wait(15.0) == 2
-            assert 'another simulation already runs as /sunday/controller_manager' in second.text
+            assert f'another simulation (pid {first.process.pid})' in second.text
+            assert 'ROS_DOMAIN_ID' in second.text
             assert 'Traceback' not in second.text
         assert first.process.poll() is None
+
+
+def test_a_manager_of_that_name_on_the_domain_is_found(
+    ros_domain: int, client: ClientNode
+) -> None:
+    """A stack that no lock shows, such as that of another machine, is seen in the graph."""
+    other = Node('controller_manager', namespace='/sunday', context=client.context)
+    try:
+        with start_program('simulation', ros_domain) as program:
+            assert program.wait(15.0) == 2
+            assert 'already runs as /sunday/controller_manager' in program.text
+            assert 'Traceback' not in program.text
+    finally:
+        other.destroy_node()
 
 
 def test_a_namespace_of_its_own(ros_domain: int, client: ClientNode) -> None:

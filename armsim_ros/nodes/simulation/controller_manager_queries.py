@@ -53,7 +53,7 @@ class ControllerManagerQueries:
                 self._set_component_state,
             ),
         ):
-            node.create_service(kind, f'~/{name}', answer, qos_profile=qos.MANAGER_SERVICES)
+            node.create_service(kind, f'~/{name}', answer, qos_profile=qos.SERVICES)
 
     def _list_controllers(self, _: Any, response: Any) -> Any:
         response.controller = [

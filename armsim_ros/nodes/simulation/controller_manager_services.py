@@ -19,8 +19,7 @@ from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.node import Node
 from rclpy.task import Future
 
-from armsim_ros.control.controller_manager import ControllerManager
-from armsim_ros.control.switching import Strictness
+from armsim_ros.control.controller_manager import ControllerManager, Strictness
 from armsim_ros.errors import ArmsimError
 from armsim_ros.nodes import qos
 from armsim_ros.nodes.conversions.time import seconds_from_duration
@@ -74,7 +73,7 @@ class ControllerManagerServices:
 
     def _create(self, name: str, kind: type, answer: Any, group: Any = None) -> None:
         self._node.create_service(
-            kind, f'~/{name}', answer, qos_profile=qos.MANAGER_SERVICES, callback_group=group
+            kind, f'~/{name}', answer, qos_profile=qos.SERVICES, callback_group=group
         )
 
     def _named(self, work: Callable[[str], object]) -> Callable[[Any, Any], Any]:
@@ -133,6 +132,7 @@ class ControllerManagerServices:
         switch.add_done_callback(lambda _: self._dispatcher.post(resume))
         self._dispatcher.post_later(timeout, resume)
         await done
-        if switch.done():
-            return switch.result().ok, switch.result().message
-        return False, f'the control loop did not switch within {timeout:g} s; it is overloaded'
+        if not switch.done() and switch.cancel():
+            return False, f'the control loop did not switch within {timeout:g} s; it is overloaded'
+        result = switch.result()
+        return result.ok, result.message

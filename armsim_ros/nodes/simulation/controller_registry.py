@@ -9,10 +9,10 @@ from collections.abc import Iterator, Mapping
 from rclpy.executors import Executor
 from rclpy.node import Node
 
-from armsim_ros.config.robot_settings import RobotSettings
 from armsim_ros.control.controller import Controller
 from armsim_ros.control.controller_manager import ControllerManager
-from armsim_ros.errors import ControllerError, nearest
+from armsim_ros.errors import ControllerError
+from armsim_ros.nodes.simulation.controller_descriptions import ControllerDescriptions
 from armsim_ros.nodes.simulation.controller_nodes import ControllerNode, create_controller_node
 from armsim_ros.nodes.simulation.dispatcher import Dispatcher
 
@@ -22,7 +22,7 @@ class ControllerRegistry(Mapping[str, ControllerNode]):
     Controller -> its ROS side, in the order of loading.
 
     :param manager: loads and unloads the controllers.
-    :param settings: describe the controllers that can be loaded.
+    :param descriptions: find the settings of a controller that is to be loaded.
     :param executor: serves their nodes.
     :param namespace: where their nodes live.
     """
@@ -30,14 +30,14 @@ class ControllerRegistry(Mapping[str, ControllerNode]):
     def __init__(
         self,
         manager: ControllerManager,
-        settings: RobotSettings,
+        descriptions: ControllerDescriptions,
         executor: Executor,
         dispatcher: Dispatcher,
         namespace: str,
     ) -> None:
         """Start without any."""
         self._manager = manager
-        self._settings = settings
+        self._descriptions = descriptions
         self._executor = executor
         self._dispatcher = dispatcher
         self._namespace = namespace
@@ -45,16 +45,14 @@ class ControllerRegistry(Mapping[str, ControllerNode]):
 
     def load(self, name: str) -> None:
         """
-        Load a controller that the robot's files describe, and give it a node.
+        Load a controller and give it a node.
 
         :raises ControllerError: it is loaded already, or nothing describes it.
+        :raises ConfigError: what describes it has mistakes.
         """
-        settings = self._settings.controller(name)
-        if settings is None:
-            known = tuple(one.name for one in self._settings.controllers)
-            hint = nearest(name, known) or f'known: {", ".join(known) or "none"}'
-            raise ControllerError(f"no file of the robot describes a controller '{name}'; {hint}")
-        side = self.add(self._manager.load(settings))
+        if name in self._manager.controllers:
+            raise ControllerError(f"controller '{name}' is loaded already")
+        side = self.add(self._manager.load(self._descriptions.find(name)))
         side.declare_parameters()
 
     def add(self, controller: Controller) -> ControllerNode:

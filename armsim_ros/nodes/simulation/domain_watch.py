@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Finds out whether another simulation already lives under the same names."""
+"""Finds out whether another machine's simulation already lives under the same names."""
 
 from __future__ import annotations
 
@@ -17,8 +17,9 @@ class DomainWatch:
     """
     Looks for a second controller manager of our name in the ROS graph.
 
-    Only the one that came last looks: an older one has stopped to look. Two that start at the
-    same time both find the other and both give up.
+    On one machine a lock keeps the second away; this finds those of other machines. Only the
+    one that came last looks: an older one has stopped to look. Two that start at the same time
+    both find the other and both give up.
 
     :param node: our manager's node.
     :param found: called once with what to tell the user.

@@ -14,6 +14,7 @@ from rclpy.node import Node
 from rclpy.task import Future
 
 from armsim_ros.control.trajectory_goal import GoalStatus
+from armsim_ros.nodes import qos
 from armsim_ros.nodes.simulation.dispatcher import Dispatcher
 
 #: How long a result waits for a client that asks late [s].
@@ -62,6 +63,9 @@ class GoalServer(ABC):
             goal_callback=self._decide,
             handle_accepted_callback=self._accept,
             cancel_callback=self._cancel,
+            goal_service_qos_profile=qos.SERVICES,
+            result_service_qos_profile=qos.SERVICES,
+            cancel_service_qos_profile=qos.SERVICES,
             result_timeout=RESULT_TIMEOUT,
         )
 

@@ -21,10 +21,12 @@ from armsim_ros.config.robot_settings import RobotSettings
 from armsim_ros.control.controller_manager import ControllerManager
 from armsim_ros.errors import Severity
 from armsim_ros.model.loading import load_robot_model
+from armsim_ros.nodes.bringup.domain_lock import lock_domain
 from armsim_ros.nodes.parameters import SettingsParameters
 from armsim_ros.nodes.simulation.activity import Activity
 from armsim_ros.nodes.simulation.clock import Clock
 from armsim_ros.nodes.simulation.clock_hint import ClockHint
+from armsim_ros.nodes.simulation.controller_descriptions import ControllerDescriptions
 from armsim_ros.nodes.simulation.controller_manager_queries import ControllerManagerQueries
 from armsim_ros.nodes.simulation.controller_manager_services import ControllerManagerServices
 from armsim_ros.nodes.simulation.controller_registry import ControllerRegistry
@@ -34,12 +36,12 @@ from armsim_ros.nodes.simulation.domain_watch import DomainWatch
 from armsim_ros.nodes.simulation.event_log import EventLog
 from armsim_ros.nodes.simulation.robot_state_publisher import RobotStatePublisher
 from armsim_ros.nodes.simulation.threads import ControlThread, ExecutorThread
+from armsim_ros.sim.assembly import build_manager, build_simulation
 from armsim_ros.sim.clock import SimClock
 from armsim_ros.sim.control_loop import ControlLoop
 from armsim_ros.sim.pacer import Pacer
 from armsim_ros.sim.realtime import prefer_latency
 from armsim_ros.sim.simulation import Simulation
-from armsim_ros.stack import build_manager, build_simulation
 
 #: How long each thread gets to end [s].
 _STOP_TIME = 0.3
@@ -59,6 +61,7 @@ class SimulationProgram:
     :param arguments: the command line.
     :param stop_wanted: whether a signal came; looked at between the steps of the start.
     :raises ConfigError: the user's files do not describe a robot that can run.
+    :raises DomainTakenError: another simulation has these names on this machine.
     """
 
     def __init__(self, arguments: ProgramArguments, stop_wanted: Callable[[], bool]) -> None:
@@ -68,6 +71,9 @@ class SimulationProgram:
         self._status = 0
         self._dispatcher = Dispatcher()
         self._settings = _load(arguments)
+        self._lock = lock_domain(
+            self._ros_args, program='simulation', namespace=self._settings.namespace or '/'
+        )
         self._model = load_robot_model(self._settings)
         simulation = self._settings.simulation
         self._clock = SimClock(
@@ -126,17 +132,24 @@ class SimulationProgram:
             for node in self._executor.get_nodes():
                 node.destroy_node()
             rclpy.try_shutdown()
+            self._lock.release()
         return self._status
 
     def _create_nodes(self) -> None:
         """Create what the first messages need: controllers' nodes, /clock, transforms."""
         namespace = self._settings.namespace or '/'
+        self._manager_node = self._node(
+            'controller_manager', namespace, allow_undeclared_parameters=True
+        )
         self._registry = ControllerRegistry(
-            self._manager, self._settings, self._executor, self._dispatcher, namespace
+            self._manager,
+            ControllerDescriptions(self._manager_node, self._settings),
+            self._executor,
+            self._dispatcher,
+            namespace,
         )
         for controller in self._manager.controllers.values():
             self._registry.add(controller)
-        self._manager_node = self._node('controller_manager', namespace)
         self._clock_publisher = Clock(self._node('simulation', '/'))
         self._events = EventLog(self._manager_node, self._manager, self._loop, self._registry)
         for text in self._remarks():
@@ -194,8 +207,8 @@ class SimulationProgram:
         self._status = status
         self.stop()
 
-    def _node(self, name: str, namespace: str) -> Node:
-        node = Node(name, namespace=namespace)
+    def _node(self, name: str, namespace: str, **options: bool) -> Node:
+        node = Node(name, namespace=namespace, **options)
         self._executor.add_node(node)
         return node
 

@@ -1,0 +1,142 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Calls the services of a controller manager from a program that has nothing else to do."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+import time
+from typing import Any
+
+from controller_manager_msgs.srv import (
+    CleanupController,
+    ConfigureController,
+    ListControllers,
+    LoadController,
+    SwitchController,
+    UnloadController,
+)
+from rcl_interfaces.srv import SetParameters
+import rclpy
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+
+from armsim_ros.errors import ControllerError
+from armsim_ros.nodes.conversions.time import duration_from_seconds
+
+#: How often a call is made that is not answered.
+TRIES = 3
+
+
+class ManagerClient:
+    """
+    A manager by its name.
+
+    :param node: the program's node; nobody else may spin it.
+    :param manager: the manager's name, absolute or relative to the node's namespace.
+    :param call_timeout: [s] for one answer.
+    """
+
+    def __init__(self, node: Node, manager: str, call_timeout: float) -> None:
+        """Keep the names; nothing is called yet."""
+        self._node = node
+        self._call_timeout = call_timeout
+        namespace = node.get_namespace().rstrip('/')
+        self.name = manager if manager.startswith('/') else f'{namespace}/{manager}'
+
+    @property
+    def namespace(self) -> str:
+        """The namespace of the manager and of its controllers, such as ``/sunday``."""
+        return self.name.rpartition('/')[0] or '/'
+
+    def wait(self, timeout: float) -> None:
+        """
+        Wait until the manager answers.
+
+        :param timeout: [s]; 0 waits for ever.
+        :raises ControllerError: it does not appear in time.
+        """
+        client = self._node.create_client(ListControllers, f'{self.name}/list_controllers')
+        if not client.wait_for_service(timeout or None):
+            raise ControllerError(
+                f'no controller manager answers as {self.name} within {timeout:g} s; start the '
+                "simulation, or name the manager with '-c'"
+            )
+
+    def states(self) -> dict[str, str]:
+        """Return controller -> lifecycle state."""
+        response = self._call('list_controllers', ListControllers, ListControllers.Request())
+        return {state.name: state.state for state in response.controller}
+
+    def set_parameters(self, values: dict[str, Any]) -> None:
+        """Set parameters of the manager; ControllerError where one is refused."""
+        parameters = [Parameter(key, value=value) for key, value in values.items()]
+        request = SetParameters.Request(
+            parameters=[parameter.to_parameter_msg() for parameter in parameters]
+        )
+        response = self._call('set_parameters', SetParameters, request)
+        for parameter, result in zip(parameters, response.results, strict=True):
+            if not result.successful:
+                raise ControllerError(f"parameter '{parameter.name}': {result.reason}")
+
+    def load(self, name: str) -> None:
+        """Load a controller; ControllerError where the manager refuses, as for all that follow."""
+        self._do('load_controller', LoadController, name, 'loaded')
+
+    def configure(self, name: str) -> None:
+        """Configure a controller."""
+        self._do('configure_controller', ConfigureController, name, 'configured')
+
+    def cleanup(self, name: str) -> None:
+        """Bring a controller back to unconfigured."""
+        self._do('cleanup_controller', CleanupController, name, 'cleaned up')
+
+    def unload(self, name: str) -> None:
+        """Unload a controller."""
+        self._do('unload_controller', UnloadController, name, 'unloaded')
+
+    def switch(
+        self,
+        *,
+        activate: Sequence[str] = (),
+        deactivate: Sequence[str] = (),
+        asap: bool = True,
+        timeout: float = 5.0,
+    ) -> None:
+        """Switch strictly: all or none."""
+        request = SwitchController.Request(
+            activate_controllers=list(activate),
+            deactivate_controllers=list(deactivate),
+            strictness=SwitchController.Request.STRICT,
+            activate_asap=asap,
+            timeout=duration_from_seconds(timeout),
+        )
+        response = self._call('switch_controller', SwitchController, request)
+        if not response.ok:
+            names = ', '.join([*activate, *deactivate])
+            reason = response.message or 'the manager refuses to switch'
+            raise ControllerError(f'{names}: {reason}')
+
+    def _do(self, service: str, kind: type, name: str, done: str) -> None:
+        if not self._call(service, kind, kind.Request(name=name)).ok:
+            raise ControllerError(f"'{name}' could not be {done}; the manager's log tells why")
+
+    def _call(self, service: str, kind: type, request: Any) -> Any:
+        client = self._node.create_client(kind, f'{self.name}/{service}')
+        try:
+            for _ in range(TRIES):
+                deadline = time.monotonic() + self._call_timeout
+                if not client.wait_for_service(self._call_timeout):
+                    continue
+                future = client.call_async(request)
+                rclpy.spin_until_future_complete(
+                    self._node, future, timeout_sec=max(0.0, deadline - time.monotonic())
+                )
+                if future.done():
+                    return future.result()
+                client.remove_pending_request(future)
+        finally:
+            self._node.destroy_client(client)
+        raise ControllerError(
+            f'{self.name}/{service} did not answer {TRIES} times within {self._call_timeout:g} s'
+        )
