@@ -24,25 +24,28 @@ _NAMESPACE_RULE = re.compile(r'^(?:[^:=]*:)?__ns:=(.*)$')
 
 
 class DomainTakenError(ArmsimError):
-    """Another bringup runs in the same domain and namespace."""
+    """The same program runs in the same domain and namespace."""
 
 
 class DomainLock:
     """
-    The right to run a stack in one ROS domain and namespace; kept until the process ends.
+    The right to run a program in one ROS domain and namespace; kept until the process ends.
 
     The lock vanishes with the process, also after SIGKILL; the file may stay.
 
     :param domain: the number in ``ROS_DOMAIN_ID``.
     :param namespace: the namespace that all nodes are remapped into, ``/`` for none.
     :param folder: where the lock files lie.
+    :param program: ``bringup`` for a whole stack.
     :raises DomainTakenError: where another process holds it.
     """
 
-    def __init__(self, domain: str, namespace: str, folder: Path) -> None:
+    def __init__(
+        self, domain: str, namespace: str, folder: Path, program: str = 'bringup'
+    ) -> None:
         """Take the lock or raise."""
         place = namespace.strip('/').replace('/', '.')
-        self.path = folder / f'bringup-domain{domain}{"-" + place if place else ""}.lock'
+        self.path = folder / f'{program}-domain{domain}{"-" + place if place else ""}.lock'
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         self._file = open(self.path, 'a+', encoding='utf-8')  # noqa: SIM115
         try:
@@ -53,7 +56,7 @@ class DomainLock:
             self._file.close()
             where = f' in namespace {namespace}' if place else ''
             raise DomainTakenError(
-                f'another bringup (pid {holder}) already runs on ROS_DOMAIN_ID {domain}{where} '
+                f'another {program} (pid {holder}) already runs on ROS_DOMAIN_ID {domain}{where} '
                 'and every topic would be doubled; stop it first, or set another ROS_DOMAIN_ID '
                 'for this one (and for its clients)') from None
         self._file.truncate(0)
@@ -65,20 +68,24 @@ class DomainLock:
         self._file.close()
 
 
-def lock_domain(ros_args: Sequence[str]) -> DomainLock:
+def lock_domain(
+    ros_args: Sequence[str], *, program: str = 'bringup', namespace: str = '/'
+) -> DomainLock:
     """
     Take the lock that belongs to this process's environment and ROS arguments.
 
     :param ros_args: ``--ros-args`` sections; a ``__ns`` remapping in them counts.
+    :param program: ``bringup`` for a whole stack.
+    :param namespace: of the nodes where nothing remaps it.
     :raises DomainTakenError: where another process holds it.
     """
-    namespace = os.environ.get('ROS_NAMESPACE', '/')
+    namespace = os.environ.get('ROS_NAMESPACE', namespace)
     for word in ros_args:
         match = _NAMESPACE_RULE.match(word)
         if match:
             namespace = match.group(1)
     domain = os.environ.get('ROS_DOMAIN_ID') or '0'
-    return DomainLock(domain, namespace, runtime_folder())
+    return DomainLock(domain, namespace, runtime_folder(), program)
 
 
 def runtime_folder() -> Path:
