@@ -7,6 +7,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 import hashlib
 import json
+import os
 from pathlib import Path
 import shutil
 import subprocess
@@ -24,8 +25,9 @@ from environment.machine import (
 )
 from environment.sources import content_hash, copy_files, PACKAGE_SOURCES, requirements
 
-#: Builds the package and the ros2 command inside the environment, without the network.
-_BUILD_TOOLS = ('setuptools>=70.1',)
+#: The pip that comes with Python 3.10 to 3.12 searches very long among our dependencies' versions;
+#: setuptools builds the package and the ros2 command inside the environment, without the network.
+_TOOLS = ('pip>=25', 'setuptools>=70.1')
 _ROS2_RUN = 'ros2_run'
 
 
@@ -71,12 +73,13 @@ class EnvironmentBuilder:
         wheel = InterfaceWheel(self._root, interpreter, ros)
         needs_wheel = wheel.is_needed() and self._done.get('interfaces') != wheel.key
         log = self._log('interfaces')
+        self._install_requirements('tools', _TOOLS)
         try:
             if needs_wheel and wheel.cached() is None:
                 self._say('compiling the ROS interface packages beside it (a minute or two, once)')
                 wheel.start(self._python, log)
             self._install_requirements('packages', [
-                *_BUILD_TOOLS, *requirements(self._root),
+                *requirements(self._root),
                 *(requirements(self._root, 'ros') if ros is None else ())])
             for extra in extras:
                 self._install_requirements(extra, requirements(self._root, extra))
@@ -98,7 +101,7 @@ class EnvironmentBuilder:
         if self._venv.exists() and not (self._venv / 'pyvenv.cfg').is_file() \
                 and any(self._venv.iterdir()):
             raise SetupError(f'{self._venv} is in the way: it is no Python environment; '
-                                     'move it, or choose another place with VENV=DIR')
+                             'move it, or choose another place with VENV=DIR')
         self._say(f'making {self._venv} with Python {interpreter.version}'
                   + (f', using the ROS installation {ros}' if ros else ''))
         shutil.rmtree(self._venv, ignore_errors=True)
@@ -109,7 +112,7 @@ class EnvironmentBuilder:
         made = subprocess.run(command, capture_output=True, text=True, env=clean_environment())
         if made.returncode != 0:
             raise SetupError(f'cannot make {self._venv}: '
-                                     f'{(made.stderr or made.stdout).strip()}')
+                             f'{(made.stderr or made.stdout).strip()}')
         self._done = {}
         self._note('interpreter', json.dumps(vars(interpreter)))
 
@@ -117,8 +120,7 @@ class EnvironmentBuilder:
         lines = sorted(wanted)
         if self._done.get(stage) == _key(lines):
             return
-        self._say(f'installing {stage} from the Python package index'
-                  + (' (some minutes at first)' if stage == 'packages' else ''))
+        self._say(f'installing {stage} from the Python package index')
         self._pip(f'install {stage}', lines)
         self._note(stage, _key(lines))
 
@@ -136,15 +138,15 @@ class EnvironmentBuilder:
         self._note('sources', key)
 
     def _pip(self, task: str, words: Sequence[str]) -> None:
-        made = subprocess.run([self._python, '-m', 'pip', 'install', *words],
-                              stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
-                              stderr=subprocess.STDOUT, text=True, errors='replace',
-                              env=clean_environment())
         log = self._log('pip')
-        with open(log, 'a', encoding='utf-8') as stream:
-            stream.write(made.stdout)
-        if made.returncode != 0:
-            raise pip_failure(task, made.stdout, log)
+        with open(log, 'a+', encoding='utf-8', errors='replace') as stream:
+            start = stream.seek(0, os.SEEK_END)
+            status = subprocess.run([self._python, '-m', 'pip', 'install', *words],
+                                    stdin=subprocess.DEVNULL, stdout=stream,
+                                    stderr=subprocess.STDOUT, env=clean_environment()).returncode
+            stream.seek(start)
+            if status != 0:
+                raise pip_failure(task, stream.read(), log)
 
     def _note(self, stage: str, key: str) -> None:
         self._done[stage] = key
