@@ -16,7 +16,6 @@ from rclpy.qos import QoSProfile
 from armsim_ros.config.robot_settings import RobotSettings
 from armsim_ros.config.trajectory_execution import TrajectoryExecutionSettings
 from armsim_ros.model.robot_model import RobotModel
-from armsim_ros.nodes import qos
 from armsim_ros.nodes.move_group.joint_states import StateMonitor
 from armsim_ros.nodes.move_group.worker import Worker
 from armsim_ros.planning.planner import MotionPlanner
@@ -66,12 +65,10 @@ class Context:
         self.node.create_service(kind, name, answer, callback_group=self.group)
 
     def subscribe(
-        self, kind: Any, name: str, receive: Callable[[Any], None], profile: QoSProfile | int = 0
+        self, kind: Any, name: str, receive: Callable[[Any], None], profile: QoSProfile | int = 10
     ) -> None:
-        """Subscribe to a topic, best effort unless a profile is given."""
-        self.node.create_subscription(
-            kind, name, receive, profile or qos.COMMAND, callback_group=self.group
-        )
+        """Subscribe to a topic, reliable and 10 messages deep unless a profile is given."""
+        self.node.create_subscription(kind, name, receive, profile, callback_group=self.group)
 
     def warn_once(self, text: str) -> None:
         """Log a warning the first time that it is said."""
