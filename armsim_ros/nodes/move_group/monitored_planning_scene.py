@@ -28,6 +28,7 @@ from armsim_ros.planning.scene import PlanningScene
 
 TOPIC = 'monitored_planning_scene'
 DEPTH = 100
+GEOMETRY = ('objects', 'attached', 'acm', 'link_padding', 'link_scale', 'colors')
 
 
 class MonitoredPlanningScene:
@@ -77,11 +78,13 @@ class MonitoredPlanningScene:
             message.robot_state = robot_state_to_message(
                 now.kinematic_model.positions(now.q), now.model_frame, is_diff=True
             )
-        if wanted.publish_geometry_updates and before.geometry_version != now.geometry_version:
+        if wanted.publish_geometry_updates and any(
+            getattr(before.content, part) is not getattr(now.content, part) for part in GEOMETRY
+        ):
             changed = True
             _fill_geometry(message, before, now)
-        frames = before.transform_version != now.transform_version
-        if wanted.publish_transforms_updates and frames:
+        frames_changed = before.content.frames is not now.content.frames
+        if wanted.publish_transforms_updates and frames_changed:
             changed = True
             message.fixed_frame_transforms = transforms(now.model_frame, now.fixed_frames)
         return message if changed else None
@@ -110,9 +113,9 @@ def _fill_geometry(
             gone.object.operation = CollisionObjectMessage.REMOVE
             attached.append(gone)
     message.robot_state.attached_collision_objects = attached
-    if before.acm != now.acm:
+    if before.content.acm is not now.content.acm:
         message.allowed_collision_matrix = acm_to_message(now.full_update().acm)
     message.link_padding = paddings(now.link_padding)
     message.link_scale = scales(now.link_scale)
-    if before.colors != now.colors:
+    if before.content.colors is not now.content.colors:
         message.object_colors = colors(now.colors)
