@@ -24,7 +24,8 @@ def share_folder(package: str, extra_folders: Iterable[Path] = ()) -> Path:
 
     Looked up in this order: the folders given (the package's own folder, or one that contains
     it), the ament index of ``AMENT_PREFIX_PATH``, ``sys.prefix/share``. Where this code runs
-    from its source tree, its own files are those beside it: code and files of one version.
+    from its source tree, its own files are always those beside it: code and files of one
+    version.
 
     :param package: the package's name.
     :param extra_folders: where else to look, first.
@@ -129,12 +130,12 @@ def _plain_path(text: str, folders: tuple[Path, ...]) -> str:
 
 
 def _candidates(package: str, extra_folders: Iterable[Path]) -> Iterator[Path]:
+    if package == PACKAGE and (_SOURCE_TREE / 'package.xml').is_file():
+        yield _SOURCE_TREE
     for folder in extra_folders:
         if folder.name == package:
             yield folder
         yield folder / package
-    if package == PACKAGE and (_SOURCE_TREE / 'package.xml').is_file():
-        yield _SOURCE_TREE
     for prefix in os.environ.get('AMENT_PREFIX_PATH', '').split(os.pathsep):
         marker = Path(prefix, 'share', 'ament_index', 'resource_index', 'packages', package)
         if prefix and marker.is_file():
