@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from importlib import import_module
 import os
 import signal
@@ -14,7 +15,7 @@ from typing import TextIO
 
 from armsim_ros.cli.arguments import format_help, split_ros_args
 from armsim_ros.cli.environment import add_own_prefix
-from armsim_ros.cli.programs import PROGRAMS
+from armsim_ros.cli.programs import PROGRAMS, ROBOT_PROGRAMS
 from armsim_ros.errors import ArmsimError, nearest
 
 #: Exit status of a wrong command line or configuration.
@@ -51,7 +52,7 @@ def run(program: str, argv: Sequence[str] | None = None) -> int:
         program says.
     """
     words = list(sys.argv[1:] if argv is None else argv)
-    if {'-h', '--help'} & set(split_ros_args(words)[0]):
+    if program in ROBOT_PROGRAMS and {'-h', '--help'} & set(split_ros_args(words)[0]):
         _say(format_help(program, PROGRAMS[program]))
         return 0
     add_own_prefix()
@@ -79,25 +80,18 @@ def run(program: str, argv: Sequence[str] | None = None) -> int:
         return status
 
 
-def bringup() -> int:
-    """Run bringup with this process's arguments."""
-    return run('bringup')
-
-
-def simulation() -> int:
-    """Run simulation with this process's arguments."""
-    return run('simulation')
-
-
-def move_group() -> int:
-    """Run move_group with this process's arguments."""
-    return run('move_group')
+# The entry points of setup.py; colcon makes an executable of each.
+bringup = partial(run, 'bringup')
+simulation = partial(run, 'simulation')
+move_group = partial(run, 'move_group')
+spawner = partial(run, 'spawner')
+unspawner = partial(run, 'unspawner')
 
 
 def _overview() -> str:
     width = max(map(len, PROGRAMS))
     rows = [f'  {name:<{width}}  {summary}' for name, summary in PROGRAMS.items()]
-    return '\n'.join(['usage: armsim PROGRAM [NAME:=VALUE ...] [--ros-args ...]', '',
+    return '\n'.join(['usage: armsim PROGRAM [argument ...] [--ros-args ...]', '',
                       'programs (armsim PROGRAM --help lists the arguments):', *rows])
 
 

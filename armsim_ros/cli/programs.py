@@ -1,13 +1,23 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The programs of the package; the one list that the command line and setup.py read."""
+"""
+The programs of the package; the one list that the command line and setup.py read.
+
+Name of a program -> what it does, as one line. Its ``main(argv) -> exit status`` lies in
+``armsim_ros.nodes.<name>.main``, and ``armsim_ros.cli.main`` has an entry point of its name.
+"""
 
 from __future__ import annotations
 
-#: Name of a program -> what it does, as one line. Its ``main(argv) -> exit status`` lies in
-#: ``armsim_ros.nodes.<name>.main``.
-PROGRAMS = {
+#: Those that run a robot; they share ``armsim_ros.cli.arguments``.
+ROBOT_PROGRAMS = {
     'bringup': 'start simulation and move_group, watch them, stop them together',
     'simulation': 'physics, controllers, controller_manager, joint states, /clock',
     'move_group': 'planning scene, kinematics, planning, trajectory execution',
 }
+#: Those that talk to a running robot; each has arguments of its own.
+CLIENT_PROGRAMS = {
+    'spawner': 'load, configure and activate controllers',
+    'unspawner': 'deactivate and unload controllers',
+}
+PROGRAMS = {**ROBOT_PROGRAMS, **CLIENT_PROGRAMS}

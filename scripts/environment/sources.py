@@ -13,7 +13,8 @@ import shutil
 
 #: What setup.py reads or installs.
 PACKAGE_SOURCES = ('armsim_ros', 'config', 'urdf', 'worlds', 'launch', 'rviz', 'examples',
-                   'resource', 'setup.py', 'setup.cfg', 'package.xml', 'LICENSE')
+                   'resource', 'setup.py', 'setup.cfg', 'requirements.txt', 'package.xml',
+                   'LICENSE')
 _SKIPPED = {'__pycache__', 'build', 'dist'}
 
 
@@ -51,15 +52,18 @@ def copy_files(root: Path, names: Iterable[str], target: Path) -> None:
 
 def requirements(root: Path, extra: str | None = None) -> list[str]:
     """
-    Return the requirements of setup.cfg.
+    Return the requirements of the package.
 
-    :param extra: the extra whose requirements are asked for; None for those of the package.
+    :param extra: an extra of setup.cfg whose requirements are asked for instead.
     """
-    parser = ConfigParser()
-    parser.read(root / 'setup.cfg', encoding='utf-8')
-    text = (parser['options']['install_requires'] if extra is None
-            else parser['options.extras_require'][extra])
-    return [line.strip() for line in text.splitlines() if line.strip()]
+    if extra is None:
+        text = (root / 'requirements.txt').read_text(encoding='utf-8')
+    else:
+        parser = ConfigParser()
+        parser.read(root / 'setup.cfg', encoding='utf-8')
+        text = parser['options.extras_require'][extra]
+    lines = (line.strip() for line in text.splitlines())
+    return [line for line in lines if line and not line.startswith('#')]
 
 
 def _counts(name: str) -> bool:

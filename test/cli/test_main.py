@@ -12,7 +12,7 @@ import pytest
 
 from armsim_ros.cli import main as door
 from armsim_ros.cli.environment import add_own_prefix
-from armsim_ros.cli.programs import PROGRAMS
+from armsim_ros.cli.programs import PROGRAMS, ROBOT_PROGRAMS
 from armsim_ros.errors import ResourceError
 
 
@@ -39,9 +39,9 @@ def test_an_unknown_program_is_answered_with_the_nearest(capsys):
     assert "did you mean 'bringup'?" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize('name', PROGRAMS)
-def test_every_program_explains_itself_without_being_imported(name, capsys):
-    """--help needs neither ROS nor the program's libraries."""
+@pytest.mark.parametrize('name', ROBOT_PROGRAMS)
+def test_every_robot_program_explains_itself_without_being_imported(name, capsys):
+    """Its --help needs neither ROS nor the program's libraries."""
     assert door.main([name, '--help']) == 0
     assert 'robot:=NAME|DIR' in capsys.readouterr().out
 
