@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 import math
 from typing import Any
 
@@ -38,13 +38,14 @@ class _Probe:
     It knows nothing of OMPL's objects: these hold it, and a circle through them is never freed.
     """
 
-    __slots__ = ('exact', 'motions', 'places', 'step', 'validity')
+    __slots__ = ('ask', 'exact', 'motions', 'places', 'step', 'validity')
 
     def __init__(self, validity: StateValidity, step: float, exact: bool) -> None:
         self.validity = validity
         self.step = step
         self.exact = exact
         self.motions = 0
+        self.ask: Callable[[], object] | None = None
         self.places = range(len(validity.joint_names))
 
     def values(self, state: Any) -> Vector:
@@ -61,6 +62,8 @@ class _Validity(ob.StateValidityChecker):  # type: ignore[misc]
     def isValid(self, state: Any) -> bool:
         """Return whether a state is free."""
         probe = self._probe
+        if probe.ask is not None:
+            probe.ask()
         return probe.validity.free(probe.values(state), probe.exact)
 
 
@@ -75,6 +78,8 @@ class _Motions(ob.MotionValidator):  # type: ignore[misc]
         """Return whether the straight motion is free."""
         probe = self._probe
         probe.motions += 1
+        if probe.ask is not None:
+            probe.ask()
         return probe.validity.motion_free(
             probe.values(first), probe.values(second), probe.step, probe.exact
         )
@@ -122,6 +127,29 @@ class JointSpace:
     def extension(self) -> float:
         """Length of one extension of a search tree [rad or m]."""
         return min(DEFAULT_RANGE, 0.2 * float(self.information.getMaximumExtent()))
+
+    def termination(self, stop: Callable[[], bool], threaded: bool) -> Any:
+        """
+        Return OMPL's condition for the end of a search.
+
+        :param stop: whether to end.
+        :param threaded: for a planner that asks the condition from a thread of its own as well:
+            that one would wait for Python's lock, which the search holds to its end.
+        """
+        if not threaded:
+            return ob.PlannerTerminationCondition(stop)
+        condition = ob.plannerNonTerminatingCondition()
+
+        def ask() -> None:
+            if stop():
+                condition.terminate()
+
+        self._probe.ask = ask
+        return condition
+
+    def ended(self) -> None:
+        """Let go of the condition for the end: the search is over."""
+        self._probe.ask = None
 
     def values(self, state: Any) -> Vector:
         """Return an OMPL state's values (m,)."""

@@ -57,6 +57,9 @@ _NEAREST = {
 PLANNER_TYPES = tuple(sorted({*_BOUND, *_NEAREST}))
 """All type names that are understood, without ``geometric::``."""
 
+THREADED = frozenset({'PRM', 'PRMstar'})
+"""Planners that look for a path in a second thread while the first one samples."""
+
 
 def _boolean(value: object) -> bool:
     return str(value).strip().lower() in ('1', 'true', 'yes', 'on')

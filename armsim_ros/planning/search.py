@@ -16,14 +16,13 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
-from ompl import base as ob
 
 from armsim_ros.errors import PlanningError
 from armsim_ros.planning.constrained_search import ConstrainedSearch
 from armsim_ros.planning.error_codes import MoveItErrorCode
 from armsim_ros.planning.log import Log
 from armsim_ros.planning.ompl_space import JointSpace
-from armsim_ros.planning.planners import make_planner, PlannerChoice
+from armsim_ros.planning.planners import make_planner, PlannerChoice, THREADED
 from armsim_ros.planning.smoothing import path_length, shorten
 from armsim_ros.planning.state_validity import FINE_STEP, SEARCH_STEP, StateValidity
 
@@ -162,7 +161,8 @@ def _solve(
         spent = most_motions is not None and space.motions_checked > most_motions
         return spent or budget.spent()
 
-    planner.solve(ob.PlannerTerminationCondition(stop))
+    planner.solve(space.termination(stop, problem.planner.type in THREADED))
+    space.ended()
     budget.check(_SOURCE)
     if not definition.hasExactSolution():
         return None
