@@ -35,7 +35,11 @@ from armsim_ros.nodes.simulation.dispatcher import Dispatcher
 from armsim_ros.nodes.simulation.domain_watch import DomainWatch
 from armsim_ros.nodes.simulation.event_log import EventLog
 from armsim_ros.nodes.simulation.robot_state_publisher import RobotStatePublisher
-from armsim_ros.nodes.simulation.threads import ControlThread, ExecutorThread
+from armsim_ros.nodes.simulation.threads import (
+    ControlThread,
+    ExecutorThread,
+    prioritize_process,
+)
 from armsim_ros.sim.assembly import build_manager, build_simulation
 from armsim_ros.sim.clock import SimClock
 from armsim_ros.sim.control_loop import ControlLoop
@@ -111,6 +115,7 @@ class SimulationProgram:
         """
         if self._stop_wanted():
             return 0
+        prioritize_process(self._settings.simulation.pace.priority)
         rclpy.init(
             args=['simulation', *self._ros_args], signal_handler_options=SignalHandlerOptions.NO
         )
@@ -118,13 +123,13 @@ class SimulationProgram:
         self._control = ControlThread(self._loop)
         try:
             self._create_nodes()
+            self._create_services()
             executor = ExecutorThread(self._executor, self._manager_node.get_logger())
-            prefer_latency()
-            self._clock.reset(time.time_ns())
-            self._control.start()
-            executor.start()
             if not self._stop_wanted():
-                self._finish_nodes()
+                prefer_latency()
+                self._clock.reset(time.time_ns())
+                self._control.start()
+                executor.start()
                 self._dispatcher.run()
             self._control.stop(_STOP_TIME)
             executor.stop(_STOP_TIME)
@@ -136,7 +141,7 @@ class SimulationProgram:
         return self._status
 
     def _create_nodes(self) -> None:
-        """Create what the first messages need: controllers' nodes, /clock, transforms."""
+        """Create first what others must discover early: controllers, /clock, transforms."""
         namespace = self._settings.namespace or '/'
         self._manager_node = self._node(
             'controller_manager', namespace, allow_undeclared_parameters=True
@@ -162,8 +167,12 @@ class SimulationProgram:
             lambda time_ns: self._dispatcher.post(partial(self._publish, time_ns)),
         )
 
-    def _finish_nodes(self) -> None:
-        """Create what may come later: parameters, the manager's services, diagnostics."""
+    def _create_services(self) -> None:
+        """
+        Create the rest: parameters, the manager's services, diagnostics.
+
+        Not while the loop runs: each new endpoint holds the interpreter for milliseconds.
+        """
         node = self._manager_node
         rate = self._settings.controller_manager.update_rate
         for side in tuple(self._registry.values()):
@@ -177,7 +186,6 @@ class SimulationProgram:
         diagnostics = Diagnostics(node, self._manager, self._loop)
         self._dispatcher.every(_WATCH_PERIOD, self._watch)
         self._dispatcher.every(_DIAGNOSTICS_PERIOD, diagnostics.publish)
-        self._executor.wake()
         node.get_logger().info(
             f"simulation of '{self._model.name}' runs; controllers: "
             + ', '.join(f'{info.name} [{info.state}]' for info in self._manager.list_controllers())

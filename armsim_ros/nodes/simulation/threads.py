@@ -11,6 +11,22 @@ from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.impl.rcutils_logger import RcutilsLogger
 
 from armsim_ros.sim.control_loop import ControlLoop
+from armsim_ros.sim.realtime import prioritize_thread
+
+
+def prioritize_process(control_priority: int) -> bool:
+    """
+    Give the calling thread, and all that it starts from now on, SCHED_FIFO priority 1.
+
+    Call it before the first node exists, so that the middleware's threads have it too. The
+    control thread shares the interpreter's lock with all who run Python here, and those share
+    the middleware's locks with its threads: were one of them preempted by another program while
+    it holds a lock, the control thread would wait for that program.
+
+    :param control_priority: of the control thread; 0 asks for none here either.
+    :returns: whether there is the permission.
+    """
+    return prioritize_thread(min(1, control_priority))
 
 
 class ControlThread:
@@ -71,7 +87,7 @@ class ExecutorThread:
     def stop(self, timeout: float) -> None:
         """End the executor and wait for it, at most ``timeout`` [s]."""
         self._stopped = True
-        self._executor.wake()
+        self._executor.create_task(lambda: None)  # a mere wake does not end spin_once
         if self._thread.is_alive():
             self._thread.join(timeout)
         self._executor.shutdown(0.0)
