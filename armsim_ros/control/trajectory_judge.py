@@ -74,7 +74,7 @@ class TrajectoryJudge:
         if not self._goal.violated(errors):
             return SUCCESS
         without_grace = self._strict and self._goal_time == 0.0
-        if without_grace or 0.0 < self._goal_time < over:
+        if without_grace or 0.0 < self._goal_time < over - TIME_RESOLUTION:
             return Verdict(
                 TrajectoryErrorCode.GOAL_TOLERANCE_VIOLATED,
                 f'goal_time_tolerance exceeded: {over:.6f} s after the last waypoint (allowed '
@@ -90,7 +90,7 @@ def timed_out(over: float, timeout: float) -> Verdict | None:
     :param over: time since the last waypoint [s].
     :param timeout: 0 is never [s].
     """
-    if not 0.0 < timeout < over:
+    if not 0.0 < timeout < over - TIME_RESOLUTION:
         return None
     return Verdict(
         TrajectoryErrorCode.GOAL_TOLERANCE_VIOLATED,

@@ -1,0 +1,489 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Life of goals and trajectories in the joint trajectory controller."""
+
+import math
+
+import numpy as np
+import pytest
+
+from armsim_ros.errors import ControllerError
+from armsim_ros.model.robot_model import JointType
+
+MOVE = (1.0, [0.4, 0.0], [0, 0], [0, 0])
+
+
+def test_holds_on_activation(rig):
+    """C3, C10: activation moves nothing; the reference is where the joints are, error 0."""
+    r = rig()
+    r.hardware.state.position[:] = [0.3, -0.2]
+    arm = r.arm()
+    r.run(0.5)
+    snapshot = arm.snapshot()
+    np.testing.assert_array_equal(snapshot.reference.positions, [0.3, -0.2])
+    np.testing.assert_array_equal(snapshot.error.positions, [0.0, 0.0])
+    np.testing.assert_array_equal(r.hardware.state.position, [0.3, -0.2])
+
+
+@pytest.mark.parametrize(('last_command', 'expected'), [(True, 0.5), (False, 0.3)])
+def test_activation_prefers_the_last_command(rig, last_command, expected):
+    """C3, B11: the last command is held where there is one, unless the parameter says no."""
+    r = rig()
+    r.hardware.state.position[:] = 0.3
+    r.hardware.command.position[:] = 0.5
+    arm = r.arm(set_last_command_interface_value_as_state_on_activation=last_command)
+    assert arm.snapshot().reference.positions[0] == expected
+
+
+def test_command_leads_the_reference_by_a_period(rig, trajectory):
+    """E1, E3: it starts with the next update; the output is the reference one period ahead."""
+    r = rig()
+    arm = r.arm()
+    arm.send_goal(trajectory((1.0, [1.0, 0.0])))
+    r.step()
+    first = arm.snapshot()
+    assert first.reference.positions[0] == 0.0
+    assert first.output.positions[0] == pytest.approx(0.01)
+    r.step()
+    assert arm.snapshot().reference.positions[0] == pytest.approx(0.01)
+
+
+def test_feedforward_tells_how_the_command_moves(rig, trajectory):
+    """Velocity and acceleration of the command go with it, and rest after the end."""
+    r = rig()
+    arm = r.arm()
+    arm.send_goal(trajectory(MOVE))
+    r.run(0.5)
+    assert r.hardware.feedforward.velocity[0] == pytest.approx(0.75, rel=1e-3)
+    r.run(1.0)
+    assert r.hardware.feedforward.velocity[0] == 0.0
+
+
+def test_success(rig, trajectory):
+    """H9, C5, E9, I11: EXECUTING, then SUCCEEDED at the end; the reference stays there."""
+    r = rig()
+    arm = r.arm()
+    goal = arm.send_goal(trajectory((0.5, [0.1, 0.1]), MOVE)).goal
+    assert goal.status.name == 'ACCEPTED'
+    r.run(0.99)
+    assert goal.status.name == 'EXECUTING'
+    r.step(3)
+    assert goal.status.name == 'SUCCEEDED'
+    r.run(1.0)
+    np.testing.assert_array_equal(arm.snapshot().reference.positions, [0.4, 0.0])
+
+
+def test_done_callbacks_come_once(rig, trajectory):
+    """I11: a goal ends once; who asks late is called at once."""
+    r = rig()
+    arm = r.arm()
+    goal = arm.send_goal(trajectory(MOVE)).goal
+    calls = []
+    goal.add_done_callback(calls.append)
+    r.run(1.1)
+    goal.add_done_callback(calls.append)
+    assert calls == [goal, goal]
+    assert not arm.cancel(goal)
+
+
+def test_cancel_holds_the_measured_position(rig, trajectory):
+    """I1, C6: CANCELED with code 0 and no text; the reference is where the arm is."""
+    r = rig(gain=0.5)
+    arm = r.arm()
+    goal = arm.send_goal(trajectory(MOVE)).goal
+    r.run(0.5)
+    measured = r.hardware.state.position.copy()
+    assert arm.cancel(goal)
+    assert goal.status.name == 'CANCELING'
+    r.step()
+    assert goal.status.name == 'CANCELED'
+    assert (goal.result.code, goal.result.message) == (0, '')
+    np.testing.assert_array_equal(arm.snapshot().reference.positions, measured)
+    r.run(1.0)
+    np.testing.assert_allclose(r.hardware.state.position, measured, atol=1e-6)
+
+
+def test_cancel_of_an_old_goal_changes_nothing(rig, trajectory):
+    """I2: only the active goal can be canceled."""
+    r = rig()
+    arm = r.arm()
+    old = arm.send_goal(trajectory(MOVE)).goal
+    r.step()
+    new = arm.send_goal(trajectory(MOVE)).goal
+    r.step()
+    assert not arm.cancel(old)
+    r.run(1.1)
+    assert new.status.name == 'SUCCEEDED'
+
+
+def test_cancel_before_the_loop_took_it_up(rig, trajectory):
+    """I1, I10: a pending goal can be canceled."""
+    r = rig()
+    arm = r.arm()
+    goal = arm.send_goal(trajectory(MOVE)).goal
+    arm.cancel(goal)
+    r.run(1.0)
+    assert goal.status.name == 'CANCELED'
+    np.testing.assert_array_equal(r.hardware.state.position, [0.0, 0.0])
+
+
+def test_new_goal_preempts(rig, trajectory):
+    """I3, I4, I5, E7: the old goal is ABORTED with -1; the motion goes on without a step."""
+    r = rig()
+    arm = r.arm()
+    old = arm.send_goal(trajectory(MOVE)).goal
+    r.run(0.5)
+    before = arm.snapshot().output.positions[0]
+    new = arm.send_goal(trajectory((1.0, [-0.4, 0.0], [0, 0], [0, 0]))).goal
+    r.step()
+    assert (old.status.name, old.result.code) == ('ABORTED', -1)
+    assert 'preempted' in old.result.message
+    snapshot = arm.snapshot()
+    assert snapshot.reference.positions[0] == before
+    assert snapshot.reference.velocities[0] == pytest.approx(0.75, rel=1e-2)
+    r.run(1.1)
+    assert new.status.name == 'SUCCEEDED'
+    np.testing.assert_allclose(r.hardware.state.position, [-0.4, 0.0])
+
+
+def test_preempted_goal_is_canceled_in_ros1(rig, trajectory):
+    """I4, U2: with compat ros1 the old goal is CANCELED."""
+    r = rig()
+    arm = r.arm(compat='ros1')
+    old = arm.send_goal(trajectory(MOVE)).goal
+    r.step()
+    arm.send_goal(trajectory(MOVE))
+    r.step()
+    assert old.status.name == 'CANCELED'
+
+
+def test_start_from_the_measured_state_by_parameter(rig, trajectory):
+    """E7, B9: interpolate_from_desired_state false starts where the arm is."""
+    r = rig(gain=0.2)
+    arm = r.arm(interpolate_from_desired_state=False)
+    arm.set_trajectory(trajectory(MOVE))
+    r.run(0.5)
+    measured = r.hardware.state.position[0]
+    arm.set_trajectory(trajectory(MOVE))
+    r.step()
+    assert arm.snapshot().reference.positions[0] == measured
+    assert measured < 0.19
+
+
+def test_topic_during_goal_keeps_the_goal(rig, trajectory):
+    """I8: the goal stays and is judged on the new trajectory, to its end."""
+    r = rig()
+    arm = r.arm()
+    goal = arm.send_goal(trajectory(MOVE)).goal
+    r.run(0.5)
+    arm.set_trajectory(trajectory((2.0, [-0.4, 0.0])))
+    r.run(1.0)
+    assert goal.status.name == 'EXECUTING'
+    r.run(1.1)
+    assert goal.status.name == 'SUCCEEDED'
+    np.testing.assert_allclose(r.hardware.state.position, [-0.4, 0.0])
+
+
+def test_topic_during_goal_cancels_it_in_ros1(rig, trajectory):
+    """I8, U2: with compat ros1 the goal is CANCELED."""
+    r = rig()
+    arm = r.arm(compat='ros1')
+    goal = arm.send_goal(trajectory(MOVE)).goal
+    r.step()
+    arm.set_trajectory(trajectory((1.0, [-0.4, 0.0])))
+    r.step()
+    assert goal.status.name == 'CANCELED'
+    r.run(1.1)
+    np.testing.assert_allclose(r.hardware.state.position, [-0.4, 0.0])
+
+
+def test_empty_message_stops_in_ros1(rig, trajectory):
+    """D16: an empty goal with the right names stops the arm and succeeds."""
+    r = rig()
+    arm = r.arm(compat='ros1')
+    moving = arm.send_goal(trajectory(MOVE)).goal
+    r.run(0.5)
+    stopping = arm.send_goal(trajectory()).goal
+    r.step()
+    assert (moving.status.name, stopping.status.name) == ('CANCELED', 'SUCCEEDED')
+    arm.send_goal(trajectory(MOVE))
+    r.run(0.3)
+    assert arm.set_trajectory(trajectory()) is None
+    r.step()
+    where = r.hardware.state.position.copy()
+    r.run(1.0)
+    np.testing.assert_allclose(r.hardware.state.position, where)
+
+
+def test_future_stamp_waits(rig, trajectory):
+    """E4: the arm holds until the stamp and reaches the first point at stamp + t1."""
+    r = rig()
+    arm = r.arm()
+    stamp = r.now_ns + 500_000_000
+    goal = arm.send_goal(trajectory(MOVE, stamp_ns=stamp)).goal
+    r.run(0.5)
+    assert goal.status.name == 'EXECUTING'
+    np.testing.assert_array_equal(r.hardware.state.position, [0.0, 0.0])
+    r.run(0.5)
+    assert 0.1 < r.hardware.state.position[0] < 0.3
+    r.run(0.52)
+    assert goal.status.name == 'SUCCEEDED'
+
+
+def test_future_stamp_keeps_the_old_motion(rig, trajectory):
+    """E4, I5: until the stamp the old trajectory goes on; its goal is preempted at once."""
+    r = rig()
+    arm = r.arm()
+    old = arm.send_goal(trajectory((1.0, [1.0, 0.0]))).goal
+    r.run(0.2)
+    arm.send_goal(trajectory((1.0, [0.0, 0.0]), stamp_ns=r.now_ns + 300_000_000))
+    r.step()
+    assert old.status.name == 'ABORTED'
+    r.run(0.29)
+    assert arm.snapshot().reference.positions[0] == pytest.approx(0.49)
+    r.run(1.1)
+    np.testing.assert_allclose(r.hardware.state.position, [0.0, 0.0], atol=1e-12)
+
+
+def test_canceled_while_it_waits(rig, trajectory):
+    """I1: a goal that waits for its stamp can be canceled."""
+    r = rig()
+    arm = r.arm()
+    goal = arm.send_goal(trajectory(MOVE, stamp_ns=r.now_ns + 500_000_000)).goal
+    r.step()
+    arm.cancel(goal)
+    r.run(2.0)
+    assert goal.status.name == 'CANCELED'
+    np.testing.assert_array_equal(r.hardware.state.position, [0.0, 0.0])
+
+
+def test_past_stamp_joins_without_a_jump(rig, trajectory):
+    """E5: points of the past are dropped; the end comes at stamp + t_end."""
+    r = rig()
+    arm = r.arm()
+    stamp = r.now_ns - 1_500_000_000
+    goal = arm.send_goal(
+        trajectory((1.0, [1.0, 0.0]), (2.0, [0.5, 0.0]), (3.0, [0.2, 0.0]), stamp_ns=stamp)
+    ).goal
+    references = []
+    for _ in range(152):
+        r.step()
+        references.append(arm.snapshot().reference.positions[0])
+    assert np.abs(np.diff(references)).max() <= 0.0101
+    assert references[50] == pytest.approx(0.5)
+    assert goal.status.name == 'SUCCEEDED'
+
+
+def test_deactivation_aborts(rig, trajectory):
+    """C7, C8: the goal ends with -1, the position stays, and nothing is resumed."""
+    r = rig()
+    arm = r.arm()
+    goal = arm.send_goal(trajectory(MOVE)).goal
+    pending = None
+    r.run(0.5)
+    pending = arm.send_goal(trajectory(MOVE)).goal
+    r.manager.switch(deactivate=['arm'])
+    assert (goal.status.name, goal.result.code) == ('ABORTED', -1)
+    assert 'deactivat' in goal.result.message
+    assert pending.status.name == 'ABORTED'
+    command = r.hardware.command.position.copy()
+    r.run(0.2)
+    np.testing.assert_array_equal(r.hardware.command.position, command)
+    assert np.isnan(r.hardware.feedforward.velocity).all()
+    r.manager.switch(activate=['arm'])
+    r.run(1.0)
+    np.testing.assert_array_equal(arm.snapshot().reference.positions, command)
+
+
+def test_speed_scaling(rig, trajectory):
+    """K8: the pace scales the time of the trajectory; 0 pauses; it is reported."""
+    r = rig()
+    arm = r.arm()
+    assert arm.set_speed_scaling(0.5)
+    goal = arm.send_goal(trajectory((1.0, [1.0, 0.0]))).goal
+    r.run(1.0)
+    snapshot = arm.snapshot()
+    assert snapshot.reference.positions[0] == pytest.approx(0.495)
+    assert snapshot.speed_scaling_factor == 0.5
+    assert snapshot.desired_time_from_start == pytest.approx(0.495)
+    assert snapshot.actual_time_from_start == pytest.approx(0.99)
+    arm.set_speed_scaling(0.0)
+    r.run(1.0)
+    assert arm.snapshot().reference.positions[0] == pytest.approx(0.5)
+    assert goal.status.name == 'EXECUTING'
+    arm.set_speed_scaling(2.0)
+    r.run(0.3)
+    assert goal.status.name == 'SUCCEEDED'
+
+
+def test_bad_speed_scaling_is_ignored(rig):
+    """K8, A5: negative factors, and controllers that command more than positions."""
+    r = rig()
+    arm = r.arm(speed_scaling={'initial_scaling_factor': 0.7})
+    assert not arm.set_speed_scaling(-0.5)
+    assert not arm.set_speed_scaling(math.nan)
+    r.step()
+    assert arm.snapshot().speed_scaling_factor == 0.7
+    other = rig().arm(command_interfaces=['position', 'velocity'])
+    assert not other.subscribes_speed_scaling
+    assert not other.set_speed_scaling(0.5)
+
+
+def test_unknown_scaling_interface_fails_activation(rig):
+    """B15: an interface that does not exist makes activation fail, with its name."""
+    r = rig()
+    r.load('arm', 'joint_trajectory_controller/JointTrajectoryController', joints=['a'],
+           speed_scaling={'state_interface': 'speed/factor'})  # fmt: skip
+    result = r.manager.switch(activate=['arm'])
+    assert not result.ok
+    assert 'speed/factor' in result.message
+    assert not r.manager.controllers['arm'].active
+
+
+def test_command_timeout_holds(rig, trajectory):
+    """K9: after the last waypoint and cmd_timeout the arm holds where it is."""
+    r = rig(gain=0.001)
+    arm = r.arm(cmd_timeout=0.3)
+    arm.set_trajectory(trajectory((0.1, [0.2, 0.0])))
+    r.run(0.35)
+    assert arm.snapshot().reference.positions[0] == 0.2
+    r.run(0.1)
+    assert arm.snapshot().reference.positions[0] < 0.1
+
+
+def test_command_timeout_aborts_a_waiting_goal(rig, trajectory):
+    """H16: a goal that still waits for its tolerance is aborted with -5."""
+    r = rig()
+    arm = r.arm(cmd_timeout=0.3, constraints={'a': {'goal': 0.01}})
+    r.hardware.frozen = True
+    goal = arm.send_goal(trajectory((0.1, [0.2, 0.0]))).goal
+    r.run(0.5)
+    assert goal.result.code == -5
+    assert 'cmd_timeout' in goal.result.message
+
+
+def test_command_timeout_below_goal_time_is_off(rig, trajectory):
+    """B14: a warning tells, and nothing is held early."""
+    r = rig()
+    arm = r.arm(cmd_timeout=0.3, constraints={'goal_time': 0.5})
+    assert any('cmd_timeout' in text for text in r.texts())
+    arm.set_trajectory(trajectory((0.1, [0.2, 0.0])))
+    r.run(1.0)
+    assert arm.snapshot().reference.positions[0] == 0.2
+
+
+def test_errors_of_continuous_joints_are_wrapped(rig):
+    """G2, J4: the error of a continuous joint is the short way, of others the difference."""
+    r = rig({'a': JointType.CONTINUOUS, 'b': JointType.REVOLUTE})
+    arm = r.arm()
+    r.hardware.frozen = True
+    r.hardware.state.position[:] = 6.0
+    r.step()
+    np.testing.assert_allclose(arm.snapshot().error.positions, [2 * math.pi - 6.0, -6.0])
+
+
+def test_continuous_joint_never_steps(rig, trajectory):
+    """G3: a target many turns away moves less than half a turn, without a step."""
+    r = rig({'a': JointType.CONTINUOUS, 'b': JointType.REVOLUTE})
+    arm = r.arm(constraints={'a': {'goal': 0.01, 'trajectory': 0.5}})
+    goal = arm.send_goal(trajectory((0.0, [0.0, 0.0]), (1.0, [0.5 + 8 * math.pi, 0.0]))).goal
+    assert goal is None, 'a jump by turns inside a message is literal (G6)'
+    goal = arm.send_goal(trajectory((1.0, [0.5 + 8 * math.pi, 0.0]))).goal
+    r.run(1.1)
+    assert goal.status.name == 'SUCCEEDED'
+    assert r.hardware.state.position[0] == pytest.approx(0.5)
+
+
+def test_mimic_joint_cannot_be_claimed(rig):
+    """G7: a joint without command interface makes activation fail, by its name."""
+    r = rig({'a': JointType.REVOLUTE, 'f': JointType.PRISMATIC}, mimics=('f',))
+    r.load('arm', 'joint_trajectory_controller/JointTrajectoryController', joints=['a', 'f'])
+    result = r.manager.switch(activate=['arm'])
+    assert not result.ok
+    assert 'f/position' in result.message
+
+
+def test_query_state(rig, trajectory):
+    """L1, L2, L3, L4: sampled while there is a trajectory; else a message says why not."""
+    r = rig()
+    arm = r.arm()
+    assert 'held' in arm.query_state(r.now_ns).message
+    start = r.now_ns
+    arm.send_goal(trajectory(MOVE))
+    r.run(0.3)
+    answer = arm.query_state(start + 500_000_000)
+    assert answer.success
+    assert answer.names == ('a', 'b')
+    np.testing.assert_allclose(answer.positions, [0.2, 0.0])
+    np.testing.assert_allclose(answer.velocities, [0.75, 0.0], atol=1e-12)
+    assert arm.query_state(start + 100_000_000).success
+    assert 'before' in arm.query_state(start - 1_000_000).message
+    assert 'after the last' in arm.query_state(start + 1_100_000_000).message
+    r.manager.switch(deactivate=['arm'])
+    assert 'not active' in arm.query_state(start + 500_000_000).message
+
+
+def test_snapshot_has_the_fields_of_the_interfaces(rig):
+    """J3, J7: only interfaces that there are; velocity errors stay 0 for position commands."""
+    snapshot = rig().arm(state_interfaces=['position']).snapshot()
+    assert len(snapshot.feedback.velocities) == 0
+    assert len(snapshot.error.velocities) == 0
+    assert len(snapshot.output.velocities) == 0
+    assert len(snapshot.reference.accelerations) == 2
+    np.testing.assert_array_equal(rig().arm().snapshot().error.velocities, [0.0, 0.0])
+
+
+def test_fewer_command_joints(rig):
+    """J3, B2: output is NaN for joints that are not commanded."""
+    r = rig()
+    arm = r.arm(command_joints=['b'])
+    assert arm.required_command_interfaces == ('b/position',)
+    np.testing.assert_array_equal(np.isnan(arm.snapshot().output.positions), [True, False])
+    assert np.isnan(r.hardware.command.position[0])
+
+
+@pytest.mark.parametrize(
+    ('parameters', 'word'),
+    [
+        ({'joints': ['a', 'c']}, "'c'"),
+        ({'joints': ['a'], 'command_joints': ['b']}, "'b'"),
+        ({'joints': ['a'], 'command_interfaces': ['effort'], 'state_interfaces': ['position']},
+         'velocity'),
+    ],
+)  # fmt: skip
+def test_configure_refuses(rig, parameters, word):
+    """B2, B5: what does not fit is found when the controller is configured."""
+    with pytest.raises(ControllerError, match=word):
+        rig().load('arm', 'joint_trajectory_controller/JointTrajectoryController', **parameters)
+
+
+def test_goals_are_taken_up_while_time_stands_still(rig, trajectory):
+    """P5: cancels and goals are answered while physics is paused."""
+    r = rig()
+    arm = r.arm()
+    goal = arm.send_goal(trajectory(MOVE)).goal
+    r.manager.process_requests(r.now_ns)
+    assert goal.status.name == 'EXECUTING'
+    arm.cancel(goal)
+    r.manager.process_requests(r.now_ns)
+    assert goal.status.name == 'CANCELED'
+
+
+def test_many_goals_end_once_each(rig, trajectory):
+    """I4, I11: of many goals in one update all but the last are aborted, the last succeeds."""
+    r = rig()
+    arm = r.arm()
+    goals = [arm.send_goal(trajectory(MOVE)).goal for _ in range(100)]
+    r.run(1.1)
+    assert [g.status.name for g in goals] == ['ABORTED'] * 99 + ['SUCCEEDED']
+
+
+def test_publish_rate_follows_simulated_time(rig):
+    """U3, A15: controller_state is due at state_publish_rate of simulated time."""
+    r = rig()
+    arm = r.arm(state_publish_rate=25)
+    due = 0
+    for _ in range(100):
+        r.step()
+        due += arm.publish_due(arm.snapshot().time_ns)
+    assert due == 25
