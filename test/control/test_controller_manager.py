@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Loading, switching, claims and failures of controllers."""
 
+from itertools import pairwise
 from types import SimpleNamespace
 
 import pytest
@@ -219,7 +220,7 @@ def test_update_rate_divides(rig, monkeypatch):
     monkeypatch.setattr(arm, 'update', lambda time_ns, period: calls.append((time_ns, period)))
     r.step(100)
     assert len(calls) == 25
-    assert {b[0] - a[0] for a, b in zip(calls, calls[1:])} == {40_000_000}  # noqa: B905, RUF007
+    assert {b[0] - a[0] for a, b in pairwise(calls)} == {40_000_000}
     assert calls[0][1] == pytest.approx(0.04)
 
 

@@ -1,0 +1,106 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Joints that fail on purpose."""
+
+import numpy as np
+import pytest
+
+from armsim_ros.config.controller_manager import ControllerManagerParameters
+from armsim_ros.control.controller_manager import ControllerManager
+from armsim_ros.control.faults import FaultInjector, FaultyControllers, JointFault
+from armsim_ros.errors import ControllerError
+
+
+@pytest.fixture
+def faulty(rig):
+    """Return a rig whose commands pass through a fault injector, and the injector."""
+    r = rig()
+    faults = FaultInjector(r.hardware)
+    manager = ControllerManager(faults, ControllerManagerParameters(), r.manager._context.model)
+    r.manager = manager
+    through = FaultyControllers(manager, faults)
+
+    def step(count=1):
+        for _ in range(count):
+            through.update(r.now_ns, 0.01)
+            r.hardware.step(0.01)
+            r.now_ns += 10_000_000
+
+    r.step = step
+    return r, faults
+
+
+def send(r, trajectory):
+    """Move joint a, and return the goal."""
+    arm = r.manager.controllers['arm']
+    return arm.send_goal(trajectory((1.0, [0.5, 0.2], [0, 0]))).goal
+
+
+def test_without_faults_nothing_changes(faulty, trajectory):
+    """U4: the arm follows as if there were no injector."""
+    r, faults = faulty
+    r.arm(constraints={'a': {'trajectory': 1e-6}, 'b': {'trajectory': 1e-6}})
+    goal = send(r, trajectory)
+    r.run(1.1)
+    assert goal.status.name == 'SUCCEEDED'
+    assert faults.active == {}
+
+
+def test_blocked_joint_breaks_the_path_tolerance(faulty, trajectory):
+    """U4: a blocked joint stands still, the other moves on; well again, it follows."""
+    r, faults = faulty
+    r.arm(constraints={'a': {'trajectory': 0.1}})
+    faults.set_fault('a', JointFault(blocked=True))
+    goal = send(r, trajectory)
+    r.run(0.5)
+    assert goal.result.code == -4
+    assert r.hardware.state.position[0] == 0.0
+    assert r.hardware.state.position[1] > 0.0
+    faults.clear()
+    goal = send(r, trajectory)
+    r.run(1.1)
+    assert goal.status.name == 'SUCCEEDED'
+
+
+def test_bias_breaks_the_goal_tolerance(faulty, trajectory):
+    """U4: a biased joint ends beside its goal."""
+    r, faults = faulty
+    r.arm(constraints={'a': {'goal': 0.01}, 'goal_time': 0.1})
+    faults.set_fault('a', JointFault(bias=0.05))
+    goal = send(r, trajectory)
+    r.run(1.05)
+    assert r.hardware.state.position[0] == pytest.approx(0.55)
+    r.run(0.15)
+    assert goal.result.code == -5
+
+
+def test_lag_follows_late(faulty, trajectory):
+    """U4: a lagging joint is behind on the way and arrives in the end."""
+    r, faults = faulty
+    r.arm()
+    faults.set_fault('a', JointFault(lag=0.2))
+    send(r, trajectory)
+    r.run(0.5)
+    assert 0.02 < 0.25 - r.hardware.state.position[0] < 0.2
+    r.run(3.0)
+    np.testing.assert_allclose(r.hardware.state.position, [0.5, 0.2], atol=1e-4)
+
+
+def test_faults_are_told(faulty):
+    """The active faults can be read, in words."""
+    _, faults = faulty
+    faults.set_fault('a', JointFault(lag=0.2, blocked=True))
+    assert {k: str(v) for k, v in faults.active.items()} == {'a': 'lag 0.2 s, blocked'}
+    faults.set_fault('a', JointFault())
+    assert faults.active == {}
+
+
+@pytest.mark.parametrize(
+    ('joint', 'fault', 'word'),
+    [('c', JointFault(), "'c'"), ('a', JointFault(lag=-1.0), 'lag -1'),
+     ('a', JointFault(bias=float('nan')), 'nan')],
+)  # fmt: skip
+def test_bad_faults_are_refused(faulty, joint, fault, word):
+    """An unknown joint or a number that is none."""
+    with pytest.raises(ControllerError, match=word):
+        faulty[1].set_fault(joint, fault)

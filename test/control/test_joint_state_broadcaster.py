@@ -1,0 +1,171 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What is sampled for joint_states, and when."""
+
+import numpy as np
+import pytest
+
+from armsim_ros.control.rate import Rate
+from armsim_ros.model.robot_model import JointType
+
+BROADCASTER = 'joint_state_broadcaster/JointStateBroadcaster'
+
+
+def broadcaster(r, **parameters):
+    """Return an active broadcaster."""
+    controller = r.load('states', BROADCASTER, **parameters)
+    result = r.manager.switch(['states'])
+    assert result.ok, result.message
+    return controller
+
+
+def samples(controller):
+    """Return all samples that wait."""
+    found = []
+    while (sample := controller.poll()) is not None:
+        found.append(sample)
+    return found
+
+
+def test_all_joints_in_the_order_of_the_hardware(rig):
+    """M1, M3, M4: one entry a joint in every array, mimic joints too (G7)."""
+    kinds = {'b': JointType.REVOLUTE, 'a': JointType.PRISMATIC, 'm': JointType.REVOLUTE}
+    r = rig(kinds, mimics=('m',))
+    states = broadcaster(r)
+    r.hardware.state.position[:] = [1.0, 2.0, 3.0]
+    r.hardware.state.effort[:] = [4.0, 5.0, np.nan]
+    r.step()
+    (sample,) = samples(states)
+    assert sample.names == ('b', 'a', 'm')
+    np.testing.assert_array_equal(sample.position, [1.0, 2.0, 3.0])
+    np.testing.assert_array_equal(sample.effort, [4.0, 5.0, np.nan])
+    assert sample.frame_id == 'base_link'
+    assert sample.time_ns == r.now_ns - 10_000_000
+
+
+@pytest.mark.parametrize(('rate', 'count'), [(50, 50), (25.0, 25), (100, 100), (0, 0), (-1, 0)])
+def test_publish_rate_is_exact(rig, rate, count):
+    """A16, M6, M7: samples of one second, equally spaced in simulated time; 0 is never."""
+    r = rig()
+    states = broadcaster(r, publish_rate=rate)
+    r.step(100)
+    stamps = [sample.time_ns for sample in samples(states)]
+    assert len(stamps) == count
+    assert len(set(np.diff(stamps))) <= 1
+
+
+def test_without_publish_rate_every_update(rig):
+    """M2: the rate is the controller's update rate."""
+    r = rig()
+    states = broadcaster(r, update_rate=20)
+    r.step(100)
+    assert len(samples(states)) == 20
+
+
+def test_joints_and_interfaces_restrict_together(rig):
+    """M2, M3, M4: only those joints, in that order; interfaces not asked for are NaN."""
+    r = rig()
+    states = broadcaster(r, joints=['b', 'a'], interfaces=['position'])
+    r.hardware.state.position[:] = [1.0, 2.0]
+    r.step()
+    (sample,) = samples(states)
+    assert sample.names == ('b', 'a')
+    np.testing.assert_array_equal(sample.position, [2.0, 1.0])
+    assert np.isnan(sample.velocity).all()
+    assert sample.dynamic == (('b', ('position',), (2.0,)), ('a', ('position',), (1.0,)))
+
+
+def test_only_one_of_both_does_not_restrict(rig):
+    """M2: joints without interfaces restrict nothing, and a warning tells."""
+    r = rig()
+    states = broadcaster(r, joints=['b'])
+    assert states.joint_names == ('a', 'b')
+    assert any('only together' in text for text in r.texts())
+
+
+def test_missing_interface_fails_activation(rig):
+    """M5: an interface that was asked for must exist."""
+    r = rig()
+    r.load('states', BROADCASTER, joints=['a'], interfaces=['torque'])
+    result = r.manager.switch(['states'])
+    assert not result.ok
+    assert 'a/torque' in result.message
+
+
+def test_joints_without_urdf_are_left_out(rig):
+    """M2: use_urdf_to_filter leaves joints out that the URDF does not have."""
+    r = rig()
+    del r.manager._context.model.joints['b']
+    assert broadcaster(r).joint_names == ('a',)
+    other = rig()
+    del other.manager._context.model.joints['b']
+    assert broadcaster(other, use_urdf_to_filter=False).joint_names == ('a', 'b')
+
+
+def test_extra_joints(rig):
+    """M2, M6: names alone with zeros, or blocks with values; at the end."""
+    r = rig()
+    states = broadcaster(r, extra_joints=['x', {'name': 'y', 'position': 0.5, 'effort': 2.0}])
+    r.step()
+    (sample,) = samples(states)
+    assert sample.names == ('a', 'b', 'x', 'y')
+    np.testing.assert_array_equal(sample.position[2:], [0.0, 0.5])
+    np.testing.assert_array_equal(sample.effort[2:], [0.0, 2.0])
+
+
+def test_interface_map(rig):
+    """M2: another interface can fill an array."""
+    r = rig()
+    states = broadcaster(r, map_interface_to_joint_state={'effort': 'acceleration'})
+    r.hardware.state.acceleration[:] = [7.0, 8.0]
+    r.step()
+    np.testing.assert_array_equal(samples(states)[0].effort, [7.0, 8.0])
+
+
+def test_dynamic_joint_states(rig):
+    """M1, M2: every interface of every joint; None where it is switched off."""
+    r = rig()
+    states = broadcaster(r)
+    r.step()
+    joint, names, values = samples(states)[0].dynamic[1]
+    assert (joint, names) == ('b', ('position', 'velocity', 'acceleration', 'effort'))
+    assert len(values) == 4
+    quiet = rig()
+    states = broadcaster(quiet, publish_dynamic_joint_states=False)
+    quiet.step()
+    assert samples(states)[0].dynamic is None
+
+
+def test_nothing_is_claimed(rig):
+    """A broadcaster claims no command interface."""
+    r = rig()
+    broadcaster(r)
+    assert r.hardware.claimed == {}
+
+
+def test_listener_is_called(rig):
+    """The one who publishes is called for every sample."""
+    r = rig()
+    calls = []
+    broadcaster(r, publish_rate=50).on_sample = lambda: calls.append(1)
+    r.step(10)
+    assert len(calls) == 5
+
+
+def test_rate_starts_anew_when_time_jumps_back():
+    """A reset of simulated time does not silence what is published at a rate."""
+    rate = Rate(10.0)
+    assert [rate.due(t) for t in (1_000_000_000, 1_050_000_000, 1_100_000_000)] == [1, 0, 1]
+    assert [rate.due(t) for t in (0, 50_000_000, 100_000_000)] == [1, 0, 1]
+
+
+def test_rate_does_not_make_up_for_what_was_missed():
+    """After a gap there is one, not many."""
+    rate = Rate(10.0)
+    assert [rate.due(t) for t in (0, 950_000_000, 960_000_000, 1_000_000_000)] == [1, 1, 0, 1]
+
+
+def test_rate_keeps_its_mean_between_ticks():
+    """A rate that does not divide the updates is kept on average."""
+    rate = Rate(30.0)
+    assert sum(rate.due(t * 1_000_000) for t in range(10_000)) == 300

@@ -1,0 +1,57 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Parameters that change while a controller is loaded."""
+
+import pytest
+
+from armsim_ros.config.joint_trajectory_controller import JointTrajectoryControllerParameters
+from armsim_ros.control.parameter_update import changed
+from armsim_ros.errors import ControllerError
+
+
+@pytest.fixture
+def parameters():
+    """Return parameters of joints, one with a dot in its name."""
+    return JointTrajectoryControllerParameters(joints=('a', 'arm.b'))
+
+
+def test_dynamic_parameters(parameters):
+    """B6 to B17, B23: named by dots, the others stay as they were."""
+    new = changed(
+        parameters,
+        {'constraints.a.goal': 0.5, 'constraints.arm.b.trajectory': 0.2, 'gains.arm.b.p': 3,
+         'constraints.goal_time': 2, 'allow_partial_joints_goal': True},
+    )  # fmt: skip
+    assert new.constraints.joints['a'].goal == 0.5
+    assert new.constraints.joints['arm.b'].trajectory == 0.2
+    assert new.gains['arm.b'].p == 3.0
+    assert new.constraints.goal_time == 2.0
+    assert new.allow_partial_joints_goal
+    assert parameters.constraints.goal_time == 0.0
+
+
+def test_all_anew(parameters):
+    """A whole block of parameters replaces the old one."""
+    new = changed(parameters, parameters.model_copy(update={'cmd_timeout': 2.0}))
+    assert new.cmd_timeout == 2.0
+
+
+@pytest.mark.parametrize(
+    ('changes', 'words'),
+    [
+        ({'joints': ['arm.b', 'a']}, ['read-only', "'joints'"]),
+        ({'action_monitor_rate': 5.0}, ['read-only']),
+        ({'constraints.decelerate_on_cancel': True}, ["'constraints.decelerate_on_cancel'"]),
+        ({'constraints.a.max_deceleration_on_cancel': 1.0}, ['constraints.a.max_dec']),
+        ({'gains.a.antiwindup_strategy': 'none'}, ['gains.a.antiwindup_strategy']),
+        ({'constraints.goal_time': -1.0}, ['constraints.goal_time', 'greater than or equal']),
+        ({'constraints.goal_tim': 1.0}, ["'constraints.goal_tim'", "did you mean 'goal_time'"]),
+        ({'cmd_timeout': 'soon'}, ['cmd_timeout', 'number']),
+    ],
+)
+def test_refused_changes(parameters, changes, words):
+    """B22: read-only, unknown or out of range: the message names the parameter."""
+    with pytest.raises(ControllerError) as caught:
+        changed(parameters, changes)
+    for word in words:
+        assert word in str(caught.value)

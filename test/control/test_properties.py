@@ -1,0 +1,100 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What holds for any trajectory, good or bad."""
+
+import math
+
+from hypothesis import given, settings, strategies as st
+import numpy as np
+
+from armsim_ros.trajectory import JointTrajectory, TrajectoryPoint
+
+PERIOD = 0.01
+
+numbers = st.floats(-1.0, 1.0)
+pairs = st.lists(numbers, min_size=2, max_size=2)
+gaps = st.floats(0.05, 0.6)
+
+
+@st.composite
+def good_trajectories(draw):
+    """Draw trajectories with positions, or velocities too, or accelerations too."""
+    level = draw(st.integers(0, 2))
+    points, time = [], 0.0
+    count = draw(st.integers(1, 4))
+    for i in range(count):
+        time += draw(gaps)
+        fields = [draw(pairs) for _ in range(level + 1)]
+        if level and i == count - 1:
+            fields[1] = [0.0, 0.0]
+        points.append(TrajectoryPoint(time, *map(np.array, fields)))
+    return JointTrajectory(('a', 'b'), tuple(points))
+
+
+anything = st.one_of(st.floats(), st.integers(-5, 5).map(float))
+fields = st.lists(anything, max_size=3).map(np.array)
+points = st.builds(TrajectoryPoint, anything, fields, fields, fields, fields)
+names = st.lists(st.sampled_from(['a', 'b', 'c', '']), max_size=3).map(tuple)
+any_trajectory = st.builds(
+    JointTrajectory, names, st.lists(points, max_size=3).map(tuple),
+    st.integers(-(10**10), 10**10),
+)  # fmt: skip
+
+
+@settings(deadline=None, max_examples=60)
+@given(data=st.data())
+def test_reference_never_steps(rig, data):
+    """E7, I5: however goals follow each other, the command moves at most by its own velocity."""
+    r = rig()
+    arm = r.arm(enforce_joint_limits=False)
+    commands = [r.hardware.command.position.copy()]
+    fastest = [np.zeros(2)]
+    for _ in range(data.draw(st.integers(1, 3))):
+        goal = data.draw(good_trajectories())
+        assert arm.send_goal(goal).accepted
+        for _ in range(data.draw(st.integers(1, 80))):
+            r.step()
+            commands.append(r.hardware.command.position.copy())
+            motion = arm._loop.execution.motion
+            time = arm._loop.execution.time
+            inside = np.linspace(max(time - PERIOD, motion.start), time, 9)
+            fastest.append(np.max([np.abs(motion.at(t)[2:4]) for t in inside], axis=0))
+    steps = np.abs(np.diff(commands, axis=0))
+    bounds = np.array(fastest[1:]) * PERIOD
+    assert (steps <= bounds * 1.2 + 1e-3 * PERIOD + 1e-9).all()
+
+
+@settings(deadline=None, max_examples=300)
+@given(bad=any_trajectory)
+def test_malformed_trajectories_never_move_the_arm(rig, bad):
+    """D1 to D14: what is refused changes no command; what is accepted has finite numbers."""
+    r = rig()
+    arm = r.arm()
+    before = r.hardware.command.position.copy()
+    response = arm.send_goal(bad)
+    r.step(3)
+    if response.accepted:
+        assert np.isfinite(r.hardware.command.position).all()
+        for point in bad.points:
+            assert all(math.isfinite(value) for value in point.positions)
+    else:
+        assert response.reason
+        np.testing.assert_array_equal(r.hardware.command.position, before)
+    assert arm.active
+    assert arm.send_goal(JointTrajectory(('a', 'b'), (TrajectoryPoint(5.0, np.zeros(2)),))).accepted
+
+
+@settings(deadline=None, max_examples=40)
+@given(trajectory=good_trajectories(), cancel_after=st.integers(0, 60))
+def test_every_goal_ends_once(rig, trajectory, cancel_after):
+    """I11: success or cancel, never both, never none."""
+    r = rig()
+    arm = r.arm(enforce_joint_limits=False)
+    goal = arm.send_goal(trajectory).goal
+    ends = []
+    goal.add_done_callback(lambda done: ends.append(done.status))
+    r.step(cancel_after)
+    arm.cancel(goal)
+    r.run(3.0)
+    assert len(ends) == 1
+    assert ends[0].name in ('SUCCEEDED', 'CANCELED')
