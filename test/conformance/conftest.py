@@ -1,0 +1,96 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""
+A server under test, ours or the original, and the table of what it was seen to do.
+
+Nothing here or below imports the planner or the simulation: only ROS interfaces are used.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+import os
+from pathlib import Path
+import re
+import shlex
+import sys
+from typing import Any
+
+import pytest
+
+from armsim_ros.testing.client_node import ClientNode
+from armsim_ros.testing.domain import private_domain, ros_environment
+from armsim_ros.testing.program import Program
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from report import ConformanceReport
+
+OURS = f'{shlex.quote(sys.executable)} -m armsim_ros bringup'
+READY = 'You can start planning now!'
+START_TIMEOUT = 60.0
+
+
+def pytest_addoption(parser: Any) -> None:
+    """Add what it takes to run against another server."""
+    group = parser.getgroup('conformance')
+    group.addoption('--conformance-report', metavar='FILE', help='write the tables to this file')
+    group.addoption(
+        '--server-command',
+        default=OURS,
+        help="starts the server; '' for one that runs already, in the domain of ROS_DOMAIN_ID",
+    )
+    group.addoption('--server-ready', default=READY, help='regular expression of its ready line')
+    group.addoption('--server-namespace', default='', help='namespace of move_group')
+    group.addoption('--fuzz', type=int, default=100, help='random messages of each kind')
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Register the mark and, where wanted, the report."""
+    config.addinivalue_line('markers', 'statement(*names): the statements that a test checks')
+    path = config.getoption('conformance_report', None)
+    if path:
+        config.pluginmanager.register(ConformanceReport(Path(path)), 'conformance-report')
+
+
+@dataclass(frozen=True)
+class Server:
+    """
+    The server under test.
+
+    :param namespace: of move_group, without a slash at the end.
+    :param program: None where the server ran before.
+    """
+
+    domain: int
+    namespace: str
+    program: Program | None
+
+    def name(self, relative: str) -> str:
+        """Return the full name of one of move_group's endpoints."""
+        return f'{self.namespace}/{relative}'
+
+
+@pytest.fixture(scope='session')
+def server(pytestconfig: pytest.Config) -> Iterator[Server]:
+    """Start the server once for all tests."""
+    command = shlex.split(pytestconfig.getoption('server_command', OURS))
+    namespace = pytestconfig.getoption('server_namespace', '').rstrip('/')
+    if not command:
+        yield Server(int(os.environ.get('ROS_DOMAIN_ID', '0')), namespace, None)
+        return
+    with (
+        private_domain() as domain,
+        Program(command, environment=ros_environment(domain)) as program,
+    ):
+        ready = pytestconfig.getoption('server_ready', re.escape(READY))
+        program.wait_for_line(ready, START_TIMEOUT)
+        yield Server(domain, namespace, program)
+
+
+@pytest.fixture(scope='session')
+def server_client(server: Server) -> Iterator[ClientNode]:
+    """Give a node beside the server."""
+    with ClientNode(server.domain, 'conformance') as node:
+        yield node
