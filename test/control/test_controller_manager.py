@@ -50,8 +50,11 @@ def test_life_of_a_controller(rig):
         ({'name': 'arm', 'type': ARM, 'parameters': {'joints': ['a']}}, ['loaded already']),
         ({'name': 'x', 'type': ARM + 's', 'parameters': {}}, ['unknown controller type', ARM]),
         (
-            {'name': 'x', 'type': ARM, 'parameters': {'joints': ['a'], 'constraints': {'goal_time': -1},
-                                                       'verbos': True}},
+            {
+                'name': 'x',
+                'type': ARM,
+                'parameters': {'joints': ['a'], 'constraints': {'goal_time': -1}, 'verbos': True},
+            },
             ['constraints.goal_time', 'verbos'],
         ),
     ],

@@ -4,7 +4,8 @@
 
 import math
 
-from hypothesis import given, settings, strategies as st
+from hypothesis import given, settings
+from hypothesis import strategies as st
 import numpy as np
 
 from armsim_ros.trajectory import JointTrajectory, TrajectoryPoint
@@ -81,7 +82,8 @@ def test_malformed_trajectories_never_move_the_arm(rig, bad):
         assert response.reason
         np.testing.assert_array_equal(r.hardware.command.position, before)
     assert arm.active
-    assert arm.send_goal(JointTrajectory(('a', 'b'), (TrajectoryPoint(5.0, np.zeros(2)),))).accepted
+    rest = TrajectoryPoint(5.0, np.zeros(2))
+    assert arm.send_goal(JointTrajectory(('a', 'b'), (rest,))).accepted
 
 
 @settings(deadline=None, max_examples=40)

@@ -4,7 +4,8 @@
 
 import math
 
-from hypothesis import given, strategies as st
+from hypothesis import given
+from hypothesis import strategies as st
 import numpy as np
 import pytest
 from scipy.interpolate import BPoly, CubicHermiteSpline
@@ -71,11 +72,14 @@ numbers = st.floats(-3.0, 3.0)
 durations = st.floats(0.01, 20.0)
 
 
-@given(st.lists(st.tuples(durations, numbers, numbers, numbers), min_size=1, max_size=6), st.data())
+knots = st.tuples(durations, numbers, numbers, numbers)
+
+
+@given(st.lists(knots, min_size=1, max_size=6), st.data())
 def test_equals_the_polynomials_of_scipy(trajectory, segments, data):
     """F3, F4: cubics and quintics equal scipy's to 1e-9, with their derivatives."""
     times = np.cumsum([s[0] for s in segments])
-    knots = np.concatenate(([0.0], times))
+    breaks = np.concatenate(([0.0], times))
     for derivatives in (1, 2):
         points = [
             (t, *([value] for value in s[1 : 2 + derivatives]))
@@ -85,9 +89,9 @@ def test_equals_the_polynomials_of_scipy(trajectory, segments, data):
         values = np.array([[0.0] * 3, *[s[1:] for s in segments]])
         time = data.draw(st.floats(0.0, float(times[-1])))
         if derivatives == 1:
-            spline = CubicHermiteSpline(knots, values[:, 0], values[:, 1])
+            spline = CubicHermiteSpline(breaks, values[:, 0], values[:, 1])
         else:
-            spline = BPoly.from_derivatives(knots, values[:, :3], orders=5)
+            spline = BPoly.from_derivatives(breaks, values[:, :3], orders=5)
         sampled = m.at(time)
         for k in range(2):
             assert sampled[k] == pytest.approx(float(spline(time, nu=k)), abs=1e-9, rel=1e-9)

@@ -64,7 +64,7 @@ def test_inactive_controller_refuses(rig, trajectory):
         ('D14', [(0.1, [2.0, 0])], {}, ["'a'", '2 rad away']),
     ],
 )
-def test_bad_trajectory_is_refused_with_a_reason(arm, trajectory, statement, points, options, words):
+def test_bad_trajectory_is_refused(arm, trajectory, statement, points, options, words):
     """D2, D4, D5, D6, D7, D8, D9, D11, D14: refused; the sentence names joint, point, value."""
     reason = refused(arm, trajectory(*points, **options))
     for word in words:
