@@ -5,9 +5,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+import signal
 import sys
 
 import rclpy
+from rclpy.exceptions import NotInitializedException
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
@@ -32,20 +34,27 @@ def main(argv: Sequence[str] | None = None) -> int:
     settings = settings_of(arguments)
     robot = load_robot_model(settings)
     sys.setswitchinterval(SWITCH_INTERVAL)
+    # rclpy's own handler ends spin; Python's would interrupt whatever runs, destructors too.
+    signal.signal(signal.SIGINT, lambda *_: None)
     rclpy.init(args=['armsim_ros', *arguments.ros_args])
     executor = SingleThreadedExecutor()
-    node = Node(
-        'move_group',
-        allow_undeclared_parameters=True,
-        automatically_declare_parameters_from_overrides=True,
-        parameter_overrides=[Parameter('use_sim_time', value=arguments.use_sim_time)],
-    )
-    executor.add_node(node)
     move_group: MoveGroup | None = None
     try:
+        node = Node(
+            'move_group',
+            allow_undeclared_parameters=True,
+            automatically_declare_parameters_from_overrides=True,
+            parameter_overrides=[Parameter('use_sim_time', value=arguments.use_sim_time)],
+        )
+        executor.add_node(node)
         move_group = MoveGroup(node, executor, settings, robot)
         executor.spin()
-    except (KeyboardInterrupt, ExternalShutdownException):
+    except ExternalShutdownException:
+        return 0
+    except (NotInitializedException, RuntimeError):
+        # What rclpy raises from anything that is made after a signal has shut it down.
+        if rclpy.ok():
+            raise
         return 0
     finally:
         if move_group is not None:

@@ -1,0 +1,105 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The real bringup with the real programs."""
+
+import os
+from pathlib import Path
+import shutil
+import signal
+
+import pytest
+
+from armsim_ros.resources import find_robot, robot_names
+from armsim_ros.testing.domain import private_domain
+from armsim_ros.testing.programs import start_program
+
+READY = 'You can start planning now!'
+
+
+@pytest.fixture
+def domain():
+    """Lease a ROS domain."""
+    with private_domain() as number:
+        yield number
+
+
+def children_of(program):
+    """Return name -> pid of the programs that bringup has started."""
+    pid = program.process.pid
+    found = {}
+    for child in Path(f'/proc/{pid}/task/{pid}/children').read_text().split():
+        words = Path(f'/proc/{child}/cmdline').read_text().split('\0')
+        found[words[words.index('armsim_ros') + 1]] = int(child)
+    return found
+
+
+def runs(pid):
+    """Return whether a process exists."""
+    return Path(f'/proc/{pid}').exists()
+
+
+def test_a_stack_comes_up_alone_in_its_domain_and_goes_down_without_a_trace(domain):
+    """A second one is refused meanwhile; Ctrl-C leaves no process and is a good end."""
+    with start_program('bringup', domain) as first:
+        first.wait_for_line(READY, 60)
+        children = children_of(first)
+        assert set(children) == {'simulation', 'move_group'}
+        with start_program('bringup', domain) as second:
+            assert second.wait(10) == 2
+            (message,) = second.output
+            assert f'another bringup (pid {first.process.pid})' in message
+            assert f'ROS_DOMAIN_ID {domain}' in message
+        first.signal(signal.SIGINT)
+        assert first.wait(10) == 0
+        assert not any(runs(pid) for pid in children.values())
+        assert 'Traceback' not in first.text
+
+
+@pytest.mark.parametrize(('victim', 'other'), [
+    ('simulation', 'move_group'), ('move_group', 'simulation')])
+def test_the_loss_of_a_program_is_named_and_ends_the_stack(victim, other, domain):
+    """Half a stack does not go on."""
+    with start_program('bringup', domain) as program:
+        program.wait_for_line(r'^\[simulation\]', 60)
+        children = children_of(program)
+        os.kill(children[victim], signal.SIGKILL)
+        assert program.wait(10) == 1
+        said = f'[bringup] {victim} (pid {children[victim]}) was killed by signal 9 (SIGKILL); ' \
+               f'stopping {other}'
+        assert said in program.text
+        assert not any(runs(pid) for pid in children.values())
+
+
+def test_an_interrupt_while_everything_is_being_imported_shows_no_traceback(domain):
+    """Ctrl-C right after the start is a good end too."""
+    with start_program('bringup', domain) as program:
+        while not children_of(program):
+            assert program.process.poll() is None, program.text
+        program.signal(signal.SIGINT)
+        assert program.wait(10) == 0
+        assert program.text == ''
+
+
+@pytest.mark.parametrize(('words', 'said'), [
+    (['robot:=no_such_robot'], 'no_such_robot'),
+    (['urdf:=/no/such.urdf'], '/no/such.urdf'),
+])
+def test_what_is_not_there_is_one_message(words, said, domain):
+    """A wrong name or path is told once, without a traceback, with status 2."""
+    with start_program('bringup', domain, *words) as program:
+        assert program.wait(30) == 2
+        assert said in program.text
+        assert len(program.output) == 1
+
+
+def test_a_broken_file_is_one_message_with_its_place(domain, tmp_path):
+    """Both programs read the file; the user hears of it once, with file and line."""
+    robot = tmp_path / 'mine'
+    shutil.copytree(find_robot(robot_names()[0]), robot)
+    file = robot / 'trajectory_control.yaml'
+    lines = file.read_text().splitlines()
+    file.write_text('\n'.join([*lines, '\tbroken: [']))
+    with start_program('bringup', domain, f'config:={robot}') as program:
+        assert program.wait(30) == 2
+        (message,) = program.output
+        assert f'{file}:{len(lines) + 1}' in message
