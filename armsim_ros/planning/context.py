@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from armsim_ros.kinematics.inverse import InverseKinematics
+from armsim_ros.kinematics.inverse import IKTarget, InverseKinematics
 from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.planning.collision import CollisionChecker
 from armsim_ros.planning.constraints import ConstraintSet
@@ -43,6 +43,14 @@ class PlanningContext:
                 self.model, group, position_only=group in self.settings.position_only_ik
             )
         return self._inverse[group]
+
+    def prepare(self) -> None:
+        """Make the start tables of inverse kinematics for every group's tip."""
+        q = self.model.default()
+        for name, group in self.model.robot.semantic.groups.items():
+            if group.active_joints and self.tip(name) in self.model.moved_links(name):
+                pose = self.model.link_pose(q, self.tip(name))
+                self.inverse(name).solutions([IKTarget(self.tip(name), pose)], q, max_starts=1)
 
     def validity(
         self, scene: PlanningScene, group: str, on_path: ConstraintSet | None = None,

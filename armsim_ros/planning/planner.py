@@ -68,6 +68,12 @@ class MotionPlanner:
         with self._lock:
             self._context.settings = settings
 
+    def prepare(self) -> None:
+        """Do now what the first requests would wait for: imports and tables (about 1 s)."""
+        warm_up()
+        with self._lock:
+            self._context.prepare()
+
     def plan(
         self, request: MotionPlanRequest, scene: PlanningScene, *,
         clock: Callable[[], float], cancelled: Callable[[], bool] = never,

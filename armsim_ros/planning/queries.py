@@ -25,7 +25,7 @@ Matrix = NDArray[np.float64]
 Vector = NDArray[np.float64]
 
 DEFAULT_IK_TIMEOUT = 0.05
-"""Time for inverse kinematics [s] where neither request nor kinematics.yaml gives one."""
+"""Time for inverse kinematics [s] where the request gives none, and kinematics.yaml no more."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -147,8 +147,8 @@ def _solve_ik(
             return False
         return kept.satisfied(q)
 
-    timeout = request.timeout if request.timeout > 0.0 else context.settings.ik_timeouts.get(
-        group, DEFAULT_IK_TIMEOUT
+    timeout = request.timeout if request.timeout > 0.0 else max(
+        context.settings.ik_timeouts.get(group, 0.0), DEFAULT_IK_TIMEOUT
     )
     result = inverse.solve(
         targets, scene.q, is_valid=valid, clock=clock, deadline=clock() + timeout,
