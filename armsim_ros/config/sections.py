@@ -94,7 +94,29 @@ def _controller_manager(draft: ConfigDraft, simulation: SimulationSettings,
         kind = node_of(controller.type, node.where)
         entry = entry.with_value({**entry.entries, 'type': kind})
         node = node.with_value({**node.entries, controller.name: entry})
+    node = _with_fitting_rate(draft, node, simulation.timestep)
     return _checked(draft, node, ControllerManagerParameters, 'controller_manager', unused)
+
+
+def _with_fitting_rate(draft: ConfigDraft, node: YamlNode, timestep: float) -> YamlNode:
+    """
+    Return the manager's block with a rate whose period is a whole number of physics steps.
+
+    A rate that does not fit becomes the next higher one that does, with a warning.
+    """
+    rate = node.entries['update_rate']
+    if isinstance(rate.value, bool) or not isinstance(rate.value, int) or rate.value < 1:
+        return node
+    fitting = [round(1.0 / (steps * timestep)) for steps in range(1, round(1.0 / timestep) + 1)
+               if abs(round(1.0 / (steps * timestep)) * steps * timestep - 1.0) < 1e-6]
+    if rate.value in fitting or not fitting:
+        return node
+    taken = min((one for one in fitting if one > rate.value), default=fitting[0])
+    draft.problems.append(Problem(
+        f'controllers cannot run at {rate.value} Hz with physics steps of {timestep:g} s; '
+        f'they run at {taken} Hz', rate.place, '', 'to change it, give a rate that fits: '
+        + ', '.join(str(one) for one in fitting[:8]), Severity.WARNING))
+    return node.with_value({**node.entries, 'update_rate': node_of(taken, rate.place)})
 
 
 def _controllers(draft: ConfigDraft) -> tuple[ControllerSettings, ...]:

@@ -120,7 +120,7 @@ def test_slashes_in_names_as_on_the_parameter_server(files):
 
 
 def test_the_settings_of_a_control_loop_of_ros1(files):
-    """Q7: loop_hz is the controllers' rate; placeholders and the rest give a remark each."""
+    """Q7: loop_hz is the controllers' rate, the next one that fits the physics is taken."""
     files.write('ros_controllers.yaml', """
 moveit_sim_hw_interface:
   joint_model_group: controllers_initial_group_
@@ -133,11 +133,13 @@ hardware_interface:
   sim_control_mode: 1
 """)
     settings = files.load()
-    assert settings.controller_manager.update_rate == 300
+    assert settings.controller_manager.update_rate == 500
     assert settings.simulation.initial_state == ''
     texts = ' '.join(files.remarks())
     assert 'placeholders' in texts
     assert 'hardware_interface' in texts
+    assert ('ros_controllers.yaml:6:3: controllers cannot run at 300 Hz with physics steps of '
+            '0.001 s; they run at 500 Hz') in texts
 
 
 def test_the_initial_pose_of_ros1(files):

@@ -1,9 +1,14 @@
-"""An arm with a gripper, small enough to see through."""
+"""An arm with a gripper, small enough to see through; distances between links."""
 
+import itertools
+
+import coal
 import pytest
 
+from armsim_ros.model.geometry import Box, Cylinder
 from armsim_ros.model.robot_model import RobotModel
 from armsim_ros.model.srdf import parse_srdf
+from armsim_ros.model.tree import link_poses
 from armsim_ros.model.urdf import parse_urdf
 
 _BODY = ('<inertial><mass value="1"/><inertia ixx="0.01" ixy="0" ixz="0" iyy="0.01" iyz="0" '
@@ -38,3 +43,27 @@ def make_model(arm_urdf):
                            found.semantic)
         return model, [str(one) for one in found.problems]
     return make
+
+
+def _coal_object(geometry, pose):
+    shape = coal.Box(*geometry.size) if isinstance(geometry, Box) else None
+    if isinstance(geometry, Cylinder):
+        shape = coal.Cylinder(geometry.radius, geometry.length)
+    return coal.CollisionObject(shape, pose[:3, :3], pose[:3, 3])
+
+
+@pytest.fixture
+def near_pairs():
+    """Return a function from (model, positions, distance [m]) to the pairs that are nearer."""
+    def find(model, positions, limit, others=None):
+        poses = link_poses(model, positions)
+        bodies = {name: [_coal_object(one.geometry, poses[name] @ one.origin)
+                         for one in link.collisions] for name, link in model.links.items()}
+        bodies.update({name: [_coal_object(*one) for one in shapes]
+                       for name, shapes in (others or {}).items()})
+        request, result = coal.DistanceRequest(), coal.DistanceResult
+        return [pair for pair in itertools.combinations(sorted(bodies), 2)
+                if pair not in model.semantic.disabled_collisions
+                and any(coal.distance(a, b, request, result()) < limit
+                        for a in bodies[pair[0]] for b in bodies[pair[1]])]
+    return find

@@ -2,12 +2,11 @@
 
 import itertools
 
-import coal
 import numpy as np
 import pytest
 
 from armsim_ros.config.loading import load_robot_settings
-from armsim_ros.model.geometry import Box, Cylinder
+from armsim_ros.model.geometry import Box
 from armsim_ros.model.inertia import implausible, reach_of
 from armsim_ros.model.loading import load_robot_model
 from armsim_ros.model.transforms import pose_matrix, quat_xyzw_from_matrix
@@ -39,21 +38,6 @@ def sunday():
     return settings, model
 
 
-def shape_of(geometry):
-    """Return a shape as coal's."""
-    if isinstance(geometry, Box):
-        return coal.Box(*geometry.size)
-    assert isinstance(geometry, Cylinder)
-    return coal.Cylinder(geometry.radius, geometry.length)
-
-
-def distance(first, second):
-    """Return the distance of two (shape, pose) [m]."""
-    poses = [coal.Transform3s(pose[:3, :3], pose[:3, 3]) for _, pose in (first, second)]
-    return coal.distance(first[0], poses[0], second[0], poses[1], coal.DistanceRequest(),
-                         coal.DistanceResult())
-
-
 @pytest.mark.parametrize('state', TOOL_POSES)
 def test_the_tool_is_where_the_author_measured_it(sunday, state):
     """Position and orientation of link_6 in the world, to 1e-4."""
@@ -82,22 +66,13 @@ def test_limits(sunday):
 
 
 @pytest.mark.parametrize('state', TOOL_POSES)
-def test_nothing_touches(sunday, state):
+def test_nothing_touches(sunday, near_pairs, state):
     """In every named state the links keep 5 mm from each other and from the table."""
     settings, model = sunday
-    poses = link_poses(model, model.semantic.named_states['manipulator'][state])
-    bodies = {name: [(shape_of(one.geometry), poses[name] @ one.origin)
-                     for one in link.collisions] for name, link in model.links.items()}
-    near = []
-    for first, second in itertools.combinations(sorted(bodies), 2):
-        if (first, second) not in model.semantic.disabled_collisions:
-            near += [(first, second) for a in bodies[first] for b in bodies[second]
-                     if distance(a, b) < 0.005]
     table = settings.world.objects['table'].parts[0]
-    top = (coal.Box(*table.shape.size), pose_matrix(table.xyz, table.rpy))
-    near += [(name, 'table') for name, shapes in bodies.items() for one in shapes
-             if distance(one, top) < 0.005]
-    assert near == []
+    top = (Box(table.shape.size), pose_matrix(table.xyz, table.rpy))
+    positions = model.semantic.named_states['manipulator'][state]
+    assert near_pairs(model, positions, 0.005, {'table': [top]}) == []
 
 
 @pytest.mark.parametrize('name', BOXES)
@@ -105,9 +80,9 @@ def test_shapes_stay_inside_the_measured_boxes(sunday, name):
     """The primitives of a link are inside the box of the real one."""
     low, high = (np.array(corner) for corner in BOXES[name])
     for one in sunday[1].links[name].collisions:
-        shape = shape_of(one.geometry)
-        shape.computeLocalAABB()
-        half = 0.5 * (shape.aabb_local.max_ - shape.aabb_local.min_)
+        shape = one.geometry
+        half = 0.5 * np.array(shape.size if isinstance(shape, Box)
+                              else (2 * shape.radius, 2 * shape.radius, shape.length))
         corners = np.array(list(itertools.product(*[(-x, x) for x in half])))
         placed = corners @ one.origin[:3, :3].T + one.origin[:3, 3]
         assert (placed >= low - 1e-6).all()
