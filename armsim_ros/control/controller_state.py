@@ -62,6 +62,14 @@ class StateRecord:
         self.scaling = 1.0
         self.motion: Motion | None = None
 
+    def measured_state(self) -> Vector:
+        """Return feedback as (w,) like the reference: velocity where there is one, else 0."""
+        state = np.zeros_like(self.reference)
+        joints = self.feedback.shape[1]
+        state[:joints] = self.feedback[0]
+        state[joints : 2 * joints] = np.nan_to_num(self.feedback[1])
+        return state
+
 
 class StateRing:
     """The last records; one thread writes."""

@@ -24,7 +24,7 @@ class JointProperties:
     :param continuous: indices of the joints that turn without end.
     :param lower: (n,) [rad or m].
     :param upper: (n,) [rad or m].
-    :param velocity: (n,) [rad/s or m/s].
+    :param velocity: (n,) [rad/s or m/s]; a URDF's 0 is no limit.
     :param units: (n,) ``rad`` or ``m``, '' where nothing is known.
     """
 
@@ -49,7 +49,7 @@ class JointProperties:
             if joint is None:
                 units.append('')
                 continue
-            velocity[i] = joint.limits.velocity
+            velocity[i] = joint.limits.velocity or np.inf
             units.append('m' if joint.type is JointType.PRISMATIC else 'rad')
             if i not in turning:
                 lower[i], upper[i] = joint.limits.lower, joint.limits.upper

@@ -59,14 +59,16 @@ def check_limits(waypoints: Waypoints, properties: JointProperties) -> None:
 
 def check_start(
     waypoints: Waypoints,
+    elapsed: float,
     reference: Vector,
     guarded: NDArray[np.bool_],
     parameters: JointTrajectoryControllerParameters,
     properties: JointProperties,
 ) -> bool:
     """
-    Refuse a first point that cannot be reached in its time; for trajectories without stamp.
+    Refuse a trajectory whose first point cannot be reached in its time.
 
+    :param elapsed: time since its stamp [s], 0 without one; points before are left out.
     :param reference: (2, n) position and velocity that the trajectory starts from.
     :param guarded: (n,) joints with a path tolerance: it ends a goal that jumps away, without a
         motion, so they are not checked here.
@@ -74,10 +76,13 @@ def check_start(
     :raises RefusedTrajectoryError: the first joint that is too far away.
     """
     allowed = parameters.allowed_start_step
-    time = float(waypoints.times[0])
+    first = int(np.searchsorted(waypoints.times, elapsed)) if elapsed > 0.0 else 0
+    if first == len(waypoints.times):
+        return False
+    time = float(waypoints.times[first]) - elapsed
     if allowed == 0.0 or (time > 0.0 and not parameters.enforce_joint_limits):
         return time == 0.0
-    far = waypoints.positions[0] - reference[0]
+    far = waypoints.positions[first] - reference[0]
     far[properties.continuous] = wraparound.shortest(far[properties.continuous])
     reach = allowed + np.abs(reference[1]) * LATENCY
     if time > 0.0:
@@ -85,7 +90,7 @@ def check_start(
     bad = np.abs(far) > reach
     for i in np.flatnonzero(bad & ~guarded):
         raise RefusedTrajectoryError(
-            f'the first point, at {time:g} s, is {far[i]:g} {properties.units[i]} away from where '
+            f'the first point, in {time:g} s, is {far[i]:g} {properties.units[i]} away from where '
             f"joint '{properties.names[i]}' is; allowed: {reach[i]:g}; give it more time, or "
             'start the trajectory where the arm is'
         )

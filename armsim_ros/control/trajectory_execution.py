@@ -100,15 +100,10 @@ class TrajectoryExecution:
 
     def take(self, request: StartRequest, record: StateRecord, time_ns: int) -> None:
         """Start a new trajectory, or wait for its stamp while the old one goes on."""
-        ros1 = self.parameters.compat == 'ros1'
         if request.goal is not None:
-            self.end_goals(
-                GoalStatus.CANCELED if ros1 else GoalStatus.ABORTED,
-                'preempted: a new goal was accepted',
-                TrajectoryErrorCode.SUCCESSFUL if ros1 else TrajectoryErrorCode.INVALID_GOAL,
-            )
+            self._preempt()
             request.goal.execute()
-        elif ros1:
+        elif self.parameters.compat == 'ros1':
             self.end_goals(GoalStatus.CANCELED, 'a trajectory from the topic replaced the goal')
         else:
             self.goal = self.active_goal
@@ -117,6 +112,13 @@ class TrajectoryExecution:
             self.scheduled = request
         else:
             self._begin(request, record, time_ns)
+
+    def pass_over(self, request: StartRequest) -> None:
+        """Treat a trajectory as replaced, without ever moving along it."""
+        if request.goal is not None:
+            self._preempt()
+            request.goal.execute()
+            self.goal = request.goal
 
     def start_scheduled(self, record: StateRecord, time_ns: int) -> None:
         """Start the waiting trajectory when its time has come."""
@@ -183,6 +185,14 @@ class TrajectoryExecution:
             if one is not None:
                 _finish(one, status, message, code)
 
+    def _preempt(self) -> None:
+        ros1 = self.parameters.compat == 'ros1'
+        self.end_goals(
+            GoalStatus.CANCELED if ros1 else GoalStatus.ABORTED,
+            'preempted: a new goal was accepted',
+            TrajectoryErrorCode.SUCCESSFUL if ros1 else TrajectoryErrorCode.INVALID_GOAL,
+        )
+
     def _begin(self, request: StartRequest, record: StateRecord, time_ns: int) -> None:
         time = (time_ns - request.stamp_ns) * 1e-9 if request.stamp_ns else 0.0
         if request.goal is not None:
@@ -195,22 +205,13 @@ class TrajectoryExecution:
             )
             return
         held = record.reference[: self.joints].copy()
-        state = self._start_state(record)
+        parameters = self.parameters
+        desired = parameters.interpolate_from_desired_state or parameters.open_loop_control
+        state = record.reference.copy() if desired else record.measured_state()
         motion = request.prepared.begin(time, state, held, step=request.step)
         self._set_motion(motion, time, request.stamp_ns or time_ns)
         self.phase = Phase.RUNNING
-        goal = self.goal
-        self._judge = self._new_judge(goal.tolerances if goal is not None else request.tolerances)
-
-    def _start_state(self, record: StateRecord) -> Vector:
-        state = record.reference.copy()
-        parameters = self.parameters
-        if not (parameters.interpolate_from_desired_state or parameters.open_loop_control):
-            state[:] = 0.0
-            state[: self.joints] = record.feedback[0]
-            if 'velocity' in parameters.state_interfaces:
-                state[self.joints : 2 * self.joints] = record.feedback[1]
-        return state
+        self._judge = self._new_judge((self.goal or request).tolerances)
 
     def _set_motion(self, motion: Motion, time: float, begin_ns: int) -> None:
         self.motion = motion

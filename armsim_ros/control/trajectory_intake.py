@@ -94,10 +94,13 @@ class TrajectoryIntake:
         waypoints = validate(trajectory, parameters, self._properties, now_ns)
         step = False
         snapshot = self._snapshot()
-        if not trajectory.stamp_ns and snapshot is not None:
+        if trajectory.stamp_ns <= now_ns and snapshot is not None:
+            elapsed = (now_ns - trajectory.stamp_ns) * 1e-9 if trajectory.stamp_ns else 0.0
             reference = np.stack((snapshot.reference.positions, snapshot.reference.velocities))
             guarded = np.isfinite(tolerances.path[0])
-            step = check_start(waypoints, reference, guarded, parameters, self._properties)
+            step = check_start(
+                waypoints, elapsed, reference, guarded, parameters, self._properties
+            )
         prepared = PreparedTrajectory(
             waypoints,
             self._properties.continuous,

@@ -31,9 +31,13 @@ from armsim_ros.control.trajectory_requests import (
     ScalingRequest,
     StartRequest,
     StopRequest,
+    superseded,
 )
 from armsim_ros.control.trajectory_setup import command_timeout, stop_brakes
 from armsim_ros.control.wraparound import wrap_in_place
+
+REQUESTS_PER_UPDATE = 64
+"""More have to wait for the next update, so that a burst does not delay this one."""
 
 
 class TrajectoryLoop:
@@ -153,9 +157,12 @@ class TrajectoryLoop:
     def _take_requests(self, record: StateRecord, time_ns: int) -> None:
         execution = self.execution
         inbox = self._inbox
-        while inbox:
-            request = inbox.popleft()
-            if isinstance(request, StartRequest):
+        requests = [inbox.popleft() for _ in range(min(len(inbox), REQUESTS_PER_UPDATE))]
+        passed = superseded(requests, time_ns)
+        for i, request in enumerate(requests):
+            if i in passed:
+                execution.pass_over(passed[i])
+            elif isinstance(request, StartRequest):
                 execution.take(request, record, time_ns)
             elif isinstance(request, CancelRequest):
                 goal = request.goal or execution.active_goal
@@ -184,10 +191,14 @@ class TrajectoryLoop:
     def _note(self, record: StateRecord, time_ns: int) -> None:
         execution = self.execution
         record.time_ns = time_ns
-        record.desired_time = execution.time
-        record.actual_time = (time_ns - execution.begin_ns) * 1e-9
         record.scaling = execution.scaling
-        record.motion = None if execution.phase is Phase.HOLDING else execution.motion
+        if execution.phase is Phase.HOLDING:
+            record.motion = None
+            record.desired_time = record.actual_time = 0.0
+        else:
+            record.motion = execution.motion
+            record.desired_time = execution.time
+            record.actual_time = (time_ns - execution.begin_ns) * 1e-9
 
     def _close(self, record: StateRecord, time_ns: int) -> None:
         self._note(record, time_ns)

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from armsim_ros.config.joint_trajectory_controller import JointTrajectoryControllerParameters
@@ -57,3 +58,26 @@ class ParameterRequest:
 
 
 Request = StartRequest | CancelRequest | StopRequest | ScalingRequest | ParameterRequest
+
+
+def superseded(requests: Sequence[Request], time_ns: int) -> dict[int, StartRequest]:
+    """
+    Return the trajectories that are replaced before they have moved anything, by their index.
+
+    That is every one before a goal that starts at once, and every one of the topic before any
+    that starts at once.
+
+    :param requests: in the order in which they came.
+    """
+    passed: dict[int, StartRequest] = {}
+    goal_follows = any_follows = False
+    for i in range(len(requests) - 1, -1, -1):
+        request = requests[i]
+        if not isinstance(request, StartRequest):
+            continue
+        if goal_follows or (any_follows and request.goal is None):
+            passed[i] = request
+        elif request.stamp_ns <= time_ns:
+            any_follows = True
+            goal_follows = request.goal is not None
+    return passed

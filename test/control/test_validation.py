@@ -71,6 +71,18 @@ def test_bad_trajectory_is_refused(arm, trajectory, statement, points, options, 
         assert word in reason, statement
 
 
+def test_past_stamp_that_leaves_too_little_time(arm, trajectory, rig):
+    """D14, E5: what remains of a late trajectory has to be within reach of the joints."""
+    late = trajectory((0.5, [0.5, 0.0]), (2.0, [4.0, 0.0]), stamp_ns=5_010_000_000 - 1_900_000_000)
+    assert 'in 0.11 s, is 4 rad away' in refused(arm, late)
+
+
+def test_a_urdf_without_velocity_limit(rig, trajectory):
+    """D14: a limit of 0 in the URDF is no limit."""
+    arm = rig(velocity=0.0).arm()
+    assert arm.send_goal(trajectory((0.01, [1.0, 0.0]))).accepted
+
+
 def test_no_joint_names(rig, trajectory):
     """D3: with partial goals allowed, a trajectory still has to name a joint."""
     arm = rig().arm(allow_partial_joints_goal=True)
