@@ -93,7 +93,7 @@ class LayoutReader:
         elif name in ('simulation', 'armsim'):
             self._take_simulation(parameters)
         elif name in _NODES_OF_MOVEIT:
-            self._read_block(parameters, '', ros2=True)
+            self._read_block(parameters, '')
         else:
             self._draft.see_namespace(namespace, parameters.place)
             self._draft.add_entry('controllers', name, parameters)
@@ -114,14 +114,14 @@ class LayoutReader:
 
     # ROS 1, and ROS 2 files without nodes --------------------------------------------------------
 
-    def _read_block(self, block: YamlNode, namespace: str, *, ros2: bool = False) -> None:
+    def _read_block(self, block: YamlNode, namespace: str) -> None:
         block = _split_known_heads(block)
         entries = block.entries
         if 'planner_configs' in entries or 'planning_plugins' in entries \
                 or 'planning_plugin' in entries:
             self._take_pipeline(block)
             return
-        for key, inner in entries.items():
+        for key, inner in self._without_strays(block).entries.items():
             take = BLOCKS.get(key)
             if take is not None:
                 take(self._draft, key, inner)
@@ -130,7 +130,7 @@ class LayoutReader:
             elif key in UNUSED_BLOCKS:
                 self._remark_unused(key, inner)
             elif not self._take_by_content(key, inner, namespace):
-                self._refuse_key(key, block, ros2)
+                self._refuse_key(key, inner)
 
     def _take_by_content(self, key: str, node: YamlNode, namespace: str) -> bool:
         if not node.is_mapping:
@@ -174,27 +174,29 @@ class LayoutReader:
             f"'{key}' is not used here" + (f': {reason}' if reason else ''), node.place,
             severity=Severity.INFO))
 
-    def _refuse_key(self, key: str, block: YamlNode, ros2: bool) -> None:
-        node = block.entries[key]
-        empty = [name for name, inner in block.entries.items() if inner.value is None]
-        if key in _CONTROLLER_KEYS:
-            owner = f"'{empty[0]}' above is empty" if empty else 'no controller is above it'
-            problem = Problem(
-                f"key '{key}' belongs into a controller's block, but {owner}", node.place,
-                remedy='indent it below its controller; the indentation was probably lost in '
-                       'copying')
-        elif node.value is None and set(block.entries) & _CONTROLLER_KEYS:
-            problem = Problem(f"'{key}' is empty", node.place, 'a block of keys',
-                              'indent the keys below it; the indentation was probably lost in '
-                              'copying')
-        else:
-            known = sorted({*BLOCKS, *UNUSED_BLOCKS, 'simulation', 'planner_configs'})
-            remedy = nearest(key, known)
-            if not remedy and node.is_mapping:
-                remedy = f"if '{key}' is a controller, it needs a 'type'"
-            problem = Problem(f"key '{key}' is not known in this file", node.place,
-                              '' if remedy else ', '.join(known), remedy)
-        self._draft.problems.append(problem)
+    def _without_strays(self, block: YamlNode) -> YamlNode:
+        """Return a block without the keys of a controller that stand beside its name."""
+        strays = [key for key in block.entries if key in _CONTROLLER_KEYS and key not in BLOCKS]
+        if not strays:
+            return block
+        empty = [key for key, inner in block.entries.items()
+                 if inner.value is None and key not in strays]
+        keys = ', '.join(f"'{key}'" for key in strays)
+        beside = f"beside '{empty[0]}', which is empty" if empty else 'outside of any controller'
+        self._draft.problems.append(Problem(
+            f'{keys} stand {beside}', block.entries[strays[0]].place,
+            remedy='indent them below their controller; the indentation was probably lost in '
+                   'copying'))
+        return block.without(*strays, *empty[:1])
+
+    def _refuse_key(self, key: str, node: YamlNode) -> None:
+        known = sorted({*BLOCKS, *UNUSED_BLOCKS, 'simulation', 'planner_configs'})
+        remedy = nearest(key, known)
+        if not remedy and node.is_mapping:
+            remedy = f"if '{key}' is a controller, it needs a 'type'"
+        self._draft.problems.append(Problem(
+            f"key '{key}' is not known in this file", node.place,
+            '' if remedy else ', '.join(known), remedy))
 
 
 def _has_ros2_key(node: YamlNode) -> bool:

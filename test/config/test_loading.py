@@ -141,10 +141,9 @@ def test_lost_indentation_is_explained(files):
     """Q8, SEED-3: a controller whose keys stand beside its name."""
     files.write('trajectory_control.yaml', 'group_controller:\n'
                 'type: position_controllers/JointTrajectoryController\njoints:\n- joint_1\n')
-    found = files.complaints()
-    assert "trajectory_control.yaml:2:1: key 'type' belongs into a controller's block, but " \
-        "'group_controller' above is empty" in found[1]
-    assert all('indentation was probably lost in copying' in one for one in found)
+    assert files.complaints() == [
+        "trajectory_control.yaml:2:1: 'type', 'joints' stand beside 'group_controller', which is "
+        'empty; indent them below their controller; the indentation was probably lost in copying']
 
 
 def test_two_namespaces_are_too_many(files):
