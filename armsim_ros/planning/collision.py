@@ -33,14 +33,15 @@ class CollisionChecker:
     meshes are prepared once. One thread at a time may use a checker.
 
     :param scene: the scene to follow; :meth:`use` changes it.
+    :param margin: [m] bodies nearer than this count as touching.
     """
 
-    def __init__(self, scene: PlanningScene) -> None:
+    def __init__(self, scene: PlanningScene, *, margin: float = 0.0) -> None:
         """Take over the robot's shapes and the scene's objects."""
         self._scene = scene
         self._kinematics = scene.kinematic_model
         content = scene.content
-        self._tables = CollisionTables(self._kinematics, content)
+        self._tables = CollisionTables(self._kinematics, content, margin)
         self._motion = LinkMotion(self._kinematics, content.attached)
         follow(self._kinematics, self._tables, content, None)
         self._content: SceneContent = content

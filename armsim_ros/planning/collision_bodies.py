@@ -167,9 +167,15 @@ def padding(first: PlacedShape, second: PlacedShape, content: SceneContent) -> f
     return 0.0
 
 
-def margins(shapes: Sequence[PlacedShape], content: SceneContent) -> Matrix | None:
-    """Return the padding (g, g) [m] of all pairs, upper triangle; None where there is none."""
-    if not any(content.link_padding.values()):
+def margins(
+    shapes: Sequence[PlacedShape], content: SceneContent, extra: float = 0.0
+) -> Matrix | None:
+    """
+    Return the padding (g, g) [m] of all pairs, upper triangle; None where there is none.
+
+    :param extra: [m] added for every pair.
+    """
+    if not any(content.link_padding.values()) and not extra:
         return None
     of_link = np.array(
         [
@@ -180,5 +186,5 @@ def margins(shapes: Sequence[PlacedShape], content: SceneContent) -> Matrix | No
         ]
     )
     world = np.array([not shape.body.link for shape in shapes])
-    result: Matrix = np.outer(of_link, world) + np.outer(world, of_link)
+    result: Matrix = np.outer(of_link, world) + np.outer(world, of_link) + extra
     return result

@@ -40,10 +40,14 @@ class CollisionTables:
 
     :param kinematics: the robot.
     :param content: whose rules and padding hold.
+    :param margin: [m] distance that counts as contact, beside the padding.
     """
 
-    def __init__(self, kinematics: KinematicModel, content: SceneContent) -> None:
+    def __init__(
+        self, kinematics: KinematicModel, content: SceneContent, margin: float = 0.0
+    ) -> None:
         """Begin without shapes."""
+        self._margin = margin
         self._kinematics = kinematics
         self._content = content
         self.exact = BroadPhase(kinematics.model)
@@ -104,7 +108,7 @@ class CollisionTables:
             self._group_masks = {}
         if padded and not added:
             for stage in self._stages():
-                stage.set_margins(margins(self.shapes, content))
+                stage.set_margins(margins(self.shapes, content, self._margin))
 
     def place(self, key: BodyKey, poses: Iterable[Matrix]) -> None:
         """Move the shapes of a body to other poses (4, 4) on their joint."""
@@ -210,7 +214,7 @@ class CollisionTables:
 
     def _rebuild(self, kept: int) -> None:
         pairs = self._required.copy()
-        distances = margins(self.shapes, self._content)
+        distances = margins(self.shapes, self._content, self._margin)
         self.exact.rebuild(
             [(s.joint, s.pose, s.exact) for s in self.shapes], pairs, distances, keep=kept
         )

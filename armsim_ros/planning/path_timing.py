@@ -23,10 +23,15 @@ Vector = NDArray[np.float64]
 MAX_DEVIATION = 0.05
 """Largest distance [rad or m] in joint space between a corner and the blend that rounds it."""
 
+FINAL_SHARE = 0.6
+"""The last check's step as a share of that of the path's."""
+
 _LEAST_DEVIATION = 1e-4
 _SHRINK = 0.35
 _ATTEMPTS = 4
 _LOOK = 0.004
+_FINER = 16
+_MOST_CLOSE = 6000
 _OVERSHOOT = 1e-3
 
 
@@ -50,7 +55,7 @@ def time_waypoints(
     cause = ''
     for _ in range(_ATTEMPTS):
         motion = time_path(BlendedPath(waypoints, deviation), limits, speed_limit)
-        cause = first_fault(motion, validity, step)
+        cause = first_fault(motion, validity, FINAL_SHARE * step)
         if not cause:
             return motion
         if not len(deviation):
@@ -79,26 +84,52 @@ def _shrink_corners(
 
 def first_fault(motion: QuinticMotion, validity: StateValidity, step: float) -> str:
     """
-    Return when and why a motion first leaves the free states, as a phrase; '' for never.
+    Return when and why a motion leaves the free states, as a phrase; '' for never.
+
+    Where anything comes near, the step is many times smaller, so that not even a corner is
+    grazed.
 
     :param motion: is followed between its points too.
     :param step: largest motion of any point between two checks [m].
     """
     times = np.linspace(0.0, motion.duration, 2 + int(motion.duration / _LOOK))
     positions = motion.sample(times)
-    moved = np.abs(np.diff(positions, axis=0)) @ validity.levers
-    covered = np.concatenate([[0.0], np.cumsum(moved)])
-    count = 2 + math.ceil(float(covered[-1]) / step)
-    checked = np.interp(np.linspace(0.0, covered[-1], count), covered, times)
-    for t, values in zip(checked, motion.sample(checked), strict=True):
-        if not validity.free(values):
-            return _fault(float(t), values, validity)
     beyond = np.flatnonzero(np.any(
         (positions < validity.lower - _OVERSHOOT) | (positions > validity.upper + _OVERSHOOT),
         axis=1,
     ))
     if len(beyond):
         return _fault(float(times[beyond[0]]), positions[beyond[0]], validity)
+    moved = np.abs(np.diff(positions, axis=0)) @ validity.levers
+    covered = np.concatenate([[0.0], np.cumsum(moved)])
+    places = np.linspace(0.0, covered[-1], 2 + math.ceil(float(covered[-1]) / step))
+    looked = np.interp(places, covered, times)
+    close = []
+    for k, (t, values) in enumerate(zip(looked, motion.sample(looked), strict=True)):
+        if not validity.clear(values):
+            if not validity.free(values):
+                return _fault(float(t), values, validity)
+            close.append(k)
+    return _closer_look(motion, validity, np.interp(
+        _between(places, close), covered, times
+    ))
+
+
+def _between(places: Vector, close: list[int]) -> Vector:
+    """Return finer places on both sides of those where something is close."""
+    parts = max(2, min(_FINER, _MOST_CLOSE // max(1, len(close))))
+    gaps = sorted({gap for k in close for gap in (k - 1, k) if 0 <= gap < len(places) - 1})
+    inner = np.arange(1, parts) / parts
+    finer: Vector = np.concatenate(
+        [places[gap] + inner * (places[gap + 1] - places[gap]) for gap in gaps] or [places[:0]]
+    )
+    return finer
+
+
+def _closer_look(motion: QuinticMotion, validity: StateValidity, times: Vector) -> str:
+    for t, values in zip(times, motion.sample(times), strict=True):
+        if not validity.free(values):
+            return _fault(float(t), values, validity)
     return ''
 
 

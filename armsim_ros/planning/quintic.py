@@ -73,7 +73,7 @@ class QuinticMotion:
         positions: Vector = np.einsum('mc,mcn->mn', powers, self._coefficients[part])
         return positions
 
-    def peaks(self, per_part: int = 8) -> tuple[Vector, Vector]:
+    def peaks(self, per_part: int = 16) -> tuple[Vector, Vector]:
         """
         Return the largest speed and acceleration of every joint, between the points too.
 

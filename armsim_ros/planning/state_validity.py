@@ -35,17 +35,20 @@ class StateValidity:
     :param q: (n,) full robot state that gives the joints outside the group.
     :param path_constraints: to be kept at every state, or None.
     :param avoid_collisions: False ignores collisions.
+    :param guard: a checker with a margin, for :meth:`clear`.
     """
 
     def __init__(
         self, checker: CollisionChecker, model: KinematicModel, group: str, q: Vector,
         path_constraints: ConstraintSet | None = None, avoid_collisions: bool = True,
+        guard: CollisionChecker | None = None,
     ) -> None:
         """Keep what every check needs at hand."""
         self._checker = checker
         self._model = model
         self._base = q
         self._avoid_collisions = avoid_collisions
+        self._guard = guard
         self.group = group
         self.path_constraints = (
             None if path_constraints is None or path_constraints.empty else path_constraints
@@ -104,6 +107,15 @@ class StateValidity:
             )
             if touches(q, self.group):
                 return False
+        return self.path_constraints is None or self.path_constraints.satisfied(q)
+
+    def clear(self, values: Vector) -> bool:
+        """Return whether a state (m,) is free with room to spare; False where that is unknown."""
+        q = self.full(values)
+        if self._avoid_collisions and (
+            self._guard is None or self._guard.maybe_in_collision(q, self.group)
+        ):
+            return False
         return self.path_constraints is None or self.path_constraints.satisfied(q)
 
     @cached_property
