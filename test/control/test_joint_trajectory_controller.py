@@ -487,3 +487,50 @@ def test_publish_rate_follows_simulated_time(rig):
         r.step()
         due += arm.publish_due(arm.snapshot().time_ns)
     assert due == 25
+
+
+def test_goal_replaces_topic_trajectory(rig, trajectory):
+    """I6, I7: topic trajectories replace each other, a goal replaces them and is judged."""
+    r = rig()
+    arm = r.arm()
+    arm.set_trajectory(trajectory((1.0, [-1.0, 0.0])))
+    r.run(0.2)
+    arm.set_trajectory(trajectory((1.0, [-0.5, 0.0])))
+    r.run(0.2)
+    assert arm.active_goal is None
+    goal = arm.send_goal(trajectory(MOVE)).goal
+    r.step()
+    assert arm.active_goal is goal
+    r.run(1.1)
+    assert goal.status.name == 'SUCCEEDED'
+
+
+def test_state_goes_on_while_idle(rig):
+    """J5: every update leaves a state, with or without a trajectory."""
+    r = rig()
+    arm = r.arm()
+    first = arm.snapshot()
+    r.step(20)
+    assert arm.snapshot().sequence == first.sequence + 20
+
+
+def test_interpolation_none(rig, trajectory):
+    """F9, B13: with the method none the command goes from point to point."""
+    r = rig()
+    arm = r.arm(interpolation_method='none')
+    arm.send_goal(trajectory((0.5, [0.1, 0.0]), (1.0, [0.2, 0.0])))
+    r.run(0.4)
+    assert r.hardware.command.position[0] == 0.0
+    r.run(0.2)
+    assert r.hardware.command.position[0] == 0.2
+
+
+def test_integration_of_velocities(rig, trajectory):
+    """B7, F10: points with velocities alone move the arm from where it is."""
+    r = rig()
+    r.hardware.state.position[:] = [1.0, 0.0]
+    arm = r.arm(allow_integration_in_goal_trajectories=True)
+    goal = arm.send_goal(trajectory((1.0, [], [0.4, 0.0]), (2.0, [], [0.0, 0.0]))).goal
+    r.run(2.1)
+    assert goal.status.name == 'SUCCEEDED'
+    np.testing.assert_allclose(r.hardware.state.position, [1.4, 0.0])
