@@ -4,7 +4,7 @@
 
 import math
 
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 import numpy as np
 import pytest
@@ -75,6 +75,7 @@ durations = st.floats(0.01, 20.0)
 knots = st.tuples(durations, numbers, numbers, numbers)
 
 
+@settings(deadline=None)
 @given(st.lists(knots, min_size=1, max_size=6), st.data())
 def test_equals_the_polynomials_of_scipy(trajectory, segments, data):
     """F3, F4: cubics and quintics equal scipy's to 1e-9, with their derivatives."""
@@ -199,6 +200,7 @@ def test_more_than_a_turn_inside_a_message_is_followed(trajectory):
 def test_continuous_lead_in_is_never_more_than_half_a_turn(trajectory):
     """G3: for any start and target."""
 
+    @settings(deadline=None)
     @given(st.floats(-50.0, 50.0), st.floats(-50.0, 50.0))
     def check(start, target):
         m = motion(trajectory, (1.0, [target]), start=[start, 0, 0], continuous=np.array([0]))
