@@ -47,6 +47,7 @@ class ClientNode:
         self._executor = SingleThreadedExecutor(context=self.context)
         self._executor.add_node(self.node)
         self._clients: dict[tuple[type, str], Any] = {}
+        self._closing = threading.Event()
         self._thread = threading.Thread(target=self._spin, name=name, daemon=True)
         self._thread.start()
 
@@ -80,6 +81,17 @@ class ClientNode:
         assert done.wait(max(timeout, 0.0)), f'no {what} within {timeout:.1f} s'
         return future.result()
 
+    def in_executor(self, work: Callable[[], Any], timeout: float = 10.0) -> Any:
+        """
+        Do something in the executor's thread and return what it returns.
+
+        rclpy's action client must be used there: an answer that arrives before the sending
+        thread has noted its request is dropped.
+
+        :param timeout: [s].
+        """
+        return self.result(self._executor.create_task(work), timeout, 'turn of the executor')
+
     def collect(self, topic: str, kind: type, qos: QoSProfile | int = 10) -> Collector:
         """Subscribe to a topic and keep what arrives."""
         return Collector(self, topic, kind, qos)
@@ -90,15 +102,18 @@ class ClientNode:
 
     def close(self) -> None:
         """Leave the domain."""
-        if self.context.ok():
+        if not self._closing.is_set():
+            self._closing.set()
+            self._executor.create_task(lambda: None)  # ends the wait
+            self._thread.join(5.0)
             self._executor.shutdown(0.0)
+            self.node.destroy_node()
             self.context.try_shutdown()
-        self._thread.join(5.0)
-        self.node.destroy_node()
 
     def _spin(self) -> None:
         try:
-            self._executor.spin()
+            while not self._closing.is_set():
+                self._executor.spin_once()
         except ExternalShutdownException:
             return
 

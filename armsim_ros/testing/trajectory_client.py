@@ -86,8 +86,9 @@ class Goal:
     def result(self, timeout: float = 20.0) -> Outcome:
         """Wait for the end of an accepted goal."""
         assert self.accepted(timeout), 'the goal was rejected'
-        future = self._handle.get_result_async()
-        response = self._client.client.result(future, timeout, 'result')
+        node = self._client.client
+        future = node.in_executor(self._handle.get_result_async)
+        response = node.result(future, timeout, 'result')
         return Outcome(
             response.status, response.result.error_code, response.result.error_string
         )
@@ -95,9 +96,9 @@ class Goal:
     def cancel(self, timeout: float = 10.0) -> bool:
         """Ask for cancellation; return whether the server agreed."""
         assert self.accepted(timeout), 'the goal was rejected'
-        response = self._client.client.result(
-            self._handle.cancel_goal_async(), timeout, 'answer to the cancellation'
-        )
+        node = self._client.client
+        future = node.in_executor(self._handle.cancel_goal_async)
+        response = node.result(future, timeout, 'answer to the cancellation')
         return bool(response.goals_canceling)
 
     def wait_for_feedback(self, count: int = 1, timeout: float = 10.0) -> list[Any]:
@@ -165,16 +166,21 @@ class TrajectoryClient:
         :param goal_tolerance: joint -> position [rad or m].
         :param goal_time_tolerance: [s].
         """
-        self.wait_for_server()
-        message = FollowJointTrajectory.Goal(
-            trajectory=trajectory,
-            path_tolerance=_tolerances(path_tolerance or {}),
-            goal_tolerance=_tolerances(goal_tolerance or {}),
-            goal_time_tolerance=duration_from_seconds(goal_time_tolerance),
+        return self.send_goal(
+            FollowJointTrajectory.Goal(
+                trajectory=trajectory,
+                path_tolerance=_tolerances(path_tolerance or {}),
+                goal_tolerance=_tolerances(goal_tolerance or {}),
+                goal_time_tolerance=duration_from_seconds(goal_time_tolerance),
+            )
         )
+
+    def send_goal(self, message: FollowJointTrajectory.Goal) -> Goal:
+        """Send a goal message as it is and return at once."""
+        self.wait_for_server()
         goal = Goal(self)
-        goal._send_future = self._action.send_goal_async(
-            message, feedback_callback=goal._receive
+        goal._send_future = self.client.in_executor(
+            lambda: self._action.send_goal_async(message, feedback_callback=goal._receive)
         )
         return goal
 
