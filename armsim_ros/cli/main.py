@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import partial
+import gc
 from importlib import import_module
 import os
 import signal
@@ -78,6 +79,10 @@ def run(program: str, argv: Sequence[str] | None = None) -> int:
         return 1
     except KeyboardInterrupt:
         return status
+    finally:
+        # The interpreter would search all it has loaded for cycles once more, up to a second
+        # in which the user waits for the end.
+        gc.freeze()
 
 
 # The entry points of setup.py; colcon makes an executable of each.
