@@ -177,7 +177,7 @@ def test_around_a_wall(wall, plan_for, clock, seed):
 def test_other_planners(wall, plan_for, clock, planner):
     """OMP-1: planners of other kinds solve it too."""
     response = plan_for(wall).plan(
-        request(joint_goal(RIGHT), planner_id=planner, allowed_planning_time=0.25), wall,
+        request(joint_goal(RIGHT), planner_id=planner, allowed_planning_time=0.1), wall,
         clock=clock)
     assert response.success, response.message
     judge(response, wall.robot, [(WALL[0], pose_matrix(WALL[1]))], samples=60)

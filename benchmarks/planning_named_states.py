@@ -1,0 +1,60 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Time and length of plans between all named states of a robot, from request to response."""
+
+import argparse
+from itertools import permutations
+from statistics import median
+import time
+
+from armsim_ros.config.loading import load_robot_settings
+from armsim_ros.kinematics.kinematic_model import KinematicModel
+from armsim_ros.model.loading import load_robot_model
+from armsim_ros.planning.planner import MotionPlanner
+from armsim_ros.planning.request import (
+    Constraints,
+    JointConstraint,
+    MotionPlanRequest,
+    StartState,
+)
+from armsim_ros.planning.scene import PlanningScene
+from armsim_ros.planning.settings import settings_from_config
+
+
+def main() -> None:
+    """Print one line a pair of states: solved, median and largest time, path, duration."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument('robot', nargs='?', default='sunday')
+    parser.add_argument('--repeat', type=int, default=20)
+    given = parser.parse_args()
+    settings = load_robot_settings(given.robot)
+    model = KinematicModel(load_robot_model(settings))
+    scene = PlanningScene(model)
+    planner = MotionPlanner(scene, settings=settings_from_config(
+        settings.planning_parameters, settings.ompl, settings.kinematics))
+    planner.prepare()
+    print(f'{"from":>14} {"to":>14} {"solved":>7} {"median ms":>10} {"max ms":>8} '
+          f'{"path rad":>9} {"lasts s":>8}')
+    for group, states in model.robot.semantic.named_states.items():
+        for start, goal in permutations(states, 2):
+            joints = tuple(
+                JointConstraint(name, value, 1e-4, 1e-4) for name, value in states[goal].items())
+            times = []
+            solved = []
+            for seed in range(given.repeat):
+                request = MotionPlanRequest(
+                    group, (Constraints(joints),), StartState.from_positions(states[start]),
+                    seed=seed)
+                began = time.perf_counter()
+                response = planner.plan(request, scene.snapshot(), clock=time.monotonic)
+                times.append(1000.0 * (time.perf_counter() - began))
+                if response.success:
+                    solved.append(response)
+            length = median(each.path_length for each in solved) if solved else float('nan')
+            lasts = median(each.trajectory.duration for each in solved) if solved else float('nan')
+            print(f'{start:>14} {goal:>14} {len(solved):>3}/{given.repeat:<3} '
+                  f'{median(times):>10.1f} {max(times):>8.1f} {length:>9.2f} {lasts:>8.2f}')
+
+
+if __name__ == '__main__':
+    main()
