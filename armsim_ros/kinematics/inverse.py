@@ -88,7 +88,8 @@ class InverseKinematics:
         :param rng: for random starts after the table's.
         :param clock: returns the time [s] that ``deadline`` is compared with.
         :param deadline: [s]; with it, random starts follow until then.
-        :param max_starts: most starts from table and chance together, besides the seed.
+        :param max_starts: most starts from table and chance together, besides the seed; with
+            0 the answer is in the seed's own basin, which is searched with patience.
         :raises PlanningError: INVALID_LINK_NAME for an unknown link.
         """
         refused = self._refusal(targets)
@@ -96,8 +97,9 @@ class InverseKinematics:
             return refused
         search = SearchRecord(clock, deadline)
         descent = self._descent(targets)
+        only_seed = max_starts == 0
         for start in self._starts(targets, seed, rng, search, max_starts):
-            found = descent.descend(seed, start)
+            found = descent.descend(seed, start, patient=only_seed)
             search.note(descent, found is not None)
             if found is None:
                 continue
@@ -190,6 +192,8 @@ class InverseKinematics:
         """Yield the seed, the table's best, then random values while there is time."""
         yield seed[self._indices]
         limit = self._max_starts if max_starts is None else max_starts
+        if limit <= 0:
+            return
         table = self._table(tuple(target.link for target in targets))
         wanted = np.array([target.pose @ inverse_pose(target.offset) for target in targets])
         free = any(self._free_orientation(target) for target in targets)

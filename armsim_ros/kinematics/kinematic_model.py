@@ -13,7 +13,8 @@ from numpy.typing import ArrayLike, NDArray
 import pinocchio as pin
 
 from armsim_ros.errors import nearest, PlanningError
-from armsim_ros.model.robot_model import Joint, JointType, RobotModel
+from armsim_ros.kinematics.kinematic_tree import KinematicTree, mimic_rules, position_bounds
+from armsim_ros.model.robot_model import RobotModel
 from armsim_ros.planning.error_codes import MoveItErrorCode
 
 Vector = NDArray[np.float64]
@@ -40,21 +41,20 @@ class KinematicModel:
         self.n = len(self.names)
         self._indices = {name: index for index, name in enumerate(self.names)}
         joints = [robot.joints[name] for name in self.names]
-        self.lower: Vector = np.array([_bound(joint, joint.limits.lower) for joint in joints])
-        self.upper: Vector = np.array([_bound(joint, joint.limits.upper) for joint in joints])
+        bounds = [position_bounds(joint) for joint in joints]
+        self.lower: Vector = np.array([lower for lower, _ in bounds], float)
+        self.upper: Vector = np.array([upper for _, upper in bounds], float)
         self.velocity_limits: Vector = np.array([j.limits.velocity for j in joints], float)
         self.acceleration_limits: Vector = np.array([j.limits.acceleration for j in joints], float)
-        self.model = pin.Model()
-        self._link_joint: dict[str, int] = {}
-        self._link_offset: dict[str, Matrix] = {}
-        self._frame: dict[str, int] = {}
-        self._build_tree()
-        self._mimics = self._mimic_rules()
+        tree = KinematicTree(robot)
+        self.model = tree.model
+        self._places, self._frame = tree.places, tree.frames
+        self._mimics = mimic_rules(robot)
         self._threads = threading.local()
         self._groups: dict[str, Indices] = {}
         self._gradients: dict[str, Matrix] = {}
         self._cache: dict[Hashable, Any] = {}
-        self._cache_lock = threading.Lock()
+        self._cache_lock = threading.RLock()
 
     # ---------------------------------------------------------------- joint vectors
 
@@ -195,7 +195,7 @@ class KinematicModel:
     def link_joint(self, link: str) -> tuple[int, Matrix]:
         """Return Pinocchio's joint number that carries a link and the link's pose on it."""
         self.frame_index(link)
-        return self._link_joint[link], self._link_offset[link]
+        return self._places[link]
 
     def link_pose(self, q: Vector, link: str) -> Matrix:
         """
@@ -238,54 +238,3 @@ class KinematicModel:
             if key not in self._cache:
                 self._cache[key] = build()
             return self._cache[key]
-
-    # ---------------------------------------------------------------- building
-
-    def _build_tree(self) -> None:
-        robot = self.robot
-        self._place(robot.root_link, 0, np.eye(4))
-        for joint in robot.joints.values():
-            carrier, offset = self._link_joint[joint.parent], self._link_offset[joint.parent]
-            placement = offset @ joint.origin
-            if joint.movable:
-                added = self.model.addJoint(
-                    carrier, _joint_model(joint), pin.SE3(placement), joint.name
-                )
-                self._place(joint.child, added, np.eye(4))
-            else:
-                self._place(joint.child, carrier, placement)
-
-    def _place(self, link: str, carrier: int, offset: Matrix) -> None:
-        self._link_joint[link] = carrier
-        self._link_offset[link] = offset
-        self._frame[link] = self.model.addFrame(
-            pin.Frame(f'link {link}', carrier, pin.SE3(offset), pin.FrameType.BODY)
-        )
-
-    def _mimic_rules(self) -> tuple[tuple[int, int, float, float], ...]:
-        """Return (index, master's index, multiplier, offset), masters that mimic resolved."""
-        rules = []
-        for name in self.names:
-            multiplier, offset = 1.0, 0.0
-            joint = self.robot.joints[name]
-            while joint.mimic is not None:
-                offset += multiplier * joint.mimic.offset
-                multiplier *= joint.mimic.multiplier
-                joint = self.robot.joints[joint.mimic.joint]
-            if joint.name != name:
-                rules.append((self._indices[name], self._indices[joint.name], multiplier, offset))
-        return tuple(rules)
-
-
-def _bound(joint: Joint, value: float) -> float:
-    if joint.type is JointType.CONTINUOUS:
-        return float(np.copysign(np.inf, value))
-    return value
-
-
-def _joint_model(joint: Joint) -> Any:
-    axis = np.asarray(joint.axis, dtype=np.float64)
-    x, y, z = axis / np.linalg.norm(axis)
-    if joint.type is JointType.PRISMATIC:
-        return pin.JointModelPrismaticUnaligned(x, y, z)
-    return pin.JointModelRevoluteUnaligned(x, y, z)

@@ -67,9 +67,11 @@ class LevenbergMarquardt:
     :param convergence: when it ends.
     """
 
-    #: Iterations in which the error must fall below ``STALL_RATIO`` of what it was.
-    STALL_WINDOW = 6
-    STALL_RATIO = 0.75
+    #: Iterations in which the squared error must fall below ``STALL_RATIO`` of what it was;
+    #: where another start costs less than patience, and where it matters to end in the basin
+    #: of this one.
+    STALL_WINDOW, STALL_RATIO = 3, 0.6
+    PATIENT_WINDOW, PATIENT_RATIO = 8, 0.8
 
     def __init__(
         self,
@@ -94,25 +96,26 @@ class LevenbergMarquardt:
         self.position_error = math.inf
         self.orientation_error = math.inf
 
-    def descend(self, q: Vector, start: Vector) -> Vector | None:
+    def descend(self, q: Vector, start: Vector, *, patient: bool = False) -> Vector | None:
         """
         Return the full q of a solution, or None.
 
         :param q: (n,) state of the joints outside the group.
         :param start: (m,) values of the group's variables to begin with.
+        :param patient: give up later, because there is no better start.
         """
+        window = self.PATIENT_WINDOW if patient else self.STALL_WINDOW
+        ratio = self.PATIENT_RATIO if patient else self.STALL_RATIO
         x = np.minimum(np.maximum(start, self._lower), self._upper)
         full = self._full(q, x)
         error, cost = self._evaluate(full)
-        damping = 1e-2
+        damping = 0.05
         history: list[float] = []
         for _ in range(self._convergence.iterations):
             if self._solved(error):
                 return full
             history.append(cost)
-            if len(history) > self.STALL_WINDOW and (
-                cost > self.STALL_RATIO * history[-1 - self.STALL_WINDOW]
-            ):
+            if len(history) > window and cost > ratio * history[-1 - window]:
                 return None
             jacobian = self._jacobian(full)
             step = self._better(q, x, jacobian, error, cost, damping)
@@ -144,8 +147,8 @@ class LevenbergMarquardt:
             full = self._full(q, candidate)
             new_error, new_cost = self._evaluate(full)
             if new_cost < cost:
-                return candidate, full, new_error, new_cost, max(damping * 0.2, 1e-6)
-            damping = max(damping * 6.0, 1e-3)
+                return candidate, full, new_error, new_cost, max(damping * 0.8, 1e-6)
+            damping = max(damping * 10.0, 1e-3)
         return None
 
     def _full(self, q: Vector, x: Vector) -> Vector:

@@ -63,6 +63,21 @@ def test_answer_stays_near_a_near_seed(panda):
     assert np.abs(result.q - seed).max() < 0.05
 
 
+@pytest.mark.parametrize('arm', ['sunday', 'ur5', 'panda'])
+def test_small_steps_are_followed_from_the_seed_alone(arm, request):
+    """SRV-32: without other starts a pose 2 cm away is met near the seed, in 99 % of 200."""
+    model = request.getfixturevalue(arm)
+    ik = InverseKinematics(model, 'arm')
+    rng = np.random.default_rng(6)
+    met = 0
+    for state in random_states(model, 'arm', 200):
+        nearby = np.clip(state + rng.uniform(-0.03, 0.03, model.n), model.lower, model.upper)
+        target = IKTarget('tool', model.link_pose(nearby, 'tool'))
+        result = ik.solve([target], state, max_starts=0)
+        met += result.success
+    assert met >= 198
+
+
 def test_full_turns_lead_to_the_seed(ur5):
     """A joint that may turn twice takes the turn nearest to the seed."""
     seed = ur5.insert(ur5.default(), 'arm', [4.0, -4.5, 1.0, 3.6, -5.0, 5.5])
