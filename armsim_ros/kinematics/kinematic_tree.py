@@ -38,7 +38,9 @@ class KinematicTree:
             carrier, offset = self.places[joint.parent]
             pose = offset @ joint.origin
             if joint.movable:
-                added = self.model.addJoint(carrier, _joint_model(joint), pin.SE3(pose), joint.name)
+                added = self.model.addJoint(
+                    carrier, _joint_model(joint), pin.SE3(pose), joint.name
+                )
                 self._place(joint.child, added, np.eye(4))
             else:
                 self._place(joint.child, carrier, pose)
