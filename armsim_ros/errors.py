@@ -11,10 +11,15 @@ from enum import Enum
 
 
 class Severity(Enum):
-    """How much a problem matters: an error stops the program, the others do not."""
+    """
+    How much a problem matters: an error stops the program, the others do not.
+
+    CHANGED marks what is read and means something else here, INFO what is not used here.
+    """
 
     ERROR = 'error'
     WARNING = 'warning'
+    CHANGED = 'changed'
     INFO = 'info'
 
 

@@ -139,7 +139,12 @@ def read_controller(name: str, node: YamlNode, problems: list[Problem]
         block = _with_implied(block, ros1, kind)
         problems.append(Problem(
             f"{title}: type '{source_type}' is read as '{canonical}'", kind.where,
-            severity=Severity.INFO))
+            severity=Severity.CHANGED))
+    if 'gains' in block.entries and canonical == TRAJECTORY and _commands_position(block):
+        problems.append(Problem(
+            f"{title}: the gains go to the simulated drives, where they take effect; the "
+            'original stack reads none of a position controller', block.entries['gains'].place,
+            severity=Severity.CHANGED))
     unused = {key: why for key, why in UNUSED_CONTROLLER_KEYS.items()
               if key not in known_keys(parameters)}
     checked = read_settings(parameters, block, problems, title=title, unused=unused)
@@ -147,6 +152,12 @@ def read_controller(name: str, node: YamlNode, problems: list[Problem]
         return None
     return ControllerSettings(
         name=name, type=canonical, source_type=source_type, parameters=checked)
+
+
+def _commands_position(block: YamlNode) -> bool:
+    """Whether position is among the command interfaces, as it is where none are given."""
+    given = block.get('command_interfaces')
+    return given is None or 'position' in [item.value for item in given.items]
 
 
 def _with_implied(block: YamlNode, ros1: Ros1Type, kind: YamlNode) -> YamlNode:

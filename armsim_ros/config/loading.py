@@ -49,6 +49,32 @@ def load_robot_settings(
     :param overrides: dotted path -> value, such as ``{'simulation.paused': True}``.
     :raises ConfigError: with every mistake of all files.
     """
+    settings = survey_robot_settings(
+        robot, config=config, urdf=urdf, srdf=srdf, world=world, namespace=namespace,
+        overrides=overrides)
+    mistakes = [one for one in settings.remarks if one.severity is Severity.ERROR]
+    if mistakes:
+        raise ConfigError(mistakes)
+    return settings
+
+
+def survey_robot_settings(
+    robot: str = 'sunday',
+    *,
+    config: Path | None = None,
+    urdf: Path | None = None,
+    srdf: Path | None = None,
+    world: str | Path | None = None,
+    namespace: str | None = None,
+    overrides: Mapping[str, object] | None = None,
+) -> RobotSettings:
+    """
+    Read the same as :func:`load_robot_settings`, and go on where there are mistakes.
+
+    :returns: settings in which a block with mistakes has its defaults; the mistakes are among
+        the remarks.
+    :raises ConfigError: where the files cannot be found at all.
+    """
     files = find_files(robot, config=config, urdf=urdf, srdf=srdf)
     draft = ConfigDraft(problems=list(files.remarks))
     _read_files(files.yaml_files, draft)
@@ -57,9 +83,6 @@ def load_robot_settings(
     values = read_sections(draft)
     world_file, world_settings = _read_world(
         world or values['simulation'].world, files, draft)
-    mistakes = [one for one in draft.problems if one.severity is Severity.ERROR]
-    if mistakes:
-        raise ConfigError(mistakes)
     settings = RobotSettings(
         name=files.name,
         namespace=chosen,

@@ -11,6 +11,7 @@ _NULL = {'', '~', 'null', 'Null', 'NULL'}
 _TRUE = {'true', 'True', 'TRUE', 'yes', 'Yes', 'YES', 'on', 'On', 'ON'}
 _FALSE = {'false', 'False', 'FALSE', 'no', 'No', 'NO', 'off', 'Off', 'OFF'}
 _INT = re.compile(r'[-+]?[0-9]+')
+_LEADING_ZERO = re.compile(r'[-+]?0[0-9]+')
 _HEX = re.compile(r'[-+]?0x[0-9a-fA-F]+')
 _FLOAT = re.compile(r'[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?')
 _INF = re.compile(r'([-+]?)\.(inf|Inf|INF)')
@@ -29,7 +30,7 @@ def read_plain_scalar(text: str) -> str | int | float | bool | None:
     Return the value of a scalar without quotes and without a tag.
 
     ``1e-3`` is a number (a strict YAML 1.1 reader takes it for a text), and so are rosparam's
-    ``deg(90)`` and ``rad(pi/2)``.
+    ``deg(90)`` and ``rad(pi/2)``. As in YAML 1.1, ``010`` is octal and ``08`` a text.
     """
     if text in _NULL:
         return None
@@ -39,6 +40,8 @@ def read_plain_scalar(text: str) -> str | int | float | bool | None:
         return False
     if len(text) > _LONGEST_NUMBER:
         return text
+    if _LEADING_ZERO.fullmatch(text):
+        return text if {'8', '9'} & set(text) else int(text, 8)
     number = _read_number(text)
     if number is not None:
         return number

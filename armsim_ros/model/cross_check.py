@@ -13,18 +13,21 @@ from armsim_ros.model.robot_model import PlanningGroup, RobotModel
 
 
 def check_settings(settings: RobotSettings, model: RobotModel,
-                   places: Mapping[str, Location] | None = None) -> list[Problem]:
+                   places: Mapping[str, Location] | None = None, *,
+                   partial: bool = False) -> list[Problem]:
     """
     Return every place where settings and robot do not fit.
 
     :param places: 'joint x', 'group x' ... -> where the URDF or SRDF has it.
+    :param partial: whether files had mistakes; what is missing may only be missing for them.
     """
     check = _Check(settings, model, places or {})
     check.controllers()
-    check.moveit_controllers()
     check.joints_in_settings()
-    check.groups_in_settings()
-    check.coverage()
+    if not partial:
+        check.moveit_controllers()
+        check.groups_in_settings()
+        check.coverage()
     return check.problems
 
 

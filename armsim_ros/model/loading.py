@@ -8,7 +8,14 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 
 from armsim_ros.config.robot_settings import RobotSettings
-from armsim_ros.errors import ConfigError, Location, ModelError, Problem, Severity
+from armsim_ros.errors import (
+    ConfigError,
+    Location,
+    ModelError,
+    Problem,
+    ResourceError,
+    Severity,
+)
 from armsim_ros.model.cross_check import check_settings
 from armsim_ros.model.geometry import Mesh
 from armsim_ros.model.limits import apply_limits
@@ -37,20 +44,58 @@ def load_robot_model(
     :raises ConfigError: with every mistake in URDF and SRDF, or every place where the settings
         name what the robot has not.
     """
-    tell = report or _ignore
+    model, found = survey_robot_model(
+        settings, package_folders=package_folders, visual_meshes=visual_meshes)
+    mistakes = [one for one in found if one.severity is Severity.ERROR]
+    if mistakes or model is None:
+        raise ConfigError(mistakes)
+    if report is not None:
+        for problem in found:
+            report(problem)
+    return model
+
+
+def survey_robot_model(
+    settings: RobotSettings,
+    *,
+    package_folders: Iterable[Path] = (),
+    visual_meshes: bool = False,
+    partial: bool = False,
+) -> tuple[RobotModel | None, list[Problem]]:
+    """
+    Build the model and go on where there are mistakes.
+
+    :param partial: whether the settings have mistakes of their own; what only follows from
+        those is left out.
+    :returns: the model, None where the URDF gives none, and everything that was found.
+    """
+    try:
+        return _build(settings, tuple(package_folders), visual_meshes, partial)
+    except ConfigError as error:
+        return None, list(error.problems)
+    except ResourceError as error:
+        return None, [Problem(str(error), Location(str(settings.urdf_file)))]
+
+
+def _build(settings: RobotSettings, package_folders: tuple[Path, ...], visual_meshes: bool,
+           partial: bool) -> tuple[RobotModel, list[Problem]]:
     folders = (*package_folders, *_workspace(settings))
     urdf_text = read_description(settings.urdf_file, extra_folders=folders)
     content = _parse_urdf(settings, urdf_text, folders, visual_meshes)
     srdf_text, semantic, places = '', SemanticModel(), dict(content.places)
     found = list(content.problems)
     if settings.srdf_file is not None:
-        srdf_text = read_description(settings.srdf_file, extra_folders=folders)
-        joints = apply_limits(content.joints, settings.joint_limits.joint_limits)
-        srdf = parse_srdf(srdf_text, str(settings.srdf_file), robot_name=content.name,
-                          root_link=content.root_link, links=content.links, joints=joints)
-        semantic = srdf.semantic
-        places.update(srdf.places)
-        found.extend(srdf.problems)
+        try:
+            srdf_text = read_description(settings.srdf_file, extra_folders=folders)
+            joints = apply_limits(content.joints, settings.joint_limits.joint_limits)
+            srdf = parse_srdf(srdf_text, str(settings.srdf_file), robot_name=content.name,
+                              root_link=content.root_link, links=content.links, joints=joints)
+            semantic = srdf.semantic
+            places.update(srdf.places)
+            found.extend(srdf.problems)
+        except ModelError as error:
+            found.extend(error.problems)
+            partial = True
     model = RobotModel(
         name=content.name,
         links=content.links,
@@ -60,13 +105,8 @@ def load_robot_model(
         urdf=urdf_text,
         srdf=srdf_text,
     )
-    found.extend(check_settings(settings, model, places))
-    mistakes = [one for one in found if one.severity is Severity.ERROR]
-    if mistakes:
-        raise ConfigError(mistakes)
-    for problem in found:
-        tell(problem)
-    return model
+    found.extend(check_settings(settings, model, places, partial=partial))
+    return model, found
 
 
 def _parse_urdf(settings: RobotSettings, text: str, folders: tuple[Path, ...],
@@ -120,7 +160,3 @@ def _workspace(settings: RobotSettings) -> tuple[Path, ...]:
     starts = (settings.urdf_file.resolve().parent, settings.folder.resolve())
     places = [place for start in starts for place in (start, *list(start.parents)[:3])]
     return tuple(dict.fromkeys(place for place in places if place != Path(place.anchor)))
-
-
-def _ignore(_: Problem) -> None:
-    """Take a remark that nobody asked for."""

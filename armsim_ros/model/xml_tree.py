@@ -110,8 +110,8 @@ class _Builder:
             self._parser.Parse(text.encode(), True)
         except expat.ExpatError as error:
             where = Location(self._file, error.lineno, error.offset + 1)
-            remedy = ''
-            if self._open:
+            remedy = _likely_cause(text, error, self._root)
+            if self._open and not remedy:
                 opened = self._open[-1]
                 remedy = f'<{opened.tag}> of line {opened.where.line} is still open there'
             raise ModelError(Problem(
@@ -143,6 +143,23 @@ class _Builder:
     def _refuse_entity(self, name: str, *_: object) -> NoReturn:
         raise ModelError(Problem(f"the text defines the entity '{name}'", self._place(),
                                  remedy='write the value where it is used'))
+
+
+def _likely_cause(text: str, error: expat.ExpatError, root: XmlElement | None) -> str:
+    """Return what the author of a text that is no XML probably did, '' where nothing fits."""
+    name = expat.ErrorString(error.code)
+    if name == 'junk after document element' and root is not None:
+        owner = 'launch' if root.tag in ('node', 'include', 'rosparam', 'param') else 'robot'
+        return (f'several elements stand at the top, the first is <{root.tag}>: put them all '
+                f'inside one <{owner}> ... </{owner}>')
+    if name == 'not well-formed (invalid token)':
+        lines = text.splitlines()
+        line = lines[error.lineno - 1] if error.lineno <= len(lines) else ''
+        before = line.encode()[:error.offset].decode(errors='ignore')
+        if before.endswith(('"', "'")) and line[len(before):len(before) + 1].isidentifier():
+            return (f"a space is missing between two attributes: "
+                    f"'...{before[-12:]}{line[len(before):len(before) + 12]}...'")
+    return ''
 
 
 def read_numbers(element: XmlElement, name: str, count: int, report: Report,

@@ -32,7 +32,7 @@ def test_values_know_their_line_and_column():
     ('0x10', 16), ('.inf', float('inf')), ('-.inf', float('-inf')), ('~', None), ('on', True),
     ('False', False), ('"1"', '1'), ('deg(90)', pytest.approx(1.5707963)),
     ('rad(-pi/2)', pytest.approx(-1.5707963)), ('!degrees 180', pytest.approx(3.1415927)),
-    ('1.2.3', '1.2.3'), ('1:30', '1:30'),
+    ('1.2.3', '1.2.3'), ('1:30', '1:30'), ('010', 8), ('08', '08'),
 ])
 def test_scalars(text, value):
     """Numbers are read as people write them, 1e-3 too."""
