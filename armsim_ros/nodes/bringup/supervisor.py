@@ -17,7 +17,7 @@ from armsim_ros.nodes.bringup.child import Child
 
 #: What a program gets that does not end, and when after the first word [s]. All of it lies
 #: below 2 s, the time in which nothing may be left.
-STOP_SCHEDULE = ((0.0, signal.SIGINT), (0.6, signal.SIGTERM), (1.3, signal.SIGKILL))
+STOP_SCHEDULE = ((0.0, signal.SIGINT), (0.6, signal.SIGTERM), (1.2, signal.SIGKILL))
 _STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 _LONGEST_WAIT = 0.1
 _USAGE_STATUS = 2
