@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 import os
 from pathlib import Path
@@ -13,10 +13,11 @@ import sys
 from typing import Any
 
 import pytest
+import yaml
 
 from armsim_ros.testing.client_node import ClientNode
-from armsim_ros.testing.controller_manager_client import ControllerManagerClient
 from armsim_ros.testing.domain import private_domain, ros_environment
+from armsim_ros.testing.parameter_client import ParameterClient
 from armsim_ros.testing.program import Program
 from armsim_ros.testing.programs import start_program
 
@@ -26,6 +27,7 @@ from controller_bench import Bench, TrajectoryController
 
 ROBOTS = Path(__file__).parent / 'robots'
 NAMESPACE = '/bench'
+TRAJECTORY = 'joint_trajectory_controller/JointTrajectoryController'
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -57,12 +59,20 @@ def serve(config: Any, robot: str, namespace: str, *arguments: str) -> Iterator[
         try:
             with ClientNode(domain, f'conformance_{robot}') as client:
                 bench = Bench(domain, namespace, client, program)
-                ControllerManagerClient(client, f'{namespace}/controller_manager')
-                bench.manager.states()
+                wait_until_up(bench)
                 yield bench
         finally:
             if program is not None:
                 program.stop()
+
+
+def wait_until_up(bench: Bench) -> None:
+    """Wait for the manager; a program that does not come up is shown."""
+    try:
+        bench.manager.states()
+    except AssertionError as error:
+        text = bench.program.text if bench.program is not None else ''
+        pytest.exit(f'the server did not come up: {error}\n{text}', 1)
 
 
 @pytest.fixture(scope='session')
@@ -82,3 +92,34 @@ def arm(bench: Bench) -> TrajectoryController:
 def sampled(bench: Bench) -> TrajectoryController:
     """Give the one whose feedback comes at every update, at rest at 0."""
     return bench.use('sampled')
+
+
+@pytest.fixture
+def load(bench: Bench, tmp_path: Path) -> Iterator[Callable[..., bool]]:
+    """Give a function that loads a trajectory controller with parameters of its own."""
+    loaded: list[str] = []
+    manager = ParameterClient(bench.client, bench.name('controller_manager'))
+
+    def load_controller(name: str, kind: str = TRAJECTORY, **parameters: Any) -> bool:
+        block = {
+            'joints': ['axis_1', 'axis_2'],
+            'command_interfaces': ['position'],
+            'state_interfaces': ['position', 'velocity'],
+        }
+        block = {key: value for key, value in {**block, **parameters}.items() if value is not None}
+        file = tmp_path / f'{name}.yaml'
+        nodes = {bench.name(name): {'ros__parameters': block}}
+        file.write_text(yaml.safe_dump(nodes), encoding='utf-8')
+        assert manager.set(f'{name}.type', kind) == ''
+        assert manager.set(f'{name}.params_file', [str(file)]) == ''
+        loaded.append(name)
+        return bench.manager.load(name)
+
+    yield load_controller
+    states = bench.manager.states()
+    for name in loaded:
+        if states.get(name) == 'active':
+            bench.manager.switch(deactivate=[name])
+        if name in states:
+            bench.manager.unload(name)
+            bench.forget(name)

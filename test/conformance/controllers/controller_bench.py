@@ -21,6 +21,8 @@ from armsim_ros.testing.program import Program
 from armsim_ros.testing.trajectory_client import Goal, Outcome, SUCCEEDED, TrajectoryClient
 
 BROADCASTER = 'joint_state_broadcaster'
+#: So many messages may be under way: one in the reader, one on the wire.
+STALE = 2
 #: Update period of the bench's controller manager [s].
 PERIOD = 0.01
 
@@ -97,7 +99,7 @@ class TrajectoryController(TrajectoryClient):
         super().__init__(client, controller)
         self.joints = list(joints)
         self.states = client.collect(
-            f'{controller}/controller_state', JointTrajectoryControllerState, 100
+            f'{controller}/controller_state', JointTrajectoryControllerState, 1
         )
         self.parameters = ParameterClient(client, controller)
         self._speed: Any = None
@@ -148,19 +150,27 @@ class TrajectoryController(TrajectoryClient):
 
     def newest(self) -> JointTrajectoryControllerState:
         """Return a state from now on."""
-        return self.next_state(lambda _: True)
+        return self.watch(1)[0]
 
     def next_state(
         self, matches: Callable[[JointTrajectoryControllerState], bool], timeout: float = 10.0
     ) -> JointTrajectoryControllerState:
         """Wait for a state that matches, from now on."""
-        self.states.clear()
+        self.watch(1)
         return self.states.wait_for(matches, timeout)
 
+    def reaches(self, positions: Sequence[float]) -> bool:
+        """Wait until the reference is at positions; it is an error if that never happens."""
+        self.next_state(
+            lambda s: max(abs(a - b) for a, b in zip(s.reference.positions, positions, strict=True))
+            < 1e-6
+        )
+        return True
+
     def watch(self, count: int) -> list[JointTrajectoryControllerState]:
-        """Return so many states from now on."""
+        """Return so many states from now on; those that were under way are left out."""
         self.states.clear()
-        return self.states.wait(count)
+        return self.states.wait(count + STALE)[STALE:]
 
     def now_ns(self) -> int:
         """Return the controller's time."""
