@@ -156,4 +156,6 @@ class Program:
                 self.process.wait(5.0)
         self._kill_session()
         self._reader.join(5.0)
+        if error is not None:
+            print(f'--- output of {self.name} ---\n{self.text}')
 

@@ -15,6 +15,7 @@ from rclpy.task import Future
 
 from armsim_ros.control.trajectory_goal import GoalStatus
 from armsim_ros.nodes import qos
+from armsim_ros.nodes.simulation.client_discovery import ClientDiscovery
 from armsim_ros.nodes.simulation.dispatcher import Dispatcher
 
 #: How long a result waits for a client that asks late [s].
@@ -54,6 +55,7 @@ class GoalServer(ABC):
         self._node = node
         self._dispatcher = dispatcher
         self._taken: tuple[Any, Any] | None = None
+        self._discovery = ClientDiscovery(node, dispatcher, f'{name}/_action/send_goal')
         self._running: dict[bytes, RunningGoal] = {}
         self._server = ActionServer(
             node,
@@ -90,7 +92,8 @@ class GoalServer(ABC):
     def _result(self, goal: Any) -> Any:
         """Return the result message of a goal that has ended."""
 
-    def _decide(self, request: Any) -> GoalResponse:
+    async def _decide(self, request: Any) -> GoalResponse:
+        await self._discovery.completed()
         goal = self._send(request)
         if goal is None:
             return GoalResponse.REJECT

@@ -155,7 +155,9 @@ class SimulationProgram:
         )
         for controller in self._manager.controllers.values():
             self._registry.add(controller)
-        self._clock_publisher = Clock(self._node('simulation', '/'))
+        self._clock_publisher = Clock(
+            self._node('simulation', '/', start_parameter_services=False)
+        )
         self._events = EventLog(self._manager_node, self._manager, self._loop, self._registry)
         for text in self._remarks():
             self._manager_node.get_logger().warning(text)

@@ -1,0 +1,57 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""
+Waits, without blocking, until the client of a request can be answered.
+
+A request can arrive before its client's reply reader has been discovered. The middleware then
+waits up to 100 ms inside the call that sends the answer (rmw_fastrtps, ``rmw_response.cpp``),
+and rclpy keeps the interpreter's lock meanwhile, which would stop the control loop.
+"""
+
+from __future__ import annotations
+
+from rclpy.node import Node
+from rclpy.task import Future
+
+from armsim_ros.nodes.simulation.dispatcher import Dispatcher
+
+#: Discovery is looked at this often [s], and no longer than so many times.
+_PERIOD, _TRIES = 0.005, 100
+
+
+class ClientDiscovery:
+    """
+    Compares the clients that can ask one service with those that can be answered.
+
+    :param node: the node with the service.
+    :param service: its name.
+    """
+
+    def __init__(self, node: Node, dispatcher: Dispatcher, service: str) -> None:
+        """Keep the names under which requests and replies are seen in the graph."""
+        self._node = node
+        self._dispatcher = dispatcher
+        self._service = node.resolve_service_name(service)
+        self._request_topic = f'rq{self._service}Request'
+        self._tolerated = 0
+
+    async def completed(self) -> None:
+        """Return when every client that can ask can be answered too, or after half a second."""
+        for _ in range(_TRIES):
+            if self._unanswerable() <= self._tolerated:
+                return
+            later = Future()
+            self._dispatcher.post_later(_PERIOD, lambda later=later: self._resume(later))
+            await later
+        # Something that only writes requests, such as a recorder's player: not to be waited for.
+        self._tolerated = self._unanswerable()
+
+    def _unanswerable(self) -> int:
+        asking = self._node.get_publishers_info_by_topic(self._request_topic, no_mangle=True)
+        missing = len(asking) - self._node.count_clients(self._service)
+        self._tolerated = min(self._tolerated, max(missing, 0))
+        return missing
+
+    def _resume(self, later: Future) -> None:
+        later.set_result(None)
+        self._node.executor.wake()
