@@ -22,6 +22,7 @@ from armsim_ros.planning.context import PlanningContext
 from armsim_ros.planning.error_codes import MoveItErrorCode
 from armsim_ros.planning.limits import scaling_factor
 from armsim_ros.planning.path_timing import time_waypoints
+from armsim_ros.planning.regions import is_place
 from armsim_ros.planning.request_checks import link_speed_limit
 from armsim_ros.planning.scene import PlanningScene
 from armsim_ros.planning.search import without_repeats
@@ -112,9 +113,10 @@ def _followed(
             MoveItErrorCode.INVALID_LINK_NAME,
             f"group '{group}' does not move link '{name}'", _SOURCE,
         )
-    if not all(np.all(np.isfinite(waypoint)) for waypoint in request.waypoints):
+    if not all(map(is_place, request.waypoints)):
         raise PlanningError(
-            MoveItErrorCode.FAILURE, 'a waypoint has a number that is not finite', _SOURCE
+            MoveItErrorCode.FAILURE, 'a waypoint has a number that is not finite or too large',
+            _SOURCE,
         )
     relative = bool(request.frame_id) and request.frame_id == name
     waypoints = request.waypoints

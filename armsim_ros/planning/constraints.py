@@ -18,7 +18,13 @@ from armsim_ros.model.transforms import (
     quat_xyzw_from_matrix,
 )
 from armsim_ros.planning.log import Log
-from armsim_ros.planning.regions import contains, outside_by, region_center
+from armsim_ros.planning.regions import (
+    contains,
+    is_place,
+    outside_by,
+    region_center,
+    region_fault,
+)
 from armsim_ros.planning.request import (
     Constraints,
     JointConstraint,
@@ -336,10 +342,11 @@ class ConstraintSet:
             return
         point = np.eye(4)
         point[:3, 3] = given.target_point_offset
-        if not np.all(np.isfinite(point)) or not all(
-            np.all(np.isfinite(region.pose)) for region in given.regions
-        ):
-            self._drop(f"position of '{given.link_name}': a number is not finite")
+        fault = next(filter(None, map(region_fault, given.regions)), '')
+        if fault or not is_place(point):
+            self._drop(f"position of '{given.link_name}': "
+                       + (f'a region cannot be used: {fault}' if fault else
+                          'target_point_offset is not finite or too large'))
             return
         self.positions.append(PositionTerm(
             given.link_name, Frame(target.link, target.offset @ point), frame, given.regions,
@@ -360,7 +367,7 @@ class ConstraintSet:
                        'to be numbers >= 0')
             return
         quat = np.asarray(given.quat_xyzw, dtype=np.float64)
-        if not abs(float(np.linalg.norm(quat)) - 1.0) <= 1e-3:
+        if not abs(math.hypot(*quat) - 1.0) <= 1e-3:
             self._log.warning(
                 f"orientation of '{given.link_name}': quaternion {given.quat_xyzw} is not of "
                 'length 1: using the identity'

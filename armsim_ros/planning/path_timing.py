@@ -29,7 +29,7 @@ FINAL_SHARE = 0.6
 _LEAST_DEVIATION = 1e-4
 _SHRINK = 0.35
 _ATTEMPTS = 4
-_LOOK = 0.004
+_LOOKS = 5
 _FINER = 16
 _MOST_CLOSE = 6000
 _OVERSHOOT = 1e-3
@@ -92,7 +92,7 @@ def first_fault(motion: QuinticMotion, validity: StateValidity, step: float) -> 
     :param motion: is followed between its points too.
     :param step: largest motion of any point between two checks [m].
     """
-    times = np.linspace(0.0, motion.duration, 2 + int(motion.duration / _LOOK))
+    times = np.linspace(0.0, motion.duration, _LOOKS * len(motion.times))
     positions = motion.sample(times)
     beyond = np.flatnonzero(np.any(
         (positions < validity.lower - _OVERSHOOT) | (positions > validity.upper + _OVERSHOOT),

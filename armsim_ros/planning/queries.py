@@ -17,6 +17,7 @@ from armsim_ros.planning.collision import Contact
 from armsim_ros.planning.constraints import ConstraintResult, ConstraintSet
 from armsim_ros.planning.context import PlanningContext
 from armsim_ros.planning.error_codes import MoveItErrorCode
+from armsim_ros.planning.regions import is_place
 from armsim_ros.planning.request import Constraints, StartState
 from armsim_ros.planning.scene import PlanningScene
 from armsim_ros.trajectory import JointTrajectory
@@ -173,10 +174,10 @@ def _target(
         link, offset = scene.link_of_frame(name)
     except PlanningError as error:
         raise PlanningError(MoveItErrorCode.INVALID_LINK_NAME, str(error)) from None
-    if not np.all(np.isfinite(target.pose)):
+    if not is_place(target.pose):
         raise PlanningError(
             MoveItErrorCode.NO_IK_SOLUTION,
-            f"the pose for '{name}' has a number that is not finite",
+            f"the pose for '{name}' has a number that is not finite or too large",
         )
     return IKTarget(link, base @ target.pose, offset)
 

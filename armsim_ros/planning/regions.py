@@ -18,6 +18,38 @@ Vector = NDArray[np.float64]
 _EPSILON = 1e-9
 
 
+FARTHEST = 1e6
+"""Numbers beyond this [m] are no places."""
+
+
+def is_place(values: Vector) -> bool:
+    """Return whether all numbers of a pose or point are finite and not out of this world."""
+    return bool(np.all(np.isfinite(values)) and np.all(np.abs(values) <= FARTHEST))
+
+
+def region_fault(region: Region) -> str:
+    """Return what is wrong with a region, as a phrase, or ''."""
+    if not is_place(region.pose):
+        return 'its pose has a number that is not finite or too large'
+    shape = region.shape
+    if isinstance(shape, Mesh):
+        if not len(shape.vertices) or not len(shape.triangles) or not is_place(shape.vertices):
+            return 'its mesh has no triangles, or a number that is not finite'
+        return ''
+    if isinstance(shape, Box):
+        sizes: tuple[float, ...] = shape.size
+    elif isinstance(shape, Sphere):
+        sizes = (shape.radius,)
+    elif isinstance(shape, Plane):
+        plane = np.array([shape.a, shape.b, shape.c, shape.d])
+        return '' if is_place(plane) else 'its plane is not finite or too large'
+    else:
+        sizes = (shape.radius, shape.length)
+    if not all(0.0 < size <= FARTHEST for size in sizes):
+        return f'its dimensions {sizes} have to be finite and above 0'
+    return ''
+
+
 def contains(region: Region, point: Vector) -> bool:
     """
     Return whether a point lies in a region, its border included.

@@ -4,11 +4,12 @@
 When a path is where: the fastest motion along it that keeps the limits.
 
 TOPP-RA (Pham and Pham 2018, DOI 10.1109/TRO.2018.2819195) gives path speed over path position.
-A moving average over time then rounds the steps in acceleration: an average of motions that
+Two moving averages over time then round the steps in acceleration: an average of motions that
 keep the limits keeps them too, starts and ends at rest, and its jerk is at most
 2 * acceleration limit / window (Biagiotti and Melchiorri 2012,
-DOI 10.1016/j.automatica.2011.11.016). It leaves the path by at most
-acceleration limit * window^2 / 24, and not at all on straight pieces.
+DOI 10.1016/j.automatica.2011.11.016). Each leaves the path by at most
+acceleration limit * window^2 / 24, and not at all on straight pieces. What splines between the
+points add to velocity and acceleration is taken away again by a slightly slower motion.
 """
 
 from __future__ import annotations
@@ -29,13 +30,17 @@ from armsim_ros.planning.quintic import QuinticMotion
 Vector = NDArray[np.float64]
 SpeedLimit = Callable[[Vector, Vector], Vector]
 
-WINDOW = 0.05
-"""Width of the moving average [s]; longer where a jerk limit asks for it."""
+POINT_SPACING = (0.025, 0.08)
+"""Time between two points [s] of short motions, and the most for long ones."""
 
-POINT_SPACING = 0.025
-"""Time between two points of the result [s]."""
+POINTS = 400
+"""Points of a motion up to which the short spacing holds."""
 
-_BLEND_STAGES = 6
+LONGEST = 3600.0
+"""A motion that lasts longer [s] is taken for a mistake."""
+
+_PANELS = 6
+_BLEND_STAGES = 10
 _STRAIGHT_STAGES = 16
 _MAX_STAGE = 0.05
 _MANY_PIECES = 50
@@ -60,8 +65,8 @@ class _SpeedProfile:
     def duration(self) -> float:
         return float(self.times[-1])
 
-    def path_position(self, t: Vector) -> tuple[Vector, Vector]:
-        """Return path position and path speed at times t (k,)."""
+    def path_position(self, t: Vector) -> Vector:
+        """Return the path position at times t (k,)."""
         inside = np.clip(t, 0.0, self.duration)
         stage = np.clip(
             np.searchsorted(self.times, inside, side='right') - 1, 0, len(self.times) - 2
@@ -69,8 +74,8 @@ class _SpeedProfile:
         after = inside - self.times[stage]
         span = self.times[stage + 1] - self.times[stage]
         rate = (self.speed[stage + 1] - self.speed[stage]) / span
-        s = self.grid[stage] + after * (self.speed[stage] + 0.5 * after * rate)
-        return s, self.speed[stage] + after * rate
+        s: Vector = self.grid[stage] + after * (self.speed[stage] + 0.5 * after * rate)
+        return s
 
 
 def _grid(path: BlendedPath) -> tuple[Vector, NDArray[np.int64]]:
@@ -102,13 +107,14 @@ def _speed_profile(
     with np.errstate(divide='ignore'):
         fastest = np.min(limits.velocity / np.abs(ends), axis=1)
     if speed_limit is not None:
-        there = speed_limit(path.position(grid), ends)
-        # Squared speed is linear on a stage, the limit is not: both ends keep the lower one.
-        lower = np.minimum(there[:-1], there[1:])
-        fastest[:-1] = np.minimum(fastest[:-1], lower)
-        fastest[1:] = np.minimum(fastest[1:], lower)
+        fastest = np.minimum(fastest, speed_limit(path.position(grid), ends))
+    # Squared speed is linear on a stage, the limit is not: both ends keep the lower one.
+    lower = np.minimum(fastest[:-1], fastest[1:])
+    fastest = np.minimum(np.append(lower, np.inf), np.append(np.inf, lower))
+    # The solver's tolerances are absolute: it gets the motion at a speed of about 1.
+    unit = float(np.max(limits.velocity))
     speed = fastest_path_speed(
-        grid, first, last, path.curvature(piece), fastest, limits.acceleration
+        grid, first, last, path.curvature(piece), fastest / unit, limits.acceleration / unit**2
     )
     if speed is None:
         raise PlanningError(
@@ -119,40 +125,46 @@ def _speed_profile(
             'or the scaling factors',
             _SOURCE,
         )
+    speed = speed * unit
     mean = 0.5 * (speed[:-1] + speed[1:])
     times = np.concatenate([[0.0], np.cumsum(np.diff(grid) / np.maximum(mean, 1e-9))])
     return _SpeedProfile(grid, speed, times)
 
 
 def _averaged(
-    path: BlendedPath, profile: _SpeedProfile, window: float
-) -> tuple[Vector, Vector, Vector, Vector]:
-    """Return times, positions, velocities, accelerations of the motion's moving average."""
-    duration = profile.duration + window
-    times = np.linspace(0.0, duration, max(2, int(np.ceil(duration / POINT_SPACING)) + 1))
-    panels = 24
-    offsets = np.linspace(0.0, window, panels + 1)
-    weights = np.ones(panels + 1)
+    path: BlendedPath, profile: _SpeedProfile, windows: tuple[float, float], spacing: float
+) -> QuinticMotion:
+    """Return the motion averaged over one window, and the result over another."""
+    first, second = windows
+    duration = profile.duration + first + second
+    times = np.linspace(0.0, duration, max(2, int(np.ceil(duration / spacing)) + 1))
+    weights = np.ones(_PANELS + 1)
     weights[1:-1:2], weights[2:-1:2] = 4.0, 2.0
     weights /= weights.sum()
-    early = times - window
-    samples, _ = profile.path_position((early[:, None] + offsets).ravel())
-    around = path.position(samples).reshape(len(times), panels + 1, -1)
-    positions = np.einsum('w,twn->tn', weights, around)
 
-    def motion(t: Vector) -> tuple[Vector, Vector]:
-        s, rate = profile.path_position(t)
-        moving = ((t > 0.0) & (t < profile.duration)).astype(np.float64)
-        return path.position(s), path.slope(s) * (rate * moving)[:, None]
+    def position(t: Vector) -> Vector:
+        return path.position(profile.path_position(t))
 
-    position_late, velocity_late = motion(times)
-    position_early, velocity_early = motion(early)
-    velocities = (position_late - position_early) / window
-    accelerations = (velocity_late - velocity_early) / window
+    def mean(t: Vector) -> Vector:
+        """Return the average of the positions from t - first to t, by Simpson's rule."""
+        around = (t[:, None] - np.linspace(0.0, first, _PANELS + 1)).ravel()
+        values: Vector = np.einsum(
+            'w,twn->tn', weights, position(around).reshape(len(t), _PANELS + 1, -1)
+        )
+        return values
+
+    around = times[:, None] - np.linspace(0.0, second, _PANELS + 1)
+    means = mean(around.ravel()).reshape(len(times), _PANELS + 1, -1)
+    positions = np.einsum('w,twn->tn', weights, means)
+    velocities = (means[:, 0] - means[:, -1]) / second
+    accelerations = (
+        position(times) - position(times - first) - position(times - second)
+        + position(times - first - second)
+    ) / (first * second)
     velocities[[0, -1]] = 0.0
     accelerations[[0, -1]] = 0.0
     positions[0], positions[-1] = path.waypoints[0], path.waypoints[-1]
-    return times, positions, velocities, accelerations
+    return QuinticMotion(times, positions, velocities, accelerations)
 
 
 def time_path(
@@ -170,12 +182,23 @@ def time_path(
     :raises PlanningError: FAILURE where no speed keeps the limits.
     """
     profile = _speed_profile(path, limits, speed_limit)
-    window = max(WINDOW, float(np.max(2.0 * limits.acceleration / limits.jerk)))
-    motion = QuinticMotion(*_averaged(path, profile, window))
+    if profile.duration > LONGEST:
+        raise PlanningError(
+            MoveItErrorCode.FAILURE,
+            f'the motion would last {profile.duration:.0f} s, more than {LONGEST:.0f} s; raise '
+            'the scaling factors or the limits', _SOURCE,
+        )
+    spacing = min(max(profile.duration / POINTS, POINT_SPACING[0]), POINT_SPACING[1])
+    jerk_window = float(np.max(2.0 * limits.acceleration / limits.jerk))
+    motion = _averaged(path, profile, (max(spacing, jerk_window), spacing), spacing)
+    too_fast = _excess(motion, limits)
+    return motion.slowed(too_fast) if too_fast > 1.0 else motion
+
+
+def _excess(motion: QuinticMotion, limits: MotionLimits) -> float:
+    """Return by which factor a motion has to be slower to keep the limits."""
     velocity, acceleration = motion.peaks()
-    too_fast = max(
-        1.0,
+    return max(
         float(np.max(velocity / limits.velocity)),
         float(np.sqrt(np.max(acceleration / limits.acceleration))),
     )
-    return motion.slowed(too_fast) if too_fast > 1.0 else motion

@@ -8,6 +8,7 @@ import math
 import numpy as np
 import pytest
 
+from armsim_ros.errors import PlanningError
 from armsim_ros.planning.blended_path import BlendedPath
 from armsim_ros.planning.limits import MotionLimits
 from armsim_ros.planning.time_parameterization import time_path
@@ -138,3 +139,18 @@ def test_a_path_needs_different_neighbours():
     """Two equal waypoints in a row are refused."""
     with pytest.raises(ValueError, match='different'):
         BlendedPath(np.zeros((2, 3)), 0.1)
+
+
+def test_slow_motions_have_no_more_points_than_needed(zigzag):
+    """ADP-7: a long motion has points up to 0.1 s apart, and keeps its limits."""
+    motion = time_path(BlendedPath(zigzag, 0.05), limits(velocity=0.05))
+    assert motion.duration > 100.0
+    steps = np.diff(motion.times)
+    assert 0.07 < steps.max() <= 0.1
+    assert np.abs(motion.velocities).max() <= 0.05 * 1.001
+
+
+def test_a_motion_that_never_ends_is_refused(zigzag):
+    """A motion of hours is taken for a mistake in the scaling factors."""
+    with pytest.raises(PlanningError, match='scaling factors'):
+        time_path(BlendedPath(zigzag, 0.05), limits(velocity=1e-4))
