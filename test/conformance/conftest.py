@@ -23,7 +23,7 @@ from armsim_ros.testing.client_node import ClientNode
 from armsim_ros.testing.domain import private_domain, ros_environment
 from armsim_ros.testing.program import Program
 
-sys.path.insert(0, str(Path(__file__).parent))
+sys.path.append(str(Path(__file__).parent))
 
 from report import ConformanceReport
 
