@@ -20,7 +20,7 @@ from armsim_ros.model.transforms import (
     pose_from_parts,
     rotation_angle,
 )
-from armsim_ros.planning.constraints import Frame, rotation_vector
+from armsim_ros.planning.constraint_terms import Frame, rotation_vector
 from armsim_ros.planning.request import Constraints, StartState
 from armsim_ros.planning.state_validity import StateValidity
 

@@ -17,7 +17,8 @@ from armsim_ros.planning.cartesian_path import (
     CartesianRequest,
     cut_at_jump,
 )
-from armsim_ros.planning.constraints import ConstraintSet, Frame
+from armsim_ros.planning.constraint_terms import Frame
+from armsim_ros.planning.constraints import ConstraintSet
 from armsim_ros.planning.context import PlanningContext
 from armsim_ros.planning.error_codes import MoveItErrorCode
 from armsim_ros.planning.limits import scaling_factor

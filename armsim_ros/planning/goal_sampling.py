@@ -12,17 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from armsim_ros.errors import PlanningError
-from armsim_ros.kinematics.inverse import IKTarget, InverseKinematics
+from armsim_ros.kinematics.inverse import InverseKinematics
 from armsim_ros.kinematics.kinematic_model import KinematicModel
-from armsim_ros.model.transforms import matrix_from_axis_angle, pose_from_parts
-from armsim_ros.planning.constraints import (
-    ConstraintSet,
-    JointTerm,
-    OrientationTerm,
-    PositionTerm,
-)
+from armsim_ros.planning.constraint_terms import JointTerm
+from armsim_ros.planning.constraints import ConstraintSet
 from armsim_ros.planning.error_codes import MoveItErrorCode
-from armsim_ros.planning.regions import random_point, region_center, region_size
+from armsim_ros.planning.pose_sampling import has_room, PoseSampler
 from armsim_ros.planning.search import Budget
 from armsim_ros.planning.state_validity import StateValidity
 
@@ -74,6 +69,12 @@ class GoalSampler:
         self._rng = rng
         self._indices = model.group_indices(validity.group)
         self._origin: Vector = start[self._indices]
+        low, high = validity.lower, validity.upper
+        self._bounds = (
+            np.where(np.isfinite(low), low, self._origin - math.pi),
+            np.where(np.isfinite(high), high, self._origin + math.pi),
+        )
+        self._poses = PoseSampler(model, validity.group, self._bounds, rng)
 
     def sample(self, goals: Sequence[ConstraintSet], budget: Budget) -> list[Vector]:
         """
@@ -93,11 +94,20 @@ class GoalSampler:
                     continue
                 if self._accept(candidate, values, goal, tally):
                     found.append(values)
-                if len(found) >= MAX_GOALS or (found and budget.spent()):
+                if found and (
+                    len(found) >= MAX_GOALS or budget.spent() or self._is_one_state(goal)
+                ):
                     break
         if not found:
             raise self._failure(goals, tally)
         return sorted(found, key=lambda values: float(np.linalg.norm(values - self._origin)))
+
+    def _is_one_state(self, goal: ConstraintSet) -> bool:
+        """Return whether a goal names every joint: then its middle is what is meant."""
+        named = {term.index for term in goal.joints}
+        return not (goal.positions or goal.orientations) and all(
+            int(index) in named for index in self._indices
+        )
 
     def _accept(
         self, candidate: Vector, values: Vector, goal: ConstraintSet, tally: _Tally
@@ -131,7 +141,7 @@ class GoalSampler:
     def _joint_candidates(self, goal: ConstraintSet, budget: Budget) -> Iterator[Vector]:
         """Yield the box's middle, then random states of it; free joints stay, then roam."""
         named = {term.index for term in goal.joints}
-        low, high = self._sampling_bounds()
+        low, high = self._bounds
         wide = any(index not in named for index in self._indices) or any(
             term.upper - term.lower > 1e-3 for term in goal.joints
         )
@@ -160,11 +170,11 @@ class GoalSampler:
         for term in goal.joints:
             self._set(seed, term, term.target)
         seed = self._model.apply_mimic(seed)
-        draws = _DRAWS if _has_room(goal) else 1
+        draws = _DRAWS if has_room(goal) else 1
         for draw in range(draws):
             if draw and budget.spent():
                 return
-            targets = self._targets(goal, seed, middle=draw == 0)
+            targets = self._poses.targets(goal, seed, middle=draw == 0)
             before = tally.colliding + tally.off_goal + tally.off_path_constraints
             solutions = self._inverse.solutions(
                 targets, seed, count=MAX_GOALS, rng=self._rng, clock=budget.clock,
@@ -181,72 +191,6 @@ class GoalSampler:
                 solutions = solutions or more
             if not solutions:
                 tally.unsolved += 1
-
-    def _targets(self, goal: ConstraintSet, seed: Vector, middle: bool) -> list[IKTarget]:
-        """Return a pose for every constrained frame: the wanted one, or a random allowed one."""
-        poses = goal.poses(seed)
-        free = seed
-        if not middle:
-            low, high = self._sampling_bounds()
-            free = seed.copy()
-            free[self._indices] = self._rng.uniform(low, high)
-            free = self._model.apply_mimic(free)
-        targets: list[IKTarget] = []
-        used: set[int] = set()
-        for position in goal.positions:
-            frame = poses[position.frame.link] @ position.frame.offset
-            partner = next(
-                (k for k, term in enumerate(goal.orientations)
-                 if term.target.link == position.target.link and k not in used), None,
-            )
-            point = (frame @ np.append(self._point(position, middle), 1.0))[:3]
-            if partner is None:
-                targets.append(IKTarget(
-                    position.target.link, pose_from_parts(point, np.eye(3)),
-                    position.target.offset, position_only=True,
-                ))
-                continue
-            used.add(partner)
-            orientation = goal.orientations[partner]
-            rotation = self._rotation(orientation, poses, middle)
-            # The wanted rotation is that of the orientation's frame on the link.
-            link_rotation = rotation @ orientation.target.offset[:3, :3].T
-            pose = pose_from_parts(point, link_rotation @ position.target.offset[:3, :3])
-            targets.append(IKTarget(position.target.link, pose, position.target.offset))
-        for k, orientation in enumerate(goal.orientations):
-            if k in used:
-                continue
-            link = orientation.target.link
-            rotation = self._rotation(orientation, poses, middle)
-            here = self._model.link_pose(free, link) @ orientation.target.offset
-            targets.append(IKTarget(
-                link, pose_from_parts(here[:3, 3], rotation), orientation.target.offset
-            ))
-        return targets
-
-    def _point(self, term: PositionTerm, middle: bool) -> Vector:
-        if middle:
-            return region_center(term.regions[0])
-        return random_point(term.regions[int(self._rng.integers(len(term.regions)))], self._rng)
-
-    def _rotation(
-        self, term: OrientationTerm, poses: dict[str, Vector], middle: bool
-    ) -> Vector:
-        frame = (poses[term.frame.link] @ term.frame.offset)[:3, :3]
-        wanted = term.wanted
-        if not middle:
-            reach = np.minimum(term.tolerances, math.pi)
-            angles = self._rng.uniform(-reach, reach)
-            wanted = _small_rotation(angles, term.rotation_vector) @ wanted
-        result: Vector = frame @ wanted
-        return result
-
-    def _sampling_bounds(self) -> tuple[Vector, Vector]:
-        low, high = self._validity.lower, self._validity.upper
-        return (
-            np.where(np.isfinite(low), low, self._origin - math.pi),
-            np.where(np.isfinite(high), high, self._origin + math.pi),
-        )
 
     # ---------------------------------------------------------------- reasons
 
@@ -279,7 +223,7 @@ class GoalSampler:
 
     def _no_solution(self, goals: Sequence[ConstraintSet]) -> PlanningError:
         goal = next(each for each in goals if each.positions or each.orientations)
-        targets = self._targets(goal, self._start, middle=True)
+        targets = self._poses.targets(goal, self._start, middle=True)
         result = self._inverse.solve(targets, self._start, max_starts=8)
         where = '; '.join(
             f"'{target.link}' at {np.round(target.pose[:3, 3], 4).tolist()} m in the model frame"
@@ -294,29 +238,5 @@ class GoalSampler:
         )
 
 
-def _has_room(goal: ConstraintSet) -> bool:
-    """Return whether the goal leaves more than a point to choose from."""
-    linked = {term.target.link for term in goal.orientations}
-    return (
-        any(len(term.regions) > 1 or region_size(term.regions[0]) > 2e-3
-            for term in goal.positions)
-        or any(float(np.max(term.tolerances)) > 0.02 for term in goal.orientations)
-        or any(term.target.link not in linked for term in goal.positions)
-        or (bool(goal.orientations) and not goal.positions)
-    )
-
-
 def _nearest_turn(value: float, reference: float) -> float:
     return reference + math.remainder(value - reference, 2.0 * math.pi)
-
-
-def _small_rotation(angles: Vector, rotation_vector: bool) -> Vector:
-    if rotation_vector:
-        angle = float(np.linalg.norm(angles))
-        return np.eye(3) if angle < 1e-12 else matrix_from_axis_angle(angles / angle, angle)
-    x, y, z = np.eye(3)
-    return (
-        matrix_from_axis_angle(x, float(angles[0]))
-        @ matrix_from_axis_angle(y, float(angles[1]))
-        @ matrix_from_axis_angle(z, float(angles[2]))
-    )

@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from armsim_ros.errors import PlanningError
 from armsim_ros.kinematics.inverse import IKTarget
 from armsim_ros.planning.collision import Contact
-from armsim_ros.planning.constraints import ConstraintResult, ConstraintSet
+from armsim_ros.planning.constraint_terms import ConstraintResult
+from armsim_ros.planning.constraints import ConstraintSet
 from armsim_ros.planning.context import PlanningContext
 from armsim_ros.planning.error_codes import MoveItErrorCode
 from armsim_ros.planning.regions import is_place

@@ -316,6 +316,27 @@ def test_goal_of_some_joints(six_scene, plan_for, clock):
     assert response.trajectory.points[-1].positions == pytest.approx((0.5, *LEFT[1:]), abs=1e-9)
 
 
+def test_wide_joint_goal_is_met_in_its_middle(six_scene, plan_for, clock):
+    """CON-7: a goal for all joints is met at its positions where these are free."""
+    response = plan_for(six_scene).plan(
+        request(joint_goal(RIGHT, tolerance=0.05)), six_scene, clock=clock)
+    assert response.trajectory.points[-1].positions == pytest.approx(RIGHT, abs=1e-9)
+
+
+def test_wide_joint_goal_with_its_middle_blocked(six_scene, add_box, plan_for, clock):
+    """CON-7: where the middle collides another state of the box is taken."""
+    planner = plan_for(six_scene)
+    model = six_scene.kinematic_model
+    middle = model.vector(dict(zip(SIX, RIGHT, strict=True)))
+    tip = model.link_pose(middle, 'tool')[:3, 3]
+    add_box(six_scene, 'block', (0.12, 0.12, 0.12), tip)
+    assert not planner.check_state(six_scene, middle, 'arm').valid
+    response = planner.plan(
+        request(joint_goal(RIGHT, tolerance=0.5)), six_scene, clock=clock)
+    assert response.success, response.message
+    assert np.abs(response.trajectory.points[-1].positions - np.array(RIGHT)).max() <= 0.5
+
+
 def test_goals_are_alternatives(wall, add_box, plan_for, clock):
     """REQ-8: of several goals one that is free is enough."""
     add_box(wall, 'block', (0.2, 0.2, 0.2), (0.45, 0.55, 0.4))
