@@ -43,19 +43,23 @@ def share_folder(package: str, extra_folders: Iterable[Path] = ()) -> Path:
 
 
 def resolve_uri(text: str, extra_folders: Iterable[Path] = (), *,
-                base: Path | None = None) -> Path:
+                base: Path | None = None, within: Iterable[Path] | None = None) -> Path:
     """
     Return the file that a URDF or YAML text names.
 
     :param text: ``package://pkg/x``, ``file:///x``, ``$(find pkg)/x`` or a path.
     :param extra_folders: see :func:`share_folder`.
     :param base: the folder that a relative path starts from; the working folder where None.
-    :raises ResourceError: where the package or the file does not exist.
+    :param within: the folders that a file may lie in, besides those of packages that the text
+        names; None allows all.
+    :raises ResourceError: where the package or the file does not exist, or lies elsewhere.
     """
     folders = tuple(extra_folders)
     path = Path(os.path.expanduser(_plain_path(text, folders)))
     if base is not None:
         path = base / path
+    if within is not None:
+        check_inside(path, (*within, *_named_packages(text, folders)))
     if not path.exists():
         raise ResourceError(f"file '{path}' does not exist" +
                             (f" (named as '{text}')" if str(path) != text else ''))
@@ -70,6 +74,18 @@ def expand_find(text: str, extra_folders: Iterable[Path] = ()) -> str:
     """
     folders = tuple(extra_folders)
     return _FIND.sub(lambda match: str(share_folder(match.group(1), folders)), text)
+
+
+def check_inside(path: Path, folders: Iterable[Path]) -> None:
+    """
+    Refuse a file that does not lie below any of the folders, whatever ``..`` its path has.
+
+    :raises ResourceError: names the first of the folders.
+    """
+    roots = [Path(os.path.abspath(folder)) for folder in folders]
+    if not any(Path(os.path.abspath(path)).is_relative_to(root) for root in roots):
+        raise ResourceError(f"file '{path}' lies outside of the robot's folders; copy it into "
+                            f'{roots[0]}')
 
 
 def find_robot(name_or_folder: str) -> Path:
@@ -127,6 +143,13 @@ def _plain_path(text: str, folders: tuple[Path, ...]) -> str:
     if text.startswith('file://'):
         return text[len('file://'):]
     return expand_find(text, folders)
+
+
+def _named_packages(text: str, folders: tuple[Path, ...]) -> list[Path]:
+    names = [match[1] for match in _FIND.finditer(text)]
+    if text.startswith(_SCHEME):
+        names.append(text[len(_SCHEME):].partition('/')[0])
+    return [share_folder(name, folders) for name in names]
 
 
 def _candidates(package: str, extra_folders: Iterable[Path]) -> Iterator[Path]:

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, Field, field, fields
 from typing import Any
 
+from armsim_ros.cli.launch_answers import HARMLESS_VALUES, REPLACED_ARGUMENTS, SPAWNER_FLAGS
 from armsim_ros.errors import ArmsimError, nearest
 
 TRUE_WORDS = ('true', '1', 'yes', 'on')
@@ -48,6 +49,12 @@ class ProgramArguments:
     namespace: str = _argument(
         '', "namespace of the controllers and joint states, in place of the configuration's",
         placeholder='NS')
+    x: str = _argument('', 'where the robot stands in the world [m]', placeholder='METRES')
+    y: str = _argument('', 'where the robot stands in the world [m]', placeholder='METRES')
+    z: str = _argument('', 'where the robot stands in the world [m]', placeholder='METRES')
+    initial_positions: str = _argument(
+        '', 'where joints begin, over the configuration [rad or m]',
+        placeholder='JOINT=VALUE,...')
     use_sim_time: bool = _argument(
         True, 'whether the nodes take their time from /clock', placeholder='true|false')
     paused: bool = _argument(
@@ -85,6 +92,12 @@ def parse_arguments(argv: Sequence[str]) -> ProgramArguments:
         word = words[position]
         position += 1
         name, sign, text = _take_apart(word)
+        if name in HARMLESS_VALUES and name not in table:
+            if not sign and position < len(words) and _is_value(words[position], True):
+                text = words[position]
+                position += 1
+            if _to_flag(name, text or 'true') is HARMLESS_VALUES[name]:
+                continue
         if name not in table:
             raise UsageError(_unknown(word, name, tuple(table)))
         flag = isinstance(table[name].default, bool)
@@ -152,6 +165,9 @@ def _take_apart(word: str) -> tuple[str, str, str]:
             name, sign = name[:-1], ':='
         return name.replace('-', '_'), sign, text
     name, sign, text = word.partition(':=')
+    if word in SPAWNER_FLAGS:
+        raise UsageError(f"'{word}' is a flag of spawn_model; in its place: "
+                         f'{SPAWNER_FLAGS[word]}')
     if not sign or not name:
         raise UsageError(f"cannot read '{word}': arguments are written name:=value or "
                          '--name value; --help lists them')
@@ -177,5 +193,7 @@ def _default_note(default: object) -> str:
 
 
 def _unknown(word: str, name: str, known: tuple[str, ...]) -> str:
+    if name in REPLACED_ARGUMENTS:
+        return f"argument '{name}' is not used here; in its place: {REPLACED_ARGUMENTS[name]}"
     hint = nearest(name, known) or f"known: {', '.join(known)}"
     return f"unknown argument '{word}'; {hint}"

@@ -16,7 +16,7 @@ from typing import TextIO
 
 from armsim_ros.cli.arguments import format_help, split_ros_args
 from armsim_ros.cli.environment import add_own_prefix
-from armsim_ros.cli.programs import PROGRAMS, ROBOT_PROGRAMS
+from armsim_ros.cli.programs import module_of, PROGRAMS, ROBOT_PROGRAMS
 from armsim_ros.errors import ArmsimError, nearest
 
 #: Exit status of a wrong command line or configuration.
@@ -66,7 +66,7 @@ def run(program: str, argv: Sequence[str] | None = None) -> int:
     try:
         usual = signal.signal(signal.SIGINT, leave)
         signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
-        start = import_module(f'armsim_ros.nodes.{program}.main').main
+        start = import_module(module_of(program)).main
         signal.signal(signal.SIGINT, usual)
         return int(start(words))
     except ArmsimError as error:
@@ -91,6 +91,7 @@ simulation = partial(run, 'simulation')
 move_group = partial(run, 'move_group')
 spawner = partial(run, 'spawner')
 unspawner = partial(run, 'unspawner')
+check_config = partial(run, 'check_config')
 
 
 def _overview() -> str:

@@ -3,8 +3,8 @@
 """
 The programs of the package; the one list that the command line and setup.py read.
 
-Name of a program -> what it does, as one line. Its ``main(argv) -> exit status`` lies in
-``armsim_ros.nodes.<name>.main``, and ``armsim_ros.cli.main`` has an entry point of its name.
+Name of a program -> what it does, as one line. Its ``main(argv) -> exit status`` lies in the
+module that ``module_of`` names, and ``armsim_ros.cli.main`` has an entry point of its name.
 """
 
 from __future__ import annotations
@@ -20,4 +20,14 @@ CLIENT_PROGRAMS = {
     'spawner': 'load, configure and activate controllers',
     'unspawner': 'deactivate and unload controllers',
 }
-PROGRAMS = {**ROBOT_PROGRAMS, **CLIENT_PROGRAMS}
+#: Those that read and write files and start nothing; each has arguments of its own.
+FILE_PROGRAMS = {
+    'check_config': "read a robot's files, tell every mistake and what each key does here",
+}
+PROGRAMS = {**ROBOT_PROGRAMS, **CLIENT_PROGRAMS, **FILE_PROGRAMS}
+
+
+def module_of(program: str) -> str:
+    """Return the module with a program's ``main``."""
+    folder = 'tools' if program in FILE_PROGRAMS else 'nodes'
+    return f'armsim_ros.{folder}.{program}.main'

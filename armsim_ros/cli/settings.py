@@ -4,9 +4,10 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
-from armsim_ros.cli.arguments import ProgramArguments
+from armsim_ros.cli.arguments import ProgramArguments, UsageError
 from armsim_ros.config.loading import load_robot_settings
 from armsim_ros.config.robot_settings import RobotSettings
 
@@ -19,15 +20,49 @@ def settings_of(arguments: ProgramArguments) -> RobotSettings:
     :raises ConfigError: with every mistake of all files.
     :raises ResourceError: where the robot, its world or a named file is not there.
     """
-    return load_robot_settings(
+    settings = load_robot_settings(
         arguments.robot,
         config=_path(arguments.config),
         urdf=_path(arguments.urdf),
         srdf=_path(arguments.srdf),
         world=arguments.world or None,
         namespace=arguments.namespace or None,
-        overrides={'simulation.paused': True} if arguments.paused else None,
+        overrides=_overrides(arguments),
     )
+    moved = {axis: _number(axis, getattr(arguments, axis))
+             for axis in 'xyz' if getattr(arguments, axis)}
+    return _placed(settings, moved) if moved else settings
+
+
+def _overrides(arguments: ProgramArguments) -> dict[str, object]:
+    overrides: dict[str, object] = {'simulation.paused': True} if arguments.paused else {}
+    for pair in filter(None, arguments.initial_positions.split(',')):
+        joint, sign, value = pair.partition('=')
+        if not sign or not joint.strip():
+            raise UsageError(f"cannot read '{pair}' of initial_positions; allowed: "
+                             'JOINT=VALUE,JOINT=VALUE')
+        overrides[f'simulation.initial_positions.{joint.strip()}'] = _number(
+            f'initial_positions of {joint.strip()}', value)
+    return overrides
+
+
+def _placed(settings: RobotSettings, moved: dict[str, float]) -> RobotSettings:
+    """Return the settings with the robot elsewhere; axes that are not given stay."""
+    placement = settings.simulation.placement
+    xyz = tuple(moved.get(axis, value) for axis, value in zip('xyz', placement.xyz, strict=True))
+    simulation = settings.simulation.model_copy(
+        update={'placement': placement.model_copy(update={'xyz': xyz})})
+    return settings.model_copy(update={'simulation': simulation})
+
+
+def _number(name: str, text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise UsageError(f"{name} is '{text}'; allowed: a finite number")
+    return value
 
 
 def _path(text: str) -> Path | None:

@@ -142,7 +142,7 @@ def read_controller(name: str, node: YamlNode, problems: list[Problem]
             severity=Severity.CHANGED))
     if 'gains' in block.entries and canonical == TRAJECTORY and _commands_position(block):
         problems.append(Problem(
-            f"{title}: the gains go to the simulated drives, where they take effect; the "
+            f'{title}: the gains go to the simulated drives, where they take effect; the '
             'original stack reads none of a position controller', block.entries['gains'].place,
             severity=Severity.CHANGED))
     unused = {key: why for key, why in UNUSED_CONTROLLER_KEYS.items()

@@ -180,14 +180,14 @@ class LayoutReader:
         if not strays:
             return block
         empty = [key for key, inner in block.entries.items()
-                 if inner.value is None and key not in strays]
+                 if inner.value is None and key not in strays and key not in BLOCKS]
         keys = ', '.join(f"'{key}'" for key in strays)
-        beside = f"beside '{empty[0]}', which is empty" if empty else 'outside of any controller'
+        beside = f"beside '{empty[-1]}', which is empty" if empty else 'outside of any controller'
         self._draft.problems.append(Problem(
             f'{keys} stand {beside}', block.entries[strays[0]].place,
             remedy='indent them below their controller; the indentation was probably lost in '
                    'copying'))
-        return block.without(*strays, *empty[:1])
+        return block.without(*strays, *empty)
 
     def _refuse_key(self, key: str, node: YamlNode) -> None:
         known = sorted({*BLOCKS, *UNUSED_BLOCKS, 'simulation', 'planner_configs'})

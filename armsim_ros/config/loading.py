@@ -24,7 +24,7 @@ from armsim_ros.errors import (
     ResourceError,
     Severity,
 )
-from armsim_ros.resources import find_world
+from armsim_ros.resources import check_inside, find_world, PACKAGE, share_folder
 
 
 def load_robot_settings(
@@ -82,7 +82,7 @@ def survey_robot_settings(
     chosen = _namespace(draft, namespace)
     values = read_sections(draft)
     world_file, world_settings = _read_world(
-        world or values['simulation'].world, files, draft)
+        world, values['simulation'].world, files, draft)
     settings = RobotSettings(
         name=files.name,
         namespace=chosen,
@@ -139,7 +139,7 @@ def _namespace(draft: ConfigDraft, given: str | None) -> str:
         places = ', '.join(f"'{name or '/'}' at {where}" for name, where in found.items())
         draft.problems.append(Problem(
             f'the controllers stand in {len(found)} namespaces: {places}',
-            remedy='put them into one, or choose with namespace:=NS'))
+            list(found.values())[-1], remedy='put them into one, or choose with namespace:=NS'))
     name = given if given is not None else next(iter(found), '')
     name = name.strip('/')
     if name and not all(part.isidentifier() for part in name.split('/')):
@@ -149,13 +149,16 @@ def _namespace(draft: ConfigDraft, given: str | None) -> str:
     return f'/{name}' if name else ''
 
 
-def _read_world(world: str | Path, files: RobotFolder, draft: ConfigDraft
-                ) -> tuple[Path | None, WorldSettings]:
+def _read_world(given: str | Path | None, configured: str, files: RobotFolder,
+                draft: ConfigDraft) -> tuple[Path | None, WorldSettings]:
+    world = given or configured
     if not world:
         return None, WorldSettings()
     beside = files.folder / str(world)
     try:
         file = beside if beside.is_file() else find_world(str(world))
+        if not given:
+            check_inside(file, (files.folder, share_folder(PACKAGE) / 'worlds'))
         node = read_yaml_file(file)
     except ResourceError as error:
         place = draft.section('simulation').locate(['world'])

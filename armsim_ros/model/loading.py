@@ -24,7 +24,7 @@ from armsim_ros.model.robot_model import RobotModel, SemanticModel
 from armsim_ros.model.srdf import parse_srdf
 from armsim_ros.model.urdf import parse_urdf, UrdfContent
 from armsim_ros.model.urdf_geometry import Scale
-from armsim_ros.model.xacro_text import read_description, source_line
+from armsim_ros.model.xacro_text import read_description, read_text, source_line
 
 
 def load_robot_model(
@@ -114,7 +114,7 @@ def _parse_urdf(settings: RobotSettings, text: str, folders: tuple[Path, ...],
     file = settings.urdf_file
 
     def read_mesh(uri: str, scale: Scale) -> Mesh:
-        return load_mesh(uri, scale, extra_folders=folders, base=file.parent)
+        return load_mesh(uri, scale, extra_folders=folders, base=file.parent, within=folders)
 
     name = str(file)
     source = _source_of(file, text)
@@ -134,7 +134,7 @@ def _parse_urdf(settings: RobotSettings, text: str, folders: tuple[Path, ...],
 
 def _source_of(file: Path, text: str) -> str | None:
     """Return the text of a file that xacro changed, None where it did not."""
-    source = file.read_text(encoding='utf-8')
+    source = read_text(file)
     return None if source == text else source
 
 

@@ -21,7 +21,8 @@ Triangles = NDArray[np.int64]
 
 
 def load_mesh(uri: str, scale: tuple[float, float, float] = (1.0, 1.0, 1.0), *,
-              extra_folders: Iterable[Path] = (), base: Path | None = None) -> Mesh:
+              extra_folders: Iterable[Path] = (), base: Path | None = None,
+              within: Iterable[Path] | None = None) -> Mesh:
     """
     Read a mesh.
 
@@ -29,9 +30,10 @@ def load_mesh(uri: str, scale: tuple[float, float, float] = (1.0, 1.0, 1.0), *,
     :param scale: factors of x, y, z; a negative one mirrors, and the triangles turn with it.
     :param extra_folders: where packages are looked for first.
     :param base: the folder that a relative path starts from.
+    :param within: the folders that a mesh may lie in; None allows all.
     :raises ResourceError: where there is no such file, or it holds no triangles that we read.
     """
-    file = resolve_uri(uri, extra_folders, base=base)
+    file = resolve_uri(uri, extra_folders, base=base, within=within)
     read = _READERS.get(file.suffix.lower())
     if read is None:
         raise ResourceError(

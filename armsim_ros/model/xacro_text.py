@@ -13,6 +13,7 @@ from typing import Any
 from xml.parsers import expat
 
 from armsim_ros.errors import Location, ModelError, Problem, ResourceError
+from armsim_ros.model.xml_tree import LARGEST_TEXT, parse_xml
 from armsim_ros.resources import share_folder
 
 #: xacro keeps its files, macros and arguments in module variables.
@@ -31,17 +32,34 @@ def read_description(file: Path, *, mappings: Mapping[str, str] | None = None,
     :param extra_folders: where ``$(find pkg)`` looks first.
     :raises ModelError: where the file cannot be read, or xacro cannot process it.
     """
-    try:
-        text = file.read_text(encoding='utf-8')
-    except UnicodeDecodeError:
-        raise ModelError(Problem('the text is not UTF-8', Location(str(file)),
-                                 remedy='save it as UTF-8')) from None
-    except OSError as error:
-        raise ModelError(Problem(f'cannot be read: {error.strerror}',
-                                 Location(str(file)))) from None
+    text = read_text(file)
     if file.suffix != '.xacro' and not _XACRO_MARK.search(text):
         return text
     return _run_xacro(file, dict(mappings or {}), tuple(extra_folders))
+
+
+def read_text(file: Path) -> str:
+    """
+    Return the text of an XML file.
+
+    :raises ModelError: where the file cannot be read, is not UTF-8, or is larger than any such
+        file is.
+    """
+    try:
+        with file.open('rb') as stream:
+            data = stream.read(LARGEST_TEXT + 1)
+    except OSError as error:
+        raise ModelError(Problem(f'cannot be read: {error.strerror}',
+                                 Location(str(file)))) from None
+    if len(data) > LARGEST_TEXT:
+        raise ModelError(Problem(f'the file is larger than {LARGEST_TEXT >> 20} MiB',
+                                 Location(str(file)), remedy='is this the right file?'))
+    try:
+        return data.decode('utf-8-sig')
+    except UnicodeDecodeError as error:
+        line = data.count(b'\n', 0, error.start) + 1
+        raise ModelError(Problem('the text is not UTF-8', Location(str(file), line),
+                                 remedy='save it as UTF-8')) from None
 
 
 def source_line(source: str, name: str) -> int | None:
@@ -65,6 +83,7 @@ def _run_xacro(file: Path, mappings: dict[str, str], folders: tuple[Path, ...]) 
             document = xacro.process_file(str(file), mappings=mappings, verbosity=0)
         except expat.ExpatError as error:
             culprit = _current_file(xacro, file)
+            parse_xml(read_text(Path(culprit)), culprit)  # says more of the same mistake
             raise ModelError(Problem(
                 f'this is no XML: {expat.ErrorString(error.code)}',
                 Location(culprit, error.lineno, error.offset + 1))) from None

@@ -1,0 +1,82 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The text that check_config prints."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator
+
+from armsim_ros.errors import PlanningError, Severity
+from armsim_ros.planning.controller_selection import controlled_joints, select_controllers
+from armsim_ros.tools.check_config.key_table import key_table, KeyState, STATES
+from armsim_ros.tools.check_config.robot_check import RobotCheck
+
+_TITLES = {
+    Severity.ERROR: 'errors',
+    Severity.WARNING: 'warnings',
+    Severity.CHANGED: 'read, and something else here',
+    Severity.INFO: 'not used here',
+}
+
+
+def report_lines(check: RobotCheck, *, list_keys: bool = False) -> Iterator[str]:
+    """
+    Yield the lines of the report.
+
+    :param list_keys: whether to list every key of the YAML files with what it does here.
+    """
+    settings = check.settings
+    if settings is not None:
+        yield f"robot '{settings.name}'"
+        yield f'  URDF  {settings.urdf_file}'
+        yield f"  SRDF  {settings.srdf_file or 'none: no planning groups'}"
+        yield from (f'  YAML  {file}' for file in settings.files)
+    for severity, title in _TITLES.items():
+        found = check.of(severity)
+        if found:
+            yield f'{title} ({len(found)})'
+            yield from (f'  {one}' for one in found)
+    if settings is not None:
+        table = key_table(settings.files, check.problems)
+        counts = Counter(one.state for one in table)
+        yield 'keys: ' + ', '.join(f'{counts[state]} {state}' for state in STATES)
+        if list_keys:
+            yield from _key_lines(table)
+    yield from _coverage(check)
+    errors, warnings = len(check.of(Severity.ERROR)), len(check.of(Severity.WARNING))
+    yield (f'result: {_count(errors, "error")}, {_count(warnings, "warning")}'
+           if errors or warnings else 'result: all is well')
+
+
+def exit_status(check: RobotCheck) -> int:
+    """Return 0 where all is well, 1 for warnings, 2 for errors."""
+    if check.of(Severity.ERROR):
+        return 2
+    return 1 if check.of(Severity.WARNING) else 0
+
+
+def _key_lines(table: list[KeyState]) -> Iterator[str]:
+    width = max((len(one.state) for one in table), default=0)
+    for one in table:
+        value = one.value if len(one.value) <= 40 else one.value[:37] + '...'
+        yield f'  {one.state:<{width}}  {one.where}: {one.path}: {value}'
+
+
+def _coverage(check: RobotCheck) -> Iterator[str]:
+    settings, model = check.settings, check.model
+    if settings is None or model is None or not model.semantic.groups:
+        return
+    yield 'planning groups and the controllers that move them'
+    for name, group in model.semantic.groups.items():
+        try:
+            joints = controlled_joints(group.active_joints, model)
+            chosen = select_controllers(joints, settings.moveit_controllers)
+            movers = ', '.join(one.name for one in chosen)
+        except PlanningError:
+            movers = 'no set of controllers: it can be planned for, not executed'
+        yield f"  {name} ({', '.join(group.active_joints)}): {movers}"
+
+
+def _count(number: int, what: str) -> str:
+    return f'{number} {what}' + ('' if number == 1 else 's')

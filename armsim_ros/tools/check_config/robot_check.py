@@ -1,0 +1,164 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Everything that can be said of a robot's files, or of one file, without starting anything."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from armsim_ros.config.draft import ConfigDraft
+from armsim_ros.config.layout import LayoutReader
+from armsim_ros.config.loading import survey_robot_settings
+from armsim_ros.config.robot_settings import RobotSettings
+from armsim_ros.config.sections import read_sections
+from armsim_ros.config.yaml_source import read_yaml_file
+from armsim_ros.errors import ArmsimError, ConfigError, Location, Problem, Severity
+from armsim_ros.model.loading import survey_robot_model
+from armsim_ros.model.meshes import load_mesh
+from armsim_ros.model.robot_model import RobotModel
+from armsim_ros.model.urdf import parse_urdf
+from armsim_ros.model.xacro_text import read_description
+from armsim_ros.resources import find_robot
+from armsim_ros.sim.assembly import build_manager, build_simulation
+from armsim_ros.tools.check_config.launch_file import answer_launch_file
+
+_LAUNCH_ENDINGS = ('.launch', '.launch.xml')
+_YAML_ENDINGS = ('.yaml', '.yml')
+
+
+@dataclass(frozen=True)
+class RobotCheck:
+    """
+    What was found in a robot's files.
+
+    :param problems: mistakes, warnings and remarks.
+    :param settings: None where the files could not be found.
+    :param model: None where the URDF gives none.
+    """
+
+    problems: tuple[Problem, ...]
+    settings: RobotSettings | None = None
+    model: RobotModel | None = None
+
+    def of(self, severity: Severity) -> list[Problem]:
+        """Return the problems of one kind."""
+        return [one for one in self.problems if one.severity is severity]
+
+
+def check_robot(robot: str, *, config: Path | None = None, urdf: Path | None = None,
+                srdf: Path | None = None, world: str | None = None) -> RobotCheck:
+    """
+    Check a robot's folder.
+
+    :param robot: a name under ``config/``, or a path to a folder.
+    :param config: another folder for the YAML files.
+    :param urdf: another URDF or xacro file.
+    :param srdf: another SRDF file.
+    :param world: another world.
+    """
+    try:
+        settings = survey_robot_settings(robot, config=config, urdf=urdf, srdf=srdf, world=world)
+    except ConfigError as error:
+        return RobotCheck((*error.problems, *_files_alone(robot, config)))
+    found = list(settings.remarks)
+    model, of_model = survey_robot_model(settings, partial=_has_mistakes(found))
+    found += of_model
+    names = [one.name for one in settings.controllers]
+    read = [file.name for file in settings.files]
+    for file in launch_files(settings.folder):
+        # bringup reads none, so a mistake there stops nothing
+        found += [replace(one, severity=Severity.WARNING) if one.severity is Severity.ERROR
+                  else one for one in _check_launch_file(file, names, read)]
+    if model is not None and not _has_mistakes(found):
+        found += _assemble(settings, model)
+    return RobotCheck(_sorted(found), settings, model)
+
+
+def check_file(file: Path) -> RobotCheck:
+    """Check one file by itself: YAML, launch file, URDF or xacro."""
+    if file.name.endswith(_YAML_ENDINGS):
+        return RobotCheck(_sorted(_check_yaml_file(file)))
+    if file.name.endswith(_LAUNCH_ENDINGS):
+        return RobotCheck(_sorted(_check_launch_file(file, None, None)))
+    if file.name.endswith(('.urdf', '.xacro')):
+        return RobotCheck(_sorted(_check_urdf_file(file)))
+    return RobotCheck((Problem(
+        'the file is of no kind that is checked', Location(str(file)),
+        ', '.join((*_YAML_ENDINGS, *_LAUNCH_ENDINGS, '.urdf', '.xacro')),
+        "an SRDF is checked with its robot's folder"),))
+
+
+def launch_files(folder: Path) -> list[Path]:
+    """Return the ROS 1 launch files in a robot's folder and in ``launch`` inside or beside it."""
+    places = (folder, folder / 'launch', folder.parent / 'launch')
+    return [file for place in places if place.is_dir() for file in sorted(place.iterdir())
+            if file.name.endswith(_LAUNCH_ENDINGS) and file.is_file()]
+
+
+def _check_yaml_file(file: Path) -> list[Problem]:
+    draft = ConfigDraft()
+    try:
+        LayoutReader(draft).read(read_yaml_file(file), file.stem)
+    except ConfigError as error:
+        draft.problems.extend(error.problems)
+    else:
+        read_sections(draft)
+    return draft.problems
+
+
+def _check_launch_file(file: Path, controllers: Collection[str] | None,
+                       yaml_files: Collection[str] | None) -> list[Problem]:
+    try:
+        return answer_launch_file(file, controllers, yaml_files)
+    except ConfigError as error:
+        return list(error.problems)
+
+
+def _check_urdf_file(file: Path) -> list[Problem]:
+    folders = tuple(file.resolve().parents)[:4]
+    try:
+        text = read_description(file, extra_folders=folders)
+        content = parse_urdf(text, str(file), read_mesh=lambda uri, scale: load_mesh(
+            uri, scale, extra_folders=folders, base=file.parent))
+    except ConfigError as error:
+        return list(error.problems)
+    return list(content.problems)
+
+
+def _files_alone(robot: str, config: Path | None) -> list[Problem]:
+    """Return what can be said of the YAML files of a folder that is no robot's."""
+    try:
+        folder = config or find_robot(robot)
+    except ArmsimError:
+        return []
+    if not folder.is_dir():
+        return []
+    return [problem for file in sorted(folder.iterdir()) if file.name.endswith(_YAML_ENDINGS)
+            for problem in _check_yaml_file(file)]
+
+
+def _assemble(settings: RobotSettings, model: RobotModel) -> list[Problem]:
+    """Build plant and controllers in memory and return what that finds."""
+    where = Location(str(settings.folder))
+    try:
+        simulation = build_simulation(settings, model)
+        build_manager(settings, model, simulation)
+    except ConfigError as error:
+        return list(error.problems)
+    except ArmsimError as error:
+        return [Problem(str(error), where)]
+    return [Problem(text, where, severity=Severity.WARNING) for text in simulation.warnings]
+
+
+def _has_mistakes(problems: list[Problem]) -> bool:
+    return any(one.severity is Severity.ERROR for one in problems)
+
+
+def _sorted(problems: list[Problem]) -> tuple[Problem, ...]:
+    """Return the problems by file and line; those without a place come first."""
+    def key(problem: Problem) -> tuple[str, int, int]:
+        where = problem.where
+        return ('', 0, 0) if where is None else (where.file, where.line or 0, where.column or 0)
+    return tuple(sorted(dict.fromkeys(problems), key=key))
