@@ -112,6 +112,8 @@ def _dump(value: Any) -> Any:
 
 def _declare(node: Node, entry: Entry) -> Parameter:
     name, kind, descriptor = entry.name, entry.kind, entry.descriptor
+    if node.has_parameter(name):
+        return _declare_again(node, entry)
     if entry.value is None:
         node.declare_parameter(name, kind, descriptor)
         return node.get_parameter_or(name)
@@ -123,6 +125,15 @@ def _declare(node: Node, entry: Entry) -> Parameter:
         node.set_parameters([Parameter(name, kind, [])])
     node.set_descriptor(name, descriptor)
     return node.get_parameter(name)
+
+
+def _declare_again(node: Node, entry: Entry) -> Parameter:
+    """Give a parameter that the node declared by itself, for an override, type and range."""
+    value = node.get_parameter(entry.name).value
+    if entry.kind is Parameter.Type.DOUBLE and type(value) is int:
+        value = float(value)
+    node.undeclare_parameter(entry.name)
+    return node.declare_parameter(entry.name, value, entry.descriptor, ignore_override=True)
 
 
 def _differs(declared: Any, given: Any) -> bool:

@@ -10,28 +10,17 @@ from rclpy.node import Node
 from armsim_ros.config.robot_settings import RobotSettings
 from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.model.robot_model import RobotModel
-from armsim_ros.nodes.move_group.apply_planning_scene import ApplyPlanningScene
 from armsim_ros.nodes.move_group.attached_collision_object import AttachedCollisionObject
-from armsim_ros.nodes.move_group.check_state_validity import CheckStateValidity
-from armsim_ros.nodes.move_group.clear_octomap import ClearOctomap
+from armsim_ros.nodes.move_group.capabilities import CAPABILITIES, Parts, wanted_capabilities
 from armsim_ros.nodes.move_group.collision_object import CollisionObject
-from armsim_ros.nodes.move_group.compute_cartesian_path import ComputeCartesianPath
-from armsim_ros.nodes.move_group.compute_fk import ComputeFk
-from armsim_ros.nodes.move_group.compute_ik import ComputeIk
 from armsim_ros.nodes.move_group.context import Context
 from armsim_ros.nodes.move_group.display_planned_path import DisplayPlannedPath
-from armsim_ros.nodes.move_group.execute_trajectory import ExecuteTrajectory
-from armsim_ros.nodes.move_group.get_planning_scene import GetPlanningScene
-from armsim_ros.nodes.move_group.get_urdf import GetUrdf
+from armsim_ros.nodes.move_group.fixed_parameters import declare_fixed, planning_parameters
 from armsim_ros.nodes.move_group.joint_states import StateMonitor
 from armsim_ros.nodes.move_group.monitored_planning_scene import MonitoredPlanningScene
-from armsim_ros.nodes.move_group.move_action import MoveAction
 from armsim_ros.nodes.move_group.parameters import MoveGroupParameters
-from armsim_ros.nodes.move_group.plan_kinematic_path import PlanKinematicPath
-from armsim_ros.nodes.move_group.planner_params import PlannerParams
 from armsim_ros.nodes.move_group.planning_job import PlanningJob
 from armsim_ros.nodes.move_group.planning_scene import PlanningSceneTopics
-from armsim_ros.nodes.move_group.query_planner_interface import QueryPlannerInterface
 from armsim_ros.nodes.move_group.trajectory_execution import TrajectoryExecution
 from armsim_ros.nodes.move_group.trajectory_execution_event import TrajectoryExecutionEvent
 from armsim_ros.nodes.move_group.transforms import Transforms
@@ -60,7 +49,7 @@ class MoveGroup:
     ) -> None:
         """Build the parts; the ready line comes when all of them answer."""
         model = KinematicModel(robot)
-        parameters = settings.planning_parameters
+        parameters = planning_parameters(node, settings)
         scene = PlanningScene(
             model,
             name='default',
@@ -86,10 +75,12 @@ class MoveGroup:
             queries=Worker('queries', executor),
             planner=planner,
             query_planner=query_planner,
+            planning_parameters=parameters,
             execution_settings=settings.trajectory_execution,
         )
         self._endpoints = endpoints(context)
         self._parameters = MoveGroupParameters(context)
+        declare_fixed(node, settings, parameters, robot)
         for line in coverage_report(robot, settings.moveit_controllers):
             context.logger.warning(line)
         ready = context.planning.submit(warm_up)
@@ -111,26 +102,16 @@ def endpoints(context: Context) -> tuple[object, ...]:
     display = DisplayPlannedPath(context.node, context.robot.name)
     job = PlanningJob(context, display)
     execution = TrajectoryExecution(context)
+    parts = Parts(context, job, execution, display)
+    wanted = wanted_capabilities(context.node, context.planning_parameters, context.logger)
     return (
         display,
         execution,
-        MoveAction(context, job, execution),
-        ExecuteTrajectory(context, execution),
-        PlanKinematicPath(context, job),
-        ComputeCartesianPath(context, job, display),
-        ComputeIk(context),
-        ComputeFk(context),
-        CheckStateValidity(context),
-        GetPlanningScene(context),
-        ApplyPlanningScene(context),
+        *(item for name in wanted for item in CAPABILITIES[name](parts)),
         PlanningSceneTopics(context),
         CollisionObject(context),
         AttachedCollisionObject(context),
         MonitoredPlanningScene(context),
         TrajectoryExecutionEvent(context, execution),
-        QueryPlannerInterface(context),
-        PlannerParams(context),
-        ClearOctomap(context),
-        GetUrdf(context),
         Transforms(context),
     )

@@ -13,6 +13,7 @@ from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 
+from armsim_ros.config.planning_parameters import PlanningParameters
 from armsim_ros.config.robot_settings import RobotSettings
 from armsim_ros.config.trajectory_execution import TrajectoryExecutionSettings
 from armsim_ros.model.robot_model import RobotModel
@@ -33,7 +34,9 @@ class Context:
 
     :param node: has the endpoints.
     :param scene: the monitored scene.
+    :param planning_parameters: what the robot's files and the command line say.
     :param execution_settings: may be replaced while the program runs.
+    :param record_frequency: states a second in executed_trajectory [Hz]; may be replaced too.
     """
 
     node: Node
@@ -45,7 +48,9 @@ class Context:
     queries: Worker
     planner: MotionPlanner
     query_planner: MotionPlanner
+    planning_parameters: PlanningParameters
     execution_settings: TrajectoryExecutionSettings
+    record_frequency: float = 0.0
     group: ReentrantCallbackGroup = field(default_factory=ReentrantCallbackGroup)
     clock: Callable[[], float] = time.monotonic
     _warned: set[str] = field(default_factory=set)

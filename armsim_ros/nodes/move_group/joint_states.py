@@ -44,6 +44,8 @@ class StateMonitor:
         self._known = set(robot.movable_joints)
         self.positions: dict[str, float] = {}
         self.velocities: dict[str, float] = {}
+        #: Whether messages about the present state carry velocities too.
+        self.monitor_dynamics = False
         self.stamp_ns = 0
         self.count = 0
         self._scene_ns = -SCENE_PERIOD_NS

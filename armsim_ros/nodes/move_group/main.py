@@ -4,62 +4,61 @@
 
 from __future__ import annotations
 
+import atexit
 from collections.abc import Sequence
-import signal
+import os
 import sys
 
-import rclpy
-from rclpy.exceptions import NotInitializedException
-from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
-from rclpy.node import Node
-from rclpy.parameter import Parameter
-
 from armsim_ros.cli.arguments import parse_arguments
-from armsim_ros.cli.settings import settings_of
-from armsim_ros.model.loading import load_robot_model
-from armsim_ros.nodes.move_group.assembly import MoveGroup
+from armsim_ros.errors import ArmsimError
+from armsim_ros.nodes.stop_signals import StopSignals
 
-SWITCH_INTERVAL = 0.001
+#: Exit status of a wrong command line or configuration.
+_USAGE_STATUS = 2
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """
-    Serve until the process is told to end.
+    Serve until SIGINT or SIGTERM.
+
+    What takes time is imported only now, so that a signal finds us listening.
 
     :param argv: the words after the program's name; those of this process where None.
-    :returns: the exit status.
-    :raises ConfigError: the robot's files are wrong.
+    :returns: 0 after a signal, 2 after a mistake of the user's.
     """
-    arguments = parse_arguments(sys.argv[1:] if argv is None else argv)
-    settings = settings_of(arguments)
-    robot = load_robot_model(settings)
-    sys.setswitchinterval(SWITCH_INTERVAL)
-    # rclpy's own handler ends spin; Python's would interrupt whatever runs, destructors too.
-    signal.signal(signal.SIGINT, lambda *_: None)
-    rclpy.init(args=['armsim_ros', *arguments.ros_args])
-    executor = SingleThreadedExecutor()
-    move_group: MoveGroup | None = None
-    try:
-        node = Node(
-            'move_group',
-            allow_undeclared_parameters=True,
-            automatically_declare_parameters_from_overrides=True,
-            parameter_overrides=[Parameter('use_sim_time', value=arguments.use_sim_time)],
-        )
-        executor.add_node(node)
-        move_group = MoveGroup(node, executor, settings, robot)
-        executor.spin()
-    except ExternalShutdownException:
-        return 0
-    except (NotInitializedException, RuntimeError):
-        # What rclpy raises from anything that is made after a signal has shut it down.
-        if rclpy.ok():
-            raise
-        return 0
-    finally:
-        if move_group is not None:
-            move_group.close()
-        executor.shutdown(0.5)
-        rclpy.try_shutdown()
-    return 0
+    end = _QuietEnd()
+    end.status = _serve(argv)
+    return end.status
 
+
+class _QuietEnd:
+    """
+    Ends the process before its libraries say what they did not give back.
+
+    OMPL's bindings print a page about that, below what the user should read.
+    """
+
+    def __init__(self) -> None:
+        self.status = 1
+        atexit.register(self._leave)
+
+    def _leave(self) -> None:
+        sys.stdout.flush()
+        sys.stderr.flush()
+        os._exit(self.status)
+
+
+def _serve(argv: Sequence[str] | None) -> int:
+    signals = StopSignals()
+    try:
+        arguments = parse_arguments(sys.argv[1:] if argv is None else argv)
+        from armsim_ros.nodes.move_group.program import MoveGroupProgram
+
+        if signals.wanted:
+            return 0
+        program = MoveGroupProgram(arguments, lambda: signals.wanted)
+        signals.on_stop = program.stop
+        return program.run()
+    except ArmsimError as error:
+        print(error, file=sys.stderr, flush=True)
+        return _USAGE_STATUS

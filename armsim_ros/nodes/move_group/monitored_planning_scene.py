@@ -41,7 +41,7 @@ class MonitoredPlanningScene:
     def __init__(self, context: Context) -> None:
         """Make the publisher; its timer goes on while sim time stands still."""
         self._context = context
-        self._parameters = context.settings.planning_parameters
+        self._parameters = context.planning_parameters
         self._publisher = context.node.create_publisher(
             PlanningSceneMessage, TOPIC, QoSProfile(depth=DEPTH)
         )

@@ -39,9 +39,17 @@ class MoveAction:
     :param context: the parts of move_group.
     :param job: runs the planner.
     :param execution: sends trajectories to the controllers.
+    :param name: of the action.
     """
 
-    def __init__(self, context: Context, job: PlanningJob, execution: TrajectoryExecution) -> None:
+    def __init__(
+        self,
+        context: Context,
+        job: PlanningJob,
+        execution: TrajectoryExecution,
+        *,
+        name: str = 'move_action',
+    ) -> None:
         """Make the server; every goal is accepted, every cancel too."""
         self._context = context
         self._job = job
@@ -49,7 +57,7 @@ class MoveAction:
         self._server = ActionServer(
             context.node,
             Action,
-            'move_action',
+            name,
             self._execute,
             callback_group=context.group,
             cancel_callback=lambda goal: CancelResponse.ACCEPT,

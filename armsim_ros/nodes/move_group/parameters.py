@@ -1,68 +1,111 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The parameters of the move_group node."""
+"""The parameters of the move_group node that may be changed while it runs."""
 
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
-from rclpy.parameter import Parameter
+from pydantic import create_model, ValidationError
+from rclpy.exceptions import ParameterException
+from rclpy.node import Node
 
 from armsim_ros.config.base import parameter, Settings
 from armsim_ros.config.trajectory_execution import KEYS_BESIDE, TrajectoryExecutionSettings
+from armsim_ros.errors import ConfigError, Problem
 from armsim_ros.nodes.move_group.context import Context
-from armsim_ros.nodes.parameters import SettingsParameters
+from armsim_ros.nodes.parameters import reason, SettingsParameters
 
-DESCRIPTIONS = ('robot_description', 'robot_description_semantic')
+JOINT_TOLERANCES = 'allowed_start_tolerance_joints'
+
+_FIELDS = TrajectoryExecutionSettings.model_fields
+_BESIDE: Any = create_model(
+    '_BESIDE',
+    __base__=Settings,
+    **{name: (_FIELDS[name].annotation, _FIELDS[name]) for name in sorted(KEYS_BESIDE)},
+)
+_INSIDE: Any = create_model(
+    'TrajectoryExecutionParameters',
+    __base__=Settings,
+    **{
+        name: (info.annotation, info)
+        for name, info in _FIELDS.items()
+        if name not in KEYS_BESIDE
+    },
+)
 
 
-class LiveParameters(Settings):
-    """Parameters that may be changed while move_group runs, from the next request on."""
+class PlanExecution(Settings):
+    """Parameters of ``plan_execution``."""
 
-    trajectory_execution: TrajectoryExecutionSettings
+    record_trajectory_state_frequency: float = parameter(
+        0.0, 'states a second in executed_trajectory; 0 leaves it empty [Hz]', ge=0.0, le=1000.0
+    )
+
+
+class LiveParameters(_BESIDE):
+    """Parameters that count from the next request on."""
+
+    trajectory_execution: _INSIDE
+    plan_execution: PlanExecution
     planning_seed: int = parameter(
         -1, 'a number >= 0 makes every plan repeatable for the same scene, state and request'
     )
+    monitor_dynamics: bool = parameter(False, 'take velocities from the joint states')
+
+    def execution(self) -> TrajectoryExecutionSettings:
+        """Return what execution is to do."""
+        return TrajectoryExecutionSettings(
+            **{name: getattr(self, name) for name in KEYS_BESIDE},
+            **self.trajectory_execution.model_dump(),
+        )
 
 
 class MoveGroupParameters:
     """
-    Declares the parameters and takes over their changes.
+    Declares the live parameters and takes over their changes.
 
     :param context: the parts of move_group.
+    :raises ConfigError: a value from ``--ros-args`` is wrong.
     """
 
     def __init__(self, context: Context) -> None:
         """Declare; values from ``--ros-args`` win over the robot's files."""
         self._context = context
-        texts = dict(zip(DESCRIPTIONS, (context.robot.urdf, context.robot.srdf), strict=False))
-        for name, text in texts.items():
-            if not context.node.has_parameter(name):
-                context.node.declare_parameter(name, text)
+        planning = context.planning_parameters
+        execution = context.settings.trajectory_execution
+        inside = {
+            name: getattr(execution, name) for name in _INSIDE.model_fields
+        }
+        inside[JOINT_TOLERANCES] = {**inside[JOINT_TOLERANCES], **_given(context.node)}
         live = LiveParameters(
-            trajectory_execution=context.settings.trajectory_execution,
+            **{name: getattr(execution, name) for name in KEYS_BESIDE},
+            trajectory_execution=_INSIDE(**inside),
+            plan_execution=PlanExecution(
+                record_trajectory_state_frequency=planning.record_trajectory_state_frequency
+            ),
             planning_seed=context.planner.settings.seed,
+            monitor_dynamics=planning.monitor_dynamics,
         )
-        self._live = SettingsParameters(context.node, live, self._changed)
-        self._declare_fixed()
+        try:
+            self._live = SettingsParameters(context.node, live, self._changed)
+        except ValidationError as error:
+            raise ConfigError(Problem(f'parameter of move_group: {reason(error)}')) from None
+        except ParameterException as error:
+            raise ConfigError(Problem(f'parameter of move_group: {error}')) from None
+        self._changed(self._live.settings)
 
     def _changed(self, live: LiveParameters) -> None:
         context = self._context
-        context.execution_settings = live.trajectory_execution
+        context.execution_settings = live.execution()
+        context.record_frequency = live.plan_execution.record_trajectory_state_frequency
+        context.states.monitor_dynamics = live.monitor_dynamics
         context.planner.settings = replace(context.planner.settings, seed=live.planning_seed)
 
-    def _declare_fixed(self) -> None:
-        """Declare what is read once: clients and tools look these up."""
-        node, settings = self._context.node, self._context.settings
-        values = {
-            key: getattr(settings.trajectory_execution, key) for key in sorted(KEYS_BESIDE)
-        }
-        for group, kinematics in settings.kinematics.items():
-            for key, value in kinematics.model_dump().items():
-                values[f'robot_description_kinematics.{group}.{key}'] = value
-        for joint, limits in settings.joint_limits.joint_limits.items():
-            for key, value in limits.model_dump().items():
-                values[f'robot_description_planning.joint_limits.{joint}.{key}'] = value
-        for name, value in values.items():
-            if isinstance(value, (bool, int, float, str)) and not node.has_parameter(name):
-                node.set_parameters([Parameter(name, value=value)])
+
+def _given(node: Node) -> dict[str, float]:
+    """Return the start tolerances of joints that ``--ros-args`` names."""
+    prefix = f'trajectory_execution.{JOINT_TOLERANCES}'
+    found = node.get_parameters_by_prefix(prefix)
+    return {joint: float(one.value) for joint, one in found.items()}

@@ -1,0 +1,113 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Which of move_group's services and actions are offered, by the names of their plugins."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from rclpy.node import Node
+
+from armsim_ros.config.planning_parameters import PlanningParameters
+from armsim_ros.errors import nearest
+from armsim_ros.nodes.move_group.apply_planning_scene import ApplyPlanningScene
+from armsim_ros.nodes.move_group.check_state_validity import CheckStateValidity
+from armsim_ros.nodes.move_group.clear_octomap import ClearOctomap
+from armsim_ros.nodes.move_group.compute_cartesian_path import ComputeCartesianPath
+from armsim_ros.nodes.move_group.compute_fk import ComputeFk
+from armsim_ros.nodes.move_group.compute_ik import ComputeIk
+from armsim_ros.nodes.move_group.context import Context
+from armsim_ros.nodes.move_group.display_planned_path import DisplayPlannedPath
+from armsim_ros.nodes.move_group.execute_trajectory import ExecuteTrajectory
+from armsim_ros.nodes.move_group.geometry_files import GeometryFiles
+from armsim_ros.nodes.move_group.get_planning_scene import GetPlanningScene
+from armsim_ros.nodes.move_group.get_urdf import GetUrdf
+from armsim_ros.nodes.move_group.move_action import MoveAction
+from armsim_ros.nodes.move_group.plan_kinematic_path import PlanKinematicPath
+from armsim_ros.nodes.move_group.planner_params import PlannerParams
+from armsim_ros.nodes.move_group.planning_job import PlanningJob
+from armsim_ros.nodes.move_group.query_planner_interface import QueryPlannerInterface
+from armsim_ros.nodes.move_group.trajectory_execution import TrajectoryExecution
+
+#: What programs of ROS 1 call the action.
+OLD_NAME = 'move_group'
+
+
+@dataclass(frozen=True, eq=False)
+class Parts:
+    """What capabilities are made of."""
+
+    context: Context
+    job: PlanningJob
+    execution: TrajectoryExecution
+    display: DisplayPlannedPath
+
+
+#: Plugin -> what makes its endpoints. All are on unless they are disabled.
+CAPABILITIES: Mapping[str, Callable[[Parts], tuple[object, ...]]] = {
+    'move_group/LoadGeometryFromFileService': lambda parts: (
+        GeometryFiles(parts.context, save=False),
+    ),
+    'move_group/SaveGeometryToFileService': lambda parts: (
+        GeometryFiles(parts.context, save=True),
+    ),
+    'move_group/GetUrdfService': lambda parts: (GetUrdf(parts.context),),
+    'move_group/MoveGroupCartesianPathService': lambda parts: (
+        ComputeCartesianPath(parts.context, parts.job, parts.display),
+    ),
+    'move_group/MoveGroupKinematicsService': lambda parts: (
+        ComputeIk(parts.context),
+        ComputeFk(parts.context),
+    ),
+    'move_group/MoveGroupExecuteTrajectoryAction': lambda parts: (
+        ExecuteTrajectory(parts.context, parts.execution),
+    ),
+    'move_group/MoveGroupMoveAction': lambda parts: (
+        MoveAction(parts.context, parts.job, parts.execution),
+        MoveAction(parts.context, parts.job, parts.execution, name=OLD_NAME),
+    ),
+    'move_group/MoveGroupPlanService': lambda parts: (
+        PlanKinematicPath(parts.context, parts.job),
+    ),
+    'move_group/MoveGroupQueryPlannersService': lambda parts: (
+        QueryPlannerInterface(parts.context),
+        PlannerParams(parts.context),
+    ),
+    'move_group/MoveGroupStateValidationService': lambda parts: (
+        CheckStateValidity(parts.context),
+    ),
+    'move_group/MoveGroupGetPlanningSceneService': lambda parts: (
+        GetPlanningScene(parts.context),
+    ),
+    'move_group/ApplyPlanningSceneService': lambda parts: (
+        ApplyPlanningScene(parts.context),
+    ),
+    'move_group/ClearOctomapService': lambda parts: (ClearOctomap(parts.context),),
+}
+
+
+def wanted_capabilities(node: Node, planning: PlanningParameters, logger: Any) -> list[str]:
+    """
+    Return the plugins to offer; a name that is not known is told and left out.
+
+    :param planning: what to add to the usual ones and what to take away.
+    """
+    added = list(planning.capabilities)
+    for pipeline in planning.planning_pipelines:
+        parameter = f'{pipeline}.capabilities'
+        if node.has_parameter(parameter):
+            added += str(node.get_parameter(parameter).value).split()
+    disabled = set(_known(planning.disable_capabilities, 'disable_capabilities', logger))
+    wanted = dict.fromkeys([*CAPABILITIES, *_known(added, 'capabilities', logger)])
+    return [name for name in wanted if name not in disabled]
+
+
+def _known(names: Iterable[str], parameter: str, logger: Any) -> Iterable[str]:
+    for name in names:
+        if name in CAPABILITIES:
+            yield name
+        else:
+            hint = nearest(name, tuple(CAPABILITIES)) or f"known: {', '.join(CAPABILITIES)}"
+            logger.error(f"{parameter}: capability '{name}' is not known; {hint}")

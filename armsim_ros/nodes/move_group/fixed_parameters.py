@@ -1,0 +1,134 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The parameters of the move_group node that are read once, at its start."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from pydantic import ValidationError
+from rcl_interfaces.msg import ParameterDescriptor
+from rclpy.node import Node
+
+from armsim_ros.config.planning_parameters import PlanningParameters
+from armsim_ros.config.robot_settings import RobotSettings
+from armsim_ros.errors import ConfigError, Problem
+from armsim_ros.model.robot_model import RobotModel
+from armsim_ros.nodes.parameters import reason
+
+#: Fields of PlanningParameters that stand in a group of their own -> the parameter's name.
+NAMES = {
+    'default_robot_padding': 'robot_description_planning.default_robot_padding',
+    'default_robot_scale': 'robot_description_planning.default_robot_scale',
+    'default_object_padding': 'robot_description_planning.default_object_padding',
+    'default_attached_padding': 'robot_description_planning.default_attached_padding',
+    'record_trajectory_state_frequency': 'plan_execution.record_trajectory_state_frequency',
+}
+_PIPELINE_NAMES = 'planning_pipelines.pipeline_names'
+_READ_ONLY = ParameterDescriptor(read_only=True, dynamic_typing=True)
+
+
+def planning_parameters(node: Node, settings: RobotSettings) -> PlanningParameters:
+    """
+    Return what the robot's files say, with what ``--ros-args`` says in its place.
+
+    :raises ConfigError: a value from ``--ros-args`` is wrong.
+    """
+    files = settings.planning_parameters
+    values = {name: getattr(files, name) for name in type(files).model_fields}
+    for name in values:
+        parameter = NAMES.get(name, name)
+        if node.has_parameter(parameter):
+            values[name] = node.get_parameter(parameter).value
+    if node.has_parameter(_PIPELINE_NAMES):
+        values['planning_pipelines'] = node.get_parameter(_PIPELINE_NAMES).value
+    try:
+        return PlanningParameters(**values)
+    except ValidationError as error:
+        raise ConfigError(Problem(f'parameter of move_group: {reason(error)}')) from None
+
+
+def declare_fixed(
+    node: Node, settings: RobotSettings, planning: PlanningParameters, robot: RobotModel
+) -> None:
+    """Declare what clients and tools look up; what is declared already stays."""
+    for name, value in _values(settings, planning, robot):
+        if node.has_parameter(name):
+            continue
+        if isinstance(value, (tuple, list)):
+            value = [str(item) for item in value]
+        if isinstance(value, (bool, int, float, str)) or value:
+            node.declare_parameter(name, value, _READ_ONLY)
+
+
+def _values(
+    settings: RobotSettings, planning: PlanningParameters, robot: RobotModel
+) -> Iterator[tuple[str, Any]]:
+    yield 'robot_description', robot.urdf
+    yield 'robot_description_semantic', robot.srdf
+    for name in type(planning).model_fields:
+        value = getattr(planning, name)
+        joined = name in ('capabilities', 'disable_capabilities')
+        yield NAMES.get(name, name), ' '.join(value) if joined else value
+    yield _PIPELINE_NAMES, planning.planning_pipelines
+    yield from _robot(settings)
+    for pipeline in planning.planning_pipelines:
+        yield from _pipeline(settings, pipeline)
+    manager = 'moveit_simple_controller_manager'
+    controllers = settings.moveit_controllers
+    yield f'{manager}.controller_names', [each.name for each in controllers]
+    for each in controllers:
+        yield from _flat(f'{manager}.{each.name}', each.model_dump(exclude={'name'}))
+    options = 'planning_scene_monitor_options'
+    yield f'{options}.name', 'planning_scene_monitor'
+    yield f'{options}.robot_description', 'robot_description'
+    yield f'{options}.wait_for_initial_state_timeout', 0.0
+
+
+def _robot(settings: RobotSettings) -> Iterator[tuple[str, Any]]:
+    planning = 'robot_description_planning'
+    yield f'{planning}.shape_transform_cache_lookup_wait_time', 0.05
+    limits = settings.joint_limits
+    for kind in ('velocity', 'acceleration'):
+        name = f'default_{kind}_scaling_factor'
+        yield f'{planning}.{name}', getattr(limits, name)
+    for joint, each in limits.joint_limits.items():
+        yield from _flat(f'{planning}.joint_limits.{joint}', each.model_dump())
+    for group, kinematics in settings.kinematics.items():
+        yield from _flat(f'robot_description_kinematics.{group}', kinematics.model_dump())
+
+
+def _pipeline(settings: RobotSettings, pipeline: str) -> Iterator[tuple[str, Any]]:
+    ompl = settings.ompl
+    yield from (
+        (f'{pipeline}.{name}', value)
+        for name, value in {
+            'planning_plugins': ompl.planning_plugins,
+            'request_adapters': ompl.request_adapters,
+            'response_adapters': ompl.response_adapters,
+            'progress_topic': 'pipeline_state',
+            'display_path_topic': 'display_planned_path',
+            'display_contacts_topic': 'display_contacts',
+            'fix_start_state': ompl.fix_start_state,
+            'default_workspace_bounds': ompl.default_workspace_bounds,
+            'start_state_max_bounds_error': ompl.start_state_max_bounds_error,
+            'jiggle_fraction': ompl.jiggle_fraction,
+            'totg.path_tolerance': ompl.path_tolerance,
+            'totg.resample_dt': ompl.resample_dt,
+            'totg.min_angle_change': ompl.min_angle_change,
+        }.items()
+    )
+    for name, config in ompl.planner_configs.items():
+        yield f'{pipeline}.planner_configs.{name}.type', config.type
+        yield from _flat(f'{pipeline}.planner_configs.{name}', config.parameters)
+    for group, each in ompl.groups.items():
+        yield from _flat(f'{pipeline}.{group}', each.model_dump())
+
+
+def _flat(prefix: str, values: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
+    for key, value in values.items():
+        if isinstance(value, Mapping):
+            yield from _flat(f'{prefix}.{key}', value)
+        elif value is not None:
+            yield f'{prefix}.{key}', value
