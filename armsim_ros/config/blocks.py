@@ -28,7 +28,6 @@ UNUSED_BLOCKS: Mapping[str, str] = {
     'moveit_ros_control_interface': 'move_group asks its own simulation',
     'ros_control_namespace': 'the namespace of the controllers is that of their block',
     'use_controller_manager': 'move_group asks its own simulation',
-    'cartesian_limits': 'the planners here have no limits of the tool',
     'sensors': 'no octomap is built',
     'octomap_frame': 'no octomap is built',
     'octomap_resolution': 'no octomap is built',
@@ -119,10 +118,6 @@ def _take_robot_description_planning(draft: ConfigDraft, key: str, node: YamlNod
     for inner_key, inner in node.entries.items():
         if inner_key in known_keys(PlanningParameters):
             draft.add_entry('planning_parameters', inner_key, inner)
-        elif inner_key == 'cartesian_limits':
-            draft.problems.append(Problem(
-                f"'{inner_key}' is not used here: {UNUSED_BLOCKS[inner_key]}", inner.place,
-                severity=Severity.INFO))
         else:
             draft.add_entry('joint_limits', inner_key, inner)
 

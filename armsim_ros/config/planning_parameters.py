@@ -9,6 +9,7 @@ from typing import Any
 from pydantic import field_validator
 
 from armsim_ros.config.base import parameter, Settings
+from armsim_ros.config.cartesian_limits import CartesianLimits
 
 
 class PlanningParameters(Settings):
@@ -19,7 +20,8 @@ class PlanningParameters(Settings):
     default_robot_scale: float = parameter(1.0, 'and so many times as large', gt=0.0)
     default_object_padding: float = parameter(0.0, 'padding of world objects [m]', ge=0.0)
     default_attached_padding: float = parameter(0.0, 'padding of attached objects [m]', ge=0.0)
-    planning_pipelines: tuple[str, ...] = parameter(('ompl',), 'names of the pipelines')
+    planning_pipelines: tuple[str, ...] = parameter(
+        ('ompl', 'pilz_industrial_motion_planner'), 'names of the pipelines')
     default_planning_pipeline: str = parameter('ompl', 'pipeline of a request that names none')
     capabilities: tuple[str, ...] = parameter((), 'capabilities to add')
     disable_capabilities: tuple[str, ...] = parameter((), 'capabilities to leave out')
@@ -32,6 +34,9 @@ class PlanningParameters(Settings):
     publish_transforms_updates: bool = parameter(True, 'with changes of frames')
     publish_planning_scene_hz: float = parameter(
         4.0, 'scene messages a second at most [Hz]', gt=0.0)
+    cartesian_limits: CartesianLimits = CartesianLimits()
+    strict_start_state: bool = parameter(
+        False, 'a start state that is no difference drops the objects that the robot carries')
     joint_state_topics: tuple[str, ...] = parameter(
         (), "topics with joint states; none: the namespace's and /joint_states")
 

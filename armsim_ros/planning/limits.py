@@ -96,11 +96,15 @@ class LimitTable:
     def _tell(
         self, names: Sequence[str], kind: str, values: Sequence[float], default: float
     ) -> None:
-        for name, value in zip(names, values, strict=True):
-            key = f'{kind} {name}'
-            if self._usable(value, -1.0) < 0.0 and key not in self._told:
-                self._told.add(key)
-                self._log.warning(
-                    f"joint '{name}' has no {kind} limit: assuming {default:g}; give "
-                    f'joint_limits.{name}.has_{kind}_limits and max_{kind} in joint_limits.yaml'
-                )
+        lacking = [
+            name
+            for name, value in zip(names, values, strict=True)
+            if self._usable(value, -1.0) < 0.0 and f'{kind} {name}' not in self._told
+        ]
+        if lacking:
+            self._told.update(f'{kind} {name}' for name in lacking)
+            what = 'joint has' if len(lacking) == 1 else 'joints have'
+            self._log.warning(
+                f'{what} no {kind} limit: {", ".join(lacking)}; assuming {default:g}. Give '
+                f'has_{kind}_limits: true and max_{kind} of each in joint_limits.yaml'
+            )

@@ -14,6 +14,8 @@ from armsim_ros.planning.error_codes import MoveItErrorCode
 from armsim_ros.planning.goal_sampling import GoalSampler
 from armsim_ros.planning.ompl_space import seed_search
 from armsim_ros.planning.path_timing import time_waypoints
+from armsim_ros.planning.pilz.commands import PIPELINE as PILZ
+from armsim_ros.planning.pilz.commands import run_command
 from armsim_ros.planning.request import Constraints, MotionPlanRequest
 from armsim_ros.planning.request_checks import RequestChecks
 from armsim_ros.planning.scene import PlanningScene
@@ -41,6 +43,8 @@ def run_pipeline(
     checks = RequestChecks(context.model, context.settings, context.log)
     group = checks.group(request.group_name)
     checks.pipeline(request)
+    if (request.pipeline_id or context.settings.default_pipeline) == PILZ:
+        return run_command(context, request, scene, budget)
     seed = request.seed if request.seed >= 0 else context.settings.seed
     rng = np.random.default_rng(seed if seed >= 0 else None)
     if seed >= 0:

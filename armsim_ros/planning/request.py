@@ -133,12 +133,14 @@ class StartState:
     :param positions: [rad or m], one a joint name.
     :param is_diff: whether attached objects of the monitored scene stay.
     :param attached_objects: objects to attach for this request.
+    :param velocities: [rad/s or m/s] of the joints; may be empty.
     """
 
     joint_names: tuple[str, ...] = ()
     positions: tuple[float, ...] = ()
     is_diff: bool = True
     attached_objects: tuple[AttachedObjectUpdate, ...] = ()
+    velocities: tuple[float, ...] = ()
 
     @classmethod
     def from_positions(cls, positions: Mapping[str, float]) -> StartState:

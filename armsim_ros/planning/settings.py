@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from armsim_ros.config.cartesian_limits import CartesianLimits
 from armsim_ros.config.kinematics import KinematicsSettings
 from armsim_ros.config.ompl_planning import OmplSettings
 from armsim_ros.config.planning_parameters import PlanningParameters
@@ -29,17 +30,19 @@ class PlanningSettings:
     :param seed: a number >= 0 makes every request repeatable.
     :param fine_step: largest motion [m] of any point of the robot between two checks of a
         result.
+    :param cartesian_limits: of the tool, for linear and circular motions.
     :param ik_timeouts: group -> [s] for inverse kinematics where a request gives none.
     """
 
     planners: PlannerTable = field(default_factory=PlannerTable)
-    pipelines: tuple[str, ...] = ('ompl',)
+    pipelines: tuple[str, ...] = ('ompl', 'pilz_industrial_motion_planner')
     default_pipeline: str = 'ompl'
     position_only_ik: frozenset[str] = frozenset()
     strict_start_state: bool = False
     start_state_max_bounds_error: float = 0.0
     seed: int = -1
     fine_step: float = FINE_STEP
+    cartesian_limits: CartesianLimits = field(default_factory=CartesianLimits)
     ik_timeouts: Mapping[str, float] = field(default_factory=dict)
 
 
@@ -76,6 +79,8 @@ def settings_from_config(
             if each.position_only_ik or each.orientation_vs_position == 0.0
         ),
         start_state_max_bounds_error=pipeline.start_state_max_bounds_error,
+        strict_start_state=parameters.strict_start_state,
+        cartesian_limits=parameters.cartesian_limits,
         seed=pipeline.planning_seed,
         ik_timeouts=timeouts,
     )

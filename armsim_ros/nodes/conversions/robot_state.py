@@ -25,6 +25,7 @@ def start_state_from_message(message: RobotState) -> StartState:
     return StartState(
         joint_names=tuple(message.joint_state.name),
         positions=tuple(float(value) for value in message.joint_state.position),
+        velocities=tuple(float(value) for value in message.joint_state.velocity),
         is_diff=bool(message.is_diff),
         attached_objects=tuple(
             attached_update_from_message(item) for item in message.attached_collision_objects

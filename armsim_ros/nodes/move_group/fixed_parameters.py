@@ -25,6 +25,7 @@ NAMES = {
     'default_attached_padding': 'robot_description_planning.default_attached_padding',
     'record_trajectory_state_frequency': 'plan_execution.record_trajectory_state_frequency',
 }
+_CARTESIAN_LIMITS = 'robot_description_planning.cartesian_limits'
 _PIPELINE_NAMES = 'planning_pipelines.pipeline_names'
 _READ_ONLY = ParameterDescriptor(read_only=True, dynamic_typing=True)
 
@@ -41,6 +42,10 @@ def planning_parameters(node: Node, settings: RobotSettings) -> PlanningParamete
         parameter = NAMES.get(name, name)
         if node.has_parameter(parameter):
             values[name] = node.get_parameter(parameter).value
+    tool = node.get_parameters_by_prefix(_CARTESIAN_LIMITS)
+    values['cartesian_limits'] = {
+        **files.cartesian_limits.model_dump(), **{name: one.value for name, one in tool.items()}
+    }
     if node.has_parameter(_PIPELINE_NAMES):
         values['planning_pipelines'] = node.get_parameter(_PIPELINE_NAMES).value
     try:
@@ -67,10 +72,11 @@ def _values(
 ) -> Iterator[tuple[str, Any]]:
     yield 'robot_description', robot.urdf
     yield 'robot_description_semantic', robot.srdf
-    for name in type(planning).model_fields:
+    for name in set(type(planning).model_fields) - {'cartesian_limits'}:
         value = getattr(planning, name)
         joined = name in ('capabilities', 'disable_capabilities')
         yield NAMES.get(name, name), ' '.join(value) if joined else value
+    yield from _flat(_CARTESIAN_LIMITS, planning.cartesian_limits.model_dump())
     yield _PIPELINE_NAMES, planning.planning_pipelines
     yield from _robot(settings)
     for pipeline in planning.planning_pipelines:

@@ -15,8 +15,8 @@ from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
 
 from armsim_ros.cli.arguments import ProgramArguments
-from armsim_ros.cli.settings import settings_of
-from armsim_ros.model.loading import load_robot_model
+from armsim_ros.cli.environment import started_by_bringup
+from armsim_ros.cli.settings import robot_of
 from armsim_ros.nodes.move_group.assembly import MoveGroup
 
 #: The planner's thread hands the interpreter over this often, so that answers do not wait [s].
@@ -37,8 +37,9 @@ class MoveGroupProgram:
         self._arguments = arguments
         self._stop_wanted = stop_wanted
         self._executor: SingleThreadedExecutor | None = None
-        self._settings = settings_of(arguments)
-        self._robot = load_robot_model(self._settings)
+        self._settings, self._robot, warnings = robot_of(arguments)
+        # Beside a simulation, which tells the same of the same files, they would be there twice.
+        self._warnings = [] if started_by_bringup() else warnings
 
     def stop(self) -> None:
         """End ``run``; from a signal handler too."""
@@ -70,6 +71,8 @@ class MoveGroupProgram:
             ],
         )
         executor.add_node(node)
+        for text in self._warnings:
+            node.get_logger().warning(text)
         try:
             move_group = MoveGroup(node, executor, self._settings, self._robot)
             self._spin(executor, node)

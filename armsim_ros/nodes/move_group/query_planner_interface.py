@@ -8,8 +8,10 @@ from moveit_msgs.msg import PlannerInterfaceDescription
 from moveit_msgs.srv import QueryPlannerInterfaces as Service
 
 from armsim_ros.nodes.move_group.context import Context
+from armsim_ros.planning.pilz.commands import COMMANDS
+from armsim_ros.planning.pilz.commands import PIPELINE as PILZ
 
-NAMES = {'ompl': 'OMPL'}
+NAMES = {'ompl': 'OMPL', PILZ: 'Pilz Industrial Motion Planner'}
 
 
 class QueryPlannerInterface:
@@ -33,7 +35,9 @@ class QueryPlannerInterface:
             PlannerInterfaceDescription(
                 name=NAMES.get(pipeline, pipeline),
                 pipeline_id=pipeline,
-                planner_ids=list(settings.planners.planner_ids(groups)),
+                planner_ids=list(
+                    COMMANDS if pipeline == PILZ else settings.planners.planner_ids(groups)
+                ),
             )
             for pipeline in settings.pipelines
         ]

@@ -1,0 +1,87 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""How a motion gathers speed, keeps it, and comes to rest."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+Vector = NDArray[np.float64]
+
+ROUNDING = 0.05
+"""Time [s] over which the acceleration changes from one value to the next."""
+
+
+class TrapezoidalProfile:
+    """
+    A path from 0 to 1 with a trapezoidal speed whose corners are rounded.
+
+    The moving average of a trapezoidal profile over :data:`ROUNDING`: speed and acceleration
+    keep their limits, and between two knots the position is a polynomial of degree three.
+
+    :param speed: largest rate [1/s].
+    :param acceleration: [1/s^2] up to that rate.
+    :param deceleration: [1/s^2] down to rest.
+    """
+
+    def __init__(self, speed: float, acceleration: float, deceleration: float) -> None:
+        """Lay the three phases one after the other."""
+        peak = min(speed, math.sqrt(
+            2.0 * acceleration * deceleration / (acceleration + deceleration)
+        ))
+        rates = np.array([acceleration, 0.0, -deceleration, 0.0])
+        lengths = np.array([peak / acceleration, 0.0, peak / deceleration])
+        lengths[1] = max(0.0, 1.0 - 0.5 * peak * (lengths[0] + lengths[2])) / peak
+        self._rates = rates
+        self._begins = np.concatenate([[0.0], np.cumsum(lengths)])
+        self._speeds = np.array([0.0, peak, peak, 0.0])
+        places, areas = [0.0], [0.0]
+        for k, t in enumerate(lengths):
+            v, a = self._speeds[k], rates[k]
+            areas.append(areas[-1] + places[-1] * t + v * t**2 / 2.0 + a * t**3 / 6.0)
+            places.append(places[-1] + v * t + a * t**2 / 2.0)
+        places[-1] = 1.0
+        self._places, self._areas = np.array(places), np.array(areas)
+
+    @property
+    def duration(self) -> float:
+        """Time to the end [s]."""
+        return float(self._begins[-1]) + ROUNDING
+
+    def times(self, step: float) -> Vector:
+        """Return the knots and, between them, times that are at most ``step`` [s] apart."""
+        knots = np.unique(np.round(np.concatenate([self._begins, self._begins + ROUNDING]), 9))
+        parts = [
+            np.linspace(a, b, math.ceil((b - a) / step - 1e-9), endpoint=False)
+            for a, b in pairwise(knots)
+        ]
+        return np.concatenate([*parts, knots[-1:]])
+
+    def sample(self, times: Vector) -> tuple[Vector, Vector, Vector]:
+        """
+        Return place 0..1, speed [1/s] and acceleration [1/s^2] at times (k,) [s].
+
+        :returns: (k,) each.
+        """
+        now, before = self._raw(times), self._raw(times - ROUNDING)
+        place, speed, acceleration = (
+            (a - b) / ROUNDING for a, b in zip(now, before, strict=True)
+        )
+        return np.clip(place, 0.0, 1.0), speed, acceleration
+
+    def _raw(self, times: Vector) -> tuple[Vector, Vector, Vector]:
+        """Return the plain profile's area, place and speed."""
+        inside = np.maximum(times, 0.0)
+        phase = np.clip(np.searchsorted(self._begins, inside, side='right') - 1, 0, 3)
+        t = inside - self._begins[phase]
+        v, a = self._speeds[phase], self._rates[phase]
+        place = self._places[phase]
+        return (
+            self._areas[phase] + place * t + v * t**2 / 2.0 + a * t**3 / 6.0,
+            place + v * t + a * t**2 / 2.0,
+            v + a * t,
+        )
