@@ -4,12 +4,14 @@
 
 from __future__ import annotations
 
-from collections.abc import MutableMapping
+from collections.abc import Mapping, MutableMapping
 import os
 from pathlib import Path
 import sys
 
 AMENT_PREFIX_PATH = 'AMENT_PREFIX_PATH'
+#: Process id of the bringup that started a program.
+BRINGUP_PID = 'ARMSIM_BRINGUP_PID'
 
 
 def add_own_prefix(environment: MutableMapping[str, str] = os.environ) -> None:
@@ -27,3 +29,8 @@ def add_own_prefix(environment: MutableMapping[str, str] = os.environ) -> None:
     has_packages = Path(own, 'share', 'ament_index', 'resource_index', 'packages').is_dir()
     if own not in known and (has_packages or not known):
         environment[AMENT_PREFIX_PATH] = os.pathsep.join([*known, own])
+
+
+def started_by_bringup(environment: Mapping[str, str] = os.environ) -> bool:
+    """Return whether this process's parent is a bringup, and so another program runs beside it."""
+    return environment.get(BRINGUP_PID) == str(os.getppid())

@@ -8,19 +8,35 @@ import math
 from pathlib import Path
 
 from armsim_ros.cli.arguments import ProgramArguments, UsageError
-from armsim_ros.config.loading import load_robot_settings
+from armsim_ros.config.loading import survey_robot_settings
 from armsim_ros.config.robot_settings import RobotSettings
+from armsim_ros.errors import ConfigError, Severity
+from armsim_ros.model.loading import survey_robot_model
+from armsim_ros.model.robot_model import RobotModel
 
 
-def settings_of(arguments: ProgramArguments) -> RobotSettings:
+def robot_of(arguments: ProgramArguments) -> tuple[RobotSettings, RobotModel, list[str]]:
     """
-    Return the settings that a command line asks for.
+    Read the robot that the arguments name, all of its files.
 
-    :param arguments: the command line; an empty text leaves the choice to the robot's files.
+    :returns: the settings, the model that fits them, and what a user should know of them.
     :raises ConfigError: with every mistake of all files.
     :raises ResourceError: where the robot, its world or a named file is not there.
     """
-    settings = load_robot_settings(
+    settings = _settings_of(arguments)
+    found = list(settings.remarks)
+    mistaken = any(one.severity is Severity.ERROR for one in found)
+    model, of_model = survey_robot_model(settings, partial=mistaken)
+    found += of_model
+    mistakes = [one for one in found if one.severity is Severity.ERROR]
+    if mistakes or model is None:
+        raise ConfigError(mistakes)
+    warnings = [str(one) for one in found if one.severity is Severity.WARNING]
+    return settings, model, list(dict.fromkeys(warnings))
+
+
+def _settings_of(arguments: ProgramArguments) -> RobotSettings:
+    settings = survey_robot_settings(
         arguments.robot,
         config=_path(arguments.config),
         urdf=_path(arguments.urdf),

@@ -17,6 +17,7 @@ import sysconfig
 from typing import BinaryIO
 
 import armsim_ros
+from armsim_ros.cli.environment import BRINGUP_PID
 
 #: From linux/prctl.h.
 _PR_SET_PDEATHSIG = 1
@@ -110,7 +111,7 @@ def program_command(program: str, arguments: Sequence[str]) -> list[str]:
 
 def child_environment() -> dict[str, str]:
     """Return the environment in which a child imports the same armsim_ros and does not buffer."""
-    environment = dict(os.environ, PYTHONUNBUFFERED='1')
+    environment = dict(os.environ, PYTHONUNBUFFERED='1', **{BRINGUP_PID: str(os.getpid())})
     if sys.stderr.isatty():
         environment.setdefault('RCUTILS_COLORIZED_OUTPUT', '1')
     root = str(Path(armsim_ros.__file__).resolve().parent.parent)

@@ -44,7 +44,6 @@ def check_configuration(arguments: ProgramArguments) -> None:
     :raises ConfigError: where they are wrong.
     """
     # Slow to import, and not needed to say that an argument is wrong or the domain is taken.
-    from armsim_ros.cli.settings import settings_of
-    from armsim_ros.model.loading import load_robot_model
+    from armsim_ros.cli.settings import robot_of
 
-    load_robot_model(settings_of(arguments))
+    robot_of(arguments)

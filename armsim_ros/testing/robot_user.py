@@ -1,0 +1,84 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""A whole stack in processes of its own, and one client of it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+import re
+from typing import Any
+
+from sensor_msgs.msg import JointState
+
+from armsim_ros.testing.client_node import ClientNode
+from armsim_ros.testing.domain import private_domain
+from armsim_ros.testing.move_group_client import MoveGroupClient
+from armsim_ros.testing.program import Program
+from armsim_ros.testing.programs import start_program
+from armsim_ros.testing.trajectory_client import (
+    Outcome,
+    trajectory_message,
+    TrajectoryClient,
+)
+
+READY = 'You can start planning now!'
+
+
+class RobotUser:
+    """
+    What a user of a running robot has: its actions and its joint states.
+
+    :param client: the node to use.
+    :param program: the bringup.
+    :param namespace: of controllers and joint states, '' or such as ``/sunday``.
+    """
+
+    def __init__(self, client: ClientNode, program: Program, namespace: str) -> None:
+        """Make the clients."""
+        self.client = client
+        self.program = program
+        self.namespace = namespace
+        self.move_group = MoveGroupClient(client)
+        self._joint_states = client.collect(f'{namespace}/joint_states', JointState)
+
+    def positions(self) -> dict[str, float]:
+        """Return the joint positions of a message that comes from now on [rad or m]."""
+        self._joint_states.clear()
+        message = self._joint_states.wait(1)[-1]
+        return dict(zip(message.name, message.position, strict=True))
+
+    def distance(self, target: Mapping[str, float]) -> float:
+        """Return the largest distance of a joint from its target [rad or m]."""
+        now = self.positions()
+        return max(abs(now[joint] - value) for joint, value in target.items())
+
+    def wait_until_still(self) -> None:
+        """Wait for a message that says that no joint moves."""
+        self._joint_states.clear()
+        self._joint_states.wait_for(
+            lambda message: max(map(abs, message.velocity), default=0.0) < 0.001
+        )
+
+    def send(self, controller: str, joints: Sequence[str],
+             points: Sequence[tuple[float, Sequence[float]]], **tolerances: Any) -> Outcome:
+        """Send a trajectory to a controller and return how it ended."""
+        arm = TrajectoryClient(self.client, f'{self.namespace}/{controller}')
+        return arm.send(trajectory_message(joints, points), **tolerances).result()
+
+
+@contextmanager
+def running_robot(*arguments: str, namespace: str = '') -> Iterator[RobotUser]:
+    """
+    Bring a robot up on a private domain for the time of the context.
+
+    :param arguments: of bringup, such as ``robot:=sunday``.
+    :param namespace: where the robot's controllers will be.
+    """
+    with (
+        private_domain() as domain,
+        ClientNode(domain, 'user') as client,
+        start_program('bringup', domain, *arguments) as program,
+    ):
+        program.wait_for_line(re.escape(READY), 60.0)
+        yield RobotUser(client, program, namespace)
