@@ -21,6 +21,7 @@ from armsim_ros.planning.request_checks import RequestChecks
 from armsim_ros.planning.scene import PlanningScene
 from armsim_ros.planning.search import Budget, find_path, SearchProblem
 from armsim_ros.planning.smoothing import path_length
+from armsim_ros.planning.start_repairs import joined, StartRepairs
 from armsim_ros.planning.start_state import bounded_start, check_start
 from armsim_ros.trajectory import JointTrajectory, TrajectoryPoint
 
@@ -36,7 +37,7 @@ def run_pipeline(
     """
     Run every stage in order; each raises PlanningError where it cannot go on.
 
-    :param scene: what to plan in; its state is the start.
+    :param scene: what to plan in, of the request alone; its state is the start.
     :param budget: ends at the request's allowed planning time.
     :returns: the trajectory, and its path's length [rad or m].
     """
@@ -53,14 +54,19 @@ def run_pipeline(
     on_path = ConstraintSet(request.path_constraints, scene, context.log)
     validity = context.validity(scene, group, on_path)
     start = context.model.extract(scene.q, group)
+    limits = checks.limits(context.limits, validity.joint_names, request)
+    repairs = StartRepairs(context, request, limits, rng, budget)
+    first, start = repairs.run(scene, validity, start)
+    if first:
+        scene.set_state(context.model.insert(scene.q, group, start))
+        validity = context.validity(scene, group, on_path)
     check_start(validity, start)
 
     sampler = GoalSampler(context.model, context.inverse(group), validity, scene.q, rng)
     states = sampler.sample(_goal_sets(context, request, scene), budget)
     if float(np.max(np.abs(states[0] - start))) < _AT_REST:
-        return _standing(start, validity.joint_names), 0.0
+        return joined([*first, _standing(start, validity.joint_names)]), 0.0
 
-    limits = checks.limits(context.limits, validity.joint_names, request)
     speed_limit = checks.speed_limit(request, validity, group)
     planner = context.settings.planners.choose(request.planner_id, group, context.log)
     failure: PlanningError | None = None
@@ -76,7 +82,7 @@ def run_pipeline(
             failure = error
             continue
         budget.check('ValidateSolution')
-        return motion.trajectory(validity.joint_names), path_length(path)
+        return joined([*first, motion.trajectory(validity.joint_names)]), path_length(path)
     assert failure is not None
     raise failure
 

@@ -10,6 +10,7 @@ from rclpy.node import Node
 from armsim_ros.config.robot_settings import RobotSettings
 from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.model.robot_model import RobotModel
+from armsim_ros.nodes.move_group.attach_hint import AttachHint
 from armsim_ros.nodes.move_group.attached_collision_object import AttachedCollisionObject
 from armsim_ros.nodes.move_group.capabilities import CAPABILITIES, Parts, wanted_capabilities
 from armsim_ros.nodes.move_group.collision_object import CollisionObject
@@ -114,4 +115,5 @@ def endpoints(context: Context) -> tuple[object, ...]:
         MonitoredPlanningScene(context),
         TrajectoryExecutionEvent(context, execution),
         Transforms(context),
+        AttachHint(context),
     )

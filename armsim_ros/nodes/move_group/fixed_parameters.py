@@ -26,7 +26,16 @@ NAMES = {
     'record_trajectory_state_frequency': 'plan_execution.record_trajectory_state_frequency',
 }
 _CARTESIAN_LIMITS = 'robot_description_planning.cartesian_limits'
+#: A launch argument of ROS 1 and the four parameters that it sets.
+_MONITORED = 'publish_monitored_planning_scene'
+_PUBLISHED = (
+    'publish_planning_scene',
+    'publish_geometry_updates',
+    'publish_state_updates',
+    'publish_transforms_updates',
+)
 _PIPELINE_NAMES = 'planning_pipelines.pipeline_names'
+_DESCRIPTIONS = ('robot_description', 'robot_description_semantic')
 _READ_ONLY = ParameterDescriptor(read_only=True, dynamic_typing=True)
 
 
@@ -42,6 +51,9 @@ def planning_parameters(node: Node, settings: RobotSettings) -> PlanningParamete
         parameter = NAMES.get(name, name)
         if node.has_parameter(parameter):
             values[name] = node.get_parameter(parameter).value
+    if node.has_parameter(_MONITORED):
+        shown = bool(node.get_parameter(_MONITORED).value)
+        values.update({name: shown for name in _PUBLISHED if not node.has_parameter(name)})
     tool = node.get_parameters_by_prefix(_CARTESIAN_LIMITS)
     values['cartesian_limits'] = {
         **files.cartesian_limits.model_dump(), **{name: one.value for name, one in tool.items()}
@@ -60,6 +72,11 @@ def declare_fixed(
     """Declare what clients and tools look up; what is declared already stays."""
     for name, value in _values(settings, planning, robot):
         if node.has_parameter(name):
+            if name in _DESCRIPTIONS and node.get_parameter(name).value != value:
+                node.get_logger().warning(
+                    f"parameter '{name}' is not used: the robot comes from its files; name them "
+                    'with robot:=, urdf:=, srdf:='
+                )
             continue
         if isinstance(value, (tuple, list)):
             value = [str(item) for item in value]

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from moveit_msgs.srv import GetPlanningScene as Service
+from sensor_msgs.msg import JointState
 
 from armsim_ros.nodes.conversions.planning_scene import Component, scene_to_message
 from armsim_ros.nodes.move_group.context import Context
@@ -30,4 +31,11 @@ class GetPlanningScene:
         with reported(self._context.logger, 'get_planning_scene', None):
             self._context.states.update_scene()
             response.scene = scene_to_message(self._context.scene, wanted)
+            self._add_velocities(response.scene.robot_state.joint_state)
         return response
+
+    def _add_velocities(self, state: JointState) -> None:
+        """Write measured velocities beside the positions where ``monitor_dynamics`` is set."""
+        states = self._context.states
+        if states.monitor_dynamics:
+            state.velocity = [states.velocities.get(name, 0.0) for name in state.name]

@@ -11,12 +11,16 @@ from moveit_msgs.msg import RobotState
 from rclpy.action import ActionServer, CancelResponse
 from rclpy.action.server import ServerGoalHandle
 
-from armsim_ros.nodes.conversions.motion_plan_request import request_from_message
+from armsim_ros.nodes.conversions.motion_plan_request import (
+    request_from_message,
+    robot_trajectory_message,
+)
 from armsim_ros.nodes.move_group.context import Context
 from armsim_ros.nodes.move_group.failures import fill_error, reported
 from armsim_ros.nodes.move_group.goal_end import end_goal
 from armsim_ros.nodes.move_group.path_watch import PathWatch
 from armsim_ros.nodes.move_group.planning_job import Plan, PlanningJob
+from armsim_ros.nodes.move_group.state_recorder import StateRecorder
 from armsim_ros.nodes.move_group.trajectory_execution import (
     Outcome,
     TrajectoryExecution,
@@ -114,7 +118,11 @@ class MoveAction:
                 if plan.response.error_code in PLAN_AGAIN and attempt < attempts:
                     continue
                 return
-            outcome = await self._run(goal, plan)
+            recorder = StateRecorder(self._context, plan.response.trajectory.joint_names)
+            outcome = await self._run(goal, plan, recorder)
+            result.executed_trajectory = robot_trajectory_message(
+                recorder.trajectory, self._context.frame
+            )
             fill_error(result.error_code, outcome.code, outcome.message, 'execution')
             if outcome.success:
                 return
@@ -137,7 +145,9 @@ class MoveAction:
             )
         )
 
-    async def _run(self, goal: ServerGoalHandle, plan: Plan) -> Outcome:
+    async def _run(
+        self, goal: ServerGoalHandle, plan: Plan, recorder: StateRecorder
+    ) -> Outcome:
         if goal.is_cancel_requested:
             return Outcome(MoveItErrorCode.PREEMPTED, 'cancelled before it moved')
         goal.publish_feedback(Action.Feedback(state='MONITOR'))
@@ -145,7 +155,11 @@ class MoveAction:
         path = PathWatch(self._context, trajectory, plan.request)
         return await self._execution.run(
             trajectory,
-            Watch(cancelled=lambda: goal.is_cancel_requested, invalid=path.invalid),
+            Watch(
+                cancelled=lambda: goal.is_cancel_requested,
+                invalid=path.invalid,
+                observe=recorder.note,
+            ),
         )
 
     async def _pause(self, goal: ServerGoalHandle, seconds: float) -> None:

@@ -57,10 +57,12 @@ class Watch:
 
     :param cancelled: whether the client wants it to stop.
     :param invalid: [s] since the start -> why the rest of the path is no longer valid, or ''.
+    :param observe: told [s] since the start, every 20 ms.
     """
 
     cancelled: Callable[[], bool] = lambda: False
     invalid: Callable[[float], str] = lambda elapsed: ''
+    observe: Callable[[float], None] = lambda elapsed: None
 
 
 class TrajectoryExecution:
@@ -217,6 +219,7 @@ class TrajectoryExecution:
         while not all(run.done for run in runs):
             await self._ticker.next()
             elapsed = (states.now_ns() - start_ns) * 1e-9
+            watch.observe(elapsed)
             failed = next((run for run in runs if run.done and run.failure), None)
             if failed is not None:
                 break

@@ -18,7 +18,7 @@ from armsim_ros.planning.path_timing import first_fault
 from armsim_ros.planning.pilz.curves import Arc, Curve, Line
 from armsim_ros.planning.pilz.goal import check_scaling, Goal, point_of, read_goal
 from armsim_ros.planning.pilz.link_path import follow
-from armsim_ros.planning.pilz.profile import TrapezoidalProfile
+from armsim_ros.planning.pilz.profile import point_to_point, TrapezoidalProfile
 from armsim_ros.planning.quintic import QuinticMotion
 from armsim_ros.planning.request import Constraints, MotionPlanRequest
 from armsim_ros.planning.request_checks import link_speed_limit
@@ -75,9 +75,9 @@ def run_command(
         return JointTrajectory(validity.joint_names, (point,)), 0.0
     limits = context.limits.limits(validity.joint_names)
     if command == 'PTP':
-        motion = _point_to_point(start, end, limits.scaled(
+        motion = point_to_point(start, end, limits.scaled(
             request.max_velocity_scaling_factor, request.max_acceleration_scaling_factor
-        ))
+        ), SAMPLING_TIME)
     else:
         curve = _curve(command, context, request, scene, goal)
         motion = follow(
@@ -96,19 +96,6 @@ def run_command(
         )
     length = float(np.sum(np.linalg.norm(np.diff(motion.positions, axis=0), axis=1)))
     return motion.trajectory(validity.joint_names), length
-
-
-def _point_to_point(start: Vector, end: Vector, limits: MotionLimits) -> QuinticMotion:
-    """Return the motion in which all joints start and stop together."""
-    way = end - start
-    share = np.maximum(np.abs(way), 1e-12)
-    acceleration = float(np.min(limits.acceleration / share))
-    profile = TrapezoidalProfile(
-        float(np.min(limits.velocity / share)), acceleration, acceleration
-    )
-    times = profile.times(SAMPLING_TIME)
-    place, speed, rate = (values[:, None] for values in profile.sample(times))
-    return QuinticMotion(times, start + place * way, speed * way, rate * way)
 
 
 def _profile(

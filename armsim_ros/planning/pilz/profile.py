@@ -10,6 +10,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from armsim_ros.planning.limits import MotionLimits
+from armsim_ros.planning.quintic import QuinticMotion
+
 Vector = NDArray[np.float64]
 
 ROUNDING = 0.05
@@ -85,3 +88,24 @@ class TrapezoidalProfile:
             place + v * t + a * t**2 / 2.0,
             v + a * t,
         )
+
+
+def point_to_point(
+    start: Vector, end: Vector, limits: MotionLimits, step: float
+) -> QuinticMotion:
+    """
+    Return the fastest motion in which all joints start and stop together.
+
+    :param start: (m,) at rest.
+    :param end: (m,) at rest.
+    :param step: largest time between two points [s].
+    """
+    way = end - start
+    share = np.maximum(np.abs(way), 1e-12)
+    acceleration = float(np.min(limits.acceleration / share))
+    profile = TrapezoidalProfile(
+        float(np.min(limits.velocity / share)), acceleration, acceleration
+    )
+    times = profile.times(step)
+    place, speed, rate = (values[:, None] for values in profile.sample(times))
+    return QuinticMotion(times, start + place * way, speed * way, rate * way)

@@ -1,0 +1,45 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The states that a robot goes through while it executes (``executed_trajectory``)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from armsim_ros.nodes.move_group.context import Context
+from armsim_ros.trajectory import JointTrajectory, TrajectoryPoint
+
+
+class StateRecorder:
+    """
+    Notes measured positions, so many times a second at most.
+
+    :param context: has the frequency and the states.
+    :param joint_names: the joints to note.
+    """
+
+    def __init__(self, context: Context, joint_names: tuple[str, ...]) -> None:
+        """Begin with nothing."""
+        self._states = context.states
+        self._frequency = context.record_frequency
+        self._joint_names = joint_names
+        self._points: list[TrajectoryPoint] = []
+
+    def note(self, elapsed: float) -> None:
+        """
+        Take the newest state where one is due.
+
+        :param elapsed: [s] since the start.
+        """
+        positions = self._states.positions
+        if self._frequency <= 0.0 or any(name not in positions for name in self._joint_names):
+            return
+        if self._points and elapsed - self._points[-1].time_from_start < 1.0 / self._frequency:
+            return
+        values = np.array([positions[name] for name in self._joint_names])
+        self._points.append(TrajectoryPoint(max(elapsed, 0.0), values))
+
+    @property
+    def trajectory(self) -> JointTrajectory:
+        """What was noted; without joints where that is nothing."""
+        return JointTrajectory(self._joint_names if self._points else (), tuple(self._points))
