@@ -92,6 +92,7 @@ move_group = partial(run, 'move_group')
 spawner = partial(run, 'spawner')
 unspawner = partial(run, 'unspawner')
 check_config = partial(run, 'check_config')
+migrate = partial(run, 'migrate')
 
 
 def _overview() -> str:

@@ -23,6 +23,7 @@ CLIENT_PROGRAMS = {
 #: Those that read and write files and start nothing; each has arguments of its own.
 FILE_PROGRAMS = {
     'check_config': "read a robot's files, tell every mistake and what each key does here",
+    'migrate': "write a robot's files in the layout of ROS 2",
 }
 PROGRAMS = {**ROBOT_PROGRAMS, **CLIENT_PROGRAMS, **FILE_PROGRAMS}
 

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 import math
 import re
 from types import UnionType
-from typing import Annotated, Any, get_args, get_origin, TypeVar, Union
+from typing import Annotated, Any, get_args, get_origin, get_type_hints, TypeVar, Union
 
 from pydantic import BaseModel, ValidationError
 
@@ -157,7 +157,7 @@ def _keys_at(kind: type[BaseModel], path: Sequence[str | int]) -> tuple[str, ...
     for step in path:
         if isinstance(inside, type) and issubclass(inside, BaseModel):
             field = inside.model_fields.get(str(step))
-            extra = inside.__annotations__.get('__pydantic_extra__')
+            extra = get_type_hints(inside).get('__pydantic_extra__')
             inside = field.annotation if field else _last_type(extra)
         else:
             inside = _last_type(inside)
