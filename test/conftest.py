@@ -6,6 +6,8 @@ import os
 
 import pytest
 
+from armsim_ros.cli.environment import announce_often, FASTDDS_PROFILES
+
 #: Domain ids up to 101 keep Fast DDS below the ephemeral ports of Linux.
 _FIRST_DOMAIN, _LAST_DOMAIN = 40, 99
 
@@ -16,8 +18,9 @@ def pytest_configure(config):
     os.environ.setdefault('ROS_DOMAIN_ID', str(domain))
     os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
     for name in ('RMW_IMPLEMENTATION', 'ROS_STATIC_PEERS', 'ROS_LOCALHOST_ONLY',
-                 'FASTRTPS_DEFAULT_PROFILES_FILE', 'ROS_NAMESPACE'):
+                 'ROS_NAMESPACE', *FASTDDS_PROFILES):
         os.environ.pop(name, None)
+    announce_often()
 
 
 @pytest.fixture(scope='session')

@@ -12,6 +12,8 @@ import sys
 AMENT_PREFIX_PATH = 'AMENT_PREFIX_PATH'
 #: Process id of the bringup that started a program.
 BRINGUP_PID = 'ARMSIM_BRINGUP_PID'
+#: Where Fast DDS looks for a user's settings; the second name is that of later versions.
+FASTDDS_PROFILES = ('FASTRTPS_DEFAULT_PROFILES_FILE', 'FASTDDS_DEFAULT_PROFILES_FILE')
 
 
 def add_own_prefix(environment: MutableMapping[str, str] = os.environ) -> None:
@@ -29,6 +31,20 @@ def add_own_prefix(environment: MutableMapping[str, str] = os.environ) -> None:
     has_packages = Path(own, 'share', 'ament_index', 'resource_index', 'packages').is_dir()
     if own not in known and (has_packages or not known):
         environment[AMENT_PREFIX_PATH] = os.pathsep.join([*known, own])
+
+
+def announce_often(environment: MutableMapping[str, str] = os.environ) -> None:
+    """
+    Let Fast DDS announce this process often, so that nodes find each other in 0.3 s, not in 3 s.
+
+    Where the user has settings of his own these stay alone. Other middlewares read nothing of it.
+
+    :param environment: the variables to change.
+    """
+    if any(environment.get(name) for name in FASTDDS_PROFILES):
+        return
+    if not Path('DEFAULT_FASTRTPS_PROFILES.xml').is_file():
+        environment[FASTDDS_PROFILES[0]] = str(Path(__file__).with_name('fastdds_profiles.xml'))
 
 
 def started_by_bringup(environment: Mapping[str, str] = os.environ) -> bool:

@@ -15,7 +15,7 @@ from types import FrameType
 from typing import TextIO
 
 from armsim_ros.cli.arguments import format_help, split_ros_args
-from armsim_ros.cli.environment import add_own_prefix
+from armsim_ros.cli.environment import add_own_prefix, announce_often
 from armsim_ros.cli.programs import module_of, PROGRAMS, ROBOT_PROGRAMS
 from armsim_ros.errors import ArmsimError, nearest
 
@@ -57,6 +57,7 @@ def run(program: str, argv: Sequence[str] | None = None) -> int:
         _say(format_help(program, PROGRAMS[program]))
         return 0
     add_own_prefix()
+    announce_often()
     status = _INTERRUPTED_STATUS if program != 'bringup' else 0
 
     def leave(_number: int, _frame: FrameType | None) -> None:

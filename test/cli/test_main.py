@@ -11,7 +11,7 @@ from types import ModuleType
 import pytest
 
 from armsim_ros.cli import main as door
-from armsim_ros.cli.environment import add_own_prefix
+from armsim_ros.cli.environment import add_own_prefix, announce_often
 from armsim_ros.cli.programs import PROGRAMS, ROBOT_PROGRAMS
 from armsim_ros.errors import ResourceError
 
@@ -125,3 +125,29 @@ def test_a_prefix_without_packages_is_not_searched(monkeypatch):
     environment = {'AMENT_PREFIX_PATH': '/opt/ros/jazzy'}
     add_own_prefix(environment)
     assert environment == {'AMENT_PREFIX_PATH': '/opt/ros/jazzy'}
+
+
+def test_nodes_announce_themselves_often():
+    """Fast DDS reads our settings, which lie in the package."""
+    environment = {}
+    announce_often(environment)
+    text = Path(environment['FASTRTPS_DEFAULT_PROFILES_FILE']).read_text(encoding='utf-8')
+    assert '<leaseAnnouncement>' in text
+
+
+@pytest.mark.parametrize('name', [
+    'FASTRTPS_DEFAULT_PROFILES_FILE', 'FASTDDS_DEFAULT_PROFILES_FILE'])
+def test_settings_of_the_user_stay_alone(name):
+    """A user's own profiles are not replaced."""
+    environment = {name: '/own.xml'}
+    announce_often(environment)
+    assert environment == {name: '/own.xml'}
+
+
+def test_settings_in_the_working_folder_stay_alone(tmp_path, monkeypatch):
+    """A file that Fast DDS finds by itself is not overruled."""
+    (tmp_path / 'DEFAULT_FASTRTPS_PROFILES.xml').write_text('<dds/>')
+    monkeypatch.chdir(tmp_path)
+    environment = {}
+    announce_often(environment)
+    assert environment == {}
