@@ -1,31 +1,45 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Run benchmarks by name: ``python -m benchmarks [NAME ...]``."""
+"""Run benchmarks by name: ``python -m benchmarks [NAME ...] [--seconds 10] ...``."""
 
 from __future__ import annotations
 
+import argparse
+from dataclasses import fields
 from importlib import import_module
 from pathlib import Path
 import sys
+
+from benchmarks.options import Options
 
 #: What runs where no name is given, in this order.
 USUAL = ('startup', 'joint_states', 'goals')
 
 
-def main(names: list[str]) -> int:
+def main(words: list[str]) -> int:
     """Run the named benchmarks, or the usual ones."""
     known = sorted(
         path.stem
         for path in Path(__file__).parent.glob('*.py')
-        if not path.stem.startswith('_') and 'def main(' in path.read_text(encoding='utf-8')
+        if not path.stem.startswith('_') and '\ndef main(' in path.read_text(encoding='utf-8')
     )
+    parser = argparse.ArgumentParser(
+        prog='benchmarks', description='Measurements; they print tables and assert nothing.'
+    )
+    parser.add_argument('names', nargs='*', metavar='NAME', help=f"of {', '.join(known)}")
+    for field in fields(Options):
+        parser.add_argument(
+            f'--{field.name}', type=type(field.default), default=field.default,
+            metavar=str(field.default),
+        )
+    given = vars(parser.parse_args(words))
+    names = given.pop('names')
     for name in names:
         if name not in known:
-            print(f"no benchmark is called '{name}'; known: {', '.join(known)}", file=sys.stderr)
-            return 2
+            parser.error(f"no benchmark is called '{name}'; known: {', '.join(known)}")
     for name in names or USUAL:
         print(f'\n== {name}', flush=True)
-        import_module(f'benchmarks.{name}').main()
+        import_module(f'benchmarks.{name}').main(Options(**given))
     return 0
 
 

@@ -7,10 +7,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+import os
 from pathlib import Path
 import re
 import statistics
 
+from armsim_ros.config.joint_trajectory_controller import JointTrajectoryControllerParameters
+from armsim_ros.config.loading import load_robot_settings
 from armsim_ros.testing.client_node import ClientNode
 from armsim_ros.testing.domain import private_domain, ros_environment
 from armsim_ros.testing.program import Program
@@ -54,6 +57,38 @@ def running_stack(*arguments: str, wait: bool = True) -> Iterator[Stack]:
             if wait:
                 program.wait_for_line(re.escape(READY), 60.0)
             yield Stack(program, client, domain)
+
+
+@contextmanager
+def peer(module: str, *arguments: str, domain: int, settled: str = '') -> Iterator[Program]:
+    """
+    Run a module of this folder in a process of its own and in a stack's domain.
+
+    :param settled: what it prints when it is ready, if anything.
+    """
+    program = Program.module(
+        f'benchmarks.{module}', *arguments, environment=ros_environment(domain)
+    )
+    with program:
+        if settled:
+            program.wait_for_line(settled, 60.0)
+        yield program
+
+
+def arm_of(robot: str) -> tuple[str, tuple[str, ...]]:
+    """Return full name and joints of a robot's first trajectory controller."""
+    settings = load_robot_settings(robot)
+    controller = next(
+        each for each in settings.controllers
+        if isinstance(each.parameters, JointTrajectoryControllerParameters)
+    )
+    return f'{settings.namespace}/{controller.name}', tuple(controller.parameters.joints)
+
+
+def processor_seconds(process: int) -> float:
+    """Return the processor time that a process has used [s]."""
+    fields = Path(f'/proc/{process}/stat').read_text(encoding='ascii').rpartition(')')[2].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf('SC_CLK_TCK')
 
 
 def resident_mib(process: int) -> float:

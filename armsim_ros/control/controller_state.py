@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from armsim_ros.control.sampling import Motion
+from armsim_ros.control.trajectory_goal import TrajectoryGoal
 
 Vector = NDArray[np.float64]
 Matrix = NDArray[np.float64]
@@ -29,12 +30,13 @@ class StateRecord:
 
     Rows: reference position, velocity, acceleration, effort; feedback position, velocity,
     acceleration; error of the same three; output position, velocity, acceleration, effort.
-    ``motion`` is the trajectory that runs or has ended last, None while the joints are held.
+    ``motion`` is the trajectory that runs or has ended last, None while the joints are held;
+    ``goal`` the active one.
     """
 
     __slots__ = (
-        'actual_time', 'compared', 'data', 'desired_time', 'error', 'feedback', 'motion',
-        'output', 'reference', 'scaling', 'sequence', 'time_ns',
+        'actual_time', 'compared', 'data', 'desired_time', 'error', 'feedback', 'goal',
+        'motion', 'output', 'reference', 'scaling', 'sequence', 'time_ns',
     )  # fmt: skip
 
     def __init__(self, joints: int, width: int, compared: int) -> None:
@@ -61,6 +63,7 @@ class StateRecord:
         self.actual_time = 0.0
         self.scaling = 1.0
         self.motion: Motion | None = None
+        self.goal: TrajectoryGoal | None = None
 
     def measured_state(self) -> Vector:
         """Return feedback as (w,) like the reference: velocity where there is one, else 0."""
@@ -104,9 +107,12 @@ class StateRing:
                 return copied
 
 
+_SCALARS = ('sequence', 'time_ns', 'desired_time', 'actual_time', 'scaling', 'motion', 'goal')
+
+
 def _scalars(record: StateRecord) -> StateRecord:
     copy = StateRecord.__new__(StateRecord)
-    for name in ('sequence', 'time_ns', 'desired_time', 'actual_time', 'scaling', 'motion'):
+    for name in _SCALARS:
         setattr(copy, name, getattr(record, name))
     return copy
 
@@ -137,6 +143,7 @@ class ControllerSnapshot:
     :param desired_time_from_start: of the trajectory, at its scaled pace [s].
     :param actual_time_from_start: since the trajectory started [s].
     :param sequence: number of the update.
+    :param goal: the one that was active in that update; a new one is not before its first.
     """
 
     time_ns: int
@@ -149,6 +156,7 @@ class ControllerSnapshot:
     actual_time_from_start: float
     speed_scaling_factor: float
     sequence: int
+    goal: TrajectoryGoal | None = None
 
 
 def snapshot_of(
@@ -185,4 +193,5 @@ def snapshot_of(
         scalars.actual_time,
         scalars.scaling,
         scalars.sequence,
+        scalars.goal,
     )

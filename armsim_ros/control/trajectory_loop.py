@@ -192,6 +192,7 @@ class TrajectoryLoop:
         execution = self.execution
         record.time_ns = time_ns
         record.scaling = execution.scaling
+        record.goal = execution.active_goal
         if execution.phase is Phase.HOLDING:
             record.motion = None
             record.desired_time = record.actual_time = 0.0

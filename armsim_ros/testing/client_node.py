@@ -196,8 +196,10 @@ class Collector:
                 self._condition.wait(left)
 
     def close(self) -> None:
-        """Unsubscribe."""
-        self._client.node.destroy_subscription(self._subscription)
+        """Unsubscribe; in the executor's thread, which may be about to read from it."""
+        self._client.in_executor(
+            lambda: self._client.node.destroy_subscription(self._subscription)
+        )
 
     def _receive(self, message: Any) -> None:
         with self._condition:

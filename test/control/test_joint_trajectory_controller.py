@@ -534,3 +534,21 @@ def test_integration_of_velocities(rig, trajectory):
     r.run(2.1)
     assert goal.status.name == 'SUCCEEDED'
     np.testing.assert_allclose(r.hardware.state.position, [1.4, 0.0])
+
+
+def test_a_snapshot_names_the_goal_of_its_update(rig, trajectory):
+    """J1: a goal that is not taken up yet, or has ended, is not the snapshot's; no old sample."""
+    r = rig()
+    arm = r.arm()
+    assert arm.snapshot().goal is None
+    first = arm.send_goal(trajectory(MOVE)).goal
+    assert arm.snapshot().goal is None
+    r.step()
+    assert arm.snapshot().goal is first
+    second = arm.send_goal(trajectory((1.0, [0.1, 0.0]))).goal
+    assert arm.snapshot().goal is first
+    r.step()
+    assert arm.snapshot().goal is second
+    assert arm.snapshot().desired_time_from_start == 0.0
+    r.run(1.1)
+    assert arm.snapshot().goal is None

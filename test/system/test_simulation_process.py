@@ -8,11 +8,21 @@ import signal
 
 import pytest
 from rclpy.node import Node
+from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
+from simulation_interfaces.msg import SimulationState
+from simulation_interfaces.srv import GetSimulationState, SetSimulationState, StepSimulation
 
+from armsim_ros.nodes.conversions.time import ns_from_time
 from armsim_ros.resources import find_robot
 from armsim_ros.testing.client_node import ClientNode
+from armsim_ros.testing.controller_manager_client import ControllerManagerClient
 from armsim_ros.testing.programs import start_program
+from armsim_ros.testing.trajectory_client import (
+    SUCCEEDED,
+    trajectory_message,
+    TrajectoryClient,
+)
 
 
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
@@ -61,10 +71,30 @@ def test_a_namespace_of_its_own(ros_domain: int, client: ClientNode) -> None:
         client.collect('/other/joint_states', JointState).wait(1, timeout=15.0)
 
 
-def test_a_paused_start_publishes_the_first_state(ros_domain: int, client: ClientNode) -> None:
-    """Nothing moves, and services answer."""
+def test_a_paused_start_serves_until_it_is_unpaused(
+    ros_domain: int, client: ClientNode
+) -> None:
+    """P5: switches and goals are answered while paused; steps and playing move time."""
     with start_program('simulation', ros_domain, 'paused:=true') as program:
         program.wait_for_line('simulation of .* runs')
+        manager = ControllerManagerClient(client, '/sunday/controller_manager')
+        assert manager.switch(deactivate=['arm_joint_controller']).ok
+        assert manager.switch(activate=['arm_joint_controller']).ok
+        clock = client.collect('/clock', Clock, 10)
+        before = ns_from_time(clock.wait(2)[-1].clock)
+        assert ns_from_time(clock.wait(4)[-1].clock) == before
+        step = StepSimulation.Request(steps=20)
+        assert client.call('/step_simulation', StepSimulation, step).result.result == 1
+        clock.wait_for(lambda message: ns_from_time(message.clock) == before + 20_000_000)
+        names = [f'joint_{i}' for i in range(1, 7)]
+        arm = TrajectoryClient(client, '/sunday/arm_joint_controller')
+        goal = arm.send(trajectory_message(names, [(0.2, [0.1] * 6)]))
+        assert goal.accepted()
+        play = SetSimulationState.Request(state=SimulationState(state=1))
+        assert client.call('/set_simulation_state', SetSimulationState, play).result.result == 1
+        assert goal.result().status == SUCCEEDED
+        state = client.call('/get_simulation_state', GetSimulationState)
+        assert state.state.state == SimulationState.STATE_PLAYING
 
 
 @pytest.fixture

@@ -4,8 +4,14 @@
 
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
+from action_msgs.msg import GoalStatus
+from control_msgs.action import GripperCommand, ParallelGripperCommand
+from control_msgs.msg import GripperCommand as GripperCommandMessage
 import pytest
+from rclpy.action import ActionClient
+from sensor_msgs.msg import JointState
 
 from armsim_ros.testing.client_node import ClientNode
 from armsim_ros.testing.controller_manager_client import ControllerManagerClient
@@ -58,7 +64,7 @@ def free_arm(manager: ControllerManagerClient) -> Iterator[None]:
     assert manager.switch(deactivate=[ARM]).ok
     yield
     for name, state in manager.states().items():
-        if name == 'second_controller':
+        if name in ('second_controller', 'parallel_gripper'):
             if state == 'active':
                 assert manager.switch(deactivate=[name]).ok
             assert manager.unload(name)
@@ -96,6 +102,60 @@ def test_a_controller_from_a_ros1_file_left_inactive(
     assert status == 0, text
     assert 'loaded already' in text
     assert manager.states()['second_controller'] == 'active'
+
+
+GRIPPER_FILE = """
+/**/{name}:
+  ros__parameters:
+    type: {kind}
+    joint: joint_6
+"""
+
+
+@pytest.mark.usefixtures('free_arm')
+def test_a_gripper_moves_its_joint(
+    run: Run, manager: ControllerManagerClient, client: ClientNode, tmp_path: Path
+) -> None:
+    """N1, N3: GripperCommand moves the joint and reports that the goal was reached."""
+    file = tmp_path / 'gripper.yaml'
+    kind = 'position_controllers/GripperActionController'
+    file.write_text(GRIPPER_FILE.format(name='second_controller', kind=kind))
+    status, text = run('spawner', 'second_controller', '-p', str(file))
+    assert status == 0, text
+    command = GripperCommand.Goal(command=GripperCommandMessage(position=0.05))
+    response = act(client, '/sunday/second_controller/gripper_cmd', GripperCommand, command)
+    assert response.status == GoalStatus.STATUS_SUCCEEDED
+    assert response.result.reached_goal
+    assert response.result.position == pytest.approx(0.05, abs=0.01)
+
+
+@pytest.mark.usefixtures('free_arm')
+def test_a_parallel_gripper_moves_its_joint(
+    run: Run, manager: ControllerManagerClient, client: ClientNode, tmp_path: Path
+) -> None:
+    """N2, N3: ParallelGripperCommand takes exactly one position."""
+    file = tmp_path / 'gripper.yaml'
+    kind = 'parallel_gripper_action_controller/GripperActionController'
+    file.write_text(GRIPPER_FILE.format(name='parallel_gripper', kind=kind))
+    status, text = run('spawner', 'parallel_gripper', '-p', str(file))
+    assert status == 0, text
+    action = '/sunday/parallel_gripper/gripper_cmd'
+    command = ParallelGripperCommand.Goal(command=JointState(position=[0.0]))
+    response = act(client, action, ParallelGripperCommand, command)
+    assert response.status == GoalStatus.STATUS_SUCCEEDED
+    assert list(response.result.state.name) == ['joint_6']
+    two = ParallelGripperCommand.Goal(command=JointState(position=[0.0, 1.0]))
+    assert act(client, action, ParallelGripperCommand, two) is None
+
+
+def act(client: ClientNode, action: str, kind: type, goal: Any) -> Any:
+    """Return the result of a goal, None where it is rejected."""
+    sender = ActionClient(client.node, kind, action)
+    assert sender.wait_for_server(10.0)
+    handle = client.result(client.in_executor(lambda: sender.send_goal_async(goal)))
+    if not handle.accepted:
+        return None
+    return client.result(client.in_executor(handle.get_result_async))
 
 
 def test_a_controller_that_nothing_describes(run: Run) -> None:

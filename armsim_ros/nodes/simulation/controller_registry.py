@@ -76,6 +76,11 @@ class ControllerRegistry(Mapping[str, ControllerNode]):
             self._executor.remove_node(side.node)
             self._dispatcher.post(side.destroy)
 
+    @property
+    def sides(self) -> tuple[ControllerNode, ...]:
+        """All of them at this moment, for threads beside the one that loads and unloads."""
+        return tuple(self._sides.values())
+
     def __getitem__(self, name: str) -> ControllerNode:
         """Return the ROS side of a controller."""
         return self._sides[name]

@@ -44,9 +44,10 @@ class FollowJointTrajectoryServer(GoalServer):
         for running in self.running:
             if running.goal.status not in _MOVING or time_ns < running.next_feedback_ns:
                 continue
-            running.next_feedback_ns = time_ns + self._feedback_period_ns
             snapshot = self._controller.snapshot()
-            if snapshot is not None:
+            # Executing already, the goal may still wait for the end of its first update.
+            if snapshot is not None and snapshot.goal is running.goal:
+                running.next_feedback_ns = time_ns + self._feedback_period_ns
                 fill_feedback(self._feedback, snapshot)
                 running.handle.publish_feedback(self._feedback)
 

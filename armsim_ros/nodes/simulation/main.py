@@ -4,32 +4,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-import signal
+from collections.abc import Sequence
 import sys
-from types import FrameType
 
 from armsim_ros.cli.arguments import parse_arguments
 from armsim_ros.errors import ArmsimError
+from armsim_ros.nodes.stop_signals import StopSignals
 
 #: Exit status of a wrong command line or configuration.
 _USAGE_STATUS = 2
-
-
-class StopSignals:
-    """SIGINT and SIGTERM as a wish that is looked at between the steps of the start."""
-
-    def __init__(self) -> None:
-        """Take the signals over."""
-        self.wanted = False
-        self.on_stop: Callable[[], None] | None = None
-        for number in (signal.SIGINT, signal.SIGTERM):
-            signal.signal(number, self._receive)
-
-    def _receive(self, _number: int, _frame: FrameType | None) -> None:
-        self.wanted = True
-        if self.on_stop is not None:
-            self.on_stop()
 
 
 def main(argv: Sequence[str] | None = None) -> int:

@@ -6,7 +6,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
-from pathlib import Path
 import sys
 import time
 
@@ -16,11 +15,8 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
 from armsim_ros.cli.arguments import ProgramArguments
-from armsim_ros.config.loading import load_robot_settings
-from armsim_ros.config.robot_settings import RobotSettings
+from armsim_ros.cli.settings import robot_of
 from armsim_ros.control.controller_manager import ControllerManager
-from armsim_ros.errors import Severity
-from armsim_ros.model.loading import load_robot_model
 from armsim_ros.nodes.bringup.domain_lock import lock_domain
 from armsim_ros.nodes.parameters import SettingsParameters
 from armsim_ros.nodes.simulation.activity import Activity
@@ -35,6 +31,7 @@ from armsim_ros.nodes.simulation.dispatcher import Dispatcher
 from armsim_ros.nodes.simulation.domain_watch import DomainWatch
 from armsim_ros.nodes.simulation.event_log import EventLog
 from armsim_ros.nodes.simulation.robot_state_publisher import RobotStatePublisher
+from armsim_ros.nodes.simulation.simulation_state import SimulationStateServices
 from armsim_ros.nodes.simulation.threads import (
     ControlThread,
     ExecutorThread,
@@ -74,11 +71,10 @@ class SimulationProgram:
         self._ros_args = arguments.ros_args
         self._status = 0
         self._dispatcher = Dispatcher()
-        self._settings = _load(arguments)
+        self._settings, self._model, self._warnings = robot_of(arguments)
         self._lock = lock_domain(
             self._ros_args, program='simulation', namespace=self._settings.namespace or '/'
         )
-        self._model = load_robot_model(self._settings)
         simulation = self._settings.simulation
         self._clock = SimClock(
             simulation.timestep_ns,
@@ -155,11 +151,10 @@ class SimulationProgram:
         )
         for controller in self._manager.controllers.values():
             self._registry.add(controller)
-        self._clock_publisher = Clock(
-            self._node('simulation', '/', start_parameter_services=False)
-        )
+        self._simulation_node = self._node('simulation', '/', start_parameter_services=False)
+        self._clock_publisher = Clock(self._simulation_node)
         self._events = EventLog(self._manager_node, self._manager, self._loop, self._registry)
-        for text in self._remarks():
+        for text in (*self._warnings, *self._simulation.warnings):
             self._manager_node.get_logger().warning(text)
         RobotStatePublisher(
             self._node('robot_state_publisher', '/'), self._model, self._simulation
@@ -177,11 +172,12 @@ class SimulationProgram:
         """
         node = self._manager_node
         rate = self._settings.controller_manager.update_rate
-        for side in tuple(self._registry.values()):
+        for side in self._registry.sides:
             side.declare_parameters()
         SettingsParameters(node, self._settings.controller_manager)
         ControllerManagerQueries(node, self._manager, rate)
         ControllerManagerServices(node, self._manager, self._registry, self._dispatcher)
+        SimulationStateServices(self._simulation_node, self._loop, self._dispatcher, self.stop)
         self._activity = Activity(node, self._manager)
         self._watch_domain = DomainWatch(node, self._refuse)
         self._clock_hint = ClockHint(self._clock, node.get_logger().warning)
@@ -195,7 +191,7 @@ class SimulationProgram:
 
     def _publish(self, time_ns: int) -> None:
         self._clock_publisher.publish(time_ns)
-        for side in self._registry.values():
+        for side in self._registry.sides:
             side.publish(time_ns)
         self._events.drain()
 
@@ -221,26 +217,3 @@ class SimulationProgram:
         node = Node(name, namespace=namespace, **options)
         self._executor.add_node(node)
         return node
-
-    def _remarks(self) -> list[str]:
-        remarks = [
-            str(remark)
-            for remark in self._settings.remarks
-            if remark.severity is Severity.WARNING
-        ]
-        return [*remarks, *self._simulation.warnings]
-
-
-def _load(arguments: ProgramArguments) -> RobotSettings:
-    def path(text: str) -> Path | None:
-        return Path(text) if text else None
-
-    return load_robot_settings(
-        arguments.robot,
-        config=path(arguments.config),
-        urdf=path(arguments.urdf),
-        srdf=path(arguments.srdf),
-        world=arguments.world or None,
-        namespace=arguments.namespace or None,
-        overrides={'simulation.paused': True} if arguments.paused else None,
-    )

@@ -12,6 +12,7 @@ import shlex
 import sys
 from typing import Any
 
+from controller_manager_msgs.srv import ListControllers
 import pytest
 import yaml
 
@@ -27,6 +28,7 @@ from controller_bench import Bench, TrajectoryController
 
 ROBOTS = Path(__file__).parent / 'robots'
 NAMESPACE = '/bench'
+START_TIMEOUT = 60.0
 TRAJECTORY = 'joint_trajectory_controller/JointTrajectoryController'
 
 
@@ -69,7 +71,8 @@ def serve(config: Any, robot: str, namespace: str, *arguments: str) -> Iterator[
 def wait_until_up(bench: Bench) -> None:
     """Wait for the manager; a program that does not come up is shown."""
     try:
-        bench.manager.states()
+        service = bench.name('controller_manager/list_controllers')
+        bench.client.call(service, ListControllers, timeout=START_TIMEOUT)
     except AssertionError as error:
         text = bench.program.text if bench.program is not None else ''
         pytest.exit(f'the server did not come up: {error}\n{text}', 1)

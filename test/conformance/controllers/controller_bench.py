@@ -20,6 +20,8 @@ from armsim_ros.testing.parameter_client import ParameterClient
 from armsim_ros.testing.program import Program
 from armsim_ros.testing.trajectory_client import Goal, Outcome, SUCCEEDED, TrajectoryClient
 
+#: So many clients of controllers live at a time.
+KEPT = 2
 BROADCASTER = 'joint_state_broadcaster'
 #: So many messages may be under way: one in the reader, one on the wire.
 STALE = 2
@@ -161,10 +163,12 @@ class TrajectoryController(TrajectoryClient):
 
     def reaches(self, positions: Sequence[float]) -> bool:
         """Wait until the reference is at positions; it is an error if that never happens."""
-        self.next_state(
-            lambda s: max(abs(a - b) for a, b in zip(s.reference.positions, positions, strict=True))
-            < 1e-6
-        )
+
+        def there(state: JointTrajectoryControllerState) -> bool:
+            pairs = zip(state.reference.positions, positions, strict=True)
+            return max(abs(a - b) for a, b in pairs) < 1e-6
+
+        self.next_state(there)
         return True
 
     def watch(self, count: int) -> list[JointTrajectoryControllerState]:
@@ -187,6 +191,18 @@ class TrajectoryController(TrajectoryClient):
         if self._speed is None:
             self._speed = self.client.node.create_publisher(SpeedScalingFactor, topic, LATCHED)
         self._speed.publish(SpeedScalingFactor(factor=factor))
+
+    def close(self) -> None:
+        """Take the endpoints away."""
+        self.states.close()
+        self.client.in_executor(self.destroy)
+
+    def destroy(self) -> None:
+        """Destroy action client and publishers; in the executor's thread."""
+        self._action.destroy()
+        self.client.node.destroy_publisher(self._publisher)
+        if self._speed is not None:
+            self.client.node.destroy_publisher(self._speed)
 
     def set_speed(self, factor: float) -> None:
         """Change the pace and wait until the controller shows it."""
@@ -258,6 +274,9 @@ class Bench:
     def trajectory_controller(self, name: str) -> TrajectoryController:
         """Return the client of a trajectory controller, in whatever state that is."""
         if name not in self._controllers:
+            # Every endpoint slows this process' executor down: keep few.
+            while len(self._controllers) >= KEPT:
+                self._controllers.pop(next(iter(self._controllers))).close()
             full = self.name(name)
             joints = ParameterClient(self.client, full).get('joints')
             self._controllers[name] = TrajectoryController(self.client, full, joints)
@@ -265,4 +284,6 @@ class Bench:
 
     def forget(self, name: str) -> None:
         """Forget the client of a controller that is no more."""
-        self._controllers.pop(name, None)
+        client = self._controllers.pop(name, None)
+        if client is not None:
+            client.close()
