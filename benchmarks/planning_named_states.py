@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Time and length of plans between all named states of a robot, from request to response."""
 
-import argparse
 from itertools import permutations
 from statistics import median
 import time
@@ -19,15 +18,12 @@ from armsim_ros.planning.request import (
 )
 from armsim_ros.planning.scene import PlanningScene
 from armsim_ros.planning.settings import settings_from_config
+from benchmarks.options import Options
 
 
-def main() -> None:
+def main(options: Options) -> None:
     """Print one line a pair of states: solved, median and largest time, path, duration."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument('robot', nargs='?', default='sunday')
-    parser.add_argument('--repeat', type=int, default=20)
-    given = parser.parse_args()
-    settings = load_robot_settings(given.robot)
+    settings = load_robot_settings(options.robot)
     model = KinematicModel(load_robot_model(settings))
     scene = PlanningScene(model)
     planner = MotionPlanner(scene, settings=settings_from_config(
@@ -41,7 +37,7 @@ def main() -> None:
                 JointConstraint(name, value, 1e-4, 1e-4) for name, value in states[goal].items())
             times = []
             solved = []
-            for seed in range(given.repeat):
+            for seed in range(options.runs):
                 request = MotionPlanRequest(
                     group, (Constraints(joints),), StartState.from_positions(states[start]),
                     seed=seed)
@@ -52,9 +48,5 @@ def main() -> None:
                     solved.append(response)
             length = median(each.path_length for each in solved) if solved else float('nan')
             lasts = median(each.trajectory.duration for each in solved) if solved else float('nan')
-            print(f'{start:>14} {goal:>14} {len(solved):>3}/{given.repeat:<3} '
+            print(f'{start:>14} {goal:>14} {len(solved):>3}/{options.runs:<3} '
                   f'{median(times):>10.1f} {max(times):>8.1f} {length:>9.2f} {lasts:>8.2f}')
-
-
-if __name__ == '__main__':
-    main()

@@ -1,0 +1,80 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""This package: from a request to a timed trajectory that was checked."""
+
+import pathlib
+import sys
+import time
+
+sys.path.insert(1, str(pathlib.Path(__file__).resolve().parents[2]))
+
+from worker import serve
+
+from armsim_ros.config.loading import load_robot_settings
+from armsim_ros.kinematics.kinematic_model import KinematicModel
+from armsim_ros.model.geometry import Box, Cylinder
+from armsim_ros.model.loading import load_robot_model
+from armsim_ros.model.transforms import pose_from_quat_xyzw
+from armsim_ros.planning.planner import MotionPlanner
+from armsim_ros.planning.request import (
+    Constraints,
+    JointConstraint,
+    MotionPlanRequest,
+    StartState,
+)
+from armsim_ros.planning.scene import PlanningScene
+from armsim_ros.planning.scene_update import CollisionObjectUpdate
+from armsim_ros.planning.settings import settings_from_config
+
+
+class Planner:
+    """One planner for all problems, as in a running move_group."""
+
+    def __init__(self, robot):
+        """Read the robot."""
+        settings = load_robot_settings(robot['folder'])
+        self.robot = robot
+        self.model = KinematicModel(load_robot_model(settings))
+        self.scene = PlanningScene(self.model)
+        self.planner = MotionPlanner(self.scene, settings=settings_from_config(
+            settings.planning_parameters, settings.ompl, settings.kinematics))
+        self.planner.prepare()
+
+    def prepare(self, problem):
+        """Change the scene as a client does, and let the planner see it."""
+        self.scene.clear()
+        for each in problem['obstacles']:
+            shape = (
+                Box(tuple(each['size'])) if each['type'] == 'box'
+                else Cylinder(each['radius'], each['length'])
+            )
+            self.scene.apply_object(CollisionObjectUpdate(
+                each['id'], 0, self.scene.model_frame,
+                pose=pose_from_quat_xyzw(each['position'], each['quat_xyzw']),
+                primitives=(shape,)))
+        self.planner.check_state(self.scene.snapshot(), self.scene.q)
+
+    def plan(self, problem, seed, seconds):
+        """Answer a request."""
+        names = tuple(self.robot['joints'])
+        goal = Constraints(tuple(
+            JointConstraint(name, value, 1e-4, 1e-4)
+            for name, value in zip(names, problem['goal'])))
+        response = self.planner.plan(
+            MotionPlanRequest(
+                self.robot['group'], (goal,), StartState(names, tuple(problem['start'])),
+                allowed_planning_time=seconds, seed=seed),
+            self.scene.snapshot(), clock=time.monotonic)
+        points = response.trajectory.points
+        if not response.success:
+            return {'message': response.message}
+        return {
+            'length': response.path_length, 'times': [p.time_from_start for p in points],
+            'positions': [p.positions for p in points],
+            'velocities': [p.velocities for p in points],
+            'accelerations': [p.accelerations for p in points],
+        }
+
+
+if __name__ == '__main__':
+    serve(Planner)

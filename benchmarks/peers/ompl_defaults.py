@@ -1,0 +1,90 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""OMPL's Python package as its demos use it: RRTConnect, everything else at its default."""
+
+import coal
+import numpy as np
+from ompl import base as ob, geometric as og, util as ou
+import pinocchio as pin
+from toppra import algorithm, constraint, SplineInterpolator
+from worker import serve
+
+ou.setLogLevel(ou.LOG_NONE)
+
+
+class Planner:
+    """SimpleSetup with a callback that asks Pinocchio for collisions of the meshes."""
+
+    def __init__(self, robot):
+        """Read the robot."""
+        self.robot = robot
+        self.model = pin.buildModelFromUrdf(robot['urdf'])
+        self.geometry = pin.buildGeomFromUrdf(
+            self.model, robot['urdf'], pin.GeometryType.COLLISION)
+        self.data = self.model.createData()
+
+    def prepare(self, problem):
+        """Add the obstacles."""
+        scene = pin.GeometryModel(self.geometry)
+        for each in problem['obstacles']:
+            shape = (
+                coal.Box(*each['size']) if each['type'] == 'box'
+                else coal.Cylinder(each['radius'], each['length'])
+            )
+            placement = pin.XYZQUATToSE3(np.array([*each['position'], *each['quat_xyzw']]))
+            scene.addGeometryObject(pin.GeometryObject(each['id'], 0, placement, shape))
+        scene.addAllCollisionPairs()
+        pin.removeCollisionPairs(self.model, scene, self.robot['srdf'])
+        self.scene, self.scene_data = scene, pin.GeometryData(scene)
+
+    def valid(self, state):
+        """Return whether a state is free."""
+        q = np.array([state[k] for k in range(self.model.nq)])
+        return not pin.computeCollisions(
+            self.model, self.data, self.scene, self.scene_data, q, True)
+
+    def plan(self, problem, seed, seconds):
+        """Solve, simplify, and time with toppra on a spline."""
+        ou.RNG.setSeed(seed + 1)
+        count = self.model.nq
+        space = ob.RealVectorStateSpace(count)
+        bounds = ob.RealVectorBounds(count)
+        for k in range(count):
+            bounds.setLow(k, float(self.model.lowerPositionLimit[k]))
+            bounds.setHigh(k, float(self.model.upperPositionLimit[k]))
+        space.setBounds(bounds)
+        setup = og.SimpleSetup(space)
+        information = setup.getSpaceInformation()
+        setup.setStateValidityChecker(self.valid)
+        start, goal = information.allocState(), information.allocState()
+        for k in range(count):
+            start[k], goal[k] = problem['start'][k], problem['goal'][k]
+        setup.setStartAndGoalStates(start, goal)
+        setup.setPlanner(og.RRTConnect(information))
+        setup.solve(float(seconds))
+        if not setup.haveExactSolutionPath():
+            return {'message': 'no solution'}
+        setup.simplifySolution()
+        path = np.array([
+            [state[k] for k in range(count)] for state in setup.getSolutionPath().getStates()])
+        return {'path': path, **timed(path, self.robot)}
+
+
+def timed(path, robot):
+    """Return the motion that toppra's README gets from waypoints."""
+    count = path.shape[1]
+    places = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1))])
+    limits = [np.full(count, robot[name]) for name in ('velocity', 'acceleration')]
+    instance = algorithm.TOPPRA(
+        [constraint.JointVelocityConstraint(np.stack([-limits[0], limits[0]], axis=1)),
+         constraint.JointAccelerationConstraint(np.stack([-limits[1], limits[1]], axis=1))],
+        SplineInterpolator(places, path), parametrizer='ParametrizeConstAccel')
+    motion = instance.compute_trajectory()
+    if motion is None:
+        return {}
+    times = np.append(np.arange(0.0, motion.duration, 0.01), motion.duration)
+    return {'times': times, 'positions': motion(times)}
+
+
+if __name__ == '__main__':
+    serve(Planner)
