@@ -9,6 +9,9 @@ from dataclasses import dataclass, field
 import difflib
 from enum import Enum
 
+#: Exit status of a program after a wrong command line or configuration.
+USAGE_STATUS = 2
+
 
 class Severity(Enum):
     """

@@ -17,10 +17,8 @@ from typing import TextIO
 from armsim_ros.cli.arguments import format_help, split_ros_args
 from armsim_ros.cli.environment import add_own_prefix, announce_often
 from armsim_ros.cli.programs import module_of, PROGRAMS, ROBOT_PROGRAMS
-from armsim_ros.errors import ArmsimError, nearest
+from armsim_ros.errors import ArmsimError, nearest, USAGE_STATUS
 
-#: Exit status of a wrong command line or configuration.
-USAGE_STATUS = 2
 _INTERRUPTED_STATUS = 128 + signal.SIGINT
 
 
@@ -94,6 +92,7 @@ spawner = partial(run, 'spawner')
 unspawner = partial(run, 'unspawner')
 check_config = partial(run, 'check_config')
 migrate = partial(run, 'migrate')
+generate_config = partial(run, 'generate_config')
 
 
 def _overview() -> str:

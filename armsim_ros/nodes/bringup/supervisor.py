@@ -13,6 +13,7 @@ import time
 from types import FrameType
 from typing import BinaryIO, TextIO
 
+from armsim_ros.errors import USAGE_STATUS
 from armsim_ros.nodes.bringup.child import Child
 
 #: What a program gets that does not end, and when after the first word [s]. All of it lies
@@ -20,7 +21,6 @@ from armsim_ros.nodes.bringup.child import Child
 STOP_SCHEDULE = ((0.0, signal.SIGINT), (0.6, signal.SIGTERM), (1.2, signal.SIGKILL))
 _STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 _LONGEST_WAIT = 0.1
-_USAGE_STATUS = 2
 
 
 class Supervisor:
@@ -119,8 +119,8 @@ class Supervisor:
 
     def _report_loss(self, child: Child) -> None:
         """Say which program was lost and how; a refused configuration it has said itself."""
-        if child.status == _USAGE_STATUS:
-            self._status = _USAGE_STATUS
+        if child.status == USAGE_STATUS:
+            self._status = USAGE_STATUS
         else:
             self._status = 1
             others = [other.name for other in self._children if other is not child]

@@ -17,6 +17,7 @@ from rclpy.signals import SignalHandlerOptions
 from armsim_ros.cli.arguments import ProgramArguments
 from armsim_ros.cli.settings import robot_of
 from armsim_ros.control.controller_manager import ControllerManager
+from armsim_ros.errors import USAGE_STATUS
 from armsim_ros.nodes.bringup.domain_lock import lock_domain
 from armsim_ros.nodes.parameters import SettingsParameters
 from armsim_ros.nodes.simulation.activity import Activity
@@ -49,7 +50,6 @@ _STOP_TIME = 0.3
 #: Events, the graph and the clocks are looked at this often, also while paused [s].
 _WATCH_PERIOD = 0.1
 _DIAGNOSTICS_PERIOD = 1.0
-_USAGE_STATUS = 2
 
 
 class SimulationProgram:
@@ -206,7 +206,7 @@ class SimulationProgram:
         self._clock_hint.look()
 
     def _refuse(self, reason: str) -> None:
-        self._fail(_USAGE_STATUS, reason)
+        self._fail(USAGE_STATUS, reason)
 
     def _fail(self, status: int, text: str) -> None:
         print(f'simulation: {text}', file=sys.stderr, flush=True)

@@ -9,7 +9,7 @@ import signal
 
 import pytest
 
-from armsim_ros.resources import find_robot, robot_names
+from armsim_ros.resources import find_robot
 from armsim_ros.testing.domain import private_domain
 from armsim_ros.testing.programs import start_program
 
@@ -95,7 +95,7 @@ def test_what_is_not_there_is_one_message(words, said, domain):
 def test_a_broken_file_is_one_message_with_its_place(domain, tmp_path):
     """Both programs read the file; the user hears of it once, with file and line."""
     robot = tmp_path / 'mine'
-    shutil.copytree(find_robot(robot_names()[0]), robot)
+    shutil.copytree(find_robot('sunday'), robot)
     file = robot / 'trajectory_control.yaml'
     lines = file.read_text().splitlines()
     file.write_text('\n'.join([*lines, '\tbroken: [']))

@@ -1,0 +1,52 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The life of a program that serves a robot: from its command line to its exit status."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from importlib import import_module
+import sys
+from typing import Protocol
+
+from armsim_ros.cli.arguments import parse_arguments, ProgramArguments
+from armsim_ros.errors import ArmsimError, USAGE_STATUS
+from armsim_ros.nodes.stop_signals import StopSignals
+
+
+class RobotProgram(Protocol):
+    """What is run; made of the arguments and a function that tells whether a signal came."""
+
+    def __init__(self, arguments: ProgramArguments, stop_wanted: Callable[[], bool]) -> None:
+        """Read the files; no node exists yet."""
+
+    def run(self) -> int:
+        """Run until ``stop`` and return the exit status."""
+
+    def stop(self) -> None:
+        """End ``run``; from a signal handler too."""
+
+
+def serve(module: str, name: str, argv: Sequence[str] | None) -> int:
+    """
+    Run a program until SIGINT or SIGTERM.
+
+    What takes time is imported only now, so that a signal finds us listening.
+
+    :param module: where the program's class is.
+    :param name: of the class, a ``RobotProgram``.
+    :param argv: the words after the program's name; those of this process where None.
+    :returns: 0 after a signal, 2 after a mistake of the user's, else what the program says.
+    """
+    signals = StopSignals()
+    try:
+        arguments = parse_arguments(sys.argv[1:] if argv is None else argv)
+        kind: type[RobotProgram] = getattr(import_module(module), name)
+        if signals.wanted:
+            return 0
+        program = kind(arguments, lambda: signals.wanted)
+        signals.on_stop = program.stop
+        return program.run()
+    except ArmsimError as error:
+        print(error, file=sys.stderr, flush=True)
+        return USAGE_STATUS
