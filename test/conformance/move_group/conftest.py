@@ -1,0 +1,75 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The arm under test with an empty world, and servers that stand alone."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+from pathlib import Path
+import sys
+import threading
+from typing import Any
+
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from lone_server import LoneServer
+from move_group_bench import ArmBench
+
+from armsim_ros.testing.client_node import ClientNode
+from armsim_ros.testing.program import Program
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Register the marks."""
+    config.addinivalue_line('markers', 'statement(*names): the statements that a test checks')
+
+
+@pytest.fixture(scope='session')
+def running(server: Any, server_client: ClientNode) -> ArmBench:
+    """Give the arm of the server under test."""
+    return ArmBench(server_client, server.namespace, joint_states_topic(server_client))
+
+
+def joint_states_topic(client: ClientNode) -> str:
+    """Return the first topic on which somebody publishes joint states."""
+    pause = threading.Event()
+    for _ in range(500):
+        for name, kinds in client.node.get_topic_names_and_types():
+            if kinds == ['sensor_msgs/msg/JointState'] and client.node.count_publishers(name):
+                return name
+        pause.wait(0.02)
+    raise AssertionError('nobody publishes joint states')
+
+
+@pytest.fixture(scope='session')
+def rules(running: ArmBench) -> Any:
+    """Give the scene that the server starts with."""
+    return running.scene()
+
+
+@pytest.fixture
+def arm(running: ArmBench, rules: Any) -> ArmBench:
+    """Give the arm in an empty world."""
+    running.clear(rules)
+    return running
+
+
+@pytest.fixture(scope='session')
+def log(server: Any) -> Program:
+    """Give the server's output."""
+    if server.program is None:
+        pytest.skip('the output of a server that ran before cannot be read')
+    return server.program
+
+
+@pytest.fixture
+def lone(pytestconfig: pytest.Config) -> Iterator[Callable[..., LoneServer]]:
+    """Give a function that starts move_group alone; the test plays the rest of the robot."""
+    command = pytestconfig.getoption('server_command', None)
+    if command is not None and not command.endswith('armsim_ros bringup'):
+        pytest.skip('needs a server of its own with parameters of its own')
+    with ExitStack() as stack:
+        yield lambda *words, **options: stack.enter_context(LoneServer(*words, **options))

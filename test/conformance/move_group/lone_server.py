@@ -1,0 +1,180 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""move_group in a domain of its own, where the test plays joint states and controllers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from contextlib import ExitStack
+import re
+import threading
+from types import TracebackType
+from typing import Any
+
+from control_msgs.action import FollowJointTrajectory, GripperCommand
+from move_group_bench import ArmBench
+from rclpy.action import ActionServer, CancelResponse, GoalResponse
+from rclpy.callback_groups import ReentrantCallbackGroup
+from rclpy.clock import Clock, ClockType
+from rclpy.task import Future
+from sensor_msgs.msg import JointState
+
+from armsim_ros.testing.client_node import ClientNode
+from armsim_ros.testing.domain import private_domain
+from armsim_ros.testing.program import Program
+from armsim_ros.testing.programs import start_program
+
+READY = re.escape('You can start planning now!')
+RATE = 0.02
+
+
+class LoneServer:
+    """
+    A started move_group.
+
+    :param words: its command line.
+    :param wait: whether to wait for the ready line.
+    """
+
+    def __init__(self, *words: str, wait: bool = True) -> None:
+        """Start it."""
+        self._stack = ExitStack()
+        self.domain = self._stack.enter_context(private_domain())
+        self.program: Program = self._stack.enter_context(
+            start_program('move_group', self.domain, 'use_sim_time:=false', *words)
+        )
+        self.client = self._stack.enter_context(ClientNode(self.domain, 'player'))
+        self.arm: ArmBench | None = None
+        if wait:
+            self.program.wait_for_line(READY, 60.0)
+
+    def play(
+        self, joints: Mapping[str, float], topic: str = '/sunday/joint_states', **options: Any
+    ) -> PlayedArm:
+        """Publish joint states from now on, and give the client's view of the arm."""
+        played = PlayedArm(self.client, joints, topic, **options)
+        self.arm = self.arm or ArmBench(self.client, '', topic)
+        played.arm = self.arm
+        return played
+
+    def __enter__(self) -> LoneServer:
+        """Return the server."""
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """Stop it."""
+        self._stack.__exit__(kind, error, trace)
+
+
+class PlayedArm:
+    """
+    Joint states that a test publishes, and controllers that do what the test says.
+
+    :param joints: joint -> position [rad].
+    :param stamped: whether messages carry the time.
+    """
+
+    def __init__(
+        self, client: ClientNode, joints: Mapping[str, float], topic: str, *,
+        stamped: bool = True, qos: Any = 10,
+    ) -> None:
+        """Begin to publish."""
+        self.client = client
+        self.positions = dict(joints)
+        self.velocities: dict[str, float] = {}
+        self.arm: Any = None
+        self.shift = 0.0
+        self._stamped = stamped
+        node = client.node
+        self._publisher = node.create_publisher(JointState, topic, qos)
+        self._timer = node.create_timer(
+            RATE, self.publish, clock=Clock(clock_type=ClockType.STEADY_TIME)
+        )
+
+    def publish(self) -> None:
+        """Publish the positions once."""
+        message = JointState(
+            name=list(self.positions), position=[float(p) for p in self.positions.values()]
+        )
+        if self.velocities:
+            message.velocity = [self.velocities.get(name, 0.0) for name in message.name]
+        if self._stamped:
+            now = self.client.node.get_clock().now().nanoseconds + int(self.shift * 1e9)
+            message.header.stamp.sec, message.header.stamp.nanosec = divmod(now, 10**9)
+        self._publisher.publish(message)
+
+    def silence(self) -> None:
+        """Publish no more."""
+        self._timer.cancel()
+
+    def controller(self, action: str, kind: Any = FollowJointTrajectory) -> PlayedController:
+        """Offer a controller's action."""
+        return PlayedController(self, action, kind)
+
+
+class PlayedController:
+    """
+    An action server whose goals end as the test says.
+
+    ``behaviour`` is 'arrive' (at once, the arm jumps to the end), 'hold' (until cancelled),
+    'reject', 'abort' or 'cancel' (by itself).
+    """
+
+    def __init__(self, player: PlayedArm, action: str, kind: Any) -> None:
+        """Make the server."""
+        self.behaviour = 'arrive'
+        self.error_string = 'the elbow is tired'
+        self.goals: list[Any] = []
+        self.cancelled = threading.Event()
+        self._player = player
+        self._kind = kind
+        self._running: list[Future] = []
+        self._server = player.client.in_executor(lambda: ActionServer(
+            player.client.node, kind, action, self._execute,
+            callback_group=ReentrantCallbackGroup(),
+            goal_callback=self._accept, cancel_callback=self._cancel,
+        ))
+
+    def _accept(self, goal: Any) -> GoalResponse:
+        self.goals.append(goal)
+        return GoalResponse.REJECT if self.behaviour == 'reject' else GoalResponse.ACCEPT
+
+    def _cancel(self, _goal: Any) -> CancelResponse:
+        self.cancelled.set()
+        for future in self._running:
+            future.set_result(None)
+        self._running = []
+        return CancelResponse.ACCEPT
+
+    async def _execute(self, handle: Any) -> Any:
+        result = self._kind.Result()
+        ways: dict[str, Callable[[Any, Any], None]] = {
+            'arrive': self._arrive, 'abort': self._abort,
+        }
+        if self.behaviour == 'hold':
+            future = Future()
+            self._running.append(future)
+            await future
+            handle.canceled()
+        else:
+            ways[self.behaviour](handle, result)
+        return result
+
+    def _arrive(self, handle: Any, result: Any) -> None:
+        if self._kind is GripperCommand:
+            result.reached_goal = True
+        else:
+            trajectory = handle.request.trajectory
+            end = zip(trajectory.joint_names, trajectory.points[-1].positions, strict=True)
+            self._player.positions.update(end)
+        handle.succeed()
+
+    def _abort(self, handle: Any, result: Any) -> None:
+        result.error_code = -4
+        result.error_string = self.error_string
+        handle.abort()
