@@ -118,6 +118,12 @@ class SimulationSettings(Settings):
     clock_rate: float = parameter(
         100.0, 'rate of /clock in simulated time [Hz]', gt=0.0, le=1000.0, read_only=True
     )
+    fault_injection: bool = parameter(
+        False,
+        'for tests: joints can be made to fail by the parameters faults.<joint>.lag, .bias and '
+        '.blocked of the controller manager',
+        read_only=True,
+    )
     pace: PaceSettings = parameter(PaceSettings(), 'how the loop keeps to the wall clock')
 
     _finite_gravity = field_validator('gravity')(finite_triple)

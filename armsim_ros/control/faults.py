@@ -11,34 +11,14 @@ not has none of this in its loop.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 import math
 from typing import Protocol
 
+import numpy as np
+
+from armsim_ros.config.joint_fault import JointFault
 from armsim_ros.control.hardware_interface import COMMAND_INTERFACES, HardwareInterface
 from armsim_ros.errors import ControllerError, nearest
-
-
-@dataclass(frozen=True, slots=True)
-class JointFault:
-    """
-    What is wrong with a joint.
-
-    :param lag: time constant with which it follows position commands, 0 for none [s].
-    :param bias: added to position commands [rad or m].
-    :param blocked: it stands still, whatever is commanded.
-    """
-
-    lag: float = 0.0
-    bias: float = 0.0
-    blocked: bool = False
-
-    def __str__(self) -> str:
-        """Return the fault in words."""
-        words = [f'lag {self.lag:g} s'] if self.lag else []
-        words += [f'bias {self.bias:g}'] if self.bias else []
-        words += ['blocked'] if self.blocked else []
-        return ', '.join(words) or 'none'
 
 
 class FaultInjector(HardwareInterface):
@@ -65,14 +45,11 @@ class FaultInjector(HardwareInterface):
         """
         Make a joint fail from the next update on, or be well again; any thread.
 
-        :raises ControllerError: an unknown joint, or a lag or bias that is no number.
+        :raises ControllerError: an unknown joint.
         """
         if joint not in self.index:
             hint = nearest(joint, self.joint_names) or f'known: {", ".join(self.joint_names)}'
             raise ControllerError(f"no joint '{joint}' to make fail; {hint}")
-        if not (0.0 <= fault.lag < math.inf and math.isfinite(fault.bias)):
-            raise ControllerError(f"fault of joint '{joint}': lag {fault.lag}, bias {fault.bias}; "
-                                  'allowed: a lag of 0 or more, finite numbers')  # fmt: skip
         faults = {name: f for name, f in self._faults.items() if name != joint}
         if fault != JointFault():
             faults[joint] = fault
@@ -93,8 +70,11 @@ class FaultInjector(HardwareInterface):
         return self._hardware.state_interfaces
 
     def perform_command_mode_switch(self, claimed: Mapping[str, frozenset[str]]) -> None:
-        """Pass a change of claims on."""
+        """Pass a change of claims on; what the hardware forgets is forgotten here too."""
         self._hardware.perform_command_mode_switch(claimed)
+        for kind in COMMAND_INTERFACES:
+            self.command.of(kind)[np.isnan(self._hardware.command.of(kind))] = np.nan
+            self.feedforward.of(kind)[np.isnan(self._hardware.feedforward.of(kind))] = np.nan
 
     def write(self, period: float) -> None:
         """Pass the commands on, those of failing joints changed; the control loop's thread."""

@@ -7,7 +7,7 @@ from __future__ import annotations
 from armsim_ros.config.pid_gains import PidGains
 from armsim_ros.config.robot_settings import RobotSettings
 from armsim_ros.control.controller_manager import ControllerManager, Strictness
-from armsim_ros.control.hardware_interface import POSITION
+from armsim_ros.control.hardware_interface import HardwareInterface, POSITION
 from armsim_ros.errors import ConfigError, ControllerError, Problem, SimulationError
 from armsim_ros.model.robot_model import RobotModel
 from armsim_ros.sim.clock import SimClock
@@ -47,14 +47,15 @@ def build_simulation(
 
 
 def build_manager(
-    settings: RobotSettings, model: RobotModel, simulation: Simulation
+    settings: RobotSettings, model: RobotModel, hardware: HardwareInterface
 ) -> ControllerManager:
     """
     Return the controller manager with all controllers configured and the spawned ones active.
 
+    :param hardware: the simulation, or what lies between it and the controllers.
     :raises ConfigError: a controller that cannot run on this robot; names the file and line.
     """
-    manager = ControllerManager(simulation, settings.controller_manager, model)
+    manager = ControllerManager(hardware, settings.controller_manager, model)
     problems = []
     for controller in settings.controllers:
         try:

@@ -2,12 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """Joints that fail on purpose."""
 
+import math
+
 import numpy as np
+from pydantic import ValidationError
 import pytest
 
 from armsim_ros.config.controller_manager import ControllerManagerParameters
+from armsim_ros.config.joint_fault import JointFault
 from armsim_ros.control.controller_manager import ControllerManager
-from armsim_ros.control.faults import FaultInjector, FaultyControllers, JointFault
+from armsim_ros.control.faults import FaultInjector, FaultyControllers
 from armsim_ros.errors import ControllerError
 
 
@@ -95,12 +99,33 @@ def test_faults_are_told(faulty):
     assert faults.active == {}
 
 
-@pytest.mark.parametrize(
-    ('joint', 'fault', 'word'),
-    [('c', JointFault(), "'c'"), ('a', JointFault(lag=-1.0), 'lag -1'),
-     ('a', JointFault(bias=float('nan')), 'nan')],
-)  # fmt: skip
-def test_bad_faults_are_refused(faulty, joint, fault, word):
-    """An unknown joint or a number that is none."""
-    with pytest.raises(ControllerError, match=word):
-        faulty[1].set_fault(joint, fault)
+def test_an_unknown_joint_is_refused(faulty):
+    """The error names the joint and those that are known."""
+    with pytest.raises(ControllerError, match=r"'c'.*a, b"):
+        faulty[1].set_fault('c', JointFault(blocked=True))
+
+
+@pytest.mark.parametrize(('name', 'value'), [('lag', -1.0), ('lag', math.inf), ('bias', math.nan)])
+def test_bad_numbers_are_refused(name, value):
+    """A lag below 0, and numbers that are none."""
+    with pytest.raises(ValidationError, match=name):
+        JointFault(**{name: value})
+
+
+def test_what_is_let_go_is_forgotten(faulty):
+    """A joint that another controller takes over does not get the old one's commands."""
+    r, _ = faulty
+    take_over = r.hardware.perform_command_mode_switch
+
+    def let_go(claimed):
+        take_over(claimed)
+        if not any(claimed.values()):
+            r.hardware.command.velocity[:] = np.nan
+
+    r.hardware.perform_command_mode_switch = let_go
+    r.arm(command_interfaces=['velocity'], gains={'a': {'p': 1.0}, 'b': {'p': 1.0}})
+    r.run(0.1)
+    assert np.isfinite(r.hardware.command.velocity).all()
+    assert r.manager.switch(deactivate=['arm']).ok
+    r.run(0.1)
+    assert np.isnan(r.hardware.command.velocity).all()

@@ -10,6 +10,7 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.node import Node
 
 from armsim_ros.control.controller_manager import ControllerManager
+from armsim_ros.control.faults import FaultInjector
 from armsim_ros.nodes import qos
 from armsim_ros.nodes.conversions.time import fill_time
 from armsim_ros.sim.control_loop import ControlLoop
@@ -23,10 +24,18 @@ class Diagnostics:
     Publishes the health of controllers, hardware and loop, with the reference's names.
 
     :param node: the manager's node; its name precedes every status.
+    :param faults: what makes joints fail on purpose, where that is possible.
     """
 
-    def __init__(self, node: Node, manager: ControllerManager, loop: ControlLoop) -> None:
+    def __init__(
+        self,
+        node: Node,
+        manager: ControllerManager,
+        loop: ControlLoop,
+        faults: FaultInjector | None = None,
+    ) -> None:
         """Make the publisher."""
+        self._faults = faults
         self._node = node
         self._manager = manager
         self._loop = loop
@@ -37,6 +46,8 @@ class Diagnostics:
     def publish(self) -> None:
         """Publish the state of now."""
         message = DiagnosticArray(status=[self._controllers(), self._hardware(), self._pace()])
+        if self._faults is not None:
+            message.status.append(self._injected(self._faults))
         fill_time(message.header.stamp, self._loop.clock.now_ns)
         self._publisher.publish(message)
 
@@ -55,6 +66,13 @@ class Diagnostics:
             'All hardware components are active'
         )
         return self._status('Hardware Components Activity', text, states, bool(idle))
+
+    def _injected(self, faults: FaultInjector) -> DiagnosticStatus:
+        active = {joint: str(fault) for joint, fault in faults.active.items()}
+        text = f'Joints fail on purpose: {", ".join(active)}' if active else (
+            'Joints can be made to fail, none does'
+        )
+        return self._status('Fault Injection', text, active, bool(active))
 
     def _pace(self) -> DiagnosticStatus:
         name = 'Controller Manager Activity'

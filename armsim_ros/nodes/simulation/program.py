@@ -17,6 +17,7 @@ from rclpy.signals import SignalHandlerOptions
 from armsim_ros.cli.arguments import ProgramArguments
 from armsim_ros.cli.settings import robot_of
 from armsim_ros.control.controller_manager import ControllerManager
+from armsim_ros.control.faults import FaultInjector, FaultyControllers
 from armsim_ros.errors import USAGE_STATUS
 from armsim_ros.nodes.bringup.domain_lock import lock_domain
 from armsim_ros.nodes.parameters import SettingsParameters
@@ -31,6 +32,7 @@ from armsim_ros.nodes.simulation.diagnostics import Diagnostics
 from armsim_ros.nodes.simulation.dispatcher import Dispatcher
 from armsim_ros.nodes.simulation.domain_watch import DomainWatch
 from armsim_ros.nodes.simulation.event_log import EventLog
+from armsim_ros.nodes.simulation.fault_parameters import FaultParameters
 from armsim_ros.nodes.simulation.robot_state_publisher import RobotStatePublisher
 from armsim_ros.nodes.simulation.simulation_state import SimulationStateServices
 from armsim_ros.nodes.simulation.threads import (
@@ -85,13 +87,14 @@ class SimulationProgram:
         self._simulation: Simulation = build_simulation(
             self._settings, self._model, clock=self._clock
         )
+        self._faults = FaultInjector(self._simulation) if simulation.fault_injection else None
         self._manager: ControllerManager = build_manager(
-            self._settings, self._model, self._simulation
+            self._settings, self._model, self._faults or self._simulation
         )
         pace = simulation.pace
         self._loop = ControlLoop(
             self._simulation,
-            self._manager,
+            FaultyControllers(self._manager, self._faults) if self._faults else self._manager,
             self._settings.controller_manager.update_rate,
             pacer=Pacer(
                 spin_ns=round(pace.spin * 1e9), catch_up_ns=round(pace.catch_up * 1e9)
@@ -175,13 +178,15 @@ class SimulationProgram:
         for side in self._registry.sides:
             side.declare_parameters()
         SettingsParameters(node, self._settings.controller_manager)
+        if self._faults is not None:
+            FaultParameters(node, self._faults)
         ControllerManagerQueries(node, self._manager, rate)
         ControllerManagerServices(node, self._manager, self._registry, self._dispatcher)
         SimulationStateServices(self._simulation_node, self._loop, self._dispatcher, self.stop)
         self._activity = Activity(node, self._manager)
         self._watch_domain = DomainWatch(node, self._refuse)
         self._clock_hint = ClockHint(self._clock, node.get_logger().warning)
-        diagnostics = Diagnostics(node, self._manager, self._loop)
+        diagnostics = Diagnostics(node, self._manager, self._loop, self._faults)
         self._dispatcher.every(_WATCH_PERIOD, self._watch)
         self._dispatcher.every(_DIAGNOSTICS_PERIOD, diagnostics.publish)
         node.get_logger().info(
