@@ -112,20 +112,17 @@ def test_bad_numbers_are_refused(name, value):
         JointFault(**{name: value})
 
 
-def test_what_is_let_go_is_forgotten(faulty):
-    """A joint that another controller takes over does not get the old one's commands."""
-    r, _ = faulty
-    take_over = r.hardware.perform_command_mode_switch
+def test_what_the_hardware_forgets_is_forgotten(hardware_class):
+    """A command that the hardware drops at a switch is not written to it again."""
+    class Forgetful(hardware_class):
+        def perform_command_mode_switch(self, claimed):
+            self.command.velocity[:] = np.nan
 
-    def let_go(claimed):
-        take_over(claimed)
-        if not any(claimed.values()):
-            r.hardware.command.velocity[:] = np.nan
-
-    r.hardware.perform_command_mode_switch = let_go
-    r.arm(command_interfaces=['velocity'], gains={'a': {'p': 1.0}, 'b': {'p': 1.0}})
-    r.run(0.1)
-    assert np.isfinite(r.hardware.command.velocity).all()
-    assert r.manager.switch(deactivate=['arm']).ok
-    r.run(0.1)
-    assert np.isnan(r.hardware.command.velocity).all()
+    hardware = Forgetful()
+    faults = FaultInjector(hardware)
+    faults.command.velocity[:] = 1.0
+    faults.write(0.01)
+    assert (hardware.command.velocity == 1.0).all()
+    faults.perform_command_mode_switch({})
+    faults.write(0.01)
+    assert np.isnan(hardware.command.velocity).all()
