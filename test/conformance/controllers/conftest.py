@@ -98,6 +98,30 @@ def sampled(bench: Bench) -> TrajectoryController:
 
 
 @pytest.fixture
+def fault(bench: Bench) -> Iterator[Callable[..., None]]:
+    """Give a function that makes a joint fail, where the server offers such a thing."""
+    manager = ParameterClient(bench.client, bench.name('controller_manager'))
+    well = {'lag': 0.0, 'bias': 0.0, 'blocked': False}
+    changed: set[tuple[str, str]] = set()
+    if 'faults.axis_1.bias' not in manager.names():
+        pytest.skip('the server has no faults.<joint>.* to make joints fail')
+
+    def make_fail(joint: str, kind: str, value: Any) -> None:
+        assert manager.set(f'faults.{joint}.{kind}', value) == ''
+        changed.add((joint, kind))
+
+    yield make_fail
+    for joint, kind in changed:
+        assert manager.set(f'faults.{joint}.{kind}', well[kind]) == ''
+
+
+@pytest.fixture
+def bias(fault: Callable[..., None]) -> Callable[[float], None]:
+    """Give a function that shifts the first axis against its commands."""
+    return lambda value: fault('axis_1', 'bias', value)
+
+
+@pytest.fixture
 def load(bench: Bench, tmp_path: Path) -> Iterator[Callable[..., bool]]:
     """Give a function that loads a trajectory controller with parameters of its own."""
     loaded: list[str] = []
