@@ -24,6 +24,7 @@ CLIENT_PROGRAMS = {
 FILE_PROGRAMS = {
     'check_config': "read a robot's files, tell every mistake and what each key does here",
     'migrate': "write a robot's files in the layout of ROS 2",
+    'generate_config': 'write a first set of files for a robot that has only a URDF',
 }
 PROGRAMS = {**ROBOT_PROGRAMS, **CLIENT_PROGRAMS, **FILE_PROGRAMS}
 

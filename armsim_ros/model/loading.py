@@ -114,7 +114,8 @@ def _parse_urdf(settings: RobotSettings, text: str, folders: tuple[Path, ...],
     file = settings.urdf_file
 
     def read_mesh(uri: str, scale: Scale) -> Mesh:
-        return load_mesh(uri, scale, extra_folders=folders, base=file.parent, within=folders)
+        return load_mesh(uri, scale, extra_folders=folders, base=file.resolve().parent,
+                         within=folders)
 
     name = str(file)
     source = _source_of(file, text)

@@ -1,0 +1,56 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The program generate_config."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from pathlib import Path
+import sys
+
+from armsim_ros.cli.arguments import split_ros_args
+from armsim_ros.tools.words import argparse_words
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """
+    Write a first set of files for a URDF, and check it.
+
+    :param argv: the words after the program's name; those of this process where None.
+    :returns: as check_config says of the new files: 0, 1 with warnings, 2 with mistakes.
+    :raises ConfigError: the URDF has mistakes, or the files are there already.
+    """
+    words, _ = split_ros_args(sys.argv[1:] if argv is None else argv)
+    options = _parser().parse_args(argparse_words(words))
+    # Slow to import, and not needed for --help.
+    from armsim_ros.tools.check_config.report import exit_status, report_lines
+    from armsim_ros.tools.check_config.robot_check import check_robot
+    from armsim_ros.tools.generate_config.generation import generate_config
+
+    target = options.to or Path.cwd() / options.urdf.name.split('.')[0]
+    for line in generate_config(options.urdf, target, states=options.states, seed=options.seed,
+                                copy=options.copy):
+        print(line, flush=True)
+    check = check_robot(str(target))
+    for line in report_lines(check):
+        print(line)
+    print(f'start it with: bringup robot:={target}')
+    return exit_status(check)
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog='generate_config',
+        description='Write SRDF, controllers, joint limits, kinematics and simulation settings '
+                    'for a robot of which there is only a URDF.',
+        epilog='exit status: that of check_config for the new files')
+    parser.add_argument('urdf', type=Path, metavar='URDF', help='URDF or xacro file')
+    parser.add_argument('--to', type=Path, metavar='DIR',
+                        help="folder for the files; without it a folder with the URDF's name")
+    parser.add_argument('--states', type=int, default=10_000, metavar='N',
+                        help='random states in which collisions are looked for (%(default)s)')
+    parser.add_argument('--seed', type=int, default=0, help='of the random numbers (%(default)s)')
+    parser.add_argument('--copy', action='store_true',
+                        help='copy the URDF in place of a link to it')
+    return parser

@@ -1,0 +1,76 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""States for the SRDF that touch nothing, the floor neither."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from armsim_ros.kinematics.kinematic_model import KinematicModel
+from armsim_ros.model.robot_model import RobotModel
+from armsim_ros.planning.collision import CollisionChecker
+from armsim_ros.planning.collision_geometry import corner_points
+from armsim_ros.planning.scene import PlanningScene
+from armsim_ros.tools.generate_config.collision_pairs import random_state
+
+#: How far the moving links stay above the floor, and from one another [m].
+CLEARANCE = 0.01
+_TRIES = 2000
+_WANTED = 30
+
+Vector = NDArray[np.float64]
+
+
+def find_states(robot: RobotModel, seed: int = 0) -> dict[str, dict[str, float]]:
+    """
+    Return 'home' (the default positions, where they are free) and 'ready', another free state.
+
+    :param robot: with the pairs that need no check in its SRDF.
+    :param seed: of the random numbers.
+    """
+    model = KinematicModel(robot)
+    room = _Room(model)
+    generator = np.random.default_rng(seed)
+    middle = model.default()
+    found = {'home': middle} if room.is_free(middle) else {}
+    free: list[Vector] = []
+    for _ in range(_TRIES):
+        q = np.round(middle + 0.5 * (random_state(model, generator) - middle), 3)
+        q = model.apply_mimic(q)
+        if model.within_limits(q) and room.is_free(q):
+            free.append(q)
+        if len(free) >= _WANTED:
+            break
+    if free:
+        found['ready'] = max(free, key=lambda q: room.height(q))
+    return {state: {name: round(value, 6) for name, value in model.positions(q).items()
+                    if robot.joints[name].active} for state, q in found.items()}
+
+
+class _Room:
+    """What is around the robot in a state."""
+
+    def __init__(self, model: KinematicModel) -> None:
+        self._model = model
+        self._checker = CollisionChecker(PlanningScene(model), margin=CLEARANCE)
+        robot = model.robot
+        depth = {robot.root_link: 0}
+        for joint in robot.joints.values():
+            depth[joint.child] = depth[joint.parent] + int(joint.movable)
+        # The first moving link only turns on its base, which stands on the floor.
+        self._corners = [
+            (name, np.vstack([corner_points(item.geometry) @ item.origin[:3, :3].T
+                              + item.origin[:3, 3] for item in link.collisions]))
+            for name, link in robot.links.items() if depth[name] >= 2 and link.collisions]
+
+    def is_free(self, q: Vector) -> bool:
+        """Return whether nothing touches or comes near, the floor neither."""
+        return self.height(q) > CLEARANCE and not self._checker.in_collision(q)
+
+    def height(self, q: Vector) -> float:
+        """Return the height of the lowest corner of the moving links [m]."""
+        poses = self._model.link_poses(q, [name for name, _ in self._corners])
+        return min((float(np.min(corners @ pose[2, :3]) + pose[2, 3])
+                    for pose, (_, corners) in zip(poses, self._corners, strict=True)
+                    if len(corners)), default=np.inf)
