@@ -21,12 +21,10 @@ from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.model.robot_model import RobotModel
 from armsim_ros.planning.allowed_collision_matrix import (
     adjacent_pairs,
-    AllowedCollisionMatrix,
     Pair,
     sorted_pair,
 )
-from armsim_ros.planning.collision import CollisionChecker
-from armsim_ros.planning.scene import PlanningScene
+from armsim_ros.tools.generate_config.link_pairs import LinkPairs
 
 ADJACENT, ALWAYS, DEFAULT, NEVER = 'Adjacent', 'Always', 'Default', 'Never'
 
@@ -64,37 +62,36 @@ def sample_pairs(robot: RobotModel, *, states: int, seed: int = 0,
     :param seed: of the random numbers.
     :param progress: is told how many states are done, now and then.
     """
-    solid = [name for name, link in robot.links.items() if link.collisions]
-    order = {name: place for place, name in enumerate(solid)}
-    reasons: dict[Pair, str] = dict.fromkeys(adjacent_pairs(robot), ADJACENT)
     model = KinematicModel(robot)
+    links = LinkPairs(model)
+    order = {name: place for place, name in enumerate(links.links)}
+    reasons: dict[Pair, str] = dict.fromkeys(adjacent_pairs(robot), ADJACENT)
+    open_pairs = [pair for pair in _all_pairs(links.links) if pair not in reasons]
     generator = np.random.default_rng(seed)
+    reasons |= dict.fromkeys(links.nearer(model.default(), open_pairs, 0.0), DEFAULT)
+    open_pairs = [pair for pair in open_pairs if pair not in reasons]
     touching = Counter[Pair]()
-    exact = _Probe(model, reasons, 0.0)
-    for pair in exact.touching(model.default()):
-        reasons[pair] = DEFAULT
-    exact = _Probe(model, reasons, 0.0)
     for _ in range(COUNTED_STATES):
-        touching.update(exact.touching(random_state(model, generator)))
-    for pair, count in touching.items():
-        if count >= ALWAYS_SHARE * COUNTED_STATES:
-            reasons[pair] = ALWAYS
+        touching.update(links.nearer(random_state(model, generator), open_pairs, 0.0))
+    reasons |= {pair: ALWAYS for pair, count in touching.items()
+                if count >= ALWAYS_SHARE * COUNTED_STATES}
     checked = {pair: count for pair, count in touching.items() if pair not in reasons}
-    near = _Probe(model, {**reasons, **dict.fromkeys(checked, '')}, NEAR)
+    open_pairs = [pair for pair in open_pairs if pair not in touching]
     for number in range(COUNTED_STATES, max(states, COUNTED_STATES)):
-        found = near.touching(random_state(model, generator))
-        if found:
-            checked.update(dict.fromkeys(found, 1))
-            near.allow(found)
+        near = links.nearer(random_state(model, generator), open_pairs, NEAR)
+        if near:
+            checked |= dict.fromkeys(near, 1)
+            open_pairs = [pair for pair in open_pairs if pair not in checked]
         if progress is not None and number % 500 == 0:
             progress(number)
-    for place, first in enumerate(solid):
-        for second in solid[place + 1:]:
-            pair = sorted_pair(first, second)
-            if pair not in reasons and pair not in checked:
-                reasons[pair] = NEVER
+    reasons |= dict.fromkeys(open_pairs, NEVER)
     ordered = sorted(reasons, key=lambda pair: sorted(order[name] for name in pair))
     return SampledPairs({pair: reasons[pair] for pair in ordered}, checked, states)
+
+
+def _all_pairs(links: list[str]) -> list[Pair]:
+    return [sorted_pair(first, second) for place, first in enumerate(links)
+            for second in links[place + 1:]]
 
 
 def random_state(model: KinematicModel, generator: np.random.Generator) -> Vector:
@@ -102,22 +99,3 @@ def random_state(model: KinematicModel, generator: np.random.Generator) -> Vecto
     lower = np.maximum(model.lower, -np.pi * 2)
     upper = np.minimum(model.upper, np.pi * 2)
     return model.apply_mimic(generator.uniform(lower, upper))
-
-
-class _Probe:
-    """Tells which pairs touch, of all but those that are named."""
-
-    def __init__(self, model: KinematicModel, without: dict[Pair, str], margin: float) -> None:
-        self._scene = PlanningScene(model, auto_disable_adjacent=False)
-        self._matrix = AllowedCollisionMatrix().with_pairs(dict.fromkeys(without, True))
-        self._scene.set_acm(self._matrix)
-        self._checker = CollisionChecker(self._scene, margin=margin)
-
-    def touching(self, q: Vector) -> set[Pair]:
-        if not self._checker.maybe_in_collision(q):
-            return set()
-        return {sorted_pair(one.body1, one.body2) for one in self._checker.contacts(q)}
-
-    def allow(self, pairs: set[Pair]) -> None:
-        self._matrix = self._matrix.with_pairs(dict.fromkeys(pairs, True))
-        self._scene.set_acm(self._matrix)

@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 
 from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.model.robot_model import RobotModel
-from armsim_ros.planning.collision import CollisionChecker
+from armsim_ros.planning.allowed_collision_matrix import sorted_pair
 from armsim_ros.planning.collision_geometry import corner_points
-from armsim_ros.planning.scene import PlanningScene
 from armsim_ros.tools.generate_config.collision_pairs import random_state
+from armsim_ros.tools.generate_config.link_pairs import LinkPairs
 
 #: How far the moving links stay above the floor, and from one another [m].
 CLEARANCE = 0.01
@@ -53,8 +53,12 @@ class _Room:
 
     def __init__(self, model: KinematicModel) -> None:
         self._model = model
-        self._checker = CollisionChecker(PlanningScene(model), margin=CLEARANCE)
         robot = model.robot
+        self._links = LinkPairs(model)
+        solid = self._links.links
+        self._pairs = [pair for place, first in enumerate(solid) for second in solid[place + 1:]
+                       for pair in [sorted_pair(first, second)]
+                       if pair not in robot.semantic.disabled_collisions]
         depth = {robot.root_link: 0}
         for joint in robot.joints.values():
             depth[joint.child] = depth[joint.parent] + int(joint.movable)
@@ -66,7 +70,7 @@ class _Room:
 
     def is_free(self, q: Vector) -> bool:
         """Return whether nothing touches or comes near, the floor neither."""
-        return self.height(q) > CLEARANCE and not self._checker.in_collision(q)
+        return self.height(q) > CLEARANCE and not self._links.nearer(q, self._pairs, CLEARANCE)
 
     def height(self, q: Vector) -> float:
         """Return the height of the lowest corner of the moving links [m]."""
