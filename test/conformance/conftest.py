@@ -8,7 +8,8 @@ Nothing here or below imports the planner or the simulation: only ROS interfaces
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 import os
 from pathlib import Path
@@ -73,8 +74,14 @@ class Server:
 
 
 @pytest.fixture(scope='session')
-def server(pytestconfig: pytest.Config) -> Iterator[Server]:
+def server(pytestconfig: pytest.Config, until_folder_ends: Callable[..., Server]) -> Server:
     """Start the server once for all tests."""
+    return until_folder_ends(running_server(pytestconfig), Path(__file__).parent)
+
+
+@contextmanager
+def running_server(pytestconfig: pytest.Config) -> Iterator[Server]:
+    """Run the server that the command line names."""
     command = shlex.split(pytestconfig.getoption('server_command', OURS))
     namespace = pytestconfig.getoption('server_namespace', '').rstrip('/')
     if not command:

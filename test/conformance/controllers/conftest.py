@@ -79,10 +79,9 @@ def wait_until_up(bench: Bench) -> None:
 
 
 @pytest.fixture(scope='session')
-def bench(pytestconfig: pytest.Config) -> Iterator[Bench]:
-    """Run the bench for all tests."""
-    with serve(pytestconfig, 'bench', NAMESPACE) as running:
-        yield running
+def bench(pytestconfig: pytest.Config, until_folder_ends: Callable[..., Bench]) -> Bench:
+    """Run the bench for all tests of the folder."""
+    return until_folder_ends(serve(pytestconfig, 'bench', NAMESPACE), Path(__file__).parent)
 
 
 @pytest.fixture

@@ -4,8 +4,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
+from pathlib import Path
 import shlex
 import sys
 import threading
@@ -64,9 +66,15 @@ class Robot:
         return self.clients[key]
 
 
-@pytest.fixture(scope='package')
-def robot(pytestconfig: pytest.Config) -> Iterator[Robot]:
+@pytest.fixture(scope='session')
+def robot(pytestconfig: pytest.Config, until_folder_ends: Callable[..., Robot]) -> Robot:
     """Start an arm with a gripper, or use the server that the command line names."""
+    return until_folder_ends(running_robot(pytestconfig), Path(__file__).parent)
+
+
+@contextmanager
+def running_robot(pytestconfig: pytest.Config) -> Iterator[Robot]:
+    """Run a server and a node beside it."""
     moveit2.ActionClient = PatientActionClient
     command = pytestconfig.getoption('server_command', None) or GRIPPER_ARM
     if command.endswith('armsim_ros bringup'):

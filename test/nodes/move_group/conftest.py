@@ -4,8 +4,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
+from pathlib import Path
 import re
 from typing import Any
 from xml.etree import ElementTree
@@ -124,9 +126,15 @@ def plan_request(target: dict[str, float], tolerance: float = 1e-4) -> Any:
     return request
 
 
-@pytest.fixture(scope='package')
-def running() -> Iterator[Stack]:
+@pytest.fixture(scope='session')
+def running(until_folder_ends: Callable[..., Stack]) -> Stack:
     """Start the stack once; it serves all tests of the folder."""
+    return until_folder_ends(running_stack(), Path(__file__).parent)
+
+
+@contextmanager
+def running_stack() -> Iterator[Stack]:
+    """Run a stack and a node beside it."""
     with (
         private_domain() as domain,
         ClientNode(domain, 'move_group_tests') as client,
