@@ -111,7 +111,10 @@ class JointStateBroadcaster(Controller[JointStateBroadcasterParameters]):
         self._gather = []
         for row, quantity in enumerate(QUANTITIES):
             kind = getattr(parameters.map_interface_to_joint_state, quantity)
-            having = [j for j in self._hardware_joints if kind in self._kinds(j)]
+            # Joints that the hardware lacks are told of at activation, like missing interfaces.
+            having = [
+                j for j in self._hardware_joints if j in hardware.index and kind in self._kinds(j)
+            ]
             if having and kind in COMMAND_INTERFACES:
                 columns = np.array([names.index(j) for j in having], dtype=np.intp)
                 source = np.array([hardware.index[j] for j in having], dtype=np.intp)

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+import traceback
 from typing import Any, Protocol
 
 from controller_manager_msgs.srv import (
@@ -88,6 +89,12 @@ class ControllerManagerServices:
             work()
         except ArmsimError as error:
             self._node.get_logger().error(str(error))
+            return False
+        except Exception:  # noqa: BLE001 - the one who asked is not left without an answer
+            self._node.get_logger().error(
+                'a request failed inside the program; please report this:\n'
+                + traceback.format_exc()
+            )
             return False
         return True
 

@@ -26,19 +26,21 @@ class ControllerStatePublisher:
         """Make the publisher."""
         self._controller = controller
         self._message = JointTrajectoryControllerState()
+        self._published = -1
         self._publisher = node.create_publisher(
             JointTrajectoryControllerState, '~/controller_state', qos.STATE
         )
 
     def publish_if_due(self, time_ns: int) -> None:
         """
-        Publish the newest state if it is time for it.
+        Publish the newest state if it is time for it and an update was made since the last.
 
         :param time_ns: [ns] of the simulation.
         """
-        if not self._controller.publish_due(time_ns):
+        if not self._controller.active or not self._controller.publish_due(time_ns):
             return
         snapshot = self._controller.snapshot()
-        if snapshot is not None:
+        if snapshot is not None and snapshot.sequence != self._published:
+            self._published = snapshot.sequence
             fill_controller_state(self._message, snapshot)
             self._publisher.publish(self._message)

@@ -5,54 +5,12 @@
 from __future__ import annotations
 
 import threading
-import time
 import traceback
 
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.impl.rcutils_logger import RcutilsLogger
 
 from armsim_ros.sim.control_loop import ControlLoop
-from armsim_ros.sim.realtime import prioritize_thread
-
-
-def prioritize_process(control_priority: int) -> bool:
-    """
-    Give the calling thread, and all that it starts from now on, SCHED_FIFO priority 1.
-
-    Call it before the first node exists, so that the middleware's threads have it too. The
-    control thread shares the interpreter's lock with all who run Python here, and those share
-    the middleware's locks with its threads: were one of them preempted by another program while
-    it holds a lock, the control thread would wait for that program.
-
-    :param control_priority: of the control thread; 0 asks for none here either.
-    :returns: whether there is the permission.
-    """
-    return prioritize_thread(min(1, control_priority))
-
-
-class DutyLimit:
-    """
-    Keeps a thread of real-time priority from starving other programs when it is flooded.
-
-    :param share: of the time that the thread may compute.
-    :param window: in which the share is looked at [s].
-    """
-
-    def __init__(self, share: float = 0.8, window: float = 0.1) -> None:
-        """Begin to count in the thread that calls ``rest``."""
-        self._share = share
-        self._window = window
-        self._begin = self._used = 0.0
-
-    def rest(self) -> None:
-        """Sleep as long as it takes to come down to the share."""
-        elapsed = time.monotonic() - self._begin
-        if elapsed < self._window:
-            return
-        used = time.thread_time() - self._used
-        if elapsed < 2.0 * self._window and used > self._share * elapsed:
-            time.sleep(used / self._share - elapsed)
-        self._begin, self._used = time.monotonic(), time.thread_time()
 
 
 class ControlThread:
@@ -119,9 +77,7 @@ class ExecutorThread:
         self._executor.shutdown(0.0)
 
     def _run(self) -> None:
-        limit = DutyLimit()
         while not self._stopped:
-            limit.rest()
             try:
                 self._executor.spin_once()
             except ExternalShutdownException:
