@@ -147,7 +147,8 @@ class _Reader:
             shapes[kind if kind in shapes else 'solid'].append((geometry, place))
         frames = {}
         for _ in range(0 if old else self._count('the number of subframes')):
-            frames[self._line('the name of a subframe')] = self._pose()
+            name_of_frame = self._line('the name of a subframe')
+            frames[name_of_frame] = self._pose()
         return CollisionObjectUpdate(
             name,
             pose=pose,

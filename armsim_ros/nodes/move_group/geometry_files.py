@@ -4,12 +4,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 from moveit_msgs.srv import LoadGeometryFromFile, SaveGeometryToFile
 
 from armsim_ros.errors import PlanningError
 from armsim_ros.nodes.move_group.context import Context
+from armsim_ros.planning.error_codes import MoveItErrorCode
 from armsim_ros.planning.scene_file import read_scene_file, write_scene_file
 
 
@@ -31,21 +33,23 @@ class GeometryFiles:
 
     async def _save(self, request: Any, response: Any) -> Any:
         scene = self._context.scene.snapshot()
-        response.success = self._done('save', lambda: write_scene_file(
-            request.file_path_and_name, scene
-        ))
+        path = request.file_path_and_name
+        response.success = self._done('save', lambda: write_scene_file(path, scene))
         return response
 
     async def _load(self, request: Any, response: Any) -> Any:
         def load() -> None:
             update = read_scene_file(request.file_path_and_name)
-            for sentence in self._context.scene.apply(update):
-                raise PlanningError(0, sentence)
+            _, refused = self._context.scene.with_update(update)
+            if refused:
+                raise PlanningError(MoveItErrorCode.FAILURE, '; '.join(refused))
+            self._context.scene.apply(update)
 
         response.success = self._done('load', load)
         return response
 
-    def _done(self, what: str, work: Any) -> bool:
+    def _done(self, what: str, work: Callable[[], None]) -> bool:
+        """Do all of it or nothing, and say why nothing."""
         try:
             work()
         except (PlanningError, OSError) as error:

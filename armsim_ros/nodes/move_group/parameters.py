@@ -4,12 +4,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
 from pydantic import create_model, ValidationError
+from rcl_interfaces.msg import SetParametersResult
 from rclpy.exceptions import ParameterException
 from rclpy.node import Node
+from rclpy.parameter import Parameter
 
 from armsim_ros.config.base import parameter, Settings
 from armsim_ros.config.trajectory_execution import KEYS_BESIDE, TrajectoryExecutionSettings
@@ -18,6 +21,8 @@ from armsim_ros.nodes.move_group.context import Context
 from armsim_ros.nodes.parameters import reason, SettingsParameters
 
 JOINT_TOLERANCES = 'allowed_start_tolerance_joints'
+
+_PREFIX = f'trajectory_execution.{JOINT_TOLERANCES}.'
 
 _FIELDS = TrajectoryExecutionSettings.model_fields
 _BESIDE: Any = create_model(
@@ -78,7 +83,6 @@ class MoveGroupParameters:
         inside = {
             name: getattr(execution, name) for name in _INSIDE.model_fields
         }
-        inside[JOINT_TOLERANCES] = {**inside[JOINT_TOLERANCES], **_given(context.node)}
         live = LiveParameters(
             **{name: getattr(execution, name) for name in KEYS_BESIDE},
             trajectory_execution=_INSIDE(**inside),
@@ -94,18 +98,36 @@ class MoveGroupParameters:
             raise ConfigError(Problem(f'parameter of move_group: {reason(error)}')) from None
         except ParameterException as error:
             raise ConfigError(Problem(f'parameter of move_group: {error}')) from None
+        context.node.add_on_set_parameters_callback(_check_tolerances)
+        context.node.add_post_set_parameters_callback(self._note_tolerances)
         self._changed(self._live.settings)
+
+    def _note_tolerances(self, parameters: Sequence[Parameter]) -> None:
+        if any(one.name.startswith(_PREFIX) for one in parameters):
+            self._changed(self._live.settings)
 
     def _changed(self, live: LiveParameters) -> None:
         context = self._context
-        context.execution_settings = live.execution()
+        execution = live.execution()
+        tolerances = {**execution.allowed_start_tolerance_joints, **_given(context.node)}
+        context.execution_settings = execution.model_copy(update={JOINT_TOLERANCES: tolerances})
         context.record_frequency = live.plan_execution.record_trajectory_state_frequency
         context.states.monitor_dynamics = live.monitor_dynamics
         context.planner.settings = replace(context.planner.settings, seed=live.planning_seed)
 
 
 def _given(node: Node) -> dict[str, float]:
-    """Return the start tolerances of joints that ``--ros-args`` names."""
-    prefix = f'trajectory_execution.{JOINT_TOLERANCES}'
-    found = node.get_parameters_by_prefix(prefix)
+    """Return the start tolerances of joints that are set as parameters."""
+    found = node.get_parameters_by_prefix(_PREFIX.rstrip('.'))
     return {joint: float(one.value) for joint, one in found.items()}
+
+
+def _check_tolerances(parameters: Sequence[Parameter]) -> SetParametersResult:
+    """Refuse a start tolerance of a joint that is no number from 0 up."""
+    for one in parameters:
+        usable = type(one.value) in (int, float) and one.value >= 0.0
+        if one.name.startswith(_PREFIX) and not usable:
+            return SetParametersResult(
+                successful=False, reason=f'{one.name} is {one.value}; allowed: a number from 0 up'
+            )
+    return SetParametersResult(successful=True)

@@ -8,6 +8,7 @@ from collections.abc import Callable
 import sys
 import traceback
 
+from rcl_interfaces.msg import ParameterDescriptor
 import rclpy
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
@@ -71,6 +72,7 @@ class MoveGroupProgram:
             ],
         )
         executor.add_node(node)
+        name_with_dots(node)
         for text in self._warnings:
             node.get_logger().warning(text)
         try:
@@ -96,3 +98,13 @@ class MoveGroupProgram:
                     'a request failed inside the program; please report this:\n'
                     + traceback.format_exc()
                 )
+
+
+def name_with_dots(node: Node) -> None:
+    """Give parameters of ``--ros-args`` whose names have the slashes of ROS 1 their own names."""
+    for name, parameter in node.get_parameters_by_prefix('').items():
+        dotted = name.strip('/').replace('/', '.')
+        if dotted != name and not node.has_parameter(dotted):
+            node.declare_parameter(
+                dotted, parameter.value, ParameterDescriptor(dynamic_typing=True)
+            )

@@ -229,7 +229,7 @@ class TrajectoryExecution:
             if ending is not None:
                 await self._cancel_all()
                 return ending
-        failed = next((run for run in runs if run.failure), None)
+        failed = next((run for run in runs if run.done and run.failure), None)
         if failed is None:
             return Outcome(MoveItErrorCode.SUCCESS)
         await self._cancel_all()

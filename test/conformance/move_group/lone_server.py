@@ -44,17 +44,22 @@ class LoneServer:
             start_program('move_group', self.domain, 'use_sim_time:=false', *words)
         )
         self.client = self._stack.enter_context(ClientNode(self.domain, 'player'))
-        self.arm: ArmBench | None = None
+        self._arms: dict[str, ArmBench] = {}
         if wait:
-            self.program.wait_for_line(READY, 60.0)
+            try:
+                self.program.wait_for_line(READY, 60.0)
+            except AssertionError:
+                self._stack.close()
+                raise
 
     def play(
         self, joints: Mapping[str, float], topic: str = '/sunday/joint_states', **options: Any
     ) -> PlayedArm:
         """Publish joint states from now on, and give the client's view of the arm."""
         played = PlayedArm(self.client, joints, topic, **options)
-        self.arm = self.arm or ArmBench(self.client, '', topic)
-        played.arm = self.arm
+        if topic not in self._arms:
+            self._arms[topic] = ArmBench(self.client, '', topic)
+        played.arm = self._arms[topic]
         return played
 
     def __enter__(self) -> LoneServer:

@@ -141,13 +141,13 @@ class ArmBench:
         return self.states[state] if isinstance(state, str) else state
 
     def near(self, step: float = 0.2) -> dict[str, float]:
-        """Return where every joint is a step [rad] nearer to the middle of its range."""
+        """Return where every joint is a step [rad] away, towards the middle of its range."""
         now = self.positions()
-        middle = {name: 0.5 * sum(self.limits[name]) for name in self.group_joints}
-        return {
-            name: now[name] + max(-step, min(step, (middle[name] - now[name]) or step))
-            for name in self.group_joints
-        }
+        goal = {}
+        for name in self.group_joints:
+            away = 0.5 * sum(self.limits[name]) - now[name]
+            goal[name] = now[name] + (-step if away < -0.01 else step)
+        return goal
 
     # ------------------------------------------------------------------ planning
 

@@ -38,7 +38,9 @@ def get(arm: Any, **fields: str) -> dict[str, str]:
     return dict(zip(params.keys, params.values, strict=True))
 
 
-def set_(arm: Any, keys: list[str], values: list[str], replace: bool = False, **fields: str) -> None:
+def set_(
+    arm: Any, keys: list[str], values: list[str], replace: bool = False, **fields: str
+) -> None:
     """Ask set_planner_params."""
     request = SetPlannerParams.Request(replace=replace, **fields)
     request.params.keys, request.params.values = keys, values

@@ -1,0 +1,246 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Execution with controllers that the test plays."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+import shutil
+from typing import Any
+
+from control_msgs.action import GripperCommand
+from lone_server import LoneServer, PlayedArm, PlayedController
+from move_group_bench import ABORTED, seconds
+import pytest
+
+from armsim_ros.resources import find_robot
+
+START = {f'joint_{k}': 0.1 * k for k in range(1, 7)}
+URDF = f"urdf:={find_robot('sunday').parent.parent / 'urdf' / 'sunday.urdf.xacro'}"
+TWO = """
+moveit_simple_controller_manager:
+  controller_names: [lower, upper, whole, hand]
+  lower:
+    type: FollowJointTrajectory
+    action_ns: follow_joint_trajectory
+    joints: [joint_1, joint_2, joint_3]
+  upper:
+    type: FollowJointTrajectory
+    action_ns: follow_joint_trajectory
+    allowed_execution_duration_scaling: 1.0
+    allowed_goal_duration_margin: 0.3
+    joints: [joint_4, joint_5]
+  whole:
+    type: FollowJointTrajectory
+    joints: [joint_1, joint_2, joint_3, joint_4, joint_5]
+  hand:
+    type: GripperCommand
+    joints: [joint_6]
+"""
+
+
+@pytest.fixture(scope='module')
+def robot(tmp_path_factory: Any) -> Path:
+    """Give a folder of the default arm whose joints belong to several controllers."""
+    folder = Path(tmp_path_factory.mktemp('robots')) / 'split'
+    shutil.copytree(find_robot('sunday'), folder)
+    (folder / 'controllers_gazebo.yaml').unlink()
+    (folder / 'trajectory_execution.yaml').unlink()
+    (folder / 'moveit_controllers.yaml').write_text(TWO, encoding='utf-8')
+    return folder
+
+
+class Stand:
+    """move_group, joint states and four controllers."""
+
+    def __init__(self, server: LoneServer) -> None:
+        self.server = server
+        self.played: PlayedArm = server.play(START)
+        self.arm = self.played.arm
+        self.whole = self.played.controller('/whole/follow_joint_trajectory')
+        self.lower = self.played.controller('/lower/follow_joint_trajectory')
+        self.upper = self.played.controller('/upper/follow_joint_trajectory')
+        self.hand = self.played.controller('/hand/gripper_cmd', GripperCommand)
+
+    @property
+    def all(self) -> tuple[PlayedController, ...]:
+        """The controllers."""
+        return self.lower, self.upper, self.whole, self.hand
+
+    def reset(self) -> None:
+        """Forget what was sent, and let all controllers arrive."""
+        self.played.positions.update(START)
+        for one in self.all:
+            one.behaviour = 'arrive'
+            one.goals.clear()
+            one.cancelled.clear()
+
+    def trajectory(self, *joints: str) -> Any:
+        """Return a trajectory of these joints, all where none is named."""
+        self.arm.joint_states.clear()
+        self.arm.joint_states.wait(3)
+        whole = self.arm.planned({name: value + 0.2 for name, value in START.items()})
+        keep = [k for k, name in enumerate(whole.joint_names) if not joints or name in joints]
+        whole.joint_names = [whole.joint_names[k] for k in keep]
+        for point in whole.points:
+            for part in ('positions', 'velocities', 'accelerations'):
+                values = getattr(point, part)
+                setattr(point, part, [values[k] for k in keep])
+        return whole
+
+
+@pytest.fixture(scope='module')
+def started(pytestconfig: pytest.Config, robot: Path) -> Any:
+    """Start the server once for the module."""
+    command = pytestconfig.getoption('server_command', None)
+    if command is not None and not command.endswith('armsim_ros bringup'):
+        pytest.skip('needs a server of its own with parameters of its own')
+    with LoneServer(f'robot:={robot}', URDF) as server:
+        yield Stand(server)
+
+
+@pytest.fixture
+def stand(started: Stand) -> Stand:
+    """Give the stand with everything as at the start."""
+    started.reset()
+    return started
+
+
+LOWER = ('joint_1', 'joint_2', 'joint_3')
+UPPER = ('joint_4', 'joint_5')
+
+
+@pytest.mark.statement('EXE-3')
+def test_the_fewest_controllers_are_chosen(stand: Stand) -> None:
+    """One controller for five joints rather than two."""
+    assert stand.arm.execute(stand.trajectory(*LOWER, *UPPER)).code == 'SUCCESS'
+    assert [len(one.goals) for one in stand.all] == [0, 0, 1, 0]
+
+
+@pytest.mark.statement('EXE-3')
+def test_the_one_with_fewer_surplus_joints_is_chosen(stand: Stand) -> None:
+    """Two joints go to the controller that has no others."""
+    assert stand.arm.execute(stand.trajectory(*UPPER)).code == 'SUCCESS'
+    assert [len(one.goals) for one in stand.all] == [0, 1, 0, 0]
+
+
+@pytest.mark.statement('EXE-3', 'EXE-4', 'ACT-12', 'EXE-11')
+def test_a_trajectory_is_split(stand: Stand) -> None:
+    """Each controller gets its own joints at the same times, from now on."""
+    trajectory = stand.trajectory(*LOWER, *UPPER)
+    assert stand.arm.execute(trajectory, ['lower', 'upper']).code == 'SUCCESS'
+    (one,), (two,) = stand.lower.goals, stand.upper.goals
+    assert list(one.trajectory.joint_names) == list(LOWER)
+    assert list(two.trajectory.joint_names) == list(UPPER)
+    for goal in (one, two):
+        assert goal.trajectory.header.stamp.sec == 0
+        assert not goal.path_tolerance
+        assert not goal.goal_tolerance
+        assert [p.time_from_start for p in goal.trajectory.points] == [
+            p.time_from_start for p in trajectory.points
+        ]
+
+
+@pytest.mark.statement('EXE-1', 'EXE-4')
+def test_a_gripper_gets_the_last_position(stand: Stand) -> None:
+    """GripperCommand: the command joint's last position."""
+    trajectory = stand.trajectory()
+    assert stand.arm.execute(trajectory).code == 'SUCCESS'
+    (goal,) = stand.hand.goals
+    place = list(trajectory.joint_names).index('joint_6')
+    assert goal.command.position == pytest.approx(trajectory.points[-1].positions[place])
+
+
+@pytest.mark.statement('EXE-3', 'E14', 'SEED-9')
+def test_controllers_that_do_not_cover_the_joints(stand: Stand) -> None:
+    """-4 with the sentence that users search for, and the known controllers."""
+    ended = stand.arm.execute(stand.trajectory(*LOWER), ['upper'])
+    text = ended.result.error_code.message
+    assert (ended.status, ended.code) == (ABORTED, 'CONTROL_FAILED')
+    assert 'Unable to identify any set of controllers that can actuate the specified' in text
+    assert 'Known controllers and their joints:' in text
+    stand.server.program.wait_for_line('Known controllers and their joints:')
+
+
+@pytest.mark.statement('EXE-7', 'E16')
+def test_a_goal_that_a_controller_rejects(stand: Stand) -> None:
+    """-4, and the message names the controller."""
+    stand.whole.behaviour = 'reject'
+    ended = stand.arm.execute(stand.trajectory(*LOWER, *UPPER))
+    assert ended.code == 'CONTROL_FAILED'
+    assert 'whole' in ended.result.error_code.message
+
+
+@pytest.mark.statement('EXE-10', 'E16')
+def test_a_part_that_fails_ends_the_others(stand: Stand) -> None:
+    """-4 with the controller's own sentence; the other part is cancelled."""
+    stand.lower.behaviour, stand.upper.behaviour = 'hold', 'abort'
+    ended = stand.arm.execute(stand.trajectory(*LOWER, *UPPER), ['lower', 'upper'])
+    assert ended.code == 'CONTROL_FAILED'
+    assert stand.upper.error_string in ended.result.error_code.message
+    assert stand.lower.cancelled.wait(2.0)
+
+
+@pytest.mark.statement('EXE-8', 'E17')
+def test_a_controller_that_takes_too_long(stand: Stand) -> None:
+    """-6 with the time that was allowed, and the controller is cancelled."""
+    stand.upper.behaviour = 'hold'
+    trajectory = stand.trajectory(*UPPER)
+    ended = stand.arm.execute(trajectory)
+    assert ended.code == 'TIMED_OUT'
+    allowed = seconds(trajectory.points[-1].time_from_start) + 0.3
+    assert f'{allowed:.2f} s' in ended.result.error_code.message
+    assert stand.upper.cancelled.is_set()
+
+
+@pytest.mark.statement('EXE-8', 'PAR-5')
+def test_the_duration_monitor_can_be_switched_off(stand: Stand) -> None:
+    """Without it a slow controller is waited for."""
+    name = 'trajectory_execution.execution_duration_monitoring'
+    assert stand.arm.parameters.set(name, False) == ''
+    stand.upper.behaviour = 'hold'
+    handle = stand.arm.send_execute(stand.trajectory(*UPPER))
+    with pytest.raises(AssertionError, match='no result'):
+        stand.arm.ended(handle, timeout=2.0)
+    stand.arm.cancel(handle)
+    assert stand.arm.parameters.set(name, True) == ''
+
+
+@pytest.mark.statement('EXE-5')
+def test_tolerance_of_one_joint(stand: Stand) -> None:
+    """The start of one joint may be further away than that of the others."""
+    trajectory = stand.trajectory(*UPPER)
+    stand.played.positions['joint_4'] += 0.1
+    stand.arm.joint_states.clear()
+    stand.arm.joint_states.wait(3)
+    ended = stand.arm.execute(trajectory)
+    assert ended.code == 'CONTROL_FAILED'
+    assert 'joint_4' in ended.result.error_code.message
+    name = 'trajectory_execution.allowed_start_tolerance_joints.joint_4'
+    assert stand.arm.parameters.set(name, 0.2) == ''
+    assert stand.arm.execute(trajectory).code == 'SUCCESS'
+
+
+@pytest.mark.statement('PAR-4', 'EXE-1')
+def test_controllers_are_parameters(stand: Stand) -> None:
+    """The controllers can be looked up; what was not given has its default."""
+    get = stand.arm.parameters.get
+    manager = 'moveit_simple_controller_manager'
+    assert get(f'{manager}.controller_names') == ['lower', 'upper', 'whole', 'hand']
+    assert get(f'{manager}.whole.action_ns') == 'follow_joint_trajectory'
+    assert get(f'{manager}.hand.action_ns') == 'gripper_cmd'
+    assert get(f'{manager}.upper.allowed_goal_duration_margin') == 0.3
+
+
+@pytest.mark.statement('EXE-7')
+def test_a_controller_that_is_not_there(
+    lone: Callable[..., LoneServer], robot: Path
+) -> None:
+    """-4 within seconds, and the message names its action."""
+    server = lone(f'robot:={robot}', URDF)
+    arm = server.play(START).arm
+    trajectory = arm.planned({name: value + 0.1 for name, value in START.items()})
+    ended = arm.execute(trajectory)
+    assert ended.code == 'CONTROL_FAILED'
+    assert 'follow_joint_trajectory' in ended.result.error_code.message
