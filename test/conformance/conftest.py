@@ -44,7 +44,7 @@ def pytest_addoption(parser: Any) -> None:
     )
     group.addoption('--server-ready', default=READY, help='regular expression of its ready line')
     group.addoption('--server-namespace', default='', help='namespace of move_group')
-    group.addoption('--fuzz', type=int, default=100, help='random messages of each kind')
+    group.addoption('--fuzz', type=int, default=30, help='random messages of each kind')
 
 
 def pytest_configure(config: pytest.Config) -> None:
