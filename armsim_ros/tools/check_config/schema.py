@@ -34,7 +34,7 @@ def schemas() -> dict[str, dict[str, Any]]:
     return {
         'joint_limits.schema.json': _of(JointLimitsSettings),
         'kinematics.schema.json': _of(dict[str, KinematicsSettings]),
-        'ompl_planning.schema.json': _of(OmplSettings) | {'additionalProperties': True},
+        'ompl_planning.schema.json': _planners(),
         'simulation.schema.json': simulation,
         'world.schema.json': _of(WorldSettings),
         'trajectory_execution.schema.json': _object(
@@ -57,6 +57,17 @@ def write_schemas(folder: Path) -> list[Path]:
         path.write_text(text + '\n', encoding='utf-8')
         written.append(path)
     return written
+
+
+def _planners() -> dict[str, Any]:
+    """Return the schema of planner_configs and, beside it, one block a planning group."""
+    schema = _of(OmplSettings)
+    config = schema['$defs']['PlannerConfig']
+    del config['properties']['parameters']  # each is a key of its own
+    config['additionalProperties'] = {'type': ['boolean', 'number', 'string']}
+    del schema['properties']['groups']
+    schema['additionalProperties'] = {'$ref': '#/$defs/OmplGroup'}
+    return schema
 
 
 def _controllers() -> dict[str, Any]:
