@@ -3,14 +3,16 @@
 """
 The table of statements: which were tested, by what, with which result.
 
-Tests carry ``@pytest.mark.statement('ACT-3', 'ACT-4')``. Each folder beside this file is a part
-with a table of its own; a file ``explained.yaml`` in it (statement: sentence) says why a
-statement has no test.
+Tests carry ``@pytest.mark.statement('ACT-3', 'ACT-4')``, and ``@pytest.mark.upstream('name')``
+where they re-enact tests of the reference. Each folder beside this file is a part with a table of
+its own; a file ``explained.yaml`` in it (statement: sentence) says why a statement has no test.
+A test with several sets of parameters has one row for each set of statements.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 import re
@@ -20,17 +22,27 @@ import pytest
 import yaml
 
 HERE = Path(__file__).parent
-HEADER = ('| Statement | What is checked | Test | Result |', '|---|---|---|---|')
+COLUMNS = ('Statement', 'What is checked', 'Test', 'Upstream test', 'Result')
 
 
 @dataclass
 class Row:
-    """One test and how it ended."""
+    """One test and how it ended, for each set of its parameters."""
 
     statements: tuple[str, ...]
     sentence: str
     test: str
-    result: str = 'not run'
+    upstream: tuple[str, ...] = ()
+    results: dict[str, str] = field(default_factory=dict)
+
+    @property
+    def result(self) -> str:
+        """The results in words: how many passed, and each that did not."""
+        counts = Counter(self.results.values())
+        return ', '.join(
+            word if len(self.results) == 1 else f'{count} {word}'
+            for word, count in counts.items()
+        )
 
 
 @dataclass
@@ -42,20 +54,23 @@ class ConformanceReport:
     """
 
     path: Path
-    parts: dict[str, dict[str, Row]] = field(default_factory=dict)
+    parts: dict[str, dict[tuple[str, tuple[str, ...]], Row]] = field(default_factory=dict)
 
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_makereport(self, item: Any, call: Any) -> Iterator[None]:
         """Note the result of a phase of a test."""
         report = yield
-        names = [name for mark in item.iter_markers('statement') for name in mark.args]
+        names = arguments_of(item, 'statement')
         folder = Path(item.path).parent
         if not names or folder.parent != HERE:
             return report
         rows = self.parts.setdefault(folder.name, {})
-        row = rows.setdefault(item.nodeid, Row(tuple(names), sentence(item), name_of(item)))
+        row = rows.setdefault(
+            (name_of(item), names),
+            Row(names, sentence(item), name_of(item), arguments_of(item, 'upstream')),
+        )
         if report.when == 'call' or report.outcome != 'passed':
-            row.result = result_of(report)
+            row.results[item.nodeid] = result_of(report)
         return report
 
     def pytest_sessionfinish(self) -> None:
@@ -73,8 +88,13 @@ def sentence(item: Any) -> str:
 
 
 def name_of(item: Any) -> str:
-    """Return file and name of a test."""
-    return f'{Path(item.path).stem}::{item.name}'
+    """Return file and name of a test, without its parameters."""
+    return f'{Path(item.path).stem}::{getattr(item, "originalname", item.name)}'
+
+
+def arguments_of(item: Any, mark: str) -> tuple[str, ...]:
+    """Return the arguments of all marks of a name."""
+    return tuple(argument for one in item.iter_markers(mark) for argument in one.args)
 
 
 def result_of(report: Any) -> str:
@@ -96,24 +116,27 @@ def explained(part: str) -> dict[str, str]:
     return {str(key): ' '.join(str(value).split()) for key, value in content.items()}
 
 
-def table(rows: Any, reasons: dict[str, str]) -> str:
-    """Return a part's table, sorted by statement."""
+def table(rows: Iterable[Row], reasons: dict[str, str]) -> str:
+    """Return a part's table, sorted by statement; columns that would be empty are left out."""
     lines = [
         (
-            statement,
-            f'| {statement} | {cell(row.sentence)} | `{cell(row.test)}` | {cell(row.result)} |',
+            statement, row.sentence, f'`{row.test}`',
+            ', '.join(f'`{name}`' for name in row.upstream), row.result,
         )
         for row in rows
         for statement in row.statements
     ]
-    tested = {statement for statement, _ in lines}
+    tested = {line[0] for line in lines}
     lines += [
-        (statement, f'| {statement} | {cell(reason)} | | not tested |')
+        (statement, reason, '', '', 'not tested')
         for statement, reason in reasons.items()
         if statement not in tested
     ]
     lines.sort(key=lambda line: sort_key(line[0]))
-    return '\n'.join([*HEADER, *(text for _, text in lines)])
+    used = [i for i in range(len(COLUMNS)) if any(line[i] for line in lines)]
+    head = [[COLUMNS[i] for i in used], ['---'] * len(used)]
+    cells = [*head, *([cell(line[i]) for i in used] for line in lines)]
+    return '\n'.join(f'| {" | ".join(row)} |' for row in cells)
 
 
 def cell(text: str) -> str:

@@ -32,6 +32,15 @@ START_TIMEOUT = 60.0
 TRAJECTORY = 'joint_trajectory_controller/JointTrajectoryController'
 
 
+def pytest_addoption(parser: Any) -> None:
+    """Add what only the controllers' part needs."""
+    parser.getgroup('conformance').addoption(
+        '--spawner-command',
+        default=f'{shlex.quote(sys.executable)} -m armsim_ros spawner',
+        help="starts the spawner, such as 'ros2 run controller_manager spawner'",
+    )
+
+
 def pytest_configure(config: pytest.Config) -> None:
     """Register the marks."""
     config.addinivalue_line('markers', 'statement(*names): the statements that a test checks')

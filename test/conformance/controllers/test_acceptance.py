@@ -110,7 +110,7 @@ def test_a_malformed_message_is_dropped(
         assert list(state.reference.positions) == before
 
 
-@statement('D', 'D18')
+@statement('D18')
 @upstream('invalid_message')
 def test_a_rejection_leaves_a_reason(
     bench: Bench, arm: TrajectoryController, reasons: Collector
