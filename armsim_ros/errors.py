@@ -127,7 +127,7 @@ def nearest(name: str, known: Sequence[str]) -> str:
     :param known: all words that would be right.
     :returns: ``did you mean 'x'?`` or an empty text.
     """
-    hits = difflib.get_close_matches(name, known, n=5, cutoff=0.6)
+    hits = difflib.get_close_matches(name, known, n=max(1, len(known)), cutoff=0.6)
     # Of equally near words the one with the same letters: two of them were swapped in typing.
     hits.sort(key=lambda hit: sorted(hit) != sorted(name))
     return f"did you mean '{hits[0]}'?" if hits else ''

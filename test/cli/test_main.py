@@ -11,7 +11,7 @@ from types import ModuleType
 import pytest
 
 from armsim_ros.cli import main as door
-from armsim_ros.cli.environment import add_own_prefix, announce_often
+from armsim_ros.cli.environment import add_own_prefix, announce_often, started_by_bringup
 from armsim_ros.cli.programs import PROGRAMS, ROBOT_PROGRAMS
 from armsim_ros.errors import ResourceError
 
@@ -151,3 +151,10 @@ def test_settings_in_the_working_folder_stay_alone(tmp_path, monkeypatch):
     environment = {}
     announce_often(environment)
     assert environment == {}
+
+
+def test_a_program_knows_whether_a_bringup_started_it():
+    """Only the variable of its own parent counts; one that was inherited says nothing."""
+    assert started_by_bringup({'ARMSIM_BRINGUP_PID': str(os.getppid())})
+    assert not started_by_bringup({'ARMSIM_BRINGUP_PID': '1'})
+    assert not started_by_bringup({})

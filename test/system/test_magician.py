@@ -5,6 +5,7 @@ from simulation_interfaces.msg import Result, SimulationState
 from simulation_interfaces.srv import SetSimulationState
 
 from armsim_ros.testing.move_group_client import SUCCESS
+from armsim_ros.testing.parameter_client import ParameterClient
 from armsim_ros.testing.robot_user import running_robot
 from armsim_ros.testing.trajectory_client import SUCCEEDED
 
@@ -51,10 +52,14 @@ def test_a_motion_is_planned_and_executed(magician):
     assert magician.distance(target) < 0.01
 
 
+def test_the_published_rate_of_the_control_loop_is_kept(magician):
+    """generic_hw_control_loop: 300 Hz, as a whole number of physics steps."""
+    assert ParameterClient(magician.client, '/controller_manager').get('update_rate') == 300
+    assert 'cannot run at' not in magician.program.text
+
+
 def test_its_values_of_trajectory_execution_are_in_force(magician):
     """trajectory_execution.launch.xml: scaling 2, margin 0.5, start tolerance 0.01."""
-    from armsim_ros.testing.parameter_client import ParameterClient
-
     parameters = ParameterClient(magician.client, '/move_group')
     prefix = 'trajectory_execution.'
     assert parameters.get(f'{prefix}allowed_execution_duration_scaling') == 2.0
