@@ -38,6 +38,7 @@ class BroadPhase:
         self._manager: Any = None
         self._pairs: Mask = np.zeros((0, 0), dtype=bool)
         self._active: Mask | None = None
+        self._margins: Matrix | None = None
 
     @property
     def pairs(self) -> Mask:
@@ -48,7 +49,7 @@ class BroadPhase:
         self,
         shapes: Sequence[tuple[int, Matrix, Any]],
         pairs: Mask,
-        margins: Matrix | None,
+        margins: Matrix,
         *,
         keep: int,
     ) -> None:
@@ -57,7 +58,7 @@ class BroadPhase:
 
         :param shapes: (joint, pose (4, 4) on it, coal shape) each.
         :param pairs: (g, g) upper triangle.
-        :param margins: (g, g) [m] distance that counts as contact, None for 0.
+        :param margins: (g, g) [m] distance that counts as contact.
         :param keep: how many of the first shapes are already there.
         """
         # Adding a shape moves the others in memory: nobody may point at them then.
@@ -70,7 +71,7 @@ class BroadPhase:
                 pin.GeometryObject(str(number), joint, pin.SE3(pose), shape)
             )
         self._pairs = pairs
-        self._active = None
+        self._active = self._margins = None
         self._geometry.setCollisionPairs(pairs)
         self._geometry_data = pin.GeometryData(self._geometry)
         self._manager = pin.TreeBroadPhaseManager_NaiveCollisionManager(
@@ -78,11 +79,11 @@ class BroadPhase:
         )
         self.set_margins(margins)
 
-    def set_margins(self, margins: Matrix | None) -> None:
+    def set_margins(self, margins: Matrix) -> None:
         """Set the distance [m] below which a pair (g, g) counts as touching."""
-        if margins is None:
-            margins = np.zeros(self._pairs.shape)
-        self._geometry_data.setSecurityMargins(self._geometry, margins)
+        if margins is not self._margins:
+            self._geometry_data.setSecurityMargins(self._geometry, margins)
+            self._margins = margins
 
     def place(self, number: int, pose: Matrix) -> None:
         """Move a shape to another pose (4, 4) on its joint."""

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 import math
 
 import numpy as np
@@ -18,6 +19,8 @@ from armsim_ros.planning.scene_content import SceneContent
 from armsim_ros.planning.scene_follower import follow, same_for_collisions
 
 Vector = NDArray[np.float64]
+Matrix = NDArray[np.float64]
+Mask = NDArray[np.bool_]
 
 #: Which of two touching bodies is named first.
 _ORDER = {BodyType.ROBOT_LINK: 0, BodyType.ROBOT_ATTACHED: 1, BodyType.WORLD_OBJECT: 2}
@@ -33,15 +36,14 @@ class CollisionChecker:
     meshes are prepared once. One thread at a time may use a checker.
 
     :param scene: the scene to follow; :meth:`use` changes it.
-    :param margin: [m] bodies nearer than this count as touching.
     """
 
-    def __init__(self, scene: PlanningScene, *, margin: float = 0.0) -> None:
+    def __init__(self, scene: PlanningScene) -> None:
         """Take over the robot's shapes and the scene's objects."""
         self._scene = scene
         self._kinematics = scene.kinematic_model
         content = scene.content
-        self._tables = CollisionTables(self._kinematics, content, margin)
+        self._tables = CollisionTables(self._kinematics, content)
         self._motion = LinkMotion(self._kinematics, content.attached)
         follow(self._kinematics, self._tables, content, None)
         self._content: SceneContent = content
@@ -59,26 +61,27 @@ class CollisionChecker:
 
     # ---------------------------------------------------------------- questions
 
-    def in_collision(self, q: Vector, group: str | None = None) -> bool:
+    def in_collision(
+        self, q: Vector, group: str | None = None, clearance: float = 0.0
+    ) -> bool:
         """
         Return whether a state touches anything that it may not touch; exact.
 
         :param q: (n,) robot state.
         :param group: look only at links that this group moves, and at what they carry.
+        :param clearance: [m] nearer than this counts as touching.
         :raises PlanningError: INVALID_GROUP_NAME for an unknown group.
         """
         tables = self._followed()
         if tables.rigid_hit(group):
             return True
-        mask = tables.mask(group)
-        if tables.hull is not None:
-            tables.hull.activate(mask)
-            if not tables.hull.hit(q):
-                return False
-        tables.exact.activate(mask)
-        return tables.exact.hit(q)
+        if tables.hull is not None and not tables.ready(False, group, clearance).hit(q):
+            return False
+        return tables.ready(True, group, clearance).hit(q)
 
-    def maybe_in_collision(self, q: Vector, group: str | None = None) -> bool:
+    def maybe_in_collision(
+        self, q: Vector, group: str | None = None, clearance: float = 0.0
+    ) -> bool:
         """
         Return False only where a state is surely free; meshes of the robot count as hulls.
 
@@ -87,9 +90,43 @@ class CollisionChecker:
         tables = self._followed()
         if tables.rigid_hit(group):
             return True
-        stage = tables.exact if tables.hull is None else tables.hull
-        stage.activate(tables.mask(group))
-        return stage.hit(q)
+        return tables.ready(False, group, clearance).hit(q)
+
+    def surely_free(
+        self, group: str | None = None, clearance: float = 0.0
+    ) -> Callable[[Vector], bool]:
+        """
+        Return the quickest form of ``not maybe_in_collision``, which holds until the next edit.
+
+        Parameters are those of :meth:`in_collision`.
+        """
+        tables = self._followed()
+        if tables.rigid_hit(group):
+            return _never
+        return lambda q: not tables.ready(False, group, clearance).hit(q)
+
+    def crowded(
+        self, states: Matrix, reach: Matrix, group: str | None = None, exact: bool = True,
+        clearance: float = 0.0,
+    ) -> Mask:
+        """
+        Return in which states anything may be within reach of something.
+
+        False is proof: from that state no joint can move by its reach and touch anything.
+
+        :param states: (k, n) robot states.
+        :param reach: (k, n) motion of every joint to either side [rad or m].
+        :param exact: judge by the shapes themselves where their hulls are near.
+        :param clearance: [m] that shall be left.
+        """
+        tables = self._followed()
+        if tables.rigid_hit(group):
+            return np.ones(len(states), dtype=bool)
+        distances = clearance + np.tensordot(reach, self._motion.relative, ([1], [2]))
+        found = tables.near(states, distances, group, exact=False)
+        if exact and tables.hull is not None:
+            found[found] = tables.near(states[found], distances[found], group, exact=True)
+        return found
 
     def contacts(
         self, q: Vector, group: str | None = None, max_contacts: int | None = None
@@ -102,7 +139,7 @@ class CollisionChecker:
         :param max_contacts: the most to return; None for all.
         """
         tables = self._followed()
-        tables.exact.activate(tables.mask(group))
+        tables.ready(True, group)
         deepest: dict[tuple[BodyKey, BodyKey], Contact] = {}
         for first, second in tables.exact.touching(q):
             contact = self._contact(first, second)
@@ -120,7 +157,7 @@ class CollisionChecker:
         taken off. Parameters are those of :meth:`in_collision`.
         """
         tables = self._followed()
-        tables.exact.activate(tables.mask(group))
+        tables.ready(True, group)
         return min(
             (
                 distance - tables.margin(first, second)
@@ -168,6 +205,10 @@ class CollisionChecker:
             normal = np.array(best.normal, dtype=np.float64).reshape(3)
             depth = tables.margin(first, second) - float(best.penetration_depth)
         return Contact(one.name, other.name, one.type, other.type, position, normal, depth)
+
+
+def _never(_q: Vector) -> bool:
+    return False
 
 
 __all__ = ['BodyType', 'CollisionChecker', 'Contact']

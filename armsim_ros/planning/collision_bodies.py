@@ -167,16 +167,8 @@ def padding(first: PlacedShape, second: PlacedShape, content: SceneContent) -> f
     return 0.0
 
 
-def margins(
-    shapes: Sequence[PlacedShape], content: SceneContent, extra: float = 0.0
-) -> Matrix | None:
-    """
-    Return the padding (g, g) [m] of all pairs, upper triangle; None where there is none.
-
-    :param extra: [m] added for every pair.
-    """
-    if not any(content.link_padding.values()) and not extra:
-        return None
+def margins(shapes: Sequence[PlacedShape], content: SceneContent) -> Matrix:
+    """Return the padding (g, g) [m] of all pairs."""
     of_link = np.array(
         [
             content.link_padding.get(shape.body.name, 0.0)
@@ -186,5 +178,5 @@ def margins(
         ]
     )
     world = np.array([not shape.body.link for shape in shapes])
-    result: Matrix = np.outer(of_link, world) + np.outer(world, of_link) + extra
+    result: Matrix = np.outer(of_link, world) + np.outer(world, of_link)
     return result

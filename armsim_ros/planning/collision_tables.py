@@ -29,6 +29,8 @@ Mask = NDArray[np.bool_]
 
 #: Contacts that are asked of coal for one pair of shapes, to find the deepest.
 CONTACTS_OF_A_PAIR = 8
+#: Shapes that are no longer looked at, and yet cost time with every check.
+MOST_DROPPED = 3
 
 
 class CollisionTables:
@@ -40,14 +42,10 @@ class CollisionTables:
 
     :param kinematics: the robot.
     :param content: whose rules and padding hold.
-    :param margin: [m] distance that counts as contact, beside the padding.
     """
 
-    def __init__(
-        self, kinematics: KinematicModel, content: SceneContent, margin: float = 0.0
-    ) -> None:
+    def __init__(self, kinematics: KinematicModel, content: SceneContent) -> None:
         """Begin without shapes."""
-        self._margin = margin
         self._kinematics = kinematics
         self._content = content
         self.exact = BroadPhase(kinematics.model)
@@ -59,6 +57,8 @@ class CollisionTables:
         self._required: Mask = np.zeros((0, 0), dtype=bool)
         self._group_masks: dict[str | None, Mask] = {}
         self._rigid_hits: dict[str | None, bool] = {}
+        self._margins: dict[float, Matrix] = {}
+        self._joints: NDArray[np.intp] = np.zeros(0, dtype=np.intp)
 
     def mask(self, group: str | None) -> Mask:
         """
@@ -108,7 +108,7 @@ class CollisionTables:
             self._group_masks = {}
         if padded and not added:
             for stage in self._stages():
-                stage.set_margins(margins(self.shapes, content, self._margin))
+                stage.set_margins(self._padding())
 
     def place(self, key: BodyKey, poses: Iterable[Matrix]) -> None:
         """Move the shapes of a body to other poses (4, 4) on their joint."""
@@ -127,6 +127,41 @@ class CollisionTables:
             self._required[number, :] = False
             self._required[:, number] = False
             self._group_masks = {}
+
+    def ready(self, exact: bool, group: str | None, clearance: float = 0.0) -> BroadPhase:
+        """
+        Return a stage that looks at a group's pairs.
+
+        :param exact: the shapes themselves; else hulls, which are never wrong about a state
+            that they call free.
+        :param clearance: [m] nearer than this counts as touching.
+        """
+        stage = self.exact if exact or self.hull is None else self.hull
+        found = self._margins.get(clearance)
+        if found is None:
+            found = self._margins[clearance] = self._margins[0.0] + clearance
+        stage.activate(self.mask(group))
+        stage.set_margins(found)
+        return stage
+
+    def near(
+        self, states: Matrix, distances: Matrix, group: str | None, exact: bool
+    ) -> Mask:
+        """
+        Return which states may have a pair of shapes nearer than a distance of its own.
+
+        :param states: (k, n) robot states.
+        :param distances: (k, joints, joints) [m] for what two joints carry, 0 for the world.
+        :param exact: judge by the shapes themselves, not by hulls.
+        """
+        stage = self.ready(exact, group)
+        padding = self._margins[0.0]
+        shapes = np.ix_(self._joints, self._joints)
+        found = np.zeros(len(states), dtype=bool)
+        for k, (q, distance) in enumerate(zip(states, distances, strict=True)):
+            stage.set_margins(distance[shapes] + padding)
+            found[k] = stage.hit(q)
+        return found
 
     def rigid_hit(self, group: str | None) -> bool:
         """
@@ -149,12 +184,17 @@ class CollisionTables:
 
     # ---------------------------------------------------------------- pairs
 
+    def _padding(self) -> Matrix:
+        padding = margins(self.shapes, self._content)
+        self._margins = {0.0: padding}
+        return padding
+
     def _stages(self) -> list[BroadPhase]:
         return [self.exact] if self.hull is None else [self.exact, self.hull]
 
     def _add(self, added: list[PlacedShape], rules: bool) -> None:
         kept = len(self.shapes)
-        if self._alive.count(False) > 16 + self._alive.count(True):
+        if self._alive.count(False) > MOST_DROPPED:
             self._compact()
             kept = 0
         start = len(self.shapes)
@@ -213,8 +253,9 @@ class CollisionTables:
             self._rebuild(len(self.shapes))
 
     def _rebuild(self, kept: int) -> None:
+        self._joints = np.array([shape.joint for shape in self.shapes], dtype=np.intp)
         pairs = self._required.copy()
-        distances = margins(self.shapes, self._content, self._margin)
+        distances = self._padding()
         self.exact.rebuild(
             [(s.joint, s.pose, s.exact) for s in self.shapes], pairs, distances, keep=kept
         )

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from armsim_ros.planning.constraints import ConstraintSet
+from armsim_ros.planning.search_tree import SearchTree
 from armsim_ros.planning.state_validity import StateValidity
 
 Vector = NDArray[np.float64]
@@ -134,19 +135,21 @@ class ConstrainedSearch:
     def _grow(
         self, start: Vector, goals: tuple[Vector, ...], stop: Callable[[], bool]
     ) -> Vector | None:
-        trees = [_Tree(start[None]), _Tree(np.array(goals))]
+        trees = [SearchTree(start[None]), SearchTree(np.array(goals))]
         low = np.where(np.isfinite(self._low), self._low, start - math.pi)
         high = np.where(np.isfinite(self._high), self._high, start + math.pi)
         active = 0
         while not stop():
             one, other = trees[active], trees[1 - active]
             sample = self._rng.uniform(low, high)
-            near = one.nearest(sample)
-            last = one.add(near, self._follow(one.states[near], sample, stop))
-            reached = one.states[last]
-            partner = other.nearest(reached)
-            end = other.add(partner, self._follow(other.states[partner], reached, stop))
-            if float(np.linalg.norm(other.states[end] - reached)) < 1e-9:
+            last, _ = one.nearest(sample)
+            for values in self._follow(one[last].copy(), sample, stop):
+                last = one.add(last, values)
+            reached = one[last].copy()
+            end, _ = other.nearest(reached)
+            for values in self._follow(other[end].copy(), reached, stop):
+                end = other.add(end, values)
+            if float(np.linalg.norm(other[end] - reached)) < 1e-9:
                 first, second = one.branch(last), other.branch(end)
                 if active:
                     first, second = second, first
@@ -170,37 +173,3 @@ class ConstrainedSearch:
             if float(np.sum(np.linalg.norm(np.diff(both, axis=0), axis=1))) < before - 1e-6:
                 path = np.concatenate([path[:i], both, path[j + 1:]])
         return path
-
-
-class _Tree:
-    """States with the number of the state that each came from."""
-
-    def __init__(self, roots: Vector) -> None:
-        self.states: list[Vector] = list(roots)
-        self._parents: list[int] = [-1] * len(roots)
-        self._table = roots.copy()
-        self._filled = len(roots)
-
-    def nearest(self, values: Vector) -> int:
-        table = self._table[: self._filled]
-        return int(np.argmin(np.sum((table - values) ** 2, axis=1)))
-
-    def add(self, parent: int, states: Vector) -> int:
-        """Append states one after another; return the number of the last, or the parent."""
-        for values in states:
-            if self._filled == len(self._table):
-                self._table = np.concatenate([self._table, np.empty_like(self._table)])
-            self._table[self._filled] = values
-            self._filled += 1
-            self.states.append(values)
-            self._parents.append(parent)
-            parent = len(self.states) - 1
-        return parent
-
-    def branch(self, number: int) -> Vector:
-        """Return the states from a number up to its root."""
-        found = []
-        while number >= 0:
-            found.append(self.states[number])
-            number = self._parents[number]
-        return np.array(found)

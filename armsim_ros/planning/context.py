@@ -14,9 +14,6 @@ from armsim_ros.planning.scene import PlanningScene
 from armsim_ros.planning.settings import PlanningSettings
 from armsim_ros.planning.state_validity import StateValidity
 
-CLEARANCE = 0.003
-"""Room [m] around the robot within which the last check looks more closely."""
-
 
 class PlanningContext:
     """
@@ -37,7 +34,6 @@ class PlanningContext:
         self.log = log or default_log()
         self.limits = LimitTable(self.model.robot, self.log)
         self.checker = CollisionChecker(scene)
-        self._guard = CollisionChecker(scene, margin=CLEARANCE)
         self._inverse: dict[str, InverseKinematics] = {}
 
     def inverse(self, group: str) -> InverseKinematics:
@@ -62,9 +58,8 @@ class PlanningContext:
     ) -> StateValidity:
         """Return what judges the states of a group in a scene; it holds until the next call."""
         self.checker.use(scene)
-        self._guard.use(scene)
         return StateValidity(
-            self.checker, self.model, group, scene.q, on_path, avoid_collisions, self._guard
+            self.checker, self.model, group, scene.q, on_path, avoid_collisions
         )
 
     def tip(self, group: str) -> str:

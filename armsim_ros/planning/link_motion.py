@@ -47,6 +47,8 @@ class LinkMotion:
         for row, body in enumerate(self.bodies):
             self._fill(row, body, points[body])
         self._group_rows: dict[str, Matrix] = {}
+        #: (joints, joints, n) like the weights, of what one joint carries as another one sees it.
+        self.relative: Matrix = self._relative()
 
     def displacement_bound(self, q1: Vector, q2: Vector, group: str | None = None) -> float:
         """
@@ -60,6 +62,22 @@ class LinkMotion:
         if not len(weights):
             return 0.0
         return float((weights @ np.abs(q2 - q1)).max())
+
+    def _relative(self) -> Matrix:
+        """Leave out the joints that carry both: these do not move one against the other."""
+        model = self._kinematics.model
+        count = int(model.njoints)
+        weights = np.zeros((count, self._kinematics.n))
+        weights[list(self.bodies)] = self.weights
+        above = np.zeros(weights.shape, dtype=bool)
+        for joint in range(1, count):
+            above[joint] = above[int(model.parents[joint])]
+            above[joint, joint - 1] = True
+        relative: Matrix = (
+            weights[:, None] * (above[:, None] & ~above[None, :])
+            + weights[None, :] * (above[None, :] & ~above[:, None])
+        )
+        return relative
 
     def _rows(self, group: str) -> Matrix:
         found = self._group_rows.get(group)

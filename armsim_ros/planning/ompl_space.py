@@ -51,6 +51,10 @@ class _Probe:
     def values(self, state: Any) -> Vector:
         return np.array([state[k] for k in self.places])
 
+    def motion_free(self, first: Vector, second: Vector) -> bool:
+        self.motions += 1
+        return self.validity.motion_free(first, second, self.step, self.exact)
+
 
 class _Validity(ob.StateValidityChecker):  # type: ignore[misc]
     """States by :class:`StateValidity`."""
@@ -77,12 +81,9 @@ class _Motions(ob.MotionValidator):  # type: ignore[misc]
     def checkMotion(self, first: Any, second: Any) -> bool:
         """Return whether the straight motion is free."""
         probe = self._probe
-        probe.motions += 1
         if probe.ask is not None:
             probe.ask()
-        return probe.validity.motion_free(
-            probe.values(first), probe.values(second), probe.step, probe.exact
-        )
+        return probe.motion_free(probe.values(first), probe.values(second))
 
 
 class JointSpace:
@@ -107,10 +108,12 @@ class JointSpace:
         upper = np.where(np.isfinite(upper), upper, start + 3.0 * math.pi)
         # A start that is out of its limits by no more than rounding has to be in the space.
         lower, upper = np.minimum(lower, start), np.maximum(upper, start)
+        #: Where states are sampled (m,).
+        self.low, self.high = lower, np.maximum(upper, lower + 1e-9)
         bounds = ob.RealVectorBounds(len(start))
         for k in self._places:
             bounds.setLow(k, float(lower[k]))
-            bounds.setHigh(k, float(max(upper[k], lower[k] + 1e-9)))
+            bounds.setHigh(k, float(self.high[k]))
         self.space = ob.RealVectorStateSpace(len(start))
         self.space.setBounds(bounds)
         self.information = ob.SpaceInformation(self.space)
@@ -146,6 +149,10 @@ class JointSpace:
 
         self._probe.ask = ask
         return condition
+
+    def motion_free(self, first: Vector, second: Vector) -> bool:
+        """Return whether the straight motion from a free state (m,) to another is free."""
+        return self._probe.motion_free(first, second)
 
     def ended(self) -> None:
         """Let go of the condition for the end: the search is over."""

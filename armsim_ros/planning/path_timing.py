@@ -4,9 +4,6 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
-import math
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -14,6 +11,7 @@ from armsim_ros.errors import PlanningError
 from armsim_ros.planning.blended_path import BlendedPath
 from armsim_ros.planning.error_codes import MoveItErrorCode
 from armsim_ros.planning.limits import MotionLimits
+from armsim_ros.planning.motion_proof import first_blocked
 from armsim_ros.planning.quintic import QuinticMotion
 from armsim_ros.planning.state_validity import StateValidity
 from armsim_ros.planning.time_parameterization import SpeedLimit, time_path
@@ -29,9 +27,8 @@ FINAL_SHARE = 0.6
 _LEAST_DEVIATION = 1e-4
 _SHRINK = 0.35
 _ATTEMPTS = 4
-_LOOKS = 5
-_FINER = 16
-_MOST_CLOSE = 6000
+_LOOKS = 4
+_SAMPLES = 9
 _OVERSHOOT = 1e-3
 
 
@@ -51,7 +48,7 @@ def time_waypoints(
         FAILURE where the limits cannot be kept.
     """
     deviation = np.full(len(waypoints) - 2, max_deviation)
-    _shrink_corners(waypoints, deviation, validity, step)
+    _shrink_corners(waypoints, deviation, validity)
     cause = ''
     for _ in range(_ATTEMPTS):
         motion = time_path(BlendedPath(waypoints, deviation), limits, speed_limit)
@@ -70,14 +67,14 @@ def time_waypoints(
 
 
 def _shrink_corners(
-    waypoints: Vector, deviation: Vector, validity: StateValidity, step: float
+    waypoints: Vector, deviation: Vector, validity: StateValidity
 ) -> None:
     """Make the blend at every inner waypoint so small that it is free."""
     for corner in range(len(deviation)):
         three = waypoints[corner:corner + 3]
         while deviation[corner] > _LEAST_DEVIATION:
-            blend = BlendedPath(three, float(deviation[corner])).corner_samples(0, 9)
-            if all(validity.motion_free(a, b, step) for a, b in pairwise(blend)):
+            blend = BlendedPath(three, float(deviation[corner])).corner_samples(0, _SAMPLES)
+            if all(validity.free(q, clearance=0.5 * validity.clearance) for q in blend):
                 break
             deviation[corner] = max(deviation[corner] * _SHRINK, _LEAST_DEVIATION)
 
@@ -86,52 +83,17 @@ def first_fault(motion: QuinticMotion, validity: StateValidity, step: float) -> 
     """
     Return when and why a motion leaves the free states, as a phrase; '' for never.
 
-    Where anything comes near, the step is many times smaller, so that not even a corner is
-    grazed.
-
     :param motion: is followed between its points too.
-    :param step: largest motion of any point between two checks [m].
+    :param step: largest motion [m] of any point between two looks at path constraints.
     """
-    times = np.linspace(0.0, motion.duration, _LOOKS * len(motion.times))
+    times = np.linspace(0.0, motion.duration, 1 + _LOOKS * (len(motion.times) - 1))
     positions = motion.sample(times)
     beyond = np.flatnonzero(np.any(
         (positions < validity.lower - _OVERSHOOT) | (positions > validity.upper + _OVERSHOOT),
         axis=1,
     ))
-    if len(beyond):
-        return _fault(float(times[beyond[0]]), positions[beyond[0]], validity)
-    moved = np.abs(np.diff(positions, axis=0)) @ validity.levers
-    covered = np.concatenate([[0.0], np.cumsum(moved)])
-    places = np.linspace(0.0, covered[-1], 2 + math.ceil(float(covered[-1]) / step))
-    looked = np.interp(places, covered, times)
-    close = []
-    for k, (t, values) in enumerate(zip(looked, motion.sample(looked), strict=True)):
-        if not validity.clear(values):
-            if not validity.free(values):
-                return _fault(float(t), values, validity)
-            close.append(k)
-    return _closer_look(motion, validity, np.interp(
-        _between(places, close), covered, times
-    ))
-
-
-def _between(places: Vector, close: list[int]) -> Vector:
-    """Return finer places on both sides of those where something is close."""
-    parts = max(2, min(_FINER, _MOST_CLOSE // max(1, len(close))))
-    gaps = sorted({gap for k in close for gap in (k - 1, k) if 0 <= gap < len(places) - 1})
-    inner = np.arange(1, parts) / parts
-    finer: Vector = np.concatenate(
-        [places[gap] + inner * (places[gap + 1] - places[gap]) for gap in gaps] or [places[:0]]
-    )
-    return finer
-
-
-def _closer_look(motion: QuinticMotion, validity: StateValidity, times: Vector) -> str:
-    for t, values in zip(times, motion.sample(times), strict=True):
-        if not validity.free(values):
-            return _fault(float(t), values, validity)
-    return ''
-
-
-def _fault(t: float, values: Vector, validity: StateValidity) -> str:
-    return f'at {t:.3f} s: {validity.why_not(values)}'
+    t = float(times[beyond[0]]) if len(beyond) else first_blocked(
+        positions, validity, step, times)
+    if t is None:
+        return ''
+    return f'at {t:.3f} s: {validity.why_not(motion.sample(np.array([t]))[0])}'

@@ -22,9 +22,15 @@ from armsim_ros.planning.constrained_search import ConstrainedSearch
 from armsim_ros.planning.error_codes import MoveItErrorCode
 from armsim_ros.planning.log import Log
 from armsim_ros.planning.ompl_space import JointSpace
-from armsim_ros.planning.planners import make_planner, PlannerChoice, THREADED
+from armsim_ros.planning.planners import DEFAULT_PLANNER, make_planner, PlannerChoice, THREADED
+from armsim_ros.planning.rrt_connect import RRTConnect
 from armsim_ros.planning.smoothing import path_length, shorten
-from armsim_ros.planning.state_validity import FINE_STEP, SEARCH_STEP, StateValidity
+from armsim_ros.planning.state_validity import (
+    CLEARANCE,
+    FINE_STEP,
+    SEARCH_STEP,
+    StateValidity,
+)
 
 Vector = NDArray[np.float64]
 
@@ -86,6 +92,10 @@ def find_path(problem: SearchProblem, budget: Budget, attempts: int, log: Log) -
     :param attempts: number of searches; fewer where the time is over and one succeeded.
     :raises PlanningError: TIMED_OUT, PLANNING_FAILED or PREEMPTED with what was tried.
     """
+    validity = problem.validity
+    validity.clearance = CLEARANCE if all(
+        validity.free(values, clearance=CLEARANCE) for values in (problem.start, *problem.goals)
+    ) else 0.0
     straight = straight_path(problem)
     if straight is not None:
         return straight
@@ -153,20 +163,29 @@ def _solve(
 ) -> Vector | None:
     """Return a shortened path, None where none was found; PREEMPTED where cancelled."""
     planner = make_planner(problem.planner, space.information, space.extension, log)
-    definition = space.problem(problem.start, problem.goals)
-    planner.setProblemDefinition(definition)
-    planner.setup()
 
     def stop() -> bool:
         spent = most_motions is not None and space.motions_checked > most_motions
         return spent or budget.spent()
 
-    planner.solve(space.termination(stop, problem.planner.type in THREADED))
-    space.ended()
-    budget.check(_SOURCE)
-    if not definition.hasExactSolution():
-        return None
-    path = definition.getSolutionPath()
+    if problem.planner.type == DEFAULT_PLANNER:
+        search = RRTConnect(
+            space.low, space.high, space.motion_free, float(planner.getRange()), problem.rng)
+        found = search.find(problem.start, problem.goals, stop)
+        budget.check(_SOURCE)
+        if found is None:
+            return None
+        path = space.path(found)
+    else:
+        definition = space.problem(problem.start, problem.goals)
+        planner.setProblemDefinition(definition)
+        planner.setup()
+        planner.solve(space.termination(stop, problem.planner.type in THREADED))
+        space.ended()
+        budget.check(_SOURCE)
+        if not definition.hasExactSolution():
+            return None
+        path = definition.getSolutionPath()
     if problem.planner.simplify:
         shorten(space, path, budget.spent)
     waypoints = np.array([space.values(state) for state in path.getStates()])
@@ -185,7 +204,7 @@ def _exact(
         if validity.motion_free(a, b, problem.fine_step):
             pieces.append(b[None])
             continue
-        if not validity.free(b) or budget.spent():
+        if not validity.free(b, clearance=validity.clearance) or budget.spent():
             return None
         space = JointSpace(validity, a, problem.fine_step, exact=True)
         part = replace(problem, start=a, goals=(b,), planner=PlannerChoice())

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cached_property, lru_cache
 import math
 
@@ -15,12 +16,17 @@ from armsim_ros.planning.collision import CollisionChecker
 from armsim_ros.planning.constraints import ConstraintSet
 
 Vector = NDArray[np.float64]
+Matrix = NDArray[np.float64]
+Mask = NDArray[np.bool_]
 
-SEARCH_STEP = 0.05
+SEARCH_STEP = 0.1
 """Largest motion [m] of any point of the robot between two checks of the search."""
 
 FINE_STEP = 0.01
 """Largest motion [m] of any point of the robot between two checks of a found path."""
+
+CLEARANCE = 0.001
+"""What a path keeps from everything [m] where start and goals do, so that nothing is grazed."""
 
 _BOUND_TOLERANCE = 1e-6
 
@@ -35,24 +41,23 @@ class StateValidity:
     :param q: (n,) full robot state that gives the joints outside the group.
     :param path_constraints: to be kept at every state, or None.
     :param avoid_collisions: False ignores collisions.
-    :param guard: a checker with a margin, for :meth:`clear`.
     """
 
     def __init__(
         self, checker: CollisionChecker, model: KinematicModel, group: str, q: Vector,
         path_constraints: ConstraintSet | None = None, avoid_collisions: bool = True,
-        guard: CollisionChecker | None = None,
     ) -> None:
         """Keep what every check needs at hand."""
         self._checker = checker
         self._model = model
         self._base = q
         self._avoid_collisions = avoid_collisions
-        self._guard = guard
         self.group = group
         self.path_constraints = (
             None if path_constraints is None or path_constraints.empty else path_constraints
         )
+        #: What motions shall keep from everything [m]; single states may be nearer.
+        self.clearance = 0.0
         indices = model.group_indices(group)
         self.joint_names = tuple(model.names[index] for index in indices)
         self.lower: Vector = model.lower[indices]
@@ -90,33 +95,48 @@ class StateValidity:
         """Return whether a state (m,) keeps the path constraints."""
         return self.path_constraints is None or self.path_constraints.satisfied(self.full(values))
 
-    def free(self, values: Vector, exact: bool = True) -> bool:
+    def free(self, values: Vector, exact: bool = True, clearance: float = 0.0) -> bool:
         """
         Return whether the robot may be in a state.
 
         :param values: (m,) [rad or m].
         :param exact: judge collision on exact geometry; else on the hulls, which may call a
             free state blocked but never the other way round.
+        :param clearance: [m] nearer than this counts as touching.
         """
-        return self._free(self.full(values), exact)
+        return self._free(self.full(values), exact, clearance)
 
-    def _free(self, q: Vector, exact: bool) -> bool:
+    def _free(self, q: Vector, exact: bool, clearance: float) -> bool:
         if self._avoid_collisions:
             touches = (
                 self._checker.in_collision if exact else self._checker.maybe_in_collision
             )
-            if touches(q, self.group):
+            if touches(q, self.group, clearance):
                 return False
         return self.path_constraints is None or self.path_constraints.satisfied(q)
 
-    def clear(self, values: Vector) -> bool:
-        """Return whether a state (m,) is free with room to spare; False where that is unknown."""
-        q = self.full(values)
-        if self._avoid_collisions and (
-            self._guard is None or self._guard.maybe_in_collision(q, self.group)
-        ):
-            return False
-        return self.path_constraints is None or self.path_constraints.satisfied(q)
+    def full_states(self, values: Matrix) -> Matrix:
+        """Return the full robot states (k, n) for values (k, m) of the group."""
+        first = self.full(values[0])
+        states: Matrix = first + (values - values[0]) @ self._model.gradient(self.group).T
+        return states
+
+    def crowded(
+        self, values: Matrix, reach: Matrix, exact: bool = True, clearance: float = 0.0
+    ) -> Mask:
+        """
+        Return in which states (k, m) a motion by ``reach`` to either side may not be free.
+
+        :param reach: (k, m) of every variable [rad or m]; False is proof for all within.
+        :param exact: judge by the shapes themselves where their hulls are near.
+        :param clearance: [m] that shall be left.
+        """
+        if not self._avoid_collisions or not len(values):
+            return np.zeros(len(values), dtype=bool)
+        gradient = np.abs(self._model.gradient(self.group))
+        return self._checker.crowded(
+            self.full_states(values), reach @ gradient.T, self.group, exact,
+            clearance)
 
     @cached_property
     def levers(self) -> Vector:
@@ -143,15 +163,24 @@ class StateValidity:
         :param step: see :data:`SEARCH_STEP` and :data:`FINE_STEP` [m].
         :param exact: see :meth:`free`.
         """
+        free = self._judge(exact)
         last = self.full(b)
-        if not self._free(last, exact):
+        if not free(last):
             return False
         count = self.parts(a, b, step)
         if count == 1:
             return True
         first = self.full(a)
-        states = first + _halving_order(count) * (last - first)
-        return all(self._free(q, exact) for q in states)
+        for q in first + _halving_order(count) * (last - first):  # noqa: SIM110  all() is slow
+            if not free(q):
+                return False
+        return True
+
+    def _judge(self, exact: bool) -> Callable[[Vector], bool]:
+        """Return the quickest judge of full states."""
+        if exact or not self._avoid_collisions or self.path_constraints is not None:
+            return lambda q: self._free(q, exact, self.clearance)
+        return self._checker.surely_free(self.group, self.clearance)
 
     def why_not(self, values: Vector) -> str:
         """Return what is wrong with a state (m,), as a phrase, or ''."""

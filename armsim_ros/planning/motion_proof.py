@@ -1,0 +1,87 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""
+Whether a motion is free between the states that are looked at, too.
+
+A state from which no joint can move by half a piece's travel and touch anything proves the whole
+piece. Pieces that are not proved are halved, down to a millimetre of motion; so states are
+looked at closely where something is near, and hardly at all where nothing is (the idea of
+Schwarzer, Saha and Latombe 2005, DOI 10.1109/TRO.2004.838012, with margins for distances).
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from armsim_ros.planning.state_validity import StateValidity
+
+Vector = NDArray[np.float64]
+Matrix = NDArray[np.float64]
+
+LONGEST_PIECE = 0.05
+"""Largest motion [m] of any point within a piece that is tried to be proved."""
+
+EXACT_PIECE = 0.012
+"""Pieces up to this length [m] are judged on exact shapes; on hulls that is done sooner."""
+
+SHORTEST_PIECE = 0.001
+"""A piece in which no point moves further [m] counts as proved by a free state in it."""
+
+
+def first_blocked(
+    points: Matrix, validity: StateValidity, step: float, places: Vector | None = None,
+    clearance: float = 0.0,
+) -> float | None:
+    """
+    Return where a polyline in joint space is not free, None where it is free throughout.
+
+    :param points: (k, m) joint positions; fewer than two are no motion.
+    :param step: largest motion [m] of any point between two looks at path constraints.
+    :param places: (k,) increasing; what to return a place in, default the number of the point.
+    :param clearance: [m] that shall be left to everything.
+    """
+    if len(points) < 2:
+        return None
+    travel = np.vstack([np.zeros(points.shape[1]),
+                        np.cumsum(np.abs(np.diff(points, axis=0)), axis=0)])
+    covered = travel @ validity.levers
+    # Points that move nothing have no place of their own.
+    covered += np.arange(len(points)) * (1e-12 * max(float(covered[-1]), 1.0))
+    length = float(covered[-1])
+
+    def at(where: Vector, of: Matrix) -> Matrix:
+        part = np.clip(np.searchsorted(covered, where, side='right') - 1, 0, len(points) - 2)
+        share = (where - covered[part]) / (covered[part + 1] - covered[part])
+        values: Matrix = of[part] + share[:, None] * (of[part + 1] - of[part])
+        return values
+
+    def blocked(where: Vector) -> float | None:
+        for place, values in zip(where, at(where, points), strict=True):
+            if not validity.free(values, clearance=clearance):
+                known = np.arange(float(len(points))) if places is None else places
+                return float(np.interp(place, covered, known))
+        return None
+
+    coarse = np.linspace(0.0, length, 2 + math.ceil(
+        length / (LONGEST_PIECE if validity.path_constraints is None else step)))
+    found = blocked(coarse)
+    lows, highs = coarse[:-1], coarse[1:]
+    while found is None and len(lows):
+        middles = 0.5 * (lows + highs)
+        half = at(middles, travel)
+        reach = np.maximum(half - at(lows, travel), at(highs, travel) - half)
+        longest = float(np.max(highs - lows))
+        near = validity.crowded(at(middles, points), reach, longest <= EXACT_PIECE, clearance)
+        lows, middles, highs = lows[near], middles[near], highs[near]
+        last = longest <= SHORTEST_PIECE
+        if last or longest > EXACT_PIECE:
+            found = blocked(middles)
+        if last:
+            break
+        lows, highs = np.concatenate([lows, middles]), np.concatenate([middles, highs])
+        order = np.argsort(lows)
+        lows, highs = lows[order], highs[order]
+    return found
