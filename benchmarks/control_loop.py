@@ -5,11 +5,10 @@ Cost of one control tick and how closely the arm follows, beside bare MuJoCo in 
 
 A tick is one physics step with the controllers' update, the drives and the physics. The moves
 go from the start to a named state and back, quintic from rest to rest.
-
-    python benchmarks/control_loop.py --robot sunday --state scan_food
 """
 
-import argparse
+from __future__ import annotations
+
 import time
 
 import mujoco
@@ -17,6 +16,7 @@ import numpy as np
 
 from armsim_ros.stack import ArmSim
 from armsim_ros.trajectory import JointTrajectory, TrajectoryPoint
+from benchmarks.options import Options
 
 
 def microseconds(samples):
@@ -70,34 +70,40 @@ def move(sim, joints, goal, duration):
     return moving, holding, times
 
 
-def main():
+def farthest_state(sim):
+    """Return joints and positions of the named state that is farthest from the start."""
+    best = ((), np.zeros(0), -1.0)
+    for group, states in sim.model.semantic.named_states.items():
+        joints = sim.model.group(group).active_joints
+        home = np.array([sim.joint_positions[name] for name in joints])
+        for named in states.values():
+            goal = np.array([named[name] for name in joints])
+            if len(goal) and (distance := float(np.abs(goal - home).max())) > best[2]:
+                best = (joints, goal, distance)
+    return best[:2]
+
+
+def main(options: Options) -> None:
     """Print the tables."""
-    parser = argparse.ArgumentParser(description='Control tick: cost and tracking.')
-    parser.add_argument('--robot', default='sunday')
-    parser.add_argument('--state', default='scan_food')
-    arguments, _ = parser.parse_known_args()
-    sim = ArmSim(arguments.robot)
-    group, states = next(iter(sim.model.semantic.named_states.items()))
-    named = states[arguments.state]
-    joints = sim.model.group(group).active_joints
-    goal = np.array([named[name] for name in joints])
+    sim = ArmSim(options.robot)
+    joints, goal = farthest_state(sim)
     home = np.array([sim.joint_positions[name] for name in joints])
+    limits = np.array([sim.model.joints[name].limits.velocity for name in joints])
+    # A quintic is quickest in its middle: 1.875 times its mean velocity.
+    quickest = max(float((1.875 * np.abs(goal - home) / limits).max()), 0.5)
     rows, ticks = [], []
-    for duration in (2.0, 1.0):
+    for duration in (2.0 * quickest, 1.1 * quickest):
         for target in (goal, home):
             moving, holding, times = move(sim, joints, target, duration)
             rows.append((duration, moving, holding))
             ticks += times
     rate = 1.0 / sim.settings.simulation.timestep
-    print(f'{arguments.robot}, {len(joints)} joints, {rate:g} Hz')
+    print(f'{options.robot}, {len(joints)} joints, {rate:g} Hz')
     print('largest error of any joint against the trajectory')
     for duration, moving, holding in rows:
-        print(f'  {duration:g} s move: {moving * 1e3:.1e} mrad moving, {holding * 1e3:.1e} after')
+        errors = f'{moving * 1e3:.1e} mrad moving, {holding * 1e3:.1e} after'
+        print(f'  {duration:.2f} s move: {errors}')
     print('time of one call in us           p50      p99      max')
     for name, samples in (('control tick', ticks), ('bare mj_step', bare_physics(sim, 5000))):
         p50, p99, longest = microseconds(samples)
         print(f'  {name:<26}{p50:9.1f}{p99:9.1f}{longest:9.1f}')
-
-
-if __name__ == '__main__':
-    main()
