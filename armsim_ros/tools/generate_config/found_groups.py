@@ -167,8 +167,8 @@ def _tools(links: list[str]) -> list[str]:
 
 
 def _common_name(joints: list[Joint]) -> str:
-    """Return the words with which all names begin: 'left' for left_hip, left_knee."""
+    """Return the words that all names share: 'left' for left_hip, left_knee; else the base."""
     words = [one.name.split('_') for one in joints]
     common = [first for first, *others in zip(*words, strict=False) if {first} == {
         first, *others}]
-    return '_'.join(common) or joints[0].name
+    return '_'.join(word for word in common if word != 'joint') or joints[0].parent

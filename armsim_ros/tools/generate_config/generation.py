@@ -112,4 +112,4 @@ def _pair_lines(robot: RobotModel, pairs: SampledPairs) -> Iterator[str]:
     total = len(pairs.disabled) + len(pairs.checked)
     reasons = ', '.join(f'{count} {reason}' for reason, count in counts.most_common())
     yield (f'{total} pairs of links in {pairs.states} states: {len(pairs.checked)} are checked, '
-           f'{len(pairs.disabled)} are not ({reasons})')
+           f"{len(pairs.disabled)} are not{f' ({reasons})' if reasons else ''}")

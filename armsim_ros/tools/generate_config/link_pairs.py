@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.planning.allowed_collision_matrix import Pair
-from armsim_ros.planning.collision_geometry import corner_points, exact_shape
+from armsim_ros.planning.collision_geometry import corner_points, exact_shape, hull_shape
 
 Vector = NDArray[np.float64]
 Matrix = NDArray[np.float64]
@@ -24,17 +24,20 @@ class LinkPairs:
     Checks pairs of links one by one, whatever an SRDF says of them.
 
     :param model: the robot; links without shapes are left out.
+    :param hulls: whether a mesh counts as its convex hull, as in the physics; else as its
+        triangles, as in planning.
     """
 
-    def __init__(self, model: KinematicModel) -> None:
-        """Prepare the shapes; meshes are their triangles."""
+    def __init__(self, model: KinematicModel, *, hulls: bool = False) -> None:
+        """Prepare the shapes."""
+        shape_of = hull_shape if hulls else exact_shape
         self._model = model
         self.links = [name for name, link in model.robot.links.items() if link.collisions]
         self._shapes: dict[str, list[tuple[Any, Matrix]]] = {}
         self._spheres: dict[str, tuple[Vector, float]] = {}
         for name in self.links:
             items = model.robot.links[name].collisions
-            self._shapes[name] = [(exact_shape(item.geometry), item.origin) for item in items]
+            self._shapes[name] = [(shape_of(item.geometry), item.origin) for item in items]
             self._spheres[name] = _bounding_sphere([
                 corner_points(item.geometry) @ item.origin[:3, :3].T + item.origin[:3, 3]
                 for item in items])

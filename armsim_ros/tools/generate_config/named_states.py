@@ -30,10 +30,15 @@ def find_states(robot: RobotModel, seed: int = 0) -> dict[str, dict[str, float]]
     :param seed: of the random numbers.
     """
     model = KinematicModel(robot)
-    room = _Room(model)
+    # Free in the physics too, where meshes are hulls; some robots' hulls always overlap.
+    return _find(model, _Room(model, hulls=True), seed) or _find(
+        model, _Room(model, hulls=False), seed)
+
+
+def _find(model: KinematicModel, room: _Room, seed: int) -> dict[str, dict[str, float]]:
     generator = np.random.default_rng(seed)
     middle = model.default()
-    found = {'home': middle} if room.is_free(middle) else {}
+    found = {'home': middle} if room.is_free(middle, 0.0) else {}
     free: list[Vector] = []
     for _ in range(_TRIES):
         q = np.round(middle + 0.5 * (random_state(model, generator) - middle), 3)
@@ -45,16 +50,16 @@ def find_states(robot: RobotModel, seed: int = 0) -> dict[str, dict[str, float]]
     if free:
         found['ready'] = max(free, key=lambda q: room.height(q))
     return {state: {name: round(value, 6) for name, value in model.positions(q).items()
-                    if robot.joints[name].active} for state, q in found.items()}
+                    if model.robot.joints[name].active} for state, q in found.items()}
 
 
 class _Room:
     """What is around the robot in a state."""
 
-    def __init__(self, model: KinematicModel) -> None:
+    def __init__(self, model: KinematicModel, *, hulls: bool) -> None:
         self._model = model
         robot = model.robot
-        self._links = LinkPairs(model)
+        self._links = LinkPairs(model, hulls=hulls)
         solid = self._links.links
         self._pairs = [pair for place, first in enumerate(solid) for second in solid[place + 1:]
                        for pair in [sorted_pair(first, second)]
@@ -68,9 +73,13 @@ class _Room:
                               + item.origin[:3, 3] for item in link.collisions]))
             for name, link in robot.links.items() if depth[name] >= 2 and link.collisions]
 
-    def is_free(self, q: Vector) -> bool:
-        """Return whether nothing touches or comes near, the floor neither."""
-        return self.height(q) > CLEARANCE and not self._links.nearer(q, self._pairs, CLEARANCE)
+    def is_free(self, q: Vector, distance: float = CLEARANCE) -> bool:
+        """
+        Return whether no links are nearer than a distance, and none is near the floor.
+
+        :param distance: [m]; 0 asks only that nothing touches.
+        """
+        return self.height(q) > CLEARANCE and not self._links.nearer(q, self._pairs, distance)
 
     def height(self, q: Vector) -> float:
         """Return the height of the lowest corner of the moving links [m]."""
