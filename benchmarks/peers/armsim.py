@@ -59,7 +59,7 @@ class Planner:
         names = tuple(self.robot['joints'])
         goal = Constraints(tuple(
             JointConstraint(name, value, 1e-4, 1e-4)
-            for name, value in zip(names, problem['goal'])))
+            for name, value in zip(names, problem['goal'], strict=True)))
         response = self.planner.plan(
             MotionPlanRequest(
                 self.robot['group'], (goal,), StartState(names, tuple(problem['start'])),

@@ -4,7 +4,9 @@
 
 import coal
 import numpy as np
-from ompl import base as ob, geometric as og, util as ou
+from ompl import base as ob
+from ompl import geometric as og
+from ompl import util as ou
 import pinocchio as pin
 from toppra import algorithm, constraint, SplineInterpolator
 from worker import serve
