@@ -145,3 +145,25 @@ def test_an_unknown_argument(ros_domain: int) -> None:
     with start_program('simulation', ros_domain, 'robt:=sunday') as program:
         assert program.wait(10.0) == 2
         assert "did you mean 'robot'?" in program.text
+
+
+def test_managers_in_several_namespaces(ros_domain: int, client: ClientNode) -> None:
+    """P8: two robots in one domain; each manager and controller serves its own namespace."""
+    names = [f'joint_{i}' for i in range(1, 7)]
+    with (
+        start_program('simulation', ros_domain, 'namespace:=left') as left,
+        start_program('simulation', ros_domain, 'namespace:=right') as right,
+    ):
+        left.wait_for_line('simulation of .* runs', 60.0)
+        right.wait_for_line('simulation of .* runs', 60.0)
+        arm = TrajectoryClient(client, '/left/arm_joint_controller')
+        goal = arm.send(trajectory_message(names, [(1.0, [0.2] * 6)]))
+        assert goal.accepted()
+        other = ControllerManagerClient(client, '/right/controller_manager')
+        assert other.switch(deactivate=['arm_joint_controller']).ok
+        assert goal.result().status == SUCCEEDED
+        one = ControllerManagerClient(client, '/left/controller_manager')
+        assert one.states()['arm_joint_controller'] == 'active'
+        assert other.states()['arm_joint_controller'] == 'inactive'
+        for namespace in ('left', 'right'):
+            client.collect(f'/{namespace}/joint_states', JointState).wait(2)

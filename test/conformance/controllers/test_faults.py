@@ -31,7 +31,7 @@ def test_a_blocked_joint(bench: Bench, fault: Fault) -> None:
     assert outcome.error_code == Result.PATH_TOLERANCE_VIOLATED
     assert 'axis_2' in outcome.error_string
     error, limit, _ = map(float, re.findall(r'-?\d+\.\d+', outcome.error_string)[:3])
-    assert abs(error) > limit == 0.2
+    assert abs(error) >= limit == 0.2
     held = c.newest()
     assert held.reference.positions == pytest.approx(held.feedback.positions, abs=0.05)
     assert held.reference.positions[1] == pytest.approx(0.0, abs=0.01)

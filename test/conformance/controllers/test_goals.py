@@ -106,6 +106,24 @@ def test_replacement_makes_no_step(arm: TrajectoryController) -> None:
         assert step <= 4.0 * time + 1e-6  # the quickest of the three needs 4 rad/s at most
 
 
+@statement('I5', 'K8')
+@upstream('blend_no_position_jump_under_speed_scaling')
+def test_replacement_at_another_pace_makes_no_step(arm: TrajectoryController) -> None:
+    """At half the pace the reference goes on from where it was, too."""
+    arm.set_speed(0.5)
+    try:
+        arm.states.clear()
+        for target in ([1.0, 0.0], [0.0, 1.0]):
+            goal = arm.goal(arm.to(target, 0.3))
+            goal.wait_for_feedback(2)
+        assert goal.result().status == SUCCEEDED
+    finally:
+        arm.set_speed(1.0)
+    for before, after in pairwise(arm.states.messages):
+        time = seconds(after.header.stamp) - seconds(before.header.stamp)
+        assert abs(after.reference.positions[0] - before.reference.positions[0]) <= 2.0 * time
+
+
 @statement('I6')
 @upstream('topicReplacesTopicTraj', 'test_trajectory_replace')
 def test_topic_replaces_topic(arm: TrajectoryController) -> None:

@@ -94,6 +94,18 @@ def test_feedback_has_the_layout_of_jazzy(arm: TrajectoryController) -> None:
     assert 'index' not in FollowJointTrajectory.Feedback.get_fields_and_field_types()
 
 
+@statement('A9')
+@pytest.mark.parametrize(
+    ('name', 'code'),
+    [('SUCCESSFUL', 0), ('INVALID_GOAL', -1), ('INVALID_JOINTS', -2),
+     ('OLD_HEADER_TIMESTAMP', -3), ('PATH_TOLERANCE_VIOLATED', -4),
+     ('GOAL_TOLERANCE_VIOLATED', -5)],
+)
+def test_result_codes(name: str, code: int) -> None:
+    """The constants of the result have Jazzy's values."""
+    assert getattr(FollowJointTrajectory.Result, name) == code
+
+
 @statement('A10', 'A11')
 @pytest.mark.parametrize('topic', ['arm/controller_state', 'joint_states'])
 def test_publishers_are_reliable_and_transient_local(
