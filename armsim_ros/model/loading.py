@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from dataclasses import replace
 from pathlib import Path
 
 from armsim_ros.config.robot_settings import RobotSettings
@@ -17,6 +18,7 @@ from armsim_ros.errors import (
     Severity,
 )
 from armsim_ros.model.cross_check import check_settings
+from armsim_ros.model.description_check import check_description
 from armsim_ros.model.geometry import Mesh
 from armsim_ros.model.limits import apply_limits
 from armsim_ros.model.meshes import load_mesh
@@ -83,7 +85,7 @@ def _build(settings: RobotSettings, package_folders: tuple[Path, ...], visual_me
     urdf_text = read_description(settings.urdf_file, extra_folders=folders)
     content = _parse_urdf(settings, urdf_text, folders, visual_meshes)
     srdf_text, semantic, places = '', SemanticModel(), dict(content.places)
-    found = list(content.problems)
+    found = [*content.problems, *check_description(settings, content)]
     if settings.srdf_file is not None:
         try:
             srdf_text = read_description(settings.srdf_file, extra_folders=folders)
@@ -128,9 +130,11 @@ def _parse_urdf(settings: RobotSettings, text: str, folders: tuple[Path, ...],
         return content
     places = {what: _place_in_source(where, text, source)
               for what, where in content.places.items()}
-    problems = tuple(_to_source(one, text, source) for one in content.problems)
-    return UrdfContent(content.name, content.root_link, content.links, content.joints,
-                       content.transmissions, places, problems)
+    return replace(
+        content, places=places,
+        problems=tuple(_to_source(one, text, source) for one in content.problems),
+        plugin_namespaces={name: _place_in_source(where, text, source)
+                           for name, where in content.plugin_namespaces.items()})
 
 
 def _source_of(file: Path, text: str) -> str | None:

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 from armsim_ros.errors import Location, nearest, Problem
 from armsim_ros.model.geometry import Mesh
@@ -34,6 +34,7 @@ class UrdfContent:
     :param joints: by name, in tree order; children of one link in the order of their names.
     :param transmissions: noted, they choose hardware interfaces.
     :param places: 'link x' or 'joint x' -> where it is written.
+    :param plugin_namespaces: robotNamespace of Gazebo's plugins, without slashes -> its place.
     :param problems: warnings and remarks; mistakes were raised.
     """
 
@@ -44,6 +45,7 @@ class UrdfContent:
     transmissions: tuple[Transmission, ...]
     places: dict[str, Location]
     problems: tuple[Problem, ...]
+    plugin_namespaces: dict[str, Location] = field(default_factory=dict)
 
 
 def parse_urdf(text: str, file: str, *, read_mesh: MeshReader,
@@ -87,7 +89,7 @@ def parse_urdf(text: str, file: str, *, read_mesh: MeshReader,
     return UrdfContent(
         root.get('name') or 'robot', root_link, repaired,
         {name: joints[name] for name in joint_order},
-        transmissions, places, tuple(report.problems))
+        transmissions, places, tuple(report.problems), _plugin_namespaces(root))
 
 
 def _no_mesh(uri: str, scale: Scale) -> Mesh | None:
@@ -172,6 +174,11 @@ def _check_mimics(joints: dict[str, Joint], places: dict[str, Location],
                 break
             seen.append(target)
             leader = joints[target]
+
+
+def _plugin_namespaces(root: XmlElement) -> dict[str, Location]:
+    return {name.content.strip('/'): name.where for gazebo in root.all('gazebo')
+            for plugin in gazebo.all('plugin') for name in plugin.all('robotNamespace')}
 
 
 def _check_transmissions(transmissions: tuple[Transmission, ...], joints: dict[str, Joint],

@@ -11,7 +11,6 @@ from armsim_ros.resources import robot_names
 ROBOTS = robot_names()
 EXPECTED_WARNINGS = {
     'bot': ["controller 'bot_gripper_controller' is to be spawned, but no file describes it"],
-    'magician': ['controllers cannot run at 300 Hz'],
 }
 
 
