@@ -29,6 +29,11 @@ from armsim_ros.planning.scene_update import CollisionObjectUpdate
 X, Y, Z = np.eye(3)
 
 
+def pytest_addoption(parser):
+    """Add what makes random tests longer."""
+    parser.addoption('--clutter', type=int, default=None, help='random problems for each robot')
+
+
 class Recorder(logging.Handler):
     """Keeps what was logged."""
 

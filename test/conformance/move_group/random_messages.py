@@ -95,7 +95,7 @@ def _spoil(draw: Any, part: Any, names: tuple[str, ...]) -> None:
         if hasattr(value, 'get_fields_and_field_types') and draw(st.integers(0, 9)):
             part = value
             continue
-        inner = value and isinstance(value, list) and hasattr(
+        inner = isinstance(value, list) and value and hasattr(
             value[0], 'get_fields_and_field_types'
         )
         if inner and draw(st.integers(0, 9)):

@@ -89,14 +89,14 @@ def furnish(arm: Any) -> None:
     assert arm.attach(carried(tool, arm.tip, arm.links))
 
 
-def contents(arm: Any) -> Any:
-    """Return all of the scene but the joints."""
+def contents(arm: Any) -> str:
+    """Return all of the scene but the joints; as text, in which not-a-number equals itself."""
     scene = arm.scene()
-    return (
+    return repr((
         scene.name, scene.world, scene.allowed_collision_matrix, scene.link_padding,
         scene.link_scale, scene.object_colors, scene.robot_state.attached_collision_objects,
         scene.fixed_frame_transforms,
-    )
+    ))
 
 
 def finite(pose: Any) -> bool:
