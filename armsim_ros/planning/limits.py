@@ -22,6 +22,9 @@ DEFAULT_VELOCITY = 1.0
 DEFAULT_ACCELERATION = 1.0
 """Acceleration limit of a joint that has none [rad/s^2 or m/s^2]."""
 
+LEAST_SCALING = 1e-9
+"""Smaller scaling factors count as this one: every motion lasts for years with both."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MotionLimits:
@@ -57,7 +60,7 @@ def scaling_factor(value: float, name: str, log: Log) -> float:
     :param name: how the client calls it.
     """
     if 0.0 < value <= 1.0:
-        return value
+        return max(value, LEAST_SCALING)
     log.warning(f'{name} is {value:g}, which is not in (0, 1]: using 1.0')
     return 1.0
 

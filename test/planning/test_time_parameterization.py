@@ -3,6 +3,7 @@
 """Tests of the timing of paths."""
 
 from itertools import pairwise
+import logging
 import math
 
 import numpy as np
@@ -10,7 +11,7 @@ import pytest
 
 from armsim_ros.errors import PlanningError
 from armsim_ros.planning.blended_path import BlendedPath
-from armsim_ros.planning.limits import MotionLimits
+from armsim_ros.planning.limits import MotionLimits, scaling_factor
 from armsim_ros.planning.time_parameterization import time_path
 
 
@@ -154,3 +155,13 @@ def test_a_motion_that_never_ends_is_refused(zigzag):
     """A motion of hours is taken for a mistake in the scaling factors."""
     with pytest.raises(PlanningError, match='scaling factors'):
         time_path(BlendedPath(zigzag, 0.05), limits(velocity=1e-4))
+
+
+@pytest.mark.parametrize('factor', [1e-300, 1e-12])
+def test_tiny_scaling_factors_are_numbers_to_divide_by(factor):
+    """REQ-6: no scaling factor makes the timing overflow."""
+    log = logging.getLogger('tiny')
+    limits = MotionLimits(np.ones(2), np.ones(2), np.full(2, np.inf))
+    scaled = limits.scaled(scaling_factor(factor, 'velocity', log), 1.0)
+    with np.errstate(all='raise'):
+        assert np.all(np.isfinite(1.0 / scaled.velocity**2))
