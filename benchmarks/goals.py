@@ -12,14 +12,14 @@ from moveit_msgs.msg import Constraints, JointConstraint
 from moveit_msgs.srv import GetStateValidity
 from rclpy.action import ActionClient
 
+from benchmarks.options import Options
 from benchmarks.stack import median, resident_mib, running_stack, Stack
 
-GOALS = 50
 LIMITS = ((-2.0, 2.0), (-1.0, 1.0), (-2.0, 2.0), (-2.0, 2.0), (-2.0, 2.0), (-2.0, 2.0))
 WARM_UP = 5
 
 
-def main() -> None:
+def main(options: Options) -> None:
     """Print successes, times and growth."""
     generator = random.Random(1)
     with running_stack() as stack:
@@ -27,7 +27,7 @@ def main() -> None:
         client.wait_for_server(10.0)
         processes, before = stack.processes(), {}
         succeeded, planning, whole = 0, [], []
-        for index in range(WARM_UP + GOALS):
+        for index in range(WARM_UP + options.goals):
             if index == WARM_UP:
                 before = {name: resident_mib(pid) for name, pid in processes.items()}
             began = time.monotonic()
@@ -40,7 +40,7 @@ def main() -> None:
                 planning.append(result.planning_time)
             else:
                 print(f'goal {index}: {result.error_code.val} {result.error_code.message}')
-        print(f'{succeeded} of {GOALS} goals succeeded')
+        print(f'{succeeded} of {options.goals} goals succeeded')
         print(f'planning time median {median(planning) * 1e3:.0f} ms, worst '
               f'{max(planning, default=0.0) * 1e3:.0f} ms; goal to result median '
               f'{median(whole):.2f} s')
@@ -75,7 +75,3 @@ def go(stack: Stack, client: ActionClient, values: list[float]) -> MoveGroup.Res
     ])]
     handle = stack.client.result(client.send_goal_async(goal), 30.0, 'answer to the goal')
     return stack.client.result(handle.get_result_async(), 120.0, 'result').result
-
-
-if __name__ == '__main__':
-    main()

@@ -14,37 +14,37 @@ from moveit_msgs.srv import GetMotionPlan
 from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import JointState
 
+from benchmarks.options import Options
 from benchmarks.stack import percentile, running_stack, Stack
 
-SECONDS = 60.0
 LATENESS = ('lateness_p50_us', 'lateness_p99_us', 'lateness_max_us')
 
 
-def main() -> None:
+def main(options: Options) -> None:
     """Print rate and lateness of two phases: nothing to do, and plans without pause."""
     with running_stack() as stack:
-        measure(stack, 'idle')
+        measure(stack, 'idle', options.seconds)
         stop = threading.Event()
         planner = threading.Thread(target=plan_without_pause, args=(stack, stop))
         planner.start()
         try:
-            measure(stack, 'planning without pause')
+            measure(stack, 'planning without pause', options.seconds)
         finally:
             stop.set()
             planner.join()
 
 
-def measure(stack: Stack, phase: str) -> None:
+def measure(stack: Stack, phase: str, seconds: float) -> None:
     """Collect for a while and print."""
     states = stack.client.collect('/sunday/joint_states', JointState, 100)
     diagnostics = stack.client.collect('/diagnostics', DiagnosticArray, qos_profile_sensor_data)
-    time.sleep(SECONDS)
+    time.sleep(seconds)
     states.close()
     diagnostics.close()
     stamps = [m.header.stamp.sec * 1_000_000_000 + m.header.stamp.nanosec for m in states.messages]
     steps = [(later - earlier) * 1e-6 for earlier, later in itertools.pairwise(stamps)]
     rate = (len(stamps) - 1) / ((stamps[-1] - stamps[0]) * 1e-9)
-    print(f'{phase}: {len(stamps)} joint states in {SECONDS:.0f} s, {rate:.3f} Hz, '
+    print(f'{phase}: {len(stamps)} joint states in {seconds:.0f} s, {rate:.3f} Hz, '
           f'step p50 {percentile(steps, 0.5):.2f} ms, p99 {percentile(steps, 0.99):.2f} ms, '
           f'strictly increasing: {all(step > 0.0 for step in steps)}')
     values = {
@@ -75,7 +75,3 @@ def plan_without_pause(stack: Stack, stop: threading.Event) -> None:
         stack.client.call('/plan_kinematic_path', GetMotionPlan, request, 30.0)
         count += 1
     print(f'  ({count} plans)')
-
-
-if __name__ == '__main__':
-    main()

@@ -11,8 +11,6 @@ import sys
 
 #: Time after which a thread that computes in Python gives way [s]; the default is 5 ms.
 SWITCH_INTERVAL = 1e-4
-#: Weight of the process among others of normal priority, about that of nine of them.
-NICE = -10
 _PR_SET_TIMERSLACK = 29
 
 
@@ -41,24 +39,6 @@ def prioritize_thread(priority: int) -> bool:
         return False
     try:
         os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(priority))
-    except OSError:
-        return False
-    return True
-
-
-def prefer_process() -> bool:
-    """
-    Let the process go before others of normal priority; call it before it has other threads.
-
-    The control thread shares the interpreter's lock with all threads that run Python here, and
-    those share the middleware's locks: one that holds a lock should not wait long for other
-    programs. They keep the normal policy: real-time threads that are flooded with requests
-    would leave nothing to other programs.
-
-    :returns: whether there is the permission.
-    """
-    try:
-        os.setpriority(os.PRIO_PROCESS, 0, NICE)
     except OSError:
         return False
     return True

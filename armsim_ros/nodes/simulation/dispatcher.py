@@ -8,6 +8,8 @@ from collections.abc import Callable
 from queue import Empty, SimpleQueue
 import time
 
+from armsim_ros.nodes.simulation.duty_limit import DutyLimit
+
 #: A wait is at most this long, so that deadlines are looked at [s].
 _LONGEST_WAIT = 0.05
 
@@ -51,7 +53,9 @@ class Dispatcher:
 
     def run(self) -> None:
         """Make the calls until ``stop``."""
+        limit = DutyLimit()
         while not self._stopped:
+            limit.rest()
             try:
                 work = self._queue.get(timeout=_LONGEST_WAIT)
             except Empty:

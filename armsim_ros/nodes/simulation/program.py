@@ -35,12 +35,16 @@ from armsim_ros.nodes.simulation.event_log import EventLog
 from armsim_ros.nodes.simulation.fault_parameters import FaultParameters
 from armsim_ros.nodes.simulation.robot_state_publisher import RobotStatePublisher
 from armsim_ros.nodes.simulation.simulation_state import SimulationStateServices
-from armsim_ros.nodes.simulation.threads import ControlThread, ExecutorThread
+from armsim_ros.nodes.simulation.threads import (
+    ControlThread,
+    ExecutorThread,
+    prioritize_process,
+)
 from armsim_ros.sim.assembly import build_manager, build_simulation
 from armsim_ros.sim.clock import SimClock
 from armsim_ros.sim.control_loop import ControlLoop
 from armsim_ros.sim.pacer import Pacer
-from armsim_ros.sim.realtime import prefer_latency, prefer_process
+from armsim_ros.sim.realtime import prefer_latency
 from armsim_ros.sim.simulation import Simulation
 
 #: How long each thread gets to end [s].
@@ -110,8 +114,7 @@ class SimulationProgram:
         """
         if self._stop_wanted():
             return 0
-        if self._settings.simulation.pace.priority > 0:
-            prefer_process()
+        prioritize_process(self._settings.simulation.pace.priority)
         rclpy.init(
             args=['simulation', *self._ros_args], signal_handler_options=SignalHandlerOptions.NO
         )

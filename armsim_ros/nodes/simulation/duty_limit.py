@@ -1,0 +1,32 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""A bound on the processor time of a thread of real-time priority."""
+
+from __future__ import annotations
+
+import time
+
+
+class DutyLimit:
+    """
+    Keeps a thread of real-time priority from starving other programs when it is flooded.
+
+    :param share: of the time that the thread may compute.
+    :param window: in which the share is looked at [s].
+    """
+
+    def __init__(self, share: float = 0.8, window: float = 0.1) -> None:
+        """Begin to count in the thread that calls ``rest``."""
+        self._share = share
+        self._window = window
+        self._begin = self._used = 0.0
+
+    def rest(self) -> None:
+        """Sleep as long as it takes to come down to the share."""
+        elapsed = time.monotonic() - self._begin
+        if elapsed < self._window:
+            return
+        used = time.thread_time() - self._used
+        if elapsed < 2.0 * self._window and used > self._share * elapsed:
+            time.sleep(used / self._share - elapsed)
+        self._begin, self._used = time.monotonic(), time.thread_time()
