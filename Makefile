@@ -11,11 +11,11 @@ environment = @command -v $(PYTHON) > /dev/null \
 	$(PYTHON) scripts/env.py --venv $(VENV) $(this_python)
 
 .DEFAULT_GOAL := help
-.PHONY: help env bringup test lint bench clean
+.PHONY: help env bringup test lint bench bench-planning bench-ik bench-timing clean
 
 help: ## show this
 	@echo 'usage: make TARGET [ARGS="..."] [PYTHON=python3.12] [VENV=.venv]'
-	@sed -n 's/^\([a-z]*\):.*## /  \1|/p' $(firstword $(MAKEFILE_LIST)) | column -t -s '|'
+	@sed -n 's/^\([a-z-]*\):.*## /  \1|/p' $(firstword $(MAKEFILE_LIST)) | column -t -s '|'
 
 env: ## prepare the Python environment in .venv and build the interface packages
 	$(environment)
@@ -37,6 +37,19 @@ lint: ## style, types of the core, and who may import whom
 bench: ## start-up times and the lateness of the control tick
 	$(environment) --with test
 	@$(VENV)/bin/python -m benchmarks $(ARGS)
+
+bench-planning: ## planning problems for us and our peers, judged; minutes to an hour
+	$(environment) --with test --with bench
+	@$(VENV)/bin/python -m benchmarks planning --report docs/benchmarks.md $(ARGS)
+	@$(VENV)/bin/python -m benchmarks planning_named_states planning_service --runs 21
+
+bench-ik: ## inverse kinematics of us and our peers
+	$(environment) --with test --with bench
+	@$(VENV)/bin/python -m benchmarks ik $(ARGS)
+
+bench-timing: ## timing of random paths
+	$(environment) --with test
+	@$(VENV)/bin/python -m benchmarks timing --runs 50 $(ARGS)
 
 clean: ## remove the environment and what builds and tools have left
 	rm -rf $(VENV) build install log dist *.egg-info .pytest_cache .mypy_cache .ruff_cache \

@@ -169,7 +169,14 @@ def _robot(name: str, joints: Sequence[str], source: Path) -> Path:
 
 def _packaged(source: Path) -> list[dict[str, Any]]:
     """Return the first problems of each scene as the source package has them."""
-    return [_packaged_for(source, robot) for robot in ('panda', 'ur5')]
+    found = []
+    for robot in ('panda', 'ur5'):
+        kept = cache_folder() / 'problems' / f'{robot}.json'
+        if not kept.exists():
+            kept.parent.mkdir(parents=True, exist_ok=True)
+            kept.write_text(json.dumps(_packaged_for(source, robot)), encoding='utf-8')
+        found.append(json.loads(kept.read_text(encoding='utf-8')))
+    return found
 
 
 def _packaged_for(source: Path, robot: str) -> dict[str, Any]:

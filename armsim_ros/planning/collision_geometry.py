@@ -28,6 +28,8 @@ from armsim_ros.model.geometry import (
 
 Matrix = NDArray[np.float64]
 
+_SIGNS = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)
+
 #: Half the thickness [m] that the bounding box of a flat mesh gets: Pinocchio's managers take a
 #: shape whose box has no volume for nothing.
 LEAST_THICKNESS = 1e-6
@@ -160,8 +162,7 @@ def corner_points(geometry: Geometry) -> Matrix:
         return np.empty((0, 3))
     else:
         half = np.array([geometry.radius, geometry.radius, geometry.length / 2.0])
-    signs = np.array(np.meshgrid([-1, 1], [-1, 1], [-1, 1])).reshape(3, -1).T
-    corners: Matrix = signs * half
+    corners: Matrix = _SIGNS * half
     return corners
 
 

@@ -20,6 +20,8 @@ Matrix = NDArray[np.float64]
 #: What a sliding joint without limits counts as [m].
 LONGEST_TRAVEL = 1e3
 
+_NONE: Matrix = np.empty((0, 3))
+
 
 class LinkMotion:
     """
@@ -39,13 +41,20 @@ class LinkMotion:
     ) -> None:
         """Work out the weight of each joint for each moving body."""
         self._kinematics = kinematics
-        points = _points_by_joint(kinematics, loads)
+        links: dict[int, Matrix] = kinematics.cached(
+            'points of links', lambda: _link_points(kinematics))
+        carried = _load_points(kinematics, loads)
         #: Joint numbers of Pinocchio that carry any shape, one a row of ``weights``.
-        self.bodies: tuple[int, ...] = tuple(sorted(joint for joint in points if joint))
+        self.bodies: tuple[int, ...] = tuple(sorted({*links, *carried} - {0}))
+        rows = [
+            self._row(body, np.vstack([links.get(body, _NONE), carried[body]]))
+            if body in carried
+            else kinematics.cached(
+                ('link motion', body), lambda body=body: self._row(body, links[body]))
+            for body in self.bodies
+        ]
         #: (bodies, n) [m/rad] for turning joints, [m/m] for sliding ones.
-        self.weights: Matrix = np.zeros((len(self.bodies), kinematics.n))
-        for row, body in enumerate(self.bodies):
-            self._fill(row, body, points[body])
+        self.weights: Matrix = np.array(rows).reshape(len(rows), kinematics.n)
         self._group_rows: dict[str, Matrix] = {}
         #: (joints, joints, n) like the weights, of what one joint carries as another one sees it.
         self.relative: Matrix = self._relative()
@@ -90,10 +99,11 @@ class LinkMotion:
             found = self._group_rows[group] = self.weights[rows]
         return found
 
-    def _fill(self, row: int, body: int, points: Matrix) -> None:
+    def _row(self, body: int, points: Matrix) -> Vector:
         """Walk from a body to the root and add up how far its points can be from each axis."""
         kinematics = self._kinematics
         model = kinematics.model
+        weights = np.zeros(kinematics.n)
         joint = body
         #: Largest distance of the points from the origin of the joint below the current one.
         reach = 0.0
@@ -108,14 +118,15 @@ class LinkMotion:
                 from_axis = float(_off_axis(below[None], axis)[0]) + reach
                 from_origin = float(np.linalg.norm(below)) + reach
             if description.type is JointType.PRISMATIC:
-                self.weights[row, joint - 1] = 1.0
+                weights[joint - 1] = 1.0
                 limits = description.limits
                 from_origin += min(max(abs(limits.lower), abs(limits.upper)), LONGEST_TRAVEL)
             else:
-                self.weights[row, joint - 1] = from_axis
+                weights[joint - 1] = from_axis
             reach = from_origin
             below = np.array(model.jointPlacements[joint].translation)
             joint = int(model.parents[joint])
+        return weights
 
 
 def _axis(joint: Joint) -> Vector:
@@ -131,16 +142,22 @@ def _off_axis(points: Matrix, axis: Vector) -> Vector:
     return off
 
 
-def _points_by_joint(
-    kinematics: KinematicModel, loads: Mapping[str, AttachedObject]
-) -> dict[int, Matrix]:
-    """Return Pinocchio's joint number -> points (k, 3) [m] around all that it carries."""
+def _link_points(kinematics: KinematicModel) -> dict[int, Matrix]:
+    """Return Pinocchio's joint number -> points (k, 3) [m] around the links that it carries."""
     points: dict[int, list[Matrix]] = {}
     for name, link in kinematics.robot.links.items():
         joint, offset = kinematics.link_joint(name)
         for item in link.collisions:
             pose = offset @ item.origin
             points.setdefault(joint, []).append(_moved(pose, corner_points(item.geometry)))
+    return {joint: np.vstack(parts) for joint, parts in points.items()}
+
+
+def _load_points(
+    kinematics: KinematicModel, loads: Mapping[str, AttachedObject]
+) -> dict[int, Matrix]:
+    """Return joint number -> points (k, 3) [m] around the attached objects that it carries."""
+    points: dict[int, list[Matrix]] = {}
     for load in loads.values():
         joint, offset = kinematics.link_joint(load.link_name)
         for shape in load.object.shapes:

@@ -1,0 +1,191 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What else planning costs: edits of the scene, Cartesian paths, cancelling, memory."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from itertools import cycle, permutations
+import os
+from statistics import median
+import threading
+import time
+
+import numpy as np
+
+from armsim_ros.config.loading import load_robot_settings
+from armsim_ros.kinematics.kinematic_model import KinematicModel
+from armsim_ros.model.geometry import Box
+from armsim_ros.model.loading import load_robot_model
+from armsim_ros.model.transforms import pose_matrix
+from armsim_ros.planning.cartesian_path import CartesianRequest
+from armsim_ros.planning.error_codes import MoveItErrorCode
+from armsim_ros.planning.planner import MotionPlanner
+from armsim_ros.planning.request import (
+    Constraints,
+    JointConstraint,
+    MotionPlanRequest,
+    StartState,
+)
+from armsim_ros.planning.scene import PlanningScene
+from armsim_ros.planning.scene_update import AttachedObjectUpdate, CollisionObjectUpdate
+from armsim_ros.planning.settings import settings_from_config
+from benchmarks.options import Options
+from benchmarks.stack import resident_mib
+
+ADD, REMOVE, MOVE = 0, 1, 3
+OBJECTS = 10
+CARTESIAN_POINTS = 500
+
+
+def main(options: Options) -> None:
+    """Print a line a cost; ``--goals`` says after how many plans memory is looked at."""
+    settings = load_robot_settings(options.robot)
+    model = KinematicModel(load_robot_model(settings))
+    scene = PlanningScene(model)
+    planner = MotionPlanner(scene, settings=settings_from_config(
+        settings.planning_parameters, settings.ompl, settings.kinematics))
+    planner.prepare()
+    group, states = next(
+        (name, states) for name, states in model.robot.semantic.named_states.items()
+        if len(states) > 1)
+    _edits(planner, scene, group)
+    _cartesian(planner, scene, group)
+    _memory(planner, scene, group, states, options.goals)
+    _cancel(planner, scene, group, states, options.runs)
+
+
+def _box(name: str, operation: int, xyz: tuple[float, ...]) -> CollisionObjectUpdate:
+    shapes = (Box((0.05, 0.05, 0.05)),) if operation == ADD else ()
+    return CollisionObjectUpdate(name, operation, pose=pose_matrix(xyz), primitives=shapes)
+
+
+def _edits(planner: MotionPlanner, scene: PlanningScene, group: str) -> None:
+    """Time each kind of edit, seen by a check of the state, beyond that check itself."""
+    for k in range(OBJECTS):
+        scene.apply_object(_box(f'box{k}', ADD, (5.0, k, 0.0)))
+    tip = scene.robot.semantic.groups[group].links[-1]
+    acm = scene.acm
+
+    def change(edit: Callable[[int], None], undo: Callable[[int], None] | None) -> float:
+        spent = []
+        for k in range(50):
+            planner.check_state(scene, scene.q, group)
+            began = time.process_time()
+            planner.check_state(scene, scene.q, group)
+            idle = time.process_time() - began
+            began = time.process_time()
+            edit(k)
+            planner.check_state(scene, scene.q, group)
+            spent.append(1000.0 * (time.process_time() - began - idle))
+            if undo is not None:
+                undo(k)
+        return median(spent)
+
+    attached = _box('held', ADD, (0.0, 0.0, 0.5))
+    kinds = {
+        'add': change(lambda k: scene.apply_object(_box('new', ADD, (5.0, 0.1 * k, 3.0))),
+                      lambda k: scene.apply_object(_box('new', REMOVE, (0.0, 0.0, 0.0)))),
+        'move': change(lambda k: scene.apply_object(_box('box0', MOVE, (5.0, 0.1 * k, 1.0))),
+                       None),
+        'attach': change(
+            lambda k: scene.apply_attached(
+                AttachedObjectUpdate(tip, replace(attached, frame_id=tip), (tip,))),
+            lambda k: (scene.apply_attached(AttachedObjectUpdate(
+                tip, CollisionObjectUpdate('held', REMOVE))),
+                scene.apply_object(CollisionObjectUpdate('held', REMOVE)))),
+        'rules': change(lambda k: scene.set_acm(acm.with_pair(
+            f'box{k % OBJECTS}', tip, bool(k % 2))), None),
+    }
+    for name, spent in kinds.items():
+        print(f'scene edit, {name}: {spent:.2f} ms CPU')
+    scene.clear()
+
+
+def _cartesian(planner: MotionPlanner, scene: PlanningScene, group: str) -> None:
+    """Time a path of so many poses on a circle of 5 cm, from where the arm moves best."""
+    model = scene.kinematic_model
+    tip = scene.robot.semantic.groups[group].links[-1]
+    generator = np.random.default_rng(0)
+    indices = model.group_indices(group)
+    low = np.maximum(model.lower, -np.pi)[indices]
+    high = np.minimum(model.upper, np.pi)[indices]
+    states = [model.insert(scene.q, group, values)
+              for values in generator.uniform(low, high, (300, len(indices)))]
+    q = max((q for q in states if planner.check_state(scene, q, group).valid),
+            key=lambda q: np.linalg.svd(model.jacobian(q, tip, group), compute_uv=False)[-1])
+    start = model.positions(q)
+    pose = model.link_pose(q, tip)
+    angles = np.linspace(0.0, 2.0 * np.pi, CARTESIAN_POINTS + 1)[1:]
+    waypoints = []
+    for angle in angles:
+        moved = pose.copy()
+        moved[:3, 3] += 0.05 * np.array([0.0, np.sin(angle), np.cos(angle) - 1.0])
+        waypoints.append(moved)
+    request = CartesianRequest(
+        group, tuple(waypoints), 0.01, start_state=StartState.from_positions(start))
+    spent, answer = [], None
+    for _ in range(5):
+        began = time.process_time()
+        answer = planner.cartesian_path(request, scene.snapshot())
+        spent.append(1000.0 * (time.process_time() - began))
+    assert answer is not None
+    print(f'Cartesian path of {CARTESIAN_POINTS} points: {median(spent):.0f} ms CPU, '
+          f'{answer.fraction:.0%} {answer.message}')
+
+
+def _request(group: str, start: dict[str, float], goal: dict[str, float]) -> MotionPlanRequest:
+    joints = tuple(JointConstraint(name, value, 1e-4, 1e-4) for name, value in goal.items())
+    return MotionPlanRequest(
+        group, (Constraints(joints),), StartState.from_positions(start))
+
+
+def _memory(
+    planner: MotionPlanner, scene: PlanningScene, group: str,
+    states: dict[str, dict[str, float]], count: int,
+) -> None:
+    """Plan between all named states in turn; print how far the process has grown."""
+    pairs = cycle(permutations(states, 2))
+    solved, before = 0, 0.0
+    warm = max(50, count // 20)
+    for number in range(warm + count):
+        if number == warm:
+            before = resident_mib(os.getpid())
+        start, goal = next(pairs)
+        response = planner.plan(
+            _request(group, states[start], states[goal]), scene.snapshot(),
+            clock=time.monotonic)
+        solved += number >= warm and response.success
+    grown = resident_mib(os.getpid()) - before
+    print(f'{count} plans in a row: {solved} solved, grown by {grown:+.1f} MiB')
+
+
+def _cancel(
+    planner: MotionPlanner, scene: PlanningScene, group: str,
+    states: dict[str, dict[str, float]], runs: int,
+) -> None:
+    """Cancel plans at every stage; print how long the answer takes from then."""
+    waits = []
+    pairs = list(permutations(states, 2))
+    for number in range(runs * len(pairs)):
+        start, goal = pairs[number % len(pairs)]
+        asked = threading.Event()
+        told: list[float] = []
+
+        def cancel(asked: threading.Event = asked, told: list[float] = told) -> None:
+            told.append(time.monotonic())
+            asked.set()
+
+        timer = threading.Timer(0.003 * (1 + number // len(pairs)), cancel)
+        timer.start()
+        response = planner.plan(
+            _request(group, states[start], states[goal]), scene.snapshot(),
+            clock=time.monotonic, cancelled=asked.is_set)
+        ended = time.monotonic()
+        timer.cancel()
+        timer.join()
+        if response.error_code == MoveItErrorCode.PREEMPTED:
+            waits.append(1000.0 * (ended - told[0]))
+    print(f'{len(waits)} plans cancelled, answered after: median {median(waits):.1f} ms, worst '
+          f'{max(waits):.1f} ms')
