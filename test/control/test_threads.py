@@ -36,14 +36,13 @@ def test_goals_and_readers_from_many_threads(rig, trajectory):
     threads.append(threading.Thread(target=reader))
     for thread in threads:
         thread.start()
-    while r.now_ns < 35_000_000_000 and len(goals) < 500:
+    while len(goals) < 200:
         r.step()
     stop.set()
     for thread in threads:
         thread.join()
     r.run(1.0)
     assert torn == []
-    assert len(goals) >= 100
     assert sorted(map(id, ends)) == sorted(map(id, goals))
     assert all(goal.done for goal in goals)
     assert arm.active_goal is None
