@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -50,7 +51,7 @@ class LinkMotion:
             self._row(body, np.vstack([links.get(body, _NONE), carried[body]]))
             if body in carried
             else kinematics.cached(
-                ('link motion', body), lambda body=body: self._row(body, links[body]))
+                ('link motion', body), partial(self._row, body, links[body]))
             for body in self.bodies
         ]
         #: (bodies, n) [m/rad] for turning joints, [m/m] for sliding ones.

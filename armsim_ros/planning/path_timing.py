@@ -29,6 +29,7 @@ _SHRINK = 0.35
 _ATTEMPTS = 4
 _LOOKS = 4
 _SAMPLES = 9
+_NOTHING = 2e-4  # [m] by which a blend may leave a free corner unlooked at: the proof comes later
 _OVERSHOOT = 1e-3
 
 
@@ -70,7 +71,11 @@ def _shrink_corners(
     waypoints: Vector, deviation: Vector, validity: StateValidity
 ) -> None:
     """Make the blend at every inner waypoint so small that it is free."""
-    for corner in range(len(deviation)):
+    steps = np.diff(waypoints, axis=0)
+    lengths = np.linalg.norm(steps, axis=1)
+    turns = np.linalg.norm(np.diff(steps / lengths[:, None], axis=0), axis=1)
+    cut = np.minimum(deviation, turns * np.minimum(lengths[:-1], lengths[1:]) / 8.0)
+    for corner in np.flatnonzero(cut * float(np.linalg.norm(validity.levers)) > _NOTHING):
         three = waypoints[corner:corner + 3]
         while deviation[corner] > _LEAST_DEVIATION:
             blend = BlendedPath(three, float(deviation[corner])).corner_samples(0, _SAMPLES)
