@@ -182,28 +182,32 @@ def _packaged(source: Path) -> list[dict[str, Any]]:
 def _packaged_for(source: Path, robot: str) -> dict[str, Any]:
     problems = []
     joints: list[str] = []
+    wanted = {
+        f'problems/{scene}_{robot}/{kind}{index:04d}.yaml': (scene, index, kind)
+        for scene in SCENES for index in range(1, 101) for kind in ('scene', 'request')
+    }
+    texts = {}
     with tarfile.open(source / 'resources' / robot / 'problems.tar.bz2') as archive:
-        names = set(archive.getnames())
-        for scene in SCENES:
-            for index in range(1, 101):
-                texts = [f'problems/{scene}_{robot}/{kind}{index:04d}.yaml'
-                         for kind in ('scene', 'request')]
-                if not names.issuperset(texts) or len([
-                    each for each in problems if each['scene'] == scene
-                ]) >= PROBLEMS_OF_A_SCENE:
-                    continue
-                world, request = (
-                    yaml.load(archive.extractfile(text), yaml.CSafeLoader) for text in texts)
-                goal = request['goal_constraints'][0]['joint_constraints']
-                state = request['start_state']['joint_state']
-                start = dict(zip(state['name'], state['position'], strict=True))
-                joints = [each['joint_name'] for each in goal]
-                problems.append({
-                    'scene': scene, 'index': index,
-                    'start': [start[name] for name in joints],
-                    'goal': [each['position'] for each in goal],
-                    'obstacles': list(_obstacles(world['world']['collision_objects'])),
-                })
+        for member in archive:  # in the order of the file: going back means unpacking anew
+            if member.name in wanted:
+                texts[wanted[member.name]] = archive.extractfile(member).read()
+    for scene in SCENES:
+        complete = [index for index in range(1, 101) if {
+            (scene, index, 'scene'), (scene, index, 'request')} <= texts.keys()]
+        for index in complete[:PROBLEMS_OF_A_SCENE]:
+            world, request = (
+                yaml.load(texts[scene, index, kind], yaml.CSafeLoader)
+                for kind in ('scene', 'request'))
+            goal = request['goal_constraints'][0]['joint_constraints']
+            state = request['start_state']['joint_state']
+            start = dict(zip(state['name'], state['position'], strict=True))
+            joints = [each['joint_name'] for each in goal]
+            problems.append({
+                'scene': scene, 'index': index,
+                'start': [start[name] for name in joints],
+                'goal': [each['position'] for each in goal],
+                'obstacles': list(_obstacles(world['world']['collision_objects'])),
+            })
     return {'robot': robot, 'joints': joints, 'problems': problems}
 
 
