@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor
 import multiprocessing
 import sys
 import time
@@ -26,6 +27,7 @@ from rclpy.action import ActionClient
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.qos import QoSDurabilityPolicy, QoSHistoryPolicy, QoSProfile
+from rclpy.signals import SignalHandlerOptions
 from sensor_msgs.msg import JointState
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
@@ -34,7 +36,7 @@ SUCCEEDED = GoalStatus.STATUS_SUCCEEDED
 CANCELED = GoalStatus.STATUS_CANCELED
 ABORTED = GoalStatus.STATUS_ABORTED
 KEEP_ALL = QoSProfile(history=QoSHistoryPolicy.KEEP_ALL)
-TIMEOUT = 30.0
+TIMEOUT = 60.0
 #: Goals of the burst, and the clients that send them at the same time.
 BURST, CLIENTS = 500, 4
 
@@ -249,10 +251,10 @@ def burst(client: Client) -> None:
     client.farthest = 0.0
     context = multiprocessing.get_context('spawn')
     arguments = (client.controller, client.manager, client.joints, BURST // CLIENTS)
-    with context.Pool(CLIENTS) as pool:
-        running = pool.starmap_async(one_of_the_burst, [arguments] * CLIENTS)
-        client.until(running.ready, 'the end of the burst')
-        counts = sum(running.get(), Counter())
+    with ProcessPoolExecutor(CLIENTS, context) as pool:
+        running = [pool.submit(one_of_the_burst, *arguments) for _ in range(CLIENTS)]
+        client.until(lambda: all(one.done() for one in running), 'the end of the burst')
+        counts = sum((one.result() for one in running), Counter())
     assert counts['rejected'] == BURST // 5, counts
     assert counts['ended'] == BURST - BURST // 5, counts
     assert counts['succeeded'] >= 1, counts
@@ -265,7 +267,7 @@ def one_of_the_burst(
     controller: str, manager: str, joints: list[str], count: int
 ) -> Counter[str]:
     """Send goals without waiting for one another; return what became of them."""
-    rclpy.init()
+    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
     client = Client(controller, manager, joints)
     counts: Counter[str] = Counter()
 

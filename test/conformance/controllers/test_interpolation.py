@@ -175,12 +175,12 @@ def test_without_interpolation_the_next_waypoint_is_taken(bench: Bench) -> None:
     """Method 'none': the start state until the first point, then always the next waypoint."""
     c = bench.use('stepping')
     trajectory = c.trajectory(
-        point(0.1, [0.01, 0.0]), point(0.2, [0.02, 0.0]), point(0.3, [0.03, 0.0])
+        point(0.3, [0.01, 0.0]), point(0.6, [0.02, 0.0]), point(0.9, [0.03, 0.0])
     )
     seen = set()
     for sample in samples_of(c, trajectory):
-        step = min(round(sample.time * 1e9) // 100_000_000, 2)
-        edge = abs(sample.time * 10.0 - round(sample.time * 10.0)) < 1e-6
+        step = min(round(sample.time * 1e9) // 300_000_000, 2)
+        edge = abs(sample.time / 0.3 - round(sample.time / 0.3)) < 1e-6
         expected = [0.0, 0.02, 0.03][step]
         if not edge:
             assert sample.positions[0] == pytest.approx(expected), sample

@@ -36,7 +36,7 @@ def printed(bench: Bench) -> dict[str, str]:
     words = [bench.name('arm'), bench.name('controller_manager'), 'axis_1', 'axis_2']
     program = Program([sys.executable, script, *words], environment=ros_environment(bench.domain))
     with program:
-        program.wait(120.0)
+        program.wait(300.0)
     return {line.split(' ', 1)[1].split(':')[0]: line for line in program.output if ' ' in line}
 
 
