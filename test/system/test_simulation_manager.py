@@ -178,3 +178,12 @@ def test_a_tolerance_set_by_parameter_holds_for_the_next_goal(
     assert arm.send(trajectory_message(JOINTS, [(0.5, [0.0] * 6)])).result().status == SUCCEEDED
     assert parameters.set('constraints.joint_1.trajectory', -1.0) != ''
     assert parameters.set('joints', ['joint_1']) != ''
+
+
+def test_no_joint_can_be_made_to_fail_unless_asked_for(
+    simulation: Program, client: ClientNode
+) -> None:
+    """U4: without fault_injection in simulation.yaml there are no parameters for it."""
+    names = ParameterClient(client, MANAGER).names()
+    assert 'update_rate' in names
+    assert not [name for name in names if name.startswith('faults')]
