@@ -3,9 +3,9 @@
 """
 A free path from a start to one of several goals.
 
-First the straight line; then an OMPL planner in large steps on hulls; the path found is
-shortened, checked as a whole on exact geometry in small steps, and only the pieces that fail
-are searched again.
+First the straight line; then RRT-Connect, or the OMPL planner that was asked for, in large
+steps on hulls; the path found is shortened, checked as a whole on exact geometry in small steps,
+and only the pieces that fail are searched again.
 """
 
 from __future__ import annotations
