@@ -35,6 +35,8 @@ CONNECT_TICKS = 50
 LOST_TICKS = 100
 STOP_TICKS = 50
 SETTLE_TICKS = 50
+ARRIVED = 0.02
+LATE_RESULT = 2.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -225,7 +227,8 @@ class TrajectoryExecution:
                 break
             connected = all(self._handles[run.name].connected for run in runs)
             lost = 0 if connected else lost + 1
-            ending = self._ending(watch, stops, elapsed, limit, lost)
+            late = limit + LATE_RESULT if self._arrived(trajectory) else limit
+            ending = self._ending(watch, stops, elapsed, late, lost)
             if ending is not None:
                 await self._cancel_all()
                 return ending
@@ -281,6 +284,12 @@ class TrajectoryExecution:
                 )
             )
         return max(limits)
+
+    def _arrived(self, trajectory: JointTrajectory) -> bool:
+        """Return whether the robot is where a trajectory ends: then only the result is late."""
+        measured = self._context.states.positions
+        ends = zip(trajectory.joint_names, trajectory.points[-1].positions, strict=True)
+        return all(abs(measured.get(name, float('inf')) - end) < ARRIVED for name, end in ends)
 
     async def _cancel_all(self) -> None:
         """Cancel what runs and wait, a second at most, until it has ended."""

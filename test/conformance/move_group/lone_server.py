@@ -126,8 +126,8 @@ class PlayedController:
     """
     An action server whose goals end as the test says.
 
-    ``behaviour`` is 'arrive' (at once, the arm jumps to the end), 'hold' (until cancelled),
-    'reject', 'abort' or 'cancel' (by itself).
+    ``behaviour`` is 'arrive' (at once, the arm jumps to the end), 'late' (the arm too, the result
+    only after ``release``), 'hold' (until cancelled), 'reject' or 'abort'.
     """
 
     def __init__(self, player: PlayedArm, action: str, kind: Any) -> None:
@@ -151,9 +151,7 @@ class PlayedController:
 
     def _cancel(self, _goal: Any) -> CancelResponse:
         self.cancelled.set()
-        for future in self._running:
-            future.set_result(None)
-        self._running = []
+        self._release()
         return CancelResponse.ACCEPT
 
     async def _execute(self, handle: Any) -> Any:
@@ -161,7 +159,13 @@ class PlayedController:
         ways: dict[str, Callable[[Any, Any], None]] = {
             'arrive': self._arrive, 'abort': self._abort,
         }
-        if self.behaviour == 'hold':
+        if self.behaviour == 'late':
+            self._move(handle)
+            future = Future()
+            self._running.append(future)
+            await future
+            handle.succeed()
+        elif self.behaviour == 'hold':
             future = Future()
             self._running.append(future)
             await future
@@ -174,10 +178,23 @@ class PlayedController:
         if self._kind is GripperCommand:
             result.reached_goal = True
         else:
-            trajectory = handle.request.trajectory
-            end = zip(trajectory.joint_names, trajectory.points[-1].positions, strict=True)
-            self._player.positions.update(end)
+            self._move(handle)
         handle.succeed()
+
+    def _move(self, handle: Any) -> None:
+        """Put the arm where the trajectory ends."""
+        trajectory = handle.request.trajectory
+        end = zip(trajectory.joint_names, trajectory.points[-1].positions, strict=True)
+        self._player.positions.update(end)
+
+    def release(self) -> None:
+        """Let goals that wait end."""
+        self._player.client.in_executor(self._release)
+
+    def _release(self) -> None:
+        for future in self._running:
+            future.set_result(None)
+        self._running = []
 
     def _abort(self, handle: Any, result: Any) -> None:
         result.error_code = -4

@@ -194,6 +194,19 @@ def test_a_controller_that_takes_too_long(stand: Stand) -> None:
     assert stand.upper.cancelled.is_set()
 
 
+@pytest.mark.statement('EXE-8')
+def test_a_result_that_is_late(stand: Stand) -> None:
+    """An arm that is where it should be has not failed: the result is waited for a little."""
+    stand.upper.behaviour = 'late'
+    trajectory = stand.trajectory(*UPPER)
+    allowed = seconds(trajectory.points[-1].time_from_start) + 0.3
+    handle = stand.arm.send_execute(trajectory)
+    with pytest.raises(AssertionError, match='no result'):
+        stand.arm.ended(handle, timeout=allowed + 0.3)
+    stand.upper.release()
+    assert stand.arm.ended(handle).code == 'SUCCESS'
+
+
 @pytest.mark.statement('EXE-8', 'PAR-5')
 def test_the_duration_monitor_can_be_switched_off(stand: Stand) -> None:
     """Without it a slow controller is waited for."""
