@@ -383,7 +383,7 @@ def test_executed_trajectory(home: Any) -> None:
 
 @pytest.mark.statement('ACT-14')
 def test_a_client_that_leaves(home: Any) -> None:
-    """The motion of a client that goes away is finished."""
+    """The motion of a client that goes away is finished, and then the next one runs."""
     goal = home.near(0.3)
     domain = home.client.context.get_domain_id()
     with ClientNode(domain, 'guest') as guest:
@@ -393,6 +393,8 @@ def test_a_client_that_leaves(home: Any) -> None:
         if home.distance(goal) < 0.01:
             break
     assert home.distance(goal) < 0.01
+    # What comes while the first motion ends is refused.
+    assert any(home.move(target(home)).code == 'SUCCESS' for _ in range(20))
 
 
 @pytest.mark.statement('EXE-9', 'EXE-11')
