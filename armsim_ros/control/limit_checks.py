@@ -11,9 +11,12 @@ from armsim_ros.config.joint_trajectory_controller import JointTrajectoryControl
 from armsim_ros.control import wraparound
 from armsim_ros.control.joint_properties import JointProperties
 from armsim_ros.control.trajectory_goal import RefusedTrajectoryError
+from armsim_ros.control.trajectory_requests import Start
 from armsim_ros.control.waypoints import Waypoints
 
+Matrix = NDArray[np.float64]
 Vector = NDArray[np.float64]
+Mask = NDArray[np.bool_]
 
 POSITION_SLACK = 1e-3
 """So far outside its limits a position is still taken: rounding by planners [rad or m]."""
@@ -60,38 +63,44 @@ def check_limits(waypoints: Waypoints, properties: JointProperties) -> None:
 def check_start(
     waypoints: Waypoints,
     elapsed: float,
-    reference: Vector,
-    guarded: NDArray[np.bool_],
+    reference: Matrix,
+    measured: Vector,
+    guarded: Mask,
     parameters: JointTrajectoryControllerParameters,
     properties: JointProperties,
-) -> bool:
+) -> Start:
     """
     Refuse a trajectory whose first point cannot be reached in its time.
 
+    A joint that something blocks stands away from its reference; those who plan read where it
+    stands. So the first point may be near either.
+
     :param elapsed: time since its stamp [s], 0 without one; points before are left out.
-    :param reference: (2, n) position and velocity that the trajectory starts from.
+    :param reference: (2, n) position and velocity that the joints should have now.
+    :param measured: (n,) positions that they have.
     :param guarded: (n,) joints with a path tolerance: it ends a goal that jumps away, without a
-        motion, so they are not checked here.
-    :returns: whether a guarded joint is too far away from a first point at time 0.
+        motion, so they are not refused here.
     :raises RefusedTrajectoryError: the first joint that is too far away.
     """
     allowed = parameters.allowed_start_step
+    nowhere = np.zeros(len(measured), dtype=bool)
     first = int(np.searchsorted(waypoints.times, elapsed)) if elapsed > 0.0 else 0
     if first == len(waypoints.times):
-        return False
+        return Start(nowhere, jump=False)
     time = float(waypoints.times[first]) - elapsed
     if allowed == 0.0 or (time > 0.0 and not parameters.enforce_joint_limits):
-        return time == 0.0
-    far = waypoints.positions[first] - reference[0]
-    far[properties.continuous] = wraparound.shortest(far[properties.continuous])
+        return Start(nowhere, jump=time == 0.0)
     reach = allowed + np.abs(reference[1]) * LATENCY
     if time > 0.0:
         reach = reach + properties.velocity * time
-    bad = np.abs(far) > reach
+    far = waypoints.positions[first] - np.stack((reference[0], measured))
+    far[:, properties.continuous] = wraparound.shortest(far[:, properties.continuous])
+    beyond = np.abs(far) > reach
+    bad = beyond.all(axis=0)
     for i in np.flatnonzero(bad & ~guarded):
         raise RefusedTrajectoryError(
-            f'the first point, in {time:g} s, is {far[i]:g} {properties.units[i]} away from where '
-            f"joint '{properties.names[i]}' is; allowed: {reach[i]:g}; give it more time, or "
-            'start the trajectory where the arm is'
+            f'the first point, in {time:g} s, is {far[1, i]:g} {properties.units[i]} away from '
+            f"where joint '{properties.names[i]}' is; allowed: {reach[i]:g}; give it more time, "
+            'or start the trajectory where the arm is'
         )
-    return time == 0.0 and bool(bad.any())
+    return Start(beyond[0] & ~bad, jump=time == 0.0 and bool(bad.any()))

@@ -208,7 +208,13 @@ class TrajectoryExecution:
         parameters = self.parameters
         desired = parameters.interpolate_from_desired_state or parameters.open_loop_control
         state = record.reference.copy() if desired else record.measured_state()
-        motion = request.prepared.begin(time, state, held, step=request.step)
+        start = request.start
+        if start is not None and start.measured.any():
+            rows = np.tile(start.measured, len(state) // self.joints)
+            state[rows] = record.measured_state()[rows]
+        motion = request.prepared.begin(
+            time, state, held, step=start is not None and start.jump
+        )
         self._set_motion(motion, time, request.stamp_ns or time_ns)
         self.phase = Phase.RUNNING
         self._judge = self._new_judge((self.goal or request).tolerances)

@@ -92,15 +92,16 @@ class TrajectoryIntake:
         goal: TrajectoryGoal | None,
     ) -> StartRequest:
         waypoints = validate(trajectory, parameters, self._properties, now_ns)
-        step = False
+        start = None
         snapshot = self._snapshot()
         if trajectory.stamp_ns <= now_ns and snapshot is not None:
             elapsed = (now_ns - trajectory.stamp_ns) * 1e-9 if trajectory.stamp_ns else 0.0
             reference = np.stack((snapshot.reference.positions, snapshot.reference.velocities))
             guarded = np.isfinite(tolerances.path[0])
-            step = check_start(
-                waypoints, elapsed, reference, guarded, parameters, self._properties
-            )
+            start = check_start(
+                waypoints, elapsed, reference, snapshot.feedback.positions, guarded, parameters,
+                self._properties,
+            )  # fmt: skip
         prepared = PreparedTrajectory(
             waypoints,
             self._properties.continuous,
@@ -108,4 +109,4 @@ class TrajectoryIntake:
             effort='effort' in parameters.command_interfaces,
             rest_at_end='position' in parameters.command_interfaces,
         )
-        return StartRequest(prepared, trajectory.stamp_ns, tolerances, goal, step)
+        return StartRequest(prepared, trajectory.stamp_ns, tolerances, goal, start)

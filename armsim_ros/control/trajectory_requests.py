@@ -7,10 +7,27 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
 from armsim_ros.config.joint_trajectory_controller import JointTrajectoryControllerParameters
 from armsim_ros.control.sampling import PreparedTrajectory
 from armsim_ros.control.tolerances import SegmentTolerances
 from armsim_ros.control.trajectory_goal import TrajectoryGoal
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Start:
+    """
+    From where the joints begin to follow a trajectory.
+
+    :param measured: (n,) joints that begin where they are, not where they should be: something
+        keeps them away from there.
+    :param jump: whether a first point at time 0 is jumped to.
+    """
+
+    measured: NDArray[np.bool_]
+    jump: bool
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -19,14 +36,14 @@ class StartRequest:
     Follow a trajectory.
 
     :param goal: None for a trajectory from the topic.
-    :param step: whether a first point at time 0 is jumped to.
+    :param start: None is where the joints should be.
     """
 
     prepared: PreparedTrajectory
     stamp_ns: int
     tolerances: SegmentTolerances
     goal: TrajectoryGoal | None = None
-    step: bool = False
+    start: Start | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -157,19 +157,6 @@ def test_preempted_goal_is_canceled_in_ros1(rig, trajectory):
     assert old.status.name == 'CANCELED'
 
 
-def test_start_from_the_measured_state_by_parameter(rig, trajectory):
-    """E7, B9: interpolate_from_desired_state false starts where the arm is."""
-    r = rig(gain=0.2)
-    arm = r.arm(interpolate_from_desired_state=False)
-    arm.set_trajectory(trajectory(MOVE))
-    r.run(0.5)
-    measured = r.hardware.state.position[0]
-    arm.set_trajectory(trajectory(MOVE))
-    r.step()
-    assert arm.snapshot().reference.positions[0] == measured
-    assert measured < 0.19
-
-
 def test_topic_during_goal_keeps_the_goal(rig, trajectory):
     """I8: the goal stays and is judged on the new trajectory, to its end."""
     r = rig()
@@ -213,65 +200,6 @@ def test_empty_message_stops_in_ros1(rig, trajectory):
     where = r.hardware.state.position.copy()
     r.run(1.0)
     np.testing.assert_allclose(r.hardware.state.position, where)
-
-
-def test_future_stamp_waits(rig, trajectory):
-    """E4: the arm holds until the stamp and reaches the first point at stamp + t1."""
-    r = rig()
-    arm = r.arm()
-    stamp = r.now_ns + 500_000_000
-    goal = arm.send_goal(trajectory(MOVE, stamp_ns=stamp)).goal
-    r.run(0.5)
-    assert goal.status.name == 'EXECUTING'
-    np.testing.assert_array_equal(r.hardware.state.position, [0.0, 0.0])
-    r.run(0.5)
-    assert 0.1 < r.hardware.state.position[0] < 0.3
-    r.run(0.52)
-    assert goal.status.name == 'SUCCEEDED'
-
-
-def test_future_stamp_keeps_the_old_motion(rig, trajectory):
-    """E4, I5: until the stamp the old trajectory goes on; its goal is preempted at once."""
-    r = rig()
-    arm = r.arm()
-    old = arm.send_goal(trajectory((1.0, [1.0, 0.0]))).goal
-    r.run(0.2)
-    arm.send_goal(trajectory((1.0, [0.0, 0.0]), stamp_ns=r.now_ns + 300_000_000))
-    r.step()
-    assert old.status.name == 'ABORTED'
-    r.run(0.29)
-    assert arm.snapshot().reference.positions[0] == pytest.approx(0.49)
-    r.run(1.1)
-    np.testing.assert_allclose(r.hardware.state.position, [0.0, 0.0], atol=1e-12)
-
-
-def test_canceled_while_it_waits(rig, trajectory):
-    """I1: a goal that waits for its stamp can be canceled."""
-    r = rig()
-    arm = r.arm()
-    goal = arm.send_goal(trajectory(MOVE, stamp_ns=r.now_ns + 500_000_000)).goal
-    r.step()
-    arm.cancel(goal)
-    r.run(2.0)
-    assert goal.status.name == 'CANCELED'
-    np.testing.assert_array_equal(r.hardware.state.position, [0.0, 0.0])
-
-
-def test_past_stamp_joins_without_a_jump(rig, trajectory):
-    """E5: points of the past are dropped; the end comes at stamp + t_end."""
-    r = rig()
-    arm = r.arm()
-    stamp = r.now_ns - 1_500_000_000
-    goal = arm.send_goal(
-        trajectory((1.0, [1.0, 0.0]), (2.0, [0.5, 0.0]), (3.0, [0.2, 0.0]), stamp_ns=stamp)
-    ).goal
-    references = []
-    for _ in range(152):
-        r.step()
-        references.append(arm.snapshot().reference.positions[0])
-    assert np.abs(np.diff(references)).max() <= 0.0101
-    assert references[50] == pytest.approx(0.5)
-    assert goal.status.name == 'SUCCEEDED'
 
 
 def test_deactivation_aborts(rig, trajectory):
@@ -380,18 +308,6 @@ def test_errors_of_continuous_joints_are_wrapped(rig):
     r.hardware.state.position[:] = 6.0
     r.step()
     np.testing.assert_allclose(arm.snapshot().error.positions, [2 * math.pi - 6.0, -6.0])
-
-
-def test_continuous_joint_never_steps(rig, trajectory):
-    """G3: a target many turns away moves less than half a turn, without a step."""
-    r = rig({'a': JointType.CONTINUOUS, 'b': JointType.REVOLUTE})
-    arm = r.arm(constraints={'a': {'goal': 0.01, 'trajectory': 0.5}})
-    goal = arm.send_goal(trajectory((0.0, [0.0, 0.0]), (1.0, [0.5 + 8 * math.pi, 0.0]))).goal
-    assert goal is None, 'a jump by turns inside a message is literal (G6)'
-    goal = arm.send_goal(trajectory((1.0, [0.5 + 8 * math.pi, 0.0]))).goal
-    r.run(1.1)
-    assert goal.status.name == 'SUCCEEDED'
-    assert r.hardware.state.position[0] == pytest.approx(0.5)
 
 
 def test_mimic_joint_cannot_be_claimed(rig):

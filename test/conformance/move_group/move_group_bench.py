@@ -7,6 +7,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 import math
+import threading
 from typing import Any
 from xml.etree import ElementTree
 
@@ -243,8 +244,13 @@ class ArmBench:
         """Wait for the end of a goal."""
         future = self.client.in_executor(handle.get_result_async)
         answer = self.client.result(future, timeout, 'result')
-        # Feedback has a topic of its own: give what is on its way the time to arrive.
-        self.client.in_executor(lambda: None)
+        if feedback is not None:
+            # Feedback has a topic of its own, and its last word may come after the result.
+            pause = threading.Event()
+            for _ in range(200):
+                if feedback[-1:] == ['IDLE']:
+                    break
+                pause.wait(0.01)
         return Ended(answer.status, answer.result, feedback or [])
 
     # ------------------------------------------------------------------ questions

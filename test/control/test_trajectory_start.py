@@ -1,0 +1,141 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Where and when joints begin to follow a trajectory."""
+
+import math
+
+import numpy as np
+import pytest
+
+from armsim_ros.model.robot_model import JointType
+
+MOVE = (1.0, [0.4, 0.0], [0, 0], [0, 0])
+
+
+def test_start_from_the_measured_state_by_parameter(rig, trajectory):
+    """E7, B9: interpolate_from_desired_state false starts where the arm is."""
+    r = rig(gain=0.2)
+    arm = r.arm(interpolate_from_desired_state=False)
+    arm.set_trajectory(trajectory(MOVE))
+    r.run(0.5)
+    measured = r.hardware.state.position[0]
+    arm.set_trajectory(trajectory(MOVE))
+    r.step()
+    assert arm.snapshot().reference.positions[0] == measured
+    assert measured < 0.19
+
+
+def test_future_stamp_waits(rig, trajectory):
+    """E4: the arm holds until the stamp and reaches the first point at stamp + t1."""
+    r = rig()
+    arm = r.arm()
+    stamp = r.now_ns + 500_000_000
+    goal = arm.send_goal(trajectory(MOVE, stamp_ns=stamp)).goal
+    r.run(0.5)
+    assert goal.status.name == 'EXECUTING'
+    np.testing.assert_array_equal(r.hardware.state.position, [0.0, 0.0])
+    r.run(0.5)
+    assert 0.1 < r.hardware.state.position[0] < 0.3
+    r.run(0.52)
+    assert goal.status.name == 'SUCCEEDED'
+
+
+def test_future_stamp_keeps_the_old_motion(rig, trajectory):
+    """E4, I5: until the stamp the old trajectory goes on; its goal is preempted at once."""
+    r = rig()
+    arm = r.arm()
+    old = arm.send_goal(trajectory((1.0, [1.0, 0.0]))).goal
+    r.run(0.2)
+    arm.send_goal(trajectory((1.0, [0.0, 0.0]), stamp_ns=r.now_ns + 300_000_000))
+    r.step()
+    assert old.status.name == 'ABORTED'
+    r.run(0.29)
+    assert arm.snapshot().reference.positions[0] == pytest.approx(0.49)
+    r.run(1.1)
+    np.testing.assert_allclose(r.hardware.state.position, [0.0, 0.0], atol=1e-12)
+
+
+def test_canceled_while_it_waits(rig, trajectory):
+    """I1: a goal that waits for its stamp can be canceled."""
+    r = rig()
+    arm = r.arm()
+    goal = arm.send_goal(trajectory(MOVE, stamp_ns=r.now_ns + 500_000_000)).goal
+    r.step()
+    arm.cancel(goal)
+    r.run(2.0)
+    assert goal.status.name == 'CANCELED'
+    np.testing.assert_array_equal(r.hardware.state.position, [0.0, 0.0])
+
+
+def test_past_stamp_joins_without_a_jump(rig, trajectory):
+    """E5: points of the past are dropped; the end comes at stamp + t_end."""
+    r = rig()
+    arm = r.arm()
+    stamp = r.now_ns - 1_500_000_000
+    goal = arm.send_goal(
+        trajectory((1.0, [1.0, 0.0]), (2.0, [0.5, 0.0]), (3.0, [0.2, 0.0]), stamp_ns=stamp)
+    ).goal
+    references = []
+    for _ in range(152):
+        r.step()
+        references.append(arm.snapshot().reference.positions[0])
+    assert np.abs(np.diff(references)).max() <= 0.0101
+    assert references[50] == pytest.approx(0.5)
+    assert goal.status.name == 'SUCCEEDED'
+
+
+def test_continuous_joint_never_steps(rig, trajectory):
+    """G3: a target many turns away moves less than half a turn, without a step."""
+    r = rig({'a': JointType.CONTINUOUS, 'b': JointType.REVOLUTE})
+    arm = r.arm(constraints={'a': {'goal': 0.01, 'trajectory': 0.5}})
+    goal = arm.send_goal(trajectory((0.0, [0.0, 0.0]), (1.0, [0.5 + 8 * math.pi, 0.0]))).goal
+    assert goal is None, 'a jump by turns inside a message is literal (G6)'
+    goal = arm.send_goal(trajectory((1.0, [0.5 + 8 * math.pi, 0.0]))).goal
+    r.run(1.1)
+    assert goal.status.name == 'SUCCEEDED'
+    assert r.hardware.state.position[0] == pytest.approx(0.5)
+
+
+@pytest.fixture
+def blocked(rig, trajectory):
+    """Return a rig whose joint a should be at 0.4 rad and is kept at 0.1, and its controller."""
+    r = rig(gain=0.1)
+    arm = r.arm()
+    arm.set_trajectory(trajectory((0.5, [0.4, 0.0])))
+    while r.hardware.state.position[0] < 0.1:
+        r.step()
+    r.hardware.frozen = True
+    r.run(0.6)
+    assert arm.snapshot().reference.positions[0] == 0.4
+    return r, arm, r.hardware.state.position[0]
+
+
+def test_a_plan_from_where_a_blocked_joint_stands(blocked, trajectory):
+    """A joint that something blocks is led away from where it is, not from where it should be."""
+    r, arm, stands = blocked
+    goal = arm.send_goal(trajectory((0.0, [stands, 0.0]), (0.5, [-0.4, 0.0]))).goal
+    r.step()
+    assert arm.snapshot().reference.positions[0] == pytest.approx(stands, abs=1e-12)
+    r.hardware.frozen = False
+    r.run(2.0)
+    assert goal.status.name == 'SUCCEEDED'
+    assert r.hardware.state.position[0] == pytest.approx(-0.4, abs=1e-3)
+
+
+def test_a_blocked_joint_goes_on_from_where_it_should_be(blocked, trajectory):
+    """E7, G3: a trajectory that begins at the reference is taken, without a step."""
+    r, arm, _ = blocked
+    arm.send_goal(trajectory((0.0, [0.4, 0.0]), (0.5, [0.2, 0.0])))
+    r.step()
+    assert arm.snapshot().reference.positions[0] == 0.4
+
+
+@pytest.mark.parametrize('first', [0.2, 0.3, 0.5, 0.0])
+def test_a_first_point_near_neither_is_refused(blocked, trajectory, first):
+    """The reason says how far the joint is from the first point; nothing moves."""
+    r, arm, stands = blocked
+    response = arm.send_goal(trajectory((0.0, [first, 0.0]), (0.5, [0.0, 0.0])))
+    assert not response.accepted
+    assert f"{first - stands:g} rad away from where joint 'a' is" in response.reason
+    r.step()
+    assert arm.snapshot().reference.positions[0] == 0.4
