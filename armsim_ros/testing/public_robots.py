@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Public robot descriptions from packages of the 'robots' extra, where they are installed."""
+"""Public robot descriptions from example-robot-data, where it is installed."""
 
 from __future__ import annotations
 
@@ -37,4 +37,4 @@ def _find(path: str) -> Path:
         file = Path(entry, 'cmeel.prefix', 'share', path)
         if file.is_file():
             return file
-    pytest.skip("needs the package example-robot-data: pip install 'armsim_ros[robots]'")
+    pytest.skip("needs the package example-robot-data: pip install example-robot-data")
