@@ -4,9 +4,12 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Mapping
+from typing import Any, ClassVar
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+from armsim_ros.errors import nearest
 
 
 class Settings(BaseModel):
@@ -15,6 +18,24 @@ class Settings(BaseModel):
     model_config = ConfigDict(
         frozen=True, extra='forbid', arbitrary_types_allowed=True, validate_default=True
     )
+
+
+class KeyedSettings(Settings):
+    """Settings that besides their own keys hold one block a name, such as one for each joint."""
+
+    model_config = ConfigDict(extra='allow')
+    #: What a key is not that is neither its own nor a block.
+    is_no: ClassVar[str] = 'parameter, and no block'
+
+    @model_validator(mode='before')
+    @classmethod
+    def _only_blocks_beside(cls, data: Any) -> Any:
+        if isinstance(data, Mapping):
+            for key, value in data.items():
+                if key not in cls.model_fields and not isinstance(value, (Mapping, Settings)):
+                    hint = nearest(str(key), tuple(cls.model_fields))
+                    raise ValueError(f"'{key}' is no {cls.is_no}{'; ' if hint else ''}{hint}")
+        return data
 
 
 def parameter(

@@ -4,13 +4,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any, Literal
 
-from pydantic import ConfigDict, Field, field_validator, model_validator
+from pydantic import Field, field_validator
 
-from armsim_ros.config.base import parameter, Settings
-from armsim_ros.errors import nearest
+from armsim_ros.config.base import KeyedSettings, parameter, Settings
 
 
 class ControllerEntry(Settings):
@@ -51,10 +49,10 @@ class ManagerDefaults(Settings):
     switch_controller: SwitchDefaults = parameter(SwitchDefaults(), 'switch requests')
 
 
-class ControllerManagerParameters(Settings):
+class ControllerManagerParameters(KeyedSettings):
     """Parameters of ``controller_manager``; besides its own keys one block a controller."""
 
-    model_config = ConfigDict(extra='allow')
+    is_no = "parameter of the manager, and no controller's block with a type"
     __pydantic_extra__: dict[str, ControllerEntry] = Field(init=False)
 
     update_rate: int = parameter(
@@ -67,19 +65,6 @@ class ControllerManagerParameters(Settings):
         InitialHardwareState(), 'hardware that does not start active', read_only=True
     )
     defaults: ManagerDefaults = parameter(ManagerDefaults(), 'defaults of requests')
-
-    @model_validator(mode='before')
-    @classmethod
-    def _blocks(cls, data: Any) -> Any:
-        if isinstance(data, Mapping):
-            for key, value in data.items():
-                if key not in cls.model_fields and not isinstance(value, (Mapping, Settings)):
-                    hint = nearest(str(key), tuple(cls.model_fields))
-                    raise ValueError(
-                        f"'{key}' is no parameter of the manager, and no controller's block "
-                        f'with a type{"; " if hint else ""}{hint}'
-                    )
-        return data
 
     @property
     def controllers(self) -> dict[str, ControllerEntry]:

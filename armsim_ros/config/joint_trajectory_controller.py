@@ -8,10 +8,10 @@ from collections.abc import Mapping
 import math
 from typing import Any, Literal
 
-from pydantic import ConfigDict, Field, field_validator, model_validator
+from pydantic import Field, field_validator, model_validator
 from typing_extensions import Self
 
-from armsim_ros.config.base import parameter, Settings
+from armsim_ros.config.base import KeyedSettings, parameter, Settings
 from armsim_ros.config.pid_gains import PidGains
 from armsim_ros.errors import nearest
 
@@ -37,10 +37,10 @@ class JointConstraints(Settings):
     )
 
 
-class TrajectoryConstraints(Settings):
+class TrajectoryConstraints(KeyedSettings):
     """What a trajectory has to keep; besides its own keys one block for each joint."""
 
-    model_config = ConfigDict(extra='allow')
+    is_no = "constraint, and no block of a joint's constraints"
     __pydantic_extra__: dict[str, JointConstraints] = Field(init=False)
 
     stopped_velocity_tolerance: float = parameter(
@@ -52,19 +52,6 @@ class TrajectoryConstraints(Settings):
     decelerate_on_cancel: bool = parameter(
         False, 'stop with max_deceleration_on_cancel instead of at once', read_only=True
     )
-
-    @model_validator(mode='before')
-    @classmethod
-    def _blocks(cls, data: Any) -> Any:
-        if isinstance(data, Mapping):
-            for key, value in data.items():
-                if key not in cls.model_fields and not isinstance(value, (Mapping, Settings)):
-                    hint = nearest(str(key), tuple(cls.model_fields))
-                    raise ValueError(
-                        f"'{key}' is no constraint, and no block of a joint's constraints"
-                        f'{"; " if hint else ""}{hint}'
-                    )
-        return data
 
     @property
     def joints(self) -> dict[str, JointConstraints]:
