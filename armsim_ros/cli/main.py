@@ -19,7 +19,7 @@ from armsim_ros.cli.environment import add_own_prefix, announce_often
 from armsim_ros.cli.programs import module_of, PROGRAMS, ROBOT_PROGRAMS
 from armsim_ros.errors import ArmsimError, nearest, USAGE_STATUS
 
-_INTERRUPTED_STATUS = 128 + signal.SIGINT
+_STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -47,8 +47,8 @@ def run(program: str, argv: Sequence[str] | None = None) -> int:
 
     :param program: a name of ``PROGRAMS``.
     :param argv: the words after the program's name; those of this process where None.
-    :returns: 0, or 2 after a mistake of the user's, or 130 after an interrupt, or what the
-        program says.
+    :returns: 0, or 2 after a mistake of the user's, or 128 and a signal's number after one that
+        the program did not handle (0 of bringup), or what the program says.
     """
     words = list(sys.argv[1:] if argv is None else argv)
     if program in ROBOT_PROGRAMS and {'-h', '--help'} & set(split_ros_args(words)[0]):
@@ -56,17 +56,22 @@ def run(program: str, argv: Sequence[str] | None = None) -> int:
         return 0
     add_own_prefix()
     announce_often()
-    status = _INTERRUPTED_STATUS if program != 'bringup' else 0
 
-    def leave(_number: int, _frame: FrameType | None) -> None:
+    def status(number: int) -> int:
+        return 0 if program == 'bringup' else 128 + number
+
+    def leave(number: int, _frame: FrameType | None) -> None:
         """End at once: an interrupted import would show a traceback that says nothing."""
-        os._exit(status)
+        os._exit(status(number))
 
     try:
-        usual = signal.signal(signal.SIGINT, leave)
-        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
+        usual = {number: signal.signal(number, leave) for number in _STOP_SIGNALS}
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, _STOP_SIGNALS)
         start = import_module(module_of(program)).main
-        signal.signal(signal.SIGINT, usual)
+        if program not in ROBOT_PROGRAMS:
+            # The others import more before they take the signals over themselves.
+            for number, handler in usual.items():
+                signal.signal(number, handler)
         return int(start(words))
     except ArmsimError as error:
         _say(f'{program}: {error}', sys.stderr)
@@ -77,7 +82,7 @@ def run(program: str, argv: Sequence[str] | None = None) -> int:
         _say(_missing_module(program, error.name), sys.stderr)
         return 1
     except KeyboardInterrupt:
-        return status
+        return status(signal.SIGINT)
     finally:
         # The interpreter would search all it has loaded for cycles once more, up to a second
         # in which the user waits for the end.

@@ -4,6 +4,7 @@
 
 import os
 from pathlib import Path
+import signal
 import subprocess
 import sys
 from types import ModuleType
@@ -22,7 +23,10 @@ def program(monkeypatch):
     module = ModuleType('armsim_ros.nodes.simulation.main')
     monkeypatch.setitem(sys.modules, module.__name__, module)
     monkeypatch.setenv('AMENT_PREFIX_PATH', '/somewhere')
-    return module
+    usual = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    yield module
+    for number, handler in usual.items():
+        signal.signal(number, handler)
 
 
 def test_the_command_without_a_program_lists_them(capsys):

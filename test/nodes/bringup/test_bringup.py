@@ -6,6 +6,7 @@ import os
 from pathlib import Path
 import shutil
 import signal
+import threading
 
 import pytest
 
@@ -78,6 +79,32 @@ def test_an_interrupt_while_everything_is_being_imported_shows_no_traceback(doma
         program.signal(signal.SIGINT)
         assert program.wait(10) == 0
         assert program.text == ''
+
+
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_while_the_files_are_read_ends_at_once(number, domain, tmp_path):
+    """Also while a file does not come to its end."""
+    os.mkfifo(tmp_path / 'endless.xacro')
+    file = tmp_path / 'arm.urdf.xacro'
+    file.write_text('<robot name="arm" xmlns:xacro="http://www.ros.org/wiki/xacro">'
+                    '<xacro:include filename="endless.xacro"/></robot>')
+    with start_program('bringup', domain, f'urdf:={file}') as program:
+        pause = threading.Event()
+        while (writer := open_read_pipe(tmp_path / 'endless.xacro')) is None:
+            assert program.process.poll() is None, program.text
+            pause.wait(0.01)
+        program.signal(number)
+        assert program.wait(10) == 0
+        os.close(writer)
+        assert program.text == ''
+
+
+def open_read_pipe(path):
+    """Return a file descriptor to write to a pipe that somebody reads, None where nobody does."""
+    try:
+        return os.open(path, os.O_WRONLY | os.O_NONBLOCK)
+    except OSError:
+        return None
 
 
 @pytest.mark.parametrize(('words', 'said'), [
