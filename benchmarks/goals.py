@@ -10,8 +10,8 @@ import time
 from moveit_msgs.action import MoveGroup
 from moveit_msgs.msg import Constraints, JointConstraint
 from moveit_msgs.srv import GetStateValidity
-from rclpy.action import ActionClient
 
+from armsim_ros.testing.patient_action_client import PatientActionClient
 from benchmarks.options import Options
 from benchmarks.stack import median, resident_mib, running_stack, Stack
 
@@ -23,7 +23,7 @@ def main(options: Options) -> None:
     """Print successes, times and growth."""
     generator = random.Random(1)
     with running_stack() as stack:
-        client = ActionClient(stack.client.node, MoveGroup, '/move_action')
+        client = PatientActionClient(stack.client.node, MoveGroup, '/move_action')
         client.wait_for_server(10.0)
         processes, before = stack.processes(), {}
         succeeded, planning, whole = 0, [], []
@@ -60,7 +60,7 @@ def free_state(stack: Stack, generator: random.Random) -> list[float]:
             return values
 
 
-def go(stack: Stack, client: ActionClient, values: list[float]) -> MoveGroup.Result:
+def go(stack: Stack, client: PatientActionClient, values: list[float]) -> MoveGroup.Result:
     """Plan and execute to joint positions [rad]."""
     goal = MoveGroup.Goal()
     goal.request.group_name = 'manipulator'

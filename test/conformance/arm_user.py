@@ -10,42 +10,7 @@ import threading
 import time
 from typing import Any
 
-from rclpy.action import ActionClient
-
 TIMEOUT = 20.0
-
-
-class PatientActionClient(ActionClient):
-    """
-    rclpy's action client, which notes a request before it looks at the answer.
-
-    rclpy 7.1 drops an answer that its executor takes before the sending thread has noted the
-    request (later versions hold a lock).
-    """
-
-    def __init__(self, *args: Any, **options: Any) -> None:
-        """Make the lock, then the client."""
-        self._sending = threading.RLock()
-        super().__init__(*args, **options)
-
-    def send_goal_async(self, *args: Any, **options: Any) -> Any:
-        """Send a goal."""
-        with self._sending:
-            return super().send_goal_async(*args, **options)
-
-    def _cancel_goal_async(self, goal_handle: Any) -> Any:
-        with self._sending:
-            return super()._cancel_goal_async(goal_handle)
-
-    def _get_result_async(self, goal_handle: Any) -> Any:
-        with self._sending:
-            return super()._get_result_async(goal_handle)
-
-    async def execute(self, taken_data: Any) -> None:
-        """Take answers once nobody is about to note a request."""
-        with self._sending:
-            pass
-        await super().execute(taken_data)
 
 
 def until(condition: Callable[[], Any], what: str, timeout: float = 10.0) -> Any:

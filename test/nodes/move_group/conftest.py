@@ -17,12 +17,12 @@ from moveit_msgs.action import ExecuteTrajectory, MoveGroup
 from moveit_msgs.msg import Constraints, JointConstraint, PlanningScene, RobotState
 from moveit_msgs.srv import ApplyPlanningScene, GetPlanningScene
 import pytest
-from rclpy.action import ActionClient
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 
 from armsim_ros.testing.client_node import ClientNode
 from armsim_ros.testing.domain import private_domain, ros_environment
+from armsim_ros.testing.patient_action_client import PatientActionClient
 from armsim_ros.testing.program import Program
 
 GROUP = 'manipulator'
@@ -43,8 +43,8 @@ class Stack:
 
     def __post_init__(self) -> None:
         node = self.client.node
-        self.move_action = ActionClient(node, MoveGroup, '/move_action')
-        self.execute_action = ActionClient(node, ExecuteTrajectory, '/execute_trajectory')
+        self.move_action = PatientActionClient(node, MoveGroup, '/move_action')
+        self.execute_action = PatientActionClient(node, ExecuteTrajectory, '/execute_trajectory')
         self.joint_states = self.client.collect('/sunday/joint_states', JointState)
         srdf = self.client.latched('/robot_description_semantic', String).data
         self.states = {
