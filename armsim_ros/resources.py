@@ -13,6 +13,8 @@ import sys
 from armsim_ros.errors import nearest, ResourceError
 
 PACKAGE = 'armsim_ros'
+#: The file that makes a folder that of a cell with several robots.
+ROBOTS_FILE = 'robots.yaml'
 _SOURCE_TREE = Path(__file__).resolve().parent.parent
 _FIND = re.compile(r'\$\(find(?:-pkg-share)?\s+([^)\s]+)\s*\)')
 _SCHEME = 'package://'
@@ -96,7 +98,8 @@ def find_robot(name_or_folder: str) -> Path:
         an existing folder under the working folder that is not a name under ``config/``).
     :raises ResourceError: where there is neither; names the robots that there are.
     """
-    return _find_named('robot', 'config', name_or_folder, robot_names(), suffixes=('',))
+    return _find_named('robot', 'config', name_or_folder, [*robot_names(), *cell_names()],
+                       suffixes=('',))
 
 
 def find_world(name_or_file: str) -> Path:
@@ -113,7 +116,13 @@ def find_world(name_or_file: str) -> Path:
 
 def robot_names() -> list[str]:
     """Return the names of the robots that the package brings."""
-    return sorted(path.name for path in _listing('config') if path.is_dir())
+    return sorted(path.name for path in _listing('config')
+                  if path.is_dir() and not (path / ROBOTS_FILE).is_file())
+
+
+def cell_names() -> list[str]:
+    """Return the names of the cells of several robots that the package brings."""
+    return sorted(path.name for path in _listing('config') if (path / ROBOTS_FILE).is_file())
 
 
 def _find_named(kind: str, folder: str, given: str, names: list[str],

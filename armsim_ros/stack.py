@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from armsim_ros.config.loading import load_robot_settings
+from armsim_ros.control.controller_manager import ControllerManager
 from armsim_ros.control.joint_trajectory_controller import JointTrajectoryController
 from armsim_ros.control.trajectory_goal import GoalStatus, TrajectoryGoal
 from armsim_ros.errors import (
@@ -23,8 +23,8 @@ from armsim_ros.errors import (
     Problem,
     SimulationError,
 )
-from armsim_ros.model.loading import load_robot_model
-from armsim_ros.sim.assembly import build_manager, build_simulation
+from armsim_ros.model.cell import load_cell
+from armsim_ros.sim.assembly import as_one, build_manager, build_managers, build_simulation
 from armsim_ros.sim.control_loop import ControlLoop
 from armsim_ros.trajectory import JointTrajectory
 
@@ -48,7 +48,8 @@ class ArmSim:
     """
     One robot with its controllers and its planner, in simulated time that only ``step`` moves.
 
-    No wall clock is read: the same seed and the same calls give the same ``digest``.
+    No wall clock is read: the same seed and the same calls give the same ``digest``. A cell of
+    several robots is moved the same way: one world, one planner, one manager a robot.
 
     :param robot: a name under ``config/``, or a path to a folder with the user's files.
     :param seed: of the planner's random numbers.
@@ -68,13 +69,25 @@ class ArmSim:
     ) -> None:
         """Read the files, build the robot and start its controllers."""
         self.seed = seed
-        self.settings = load_robot_settings(str(robot), world=world, overrides=overrides)
-        self.model = load_robot_model(self.settings)
+        self.cell = load_cell(str(robot), world=world, overrides=overrides)
+        self.settings, self.model = self.cell.settings, self.cell.model
         self.simulation = build_simulation(self.settings, self.model)
-        self.manager = build_manager(self.settings, self.model, self.simulation)
+        self.managers = build_managers(self.cell, self.simulation)
         rate = self.settings.controller_manager.update_rate
-        self.loop = ControlLoop(self.simulation, self.manager, rate)
+        self.loop = ControlLoop(self.simulation, as_one(self.managers), rate)
         self._planning_ticks = 0
+
+    @property
+    def manager(self) -> ControllerManager:
+        """
+        The controller manager of the only robot; ``managers`` has them by robot.
+
+        :raises ControllerError: there are several.
+        """
+        if len(self.managers) > 1:
+            names = ', '.join(f"managers['{name}']" for name in self.managers)
+            raise ControllerError(f'each robot has a manager of its own: {names}')
+        return next(iter(self.managers.values()))
 
     @property
     def time(self) -> float:
@@ -158,9 +171,11 @@ class ArmSim:
         from armsim_ros.config.moveit_controllers import MoveItControllerSettings
         from armsim_ros.planning.controller_selection import select_controllers, split_trajectory
 
+        several = len(self.managers) > 1
         usable = {
-            name: controller
-            for name, controller in self.manager.controllers.items()
+            f'{robot}/{name}' if several else name: controller
+            for robot, manager in self.managers.items()
+            for name, controller in manager.controllers.items()
             if isinstance(controller, JointTrajectoryController) and controller.active
         }
         known = [

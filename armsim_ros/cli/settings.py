@@ -1,42 +1,28 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""From a program's arguments to the robot's settings; the same for every program."""
+"""From a program's arguments to the robots that it serves; the same for every program."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 import math
 from pathlib import Path
 
 from armsim_ros.cli.arguments import ProgramArguments, UsageError
-from armsim_ros.config.loading import survey_robot_settings
 from armsim_ros.config.robot_settings import RobotSettings
-from armsim_ros.errors import ConfigError, Severity
-from armsim_ros.model.loading import survey_robot_model
-from armsim_ros.model.robot_model import RobotModel
+from armsim_ros.errors import Severity
+from armsim_ros.model.cell import Cell, survey_cell
 
 
-def robot_of(arguments: ProgramArguments) -> tuple[RobotSettings, RobotModel, list[str]]:
+def cell_of(arguments: ProgramArguments) -> tuple[Cell, list[str]]:
     """
-    Read the robot that the arguments name, all of its files.
+    Read the robot, or the cell of several, that the arguments name, all of its files.
 
-    :returns: the settings, the model that fits them, and what a user should know of them.
+    :returns: the cell, and what a user should know of it.
     :raises ConfigError: with every mistake of all files.
     :raises ResourceError: where the robot, its world or a named file is not there.
     """
-    settings = _settings_of(arguments)
-    found = list(settings.remarks)
-    mistaken = any(one.severity is Severity.ERROR for one in found)
-    model, of_model = survey_robot_model(settings, partial=mistaken)
-    found += of_model
-    mistakes = [one for one in found if one.severity is Severity.ERROR]
-    if mistakes or model is None:
-        raise ConfigError(mistakes)
-    warnings = [str(one) for one in found if one.severity is Severity.WARNING]
-    return settings, model, list(dict.fromkeys(warnings))
-
-
-def _settings_of(arguments: ProgramArguments) -> RobotSettings:
-    settings = survey_robot_settings(
+    survey = survey_cell(
         arguments.robot,
         config=_path(arguments.config),
         urdf=_path(arguments.urdf),
@@ -45,9 +31,13 @@ def _settings_of(arguments: ProgramArguments) -> RobotSettings:
         namespace=arguments.namespace or None,
         overrides=_overrides(arguments),
     )
+    cell = survey.checked()
+    warnings = [str(one) for one in survey.problems if one.severity is Severity.WARNING]
     moved = {axis: _number(axis, getattr(arguments, axis))
              for axis in 'xyz' if getattr(arguments, axis)}
-    return _placed(settings, moved) if moved else settings
+    if moved:
+        cell = replace(cell, settings=_placed(cell.settings, moved))
+    return cell, list(dict.fromkeys(warnings))
 
 
 def _overrides(arguments: ProgramArguments) -> dict[str, object]:

@@ -76,6 +76,26 @@ def survey_robot_settings(
     :raises ConfigError: where the files cannot be found at all.
     """
     files = find_files(robot, config=config, urdf=urdf, srdf=srdf)
+    if files.is_cell:
+        raise ConfigError(Problem(
+            f"'{robot}' is a cell of several robots; here one is needed",
+            Location(str(files.urdf_file)), remedy='name the folder of one of them'))
+    return survey_files(files, world=world, namespace=namespace, overrides=overrides)
+
+
+def survey_files(
+    files: RobotFolder,
+    *,
+    world: str | Path | None = None,
+    namespace: str | None = None,
+    overrides: Mapping[str, object] | None = None,
+) -> RobotSettings:
+    """
+    Read the same of files that were found already; of a cell, those that lie in its own folder.
+
+    :returns: settings in which a block with mistakes has its defaults; the mistakes are among
+        the remarks.
+    """
     draft = ConfigDraft(problems=list(files.remarks))
     _read_files(files.yaml_files, draft)
     _apply_overrides(draft, overrides or {})

@@ -8,6 +8,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
+from armsim_ros.config.cell import robots_file
 from armsim_ros.errors import ConfigError, Location, Problem, ResourceError, Severity
 from armsim_ros.resources import find_robot, PACKAGE, share_folder
 
@@ -37,8 +38,10 @@ class RobotFolder:
     The files of one robot.
 
     :param name: the folder's name, the robot's name.
+    :param urdf_file: of a cell, the file with its robots.
     :param yaml_files: settings to read, in the order of their names.
     :param remarks: files that are left out.
+    :param is_cell: whether the folder is that of a cell with robots of their own folders.
     """
 
     name: str
@@ -47,6 +50,7 @@ class RobotFolder:
     srdf_file: Path | None
     yaml_files: tuple[Path, ...]
     remarks: tuple[Problem, ...] = ()
+    is_cell: bool = False
 
 
 def find_files(robot: str, *, config: Path | None = None, urdf: Path | None = None,
@@ -75,12 +79,15 @@ def find_files(robot: str, *, config: Path | None = None, urdf: Path | None = No
     if not settings_folder.is_dir():
         raise ConfigError(Problem(f"config '{settings_folder}' is no folder"))
     yaml_files, remarks = _yaml_files(settings_folder)
-    return RobotFolder(
-        name, settings_folder,
-        _one_file(urdf, 'urdf', name, _candidates(folder, _URDF_ENDINGS)
-                  or _candidates(settings_folder, _URDF_ENDINGS) or _own_urdf(name), folder),
-        _optional_srdf(srdf, name, folder, settings_folder),
-        yaml_files, remarks)
+    srdf_file = _optional_srdf(srdf, name, folder, settings_folder)
+    robots = robots_file(folder) if urdf is None else None
+    if robots is not None:
+        others = tuple(file for file in yaml_files if file != robots)
+        return RobotFolder(name, settings_folder, robots, srdf_file, others, remarks, True)
+    urdf_file = _one_file(
+        urdf, 'urdf', name, _candidates(folder, _URDF_ENDINGS)
+        or _candidates(settings_folder, _URDF_ENDINGS) or _own_urdf(name), folder)
+    return RobotFolder(name, settings_folder, urdf_file, srdf_file, yaml_files, remarks)
 
 
 def _yaml_files(folder: Path) -> tuple[tuple[Path, ...], tuple[Problem, ...]]:

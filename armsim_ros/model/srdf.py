@@ -58,7 +58,19 @@ def parse_srdf(text: str, file: str, *, robot_name: str, root_link: str,
     :param joints: in tree order; groups take their order from it.
     :raises ModelError: where the text is no SRDF, or none of its groups fits the robot.
     """
-    return _Reader(parse_xml(text, file), robot_name, root_link, links, joints).read()
+    return read_srdf(parse_xml(text, file), robot_name=robot_name, root_link=root_link,
+                     links=links, joints=joints)
+
+
+def read_srdf(root: XmlElement, *, robot_name: str, root_link: str,
+              links: Mapping[str, Link], joints: Mapping[str, Joint]) -> SrdfContent:
+    """
+    Read an SRDF that was parsed already.
+
+    :param root: its root element.
+    :raises ModelError: as :func:`parse_srdf`.
+    """
+    return _Reader(root, robot_name, root_link, links, joints).read()
 
 
 class _Reader:

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The kinematic tree: its order, and where every link is."""
+"""The kinematic tree: its order, what stands beside what in it, and where every link is."""
 
 from __future__ import annotations
 
@@ -63,3 +63,32 @@ def link_poses(robot: RobotModel, positions: Mapping[str, float]) -> dict[str, M
     for name, joint in robot.joints.items():
         poses[joint.child] = poses[joint.parent] @ joint_pose(joint, full.get(name, 0.0))
     return poses
+
+
+def adjacent_pairs(robot: RobotModel) -> list[tuple[str, str]]:
+    """Return pairs of links with geometry that at most one movable joint separates."""
+    bodies: dict[str, str] = {robot.root_link: robot.root_link}
+    above: dict[str, str] = {}
+    for joint in robot.joints.values():
+        if joint.movable:
+            bodies[joint.child] = joint.child
+            above[joint.child] = bodies[joint.parent]
+        else:
+            bodies[joint.child] = bodies[joint.parent]
+    solid = [name for name, link in robot.links.items() if link.collisions]
+    # A body without any shape does not keep its neighbours apart.
+    occupied = {bodies[name] for name in solid}
+    nearest_above = {}
+    for body in above:
+        parent = above[body]
+        while parent not in occupied and parent in above:
+            parent = above[parent]
+        nearest_above[body] = parent
+    return [
+        (min(a, b), max(a, b))
+        for i, a in enumerate(solid)
+        for b in solid[i + 1 :]
+        if bodies[a] == bodies[b]
+        or nearest_above.get(bodies[a]) == bodies[b]
+        or nearest_above.get(bodies[b]) == bodies[a]
+    ]

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 import math
 from typing import NoReturn
 from xml.parsers import expat
+from xml.sax.saxutils import escape, quoteattr
 
 from armsim_ros.errors import Location, ModelError, nearest, Problem, Severity
 
@@ -89,6 +90,18 @@ def parse_xml(text: str, file: str) -> XmlElement:
         raise ModelError(Problem(f'the text is larger than {LARGEST_TEXT >> 20} MiB',
                                  Location(file)))
     return _Builder(file).build(text)
+
+
+def xml_text(element: XmlElement, indent: str = '') -> str:
+    """Return an element as text, each element inside it on a line of its own."""
+    opening = ' '.join([element.tag, *(f'{name}={quoteattr(value)}'
+                                       for name, value in element.attributes.items())])
+    content = escape(element.content)
+    if not element.children:
+        return (f'{indent}<{opening}>{content}</{element.tag}>\n' if content
+                else f'{indent}<{opening}/>\n')
+    inside = ''.join(xml_text(child, indent + '  ') for child in element.children)
+    return f'{indent}<{opening}>{content}\n{inside}{indent}</{element.tag}>\n'
 
 
 class _Builder:

@@ -10,6 +10,7 @@ from types import MappingProxyType
 
 from armsim_ros.errors import PlanningError
 from armsim_ros.model.robot_model import RobotModel
+from armsim_ros.model.tree import adjacent_pairs
 from armsim_ros.planning.error_codes import MoveItErrorCode
 from armsim_ros.planning.scene_update import AcmUpdate
 
@@ -134,35 +135,6 @@ class AllowedCollisionMatrix:
         defaults = {name: True for name in robot.links if name in semantic.default_disabled}
         names = [name for name, link in robot.links.items() if link.collisions]
         return cls(pairs, defaults, _united(names, (n for p in sorted(pairs) for n in p)))
-
-
-def adjacent_pairs(robot: RobotModel) -> list[Pair]:
-    """Return pairs of links with geometry that at most one movable joint separates."""
-    bodies: dict[str, str] = {robot.root_link: robot.root_link}
-    above: dict[str, str] = {}
-    for joint in robot.joints.values():
-        if joint.movable:
-            bodies[joint.child] = joint.child
-            above[joint.child] = bodies[joint.parent]
-        else:
-            bodies[joint.child] = bodies[joint.parent]
-    solid = [name for name, link in robot.links.items() if link.collisions]
-    # A body without any shape does not keep its neighbours apart.
-    occupied = {bodies[name] for name in solid}
-    nearest_above = {}
-    for body in above:
-        parent = above[body]
-        while parent not in occupied and parent in above:
-            parent = above[parent]
-        nearest_above[body] = parent
-    return [
-        sorted_pair(a, b)
-        for i, a in enumerate(solid)
-        for b in solid[i + 1 :]
-        if bodies[a] == bodies[b]
-        or nearest_above.get(bodies[a]) == bodies[b]
-        or nearest_above.get(bodies[b]) == bodies[a]
-    ]
 
 
 def _united(first: Iterable[str], second: Iterable[str]) -> tuple[str, ...]:

@@ -4,17 +4,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from armsim_ros.config.pid_gains import PidGains
 from armsim_ros.config.robot_settings import RobotSettings
 from armsim_ros.control.controller_manager import ControllerManager, Strictness
 from armsim_ros.control.hardware_interface import HardwareInterface, POSITION
+from armsim_ros.control.manager_group import ManagerGroup
+from armsim_ros.control.shared_hardware import SharedHardware
 from armsim_ros.errors import ConfigError, ControllerError, Problem, SimulationError
+from armsim_ros.model.cell import Cell
+from armsim_ros.model.initial_state import initial_positions, START_KEYS
 from armsim_ros.model.robot_model import RobotModel
 from armsim_ros.sim.clock import SimClock
-from armsim_ros.sim.initial_state import initial_positions
 from armsim_ros.sim.simulation import Simulation
-
-_START_KEYS = ('initial_positions', 'initial_state')
 
 
 def servo_gains(settings: RobotSettings) -> dict[str, PidGains]:
@@ -39,7 +42,7 @@ def build_simulation(
     try:
         initial_positions(model, settings.simulation)
     except SimulationError as error:
-        places = (settings.locate('simulation', key) for key in _START_KEYS)
+        places = (settings.locate('simulation', key) for key in START_KEYS)
         raise ConfigError(Problem(str(error), next(filter(None, places), None))) from None
     return Simulation(
         model, settings.simulation, settings.world, gains=servo_gains(settings), clock=clock
@@ -71,3 +74,33 @@ def build_manager(
     if not result.ok:
         raise ConfigError(Problem(f'the controllers cannot start: {result.message}'))
     return manager
+
+
+def build_managers(cell: Cell, hardware: HardwareInterface) -> dict[str, ControllerManager]:
+    """
+    Return robot -> its controller manager, with its controllers configured and active.
+
+    :param hardware: the joints of all robots.
+    :raises ConfigError: every controller that cannot run on its robot; names file and line.
+    """
+    if len(cell.robots) == 1 and cell.robots[0].model is cell.model:
+        robot = cell.robots[0]
+        return {robot.name: build_manager(robot.settings, robot.model, hardware)}
+    shared = SharedHardware(hardware)
+    managers: dict[str, ControllerManager] = {}
+    problems: list[Problem] = []
+    for robot in cell.robots:
+        part = shared.part(robot.model.movable_joints)
+        try:
+            managers[robot.name] = build_manager(robot.settings, robot.model, part)
+        except ConfigError as error:
+            problems.extend(error.problems)
+    if problems:
+        raise ConfigError(problems)
+    return managers
+
+
+def as_one(managers: Mapping[str, ControllerManager]) -> ControllerManager | ManagerGroup:
+    """Return what a control loop runs: the only manager itself, or a group of them."""
+    group = tuple(managers.values())
+    return group[0] if len(group) == 1 else ManagerGroup(group)

@@ -24,10 +24,10 @@ from armsim_ros.control.hardware_interface import (
     VELOCITY,
 )
 from armsim_ros.errors import nearest, SimulationError
+from armsim_ros.model.initial_state import initial_positions
 from armsim_ros.model.robot_model import RobotModel
 from armsim_ros.sim.clock import SimClock
 from armsim_ros.sim.contacts import Contact, contacts, start_overlaps
-from armsim_ros.sim.initial_state import initial_positions
 from armsim_ros.sim.mujoco_model import build_plant
 from armsim_ros.sim.plant import Plant, selector
 from armsim_ros.sim.servo import Servo
@@ -69,7 +69,8 @@ class Simulation(HardwareInterface):
         self.clock = clock or SimClock(self.settings.timestep_ns)
         world = world or WorldSettings()
         spec = build_plant(model, self.settings, world_objects(world), floor=world.floor)
-        self._initial = initial_positions(model, self.settings)
+        start = model.complete(initial_positions(model, self.settings))
+        self._initial = np.array([start[name] for name in self.joint_names])
         self._servo = Servo(model, self.settings, gains or {})
         self._active = selector([self.index[name] for name in model.active_joints])
         self._plant = Plant(spec, self.joint_names)

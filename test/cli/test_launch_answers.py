@@ -3,7 +3,7 @@
 import pytest
 
 from armsim_ros.cli.arguments import parse_arguments, ProgramArguments, UsageError
-from armsim_ros.cli.settings import robot_of
+from armsim_ros.cli.settings import cell_of
 
 
 @pytest.mark.parametrize('words', [
@@ -34,10 +34,10 @@ def test_the_others_are_answered_with_what_to_use(words, said):
 
 def test_place_and_joints_of_the_spawner():
     """-x -y -z and -J of the spawner; axes that are not given stay."""
-    settings, _, _ = robot_of(parse_arguments(
+    cell, _ = cell_of(parse_arguments(
         ['robot:=magician', 'x:=0.5', 'initial_positions:=magician_joint2=0.9']))
-    assert settings.simulation.placement.xyz == (0.5, 0.0, 0.14)
-    assert settings.simulation.initial_positions == {
+    assert cell.settings.simulation.placement.xyz == (0.5, 0.0, 0.14)
+    assert cell.settings.simulation.initial_positions == {
         'magician_joint1': 0.0, 'magician_joint2': 0.9, 'magician_joint3': 0.785}
 
 
@@ -50,5 +50,5 @@ def test_place_and_joints_of_the_spawner():
 def test_values_that_are_no_numbers(word, said):
     """One message with what is allowed."""
     with pytest.raises(UsageError) as caught:
-        robot_of(parse_arguments([word]))
+        cell_of(parse_arguments([word]))
     assert said in str(caught.value)

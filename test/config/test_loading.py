@@ -1,12 +1,11 @@
 """A folder of files becomes one RobotSettings, or the list of all its mistakes."""
 
-from pathlib import Path
-
 from pydantic import ValidationError
 import pytest
 
 from armsim_ros.config.loading import load_robot_settings
 from armsim_ros.errors import ConfigError
+from armsim_ros.resources import robot_names
 
 
 def test_the_sunday_robot():
@@ -245,8 +244,6 @@ def test_a_world_file_beside_the_others(files):
 
 def test_every_folder_under_config_loads():
     """What the package brings is free of mistakes and warnings."""
-    names = [path.name for path in (Path(__file__).parents[2] / 'config').iterdir()
-             if path.is_dir()]
-    assert 'sunday' in names
-    for name in names:
+    assert 'sunday' in robot_names()
+    for name in robot_names():
         load_robot_settings(name)

@@ -44,6 +44,6 @@ def check_configuration(arguments: ProgramArguments) -> None:
     :raises ConfigError: where they are wrong.
     """
     # Slow to import, and not needed to say that an argument is wrong or the domain is taken.
-    from armsim_ros.cli.settings import robot_of
+    from armsim_ros.cli.settings import cell_of
 
-    robot_of(arguments)
+    cell_of(arguments)

@@ -17,6 +17,8 @@ from armsim_ros.planning.scene import PlanningScene
 
 SCENE_PERIOD_NS = 30_000_000
 COMPLAINT_PERIOD_NS = 1_000_000_000
+#: The joints of several robots come one after the other; so long may it take [ns].
+COMPLETION_NS = 300_000_000
 SWEEP_PERIOD = 0.02
 AT_REST = 1e-3
 CLOCK_MISMATCH_NS = 10_000_000_000
@@ -26,8 +28,9 @@ class StateMonitor:
     """
     Keeps the newest position of every joint.
 
-    Messages that carry only some joints add up. A message without a stamp counts with the time
-    of its arrival.
+    Messages that carry only some joints, such as those of one robot of several, add up: the
+    state is as old as its oldest joint, passive ones aside. A message without a stamp counts
+    with the time of its arrival.
 
     :param node: subscribes and tells the time.
     :param scene: gets the positions, at most 33 times a second.
@@ -42,12 +45,16 @@ class StateMonitor:
         robot = scene.robot
         self._needed = set(robot.active_joints)
         self._known = set(robot.movable_joints)
+        self._timed = self._needed - set(robot.semantic.passive_joints)
         self.positions: dict[str, float] = {}
         self.velocities: dict[str, float] = {}
         #: Whether messages about the present state carry velocities too.
         self.monitor_dynamics = False
-        self.stamp_ns = 0
+        #: States in which every joint is newer than in the one before.
         self.count = 0
+        self._stamps: dict[str, int] = {}
+        self._renewed: set[str] = set()
+        self._first_ns: int | None = None
         self._scene_ns = -SCENE_PERIOD_NS
         self._complained: dict[str, int] = {}
         self._warned: set[str] = set()
@@ -72,6 +79,11 @@ class StateMonitor:
     def at_rest(self) -> bool:
         """Whether no joint moves faster than 1e-3 [rad/s or m/s]."""
         return all(abs(value) < AT_REST for value in self.velocities.values())
+
+    @property
+    def stamp_ns(self) -> int:
+        """Stamp of the oldest joint that was seen [ns], 0 where none was."""
+        return min(self._stamps.values(), default=0)
 
     def now_ns(self) -> int:
         """Return the node's time [ns]."""
@@ -108,7 +120,7 @@ class StateMonitor:
 
     def update_scene(self) -> None:
         """Write the newest positions into the scene."""
-        self._scene_ns = self.stamp_ns
+        self._scene_ns = max(self._stamps.values(), default=0)
         if self.positions:
             self._scene.set_positions(self.positions)
 
@@ -120,6 +132,7 @@ class StateMonitor:
             )
             return
         moving = len(message.velocity) == len(names)
+        stamp = self._stamp(message)
         for index, (name, value) in enumerate(zip(names, values, strict=False)):
             if name not in self._known:
                 continue
@@ -127,8 +140,27 @@ class StateMonitor:
                 self._complain(f"joint state: position of '{name}' is {value}; not used")
                 continue
             self.positions[name] = value
+            if name in self._timed:
+                self._stamps[name] = stamp
+                self._renewed.add(name)
             if moving and math.isfinite(message.velocity[index]):
                 self.velocities[name] = message.velocity[index]
+        if len(self._renewed) >= len(self._stamps):
+            self._renewed.clear()
+            self.count += 1
+        if self._first_ns is None:
+            self._first_ns = stamp
+        if abs(stamp - self._first_ns) > COMPLETION_NS and not self.complete:
+            self._complain(
+                f"joint states are incomplete: no position of {', '.join(self.missing)} on "
+                f"{', '.join(self.topics)}"
+            )
+        if abs(stamp - self._scene_ns) >= SCENE_PERIOD_NS:
+            self.update_scene()
+        self._notify()
+
+    def _stamp(self, message: JointState) -> int:
+        """Return the time that a message speaks of [ns]."""
         stamp = ns_from_time(message.header.stamp)
         now = self.now_ns()
         if stamp == 0:
@@ -140,22 +172,14 @@ class StateMonitor:
                 'this node: one of the two does not use sim time; set use_sim_time on both'
             )
             stamp = now
-        self.stamp_ns = stamp
-        self.count += 1
-        if not self.complete:
-            self._complain(
-                f"joint states are incomplete: no position of {', '.join(self.missing)} on "
-                f"{', '.join(self.topics)}"
-            )
-        if abs(stamp - self._scene_ns) >= SCENE_PERIOD_NS:
-            self.update_scene()
-        self._notify()
+        return stamp
 
     def _notify(self) -> None:
         if not self._waiting or not self.complete:
             return
-        done = [entry for entry in self._waiting if self.stamp_ns >= entry[0]]
-        self._waiting = [entry for entry in self._waiting if self.stamp_ns < entry[0]]
+        stamp = self.stamp_ns
+        done = [entry for entry in self._waiting if stamp >= entry[0]]
+        self._waiting = [entry for entry in self._waiting if stamp < entry[0]]
         for _, _, future in done:
             future.set_result(True)
 

@@ -17,7 +17,7 @@ from rclpy.signals import SignalHandlerOptions
 
 from armsim_ros.cli.arguments import ProgramArguments
 from armsim_ros.cli.environment import started_by_bringup
-from armsim_ros.cli.settings import robot_of
+from armsim_ros.cli.settings import cell_of
 from armsim_ros.nodes.move_group.assembly import MoveGroup
 
 #: The planner's thread hands the interpreter over this often, so that answers do not wait [s].
@@ -38,7 +38,7 @@ class MoveGroupProgram:
         self._arguments = arguments
         self._stop_wanted = stop_wanted
         self._executor: SingleThreadedExecutor | None = None
-        self._settings, self._robot, warnings = robot_of(arguments)
+        self._cell, warnings = cell_of(arguments)
         # Beside a simulation, which tells the same of the same files, they would be there twice.
         self._warnings = [] if started_by_bringup() else warnings
 
@@ -76,7 +76,7 @@ class MoveGroupProgram:
         for text in self._warnings:
             node.get_logger().warning(text)
         try:
-            move_group = MoveGroup(node, executor, self._settings, self._robot)
+            move_group = MoveGroup(node, executor, self._cell.settings, self._cell.model)
             self._spin(executor, node)
         finally:
             if move_group is not None:

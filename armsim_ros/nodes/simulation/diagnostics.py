@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.node import Node
@@ -23,19 +23,25 @@ class Diagnostics:
     """
     Publishes the health of controllers, hardware and loop, with the reference's names.
 
-    :param node: the manager's node; its name precedes every status.
+    :param node: the manager's node.
+    :param name: precedes every status.
     :param faults: what makes joints fail on purpose, where that is possible.
+    :param joints: those of the manager's robot.
     """
 
     def __init__(
         self,
         node: Node,
+        name: str,
         manager: ControllerManager,
         loop: ControlLoop,
-        faults: FaultInjector | None = None,
+        faults: FaultInjector | None,
+        joints: Collection[str],
     ) -> None:
         """Make the publisher."""
         self._faults = faults
+        self._joints = joints
+        self._name = name
         self._node = node
         self._manager = manager
         self._loop = loop
@@ -68,7 +74,9 @@ class Diagnostics:
         return self._status('Hardware Components Activity', text, states, bool(idle))
 
     def _injected(self, faults: FaultInjector) -> DiagnosticStatus:
-        active = {joint: str(fault) for joint, fault in faults.active.items()}
+        active = {
+            joint: str(fault) for joint, fault in faults.active.items() if joint in self._joints
+        }
         text = f'Joints fail on purpose: {", ".join(active)}' if active else (
             'Joints can be made to fail, none does'
         )
@@ -102,7 +110,7 @@ class Diagnostics:
     ) -> DiagnosticStatus:
         return DiagnosticStatus(
             level=DiagnosticStatus.WARN if warn else DiagnosticStatus.OK,
-            name=f'{self._node.get_name()}: {task}',
+            name=f'{self._name}: {task}',
             message=text,
             hardware_id=self._node.get_fully_qualified_name(),
             values=[KeyValue(key=key, value=value) for key, value in values.items()],

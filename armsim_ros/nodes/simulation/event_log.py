@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What the controllers and the physics have to say: log lines and refusals."""
+"""What the controllers have to say: log lines and refusals."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ from rclpy.node import Node
 
 from armsim_ros.control.controller_manager import ControllerManager
 from armsim_ros.nodes.simulation.controller_nodes import ControllerNode
-from armsim_ros.sim.control_loop import ControlLoop
 
 _REFUSALS = ('goal_rejected', 'trajectory_rejected')
 
@@ -27,13 +26,11 @@ class EventLog:
         self,
         node: Node,
         manager: ControllerManager,
-        loop: ControlLoop,
         sides: Mapping[str, ControllerNode],
     ) -> None:
         """Keep where events come from and where they go."""
         self._node = node
         self._manager = manager
-        self._loop = loop
         self._sides = sides
 
     def drain(self) -> None:
@@ -49,5 +46,3 @@ class EventLog:
                 logger.info(event.text)
             if side is not None and event.kind in _REFUSALS:
                 side.refused(event.text)
-        for fault in self._loop.poll_faults():
-            self._node.get_logger().error(fault)

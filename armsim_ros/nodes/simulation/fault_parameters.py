@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from rclpy.node import Node
 
 from armsim_ros.config.joint_fault import JointFault, JointFaults
@@ -17,13 +19,13 @@ class FaultParameters:
 
     :param node: the manager's node.
     :param injector: makes the joints fail.
+    :param joints: those of the manager's robot.
     """
 
-    def __init__(self, node: Node, injector: FaultInjector) -> None:
+    def __init__(self, node: Node, injector: FaultInjector, joints: Sequence[str]) -> None:
         """Declare the parameters of every joint that can be commanded; all are well."""
         self._node = node
         self._injector = injector
-        joints = [name for name, kinds in injector.command_interfaces.items() if kinds]
         self._shown = JointFaults(faults={name: JointFault() for name in joints})
         SettingsParameters(node, self._shown, self._changed)
         node.get_logger().warning('faults of joints can be injected by the parameters faults.*')

@@ -11,6 +11,7 @@ from typing import Any
 
 from pydantic import TypeAdapter
 
+from armsim_ros.config.cell import CellSettings
 from armsim_ros.config.controllers import PARAMETERS, ROS1_TYPES
 from armsim_ros.config.joint_limits import JointLimitsSettings
 from armsim_ros.config.kinematics import KinematicsSettings
@@ -35,6 +36,7 @@ def schemas() -> dict[str, dict[str, Any]]:
         'joint_limits.schema.json': _of(JointLimitsSettings),
         'kinematics.schema.json': _of(dict[str, KinematicsSettings]),
         'ompl_planning.schema.json': _planners(),
+        'robots.schema.json': _of(CellSettings),
         'simulation.schema.json': simulation,
         'world.schema.json': _of(WorldSettings),
         'trajectory_execution.schema.json': _object(

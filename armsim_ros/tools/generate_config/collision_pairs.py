@@ -19,11 +19,8 @@ from numpy.typing import NDArray
 
 from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.model.robot_model import RobotModel
-from armsim_ros.planning.allowed_collision_matrix import (
-    adjacent_pairs,
-    Pair,
-    sorted_pair,
-)
+from armsim_ros.model.tree import adjacent_pairs
+from armsim_ros.planning.allowed_collision_matrix import Pair, sorted_pair
 from armsim_ros.tools.generate_config.link_pairs import LinkPairs
 
 ADJACENT, ALWAYS, DEFAULT, NEVER = 'Adjacent', 'Always', 'Default', 'Never'

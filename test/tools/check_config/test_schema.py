@@ -6,12 +6,13 @@ from jsonschema import Draft202012Validator
 import pytest
 
 from armsim_ros.config.yaml_source import read_yaml_file
-from armsim_ros.resources import find_robot, PACKAGE, robot_names, share_folder
+from armsim_ros.resources import cell_names, find_robot, PACKAGE, robot_names, share_folder
 from armsim_ros.tools.check_config.main import main
 from armsim_ros.tools.check_config.schema import schemas
 
 #: File of a robot -> the schema it belongs to; the others hold several kinds of blocks.
 SCHEMA_OF = {
+    'robots.yaml': 'robots',
     'joint_limits.yaml': 'joint_limits', 'kinematics.yaml': 'kinematics',
     'ompl_planning.yaml': 'ompl_planning', 'simulation.yaml': 'simulation',
     'trajectory_execution.yaml': 'trajectory_execution', 'trajectory_control.yaml': 'controllers',
@@ -33,7 +34,7 @@ def test_each_schema_is_one(name):
     Draft202012Validator.check_schema(schemas()[name])
 
 
-@pytest.mark.parametrize('robot', robot_names())
+@pytest.mark.parametrize('robot', [*robot_names(), *cell_names()])
 def test_the_files_of_this_package_are_taken(robot):
     """An editor marks nothing in them."""
     checked = [file for file in find_robot(robot).glob('*.yaml') if file.name in SCHEMA_OF]
@@ -50,6 +51,7 @@ def test_worlds_are_taken():
 
 @pytest.mark.parametrize(('name', 'data'), [
     ('joint_limits', {'joint_limits': {'a': {'max_velocty': 1.0}}}),
+    ('robots', {'robots': {'left': {'robot': 'bot', 'prefx': 'l_'}}}),
     ('kinematics', {'arm': {'kinematics_solver_timeout': 'soon'}}),
     ('simulation', {'timestap': 0.001}),
     ('simulation', {'timestep': 0.5}),

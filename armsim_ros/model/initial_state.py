@@ -4,22 +4,19 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
 from armsim_ros.config.simulation import SimulationSettings
 from armsim_ros.errors import nearest, SimulationError
 from armsim_ros.model.robot_model import RobotModel
 
-Vector = NDArray[np.float64]
+#: Keys of simulation.yaml that say where the joints start.
+START_KEYS = ('initial_positions', 'initial_state')
 
 
-def initial_positions(model: RobotModel, settings: SimulationSettings) -> Vector:
+def initial_positions(model: RobotModel, settings: SimulationSettings) -> dict[str, float]:
     """
-    Return the positions of all movable joints at the start (n,) [rad or m].
+    Return the positions at the start that the settings give, by joint [rad or m].
 
-    The named state comes first, single joints win over it, the others take their default;
-    mimic joints follow.
+    The named state comes first, single joints win over it.
 
     :raises SimulationError: an unknown state or joint, or a position outside the limits.
     """
@@ -37,8 +34,7 @@ def initial_positions(model: RobotModel, settings: SimulationSettings) -> Vector
                 f"the initial position {position:g} of joint '{name}' is outside its limits; "
                 f'allowed: {joint.limits.lower:g} to {joint.limits.upper:g}'
             )
-    full = model.complete(wanted)
-    return np.array([full[name] for name in model.movable_joints], dtype=np.float64)
+    return wanted
 
 
 def _named_state(model: RobotModel, wanted: str) -> dict[str, float]:

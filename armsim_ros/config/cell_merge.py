@@ -1,0 +1,190 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The settings of all robots of a cell as those of one: what move_group and the physics need."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from typing import Any, TypeVar
+
+from armsim_ros.config.base import Settings
+from armsim_ros.config.ompl_planning import OmplGroup, OmplSettings, PlannerConfig
+from armsim_ros.config.pid_gains import PidGains
+from armsim_ros.config.robot_settings import RobotSettings
+from armsim_ros.config.simulation import ServoSettings, SimulationSettings
+from armsim_ros.errors import Problem, Severity
+
+AnySettings = TypeVar('AnySettings', bound=Settings)
+Robots = Mapping[str, RobotSettings]
+
+
+def merged_settings(own: RobotSettings, robots: Robots, problems: list[Problem]) -> RobotSettings:
+    """
+    Return what holds for a whole cell.
+
+    What names joints, planning groups or controllers is laid together. Of all else there is one
+    value: the cell's own, else the first that a robot's files give, else the default.
+
+    :param own: the files in the cell's folder; they win over those of the robots.
+    :param robots: name -> settings with the names that it has in the cell.
+    :param problems: what is not taken over is added here.
+    """
+    merge = _Merge(own, robots, problems)
+    merge.refuse_controllers()
+    simulation = merge.simulation()
+    return own.model_copy(update={
+        'files': tuple(dict.fromkeys(
+            [*own.files, *(file for one in robots.values() for file in one.files)])),
+        'controllers': tuple(
+            controller.model_copy(update={'name': f'{one.namespace}/{controller.name}'.strip('/')})
+            for one in robots.values() for controller in one.controllers),
+        'spawn': tuple(f'{one.namespace}/{name}'.strip('/')
+                       for one in robots.values() for name in one.spawn),
+        'controller_manager': own.controller_manager.model_copy(
+            update={'update_rate': merge.update_rate(simulation)}),
+        'simulation': simulation,
+        'joint_limits': merge.block('joint_limits', own.joint_limits, joint_limits={
+            joint: limits for one in merge.all for joint, limits
+            in one.joint_limits.joint_limits.items()}),
+        'kinematics': {group: solver for one in merge.all
+                       for group, solver in one.kinematics.items()},
+        'ompl': merge.ompl(),
+        'moveit_controllers': tuple({controller.name: controller for one in merge.all
+                                     for controller in one.moveit_controllers}.values()),
+        'trajectory_execution': merge.block(
+            'trajectory_execution', own.trajectory_execution, allowed_start_tolerance_joints={
+                joint: tolerance for one in merge.all for joint, tolerance
+                in one.trajectory_execution.allowed_start_tolerance_joints.items()}),
+        'planning_parameters': merge.block(
+            'planning_parameters', own.planning_parameters,
+            joint_state_topics=merge.joint_state_topics()),
+    })
+
+
+class _Merge:
+    """The parts of one cell, and what is said of them."""
+
+    def __init__(self, own: RobotSettings, robots: Robots, problems: list[Problem]) -> None:
+        self._own = own
+        self._robots = robots
+        self._problems = problems
+        #: Later ones win.
+        self.all = (*robots.values(), own)
+
+    def refuse_controllers(self) -> None:
+        for controller in self._own.controllers:
+            self._problems.append(Problem(
+                f"controller '{controller.name}' stands in the folder of a cell",
+                self._own.locate('controllers', controller.name),
+                remedy='move it into the folder of the robot that it moves'))
+
+    def block(self, section: str, own: AnySettings, *, inside: str = '',
+              **apart: Any) -> AnySettings:
+        """
+        Return a block with one value a key.
+
+        :param section: field of RobotSettings.
+        :param inside: where the block is not the section itself, the key that it stands below.
+        :param apart: key -> value of those that are laid together.
+        """
+        path = (section, inside) if inside else (section,)
+        values: dict[str, Any] = {
+            key: getattr(own, key) for key in own.model_fields_set - set(apart)}
+        owners = dict.fromkeys(values, 'the cell')
+        for name, settings in self._robots.items():
+            block = getattr(settings, section)
+            block = getattr(block, inside) if inside else block
+            for key in _given(block, apart):
+                value = getattr(block, key)
+                if owners.setdefault(key, f"robot '{name}'") == f"robot '{name}'":
+                    values[key] = value
+                elif values[key] != value:
+                    self._changed(settings, (*path, key), f"{value} of robot '{name}' gives "
+                                  f'way to {values[key]} of {owners[key]}')
+        return own.model_copy(update={**values, **apart})
+
+    def simulation(self) -> SimulationSettings:
+        """Return one physics with the joints of all robots in it."""
+        servo: ServoSettings = self.block(
+            'simulation', self._own.simulation.servo, inside='servo',
+            gains=self._gains(), default_gains=self._own.simulation.servo.default_gains)
+        own = self._own.simulation
+        for name, one in self._robots.items():
+            if one.simulation.world:
+                self._problems.append(Problem(
+                    f"the world '{one.simulation.world}' of robot '{name}' is not used here: the "
+                    'world of a cell stands in its own simulation.yaml',
+                    one.locate('simulation', 'world'), severity=Severity.INFO))
+        return self.block(
+            'simulation', own, servo=servo, world=own.world, placement=own.placement,
+            initial_state=own.initial_state, initial_positions=own.initial_positions)
+
+    def update_rate(self, simulation: SimulationSettings) -> int:
+        """Return the rate of all controllers: the cell's own, else the highest asked for."""
+        fastest = round(1.0 / simulation.timestep)
+        own = self._own.controller_manager.update_rate
+        asked = {name: one.controller_manager.update_rate for name, one in self._robots.items()}
+        given = self._own.locate('controller_manager', 'update_rate') is not None
+        rate = own if given else max(asked.values())
+        if abs(fastest / rate - round(fastest / rate)) > 1e-6:
+            rate = fastest
+        for name, one in self._robots.items():
+            written = one.locate('controller_manager', 'update_rate') is not None
+            if written and asked[name] != rate:
+                self._changed(one, ('controller_manager', 'update_rate'),
+                              f"{asked[name]} Hz of robot '{name}' gives way to {rate} Hz, the "
+                              'rate of all controllers')
+        return rate
+
+    def ompl(self) -> OmplSettings:
+        """Return the planners; those of one name that differ get the name of their robot."""
+        configs: dict[str, PlannerConfig] = dict(self._own.ompl.planner_configs)
+        groups: dict[str, OmplGroup] = {}
+        for name, one in self._robots.items():
+            renamed = {}
+            for key, config in one.ompl.planner_configs.items():
+                renamed[key] = key if configs.get(key, config) == config else f'{name}_{key}'
+                configs[renamed[key]] = config
+            for group, block in one.ompl.groups.items():
+                default = block.default_planner_config
+                groups[group] = block.model_copy(update={
+                    'default_planner_config': renamed.get(default, default),
+                    'planner_configs': tuple(
+                        renamed.get(key, key) for key in block.planner_configs)})
+        return self.block('ompl', self._own.ompl, planner_configs=configs,
+                          groups={**groups, **self._own.ompl.groups})
+
+    def joint_state_topics(self) -> tuple[str, ...]:
+        """Return where all robots' joint states come from."""
+        topics = [topic for one in self._robots.values()
+                  for topic in one.planning_parameters.joint_state_topics
+                  or (one.joint_states_topic,)]
+        own = self._own.planning_parameters.joint_state_topics
+        return own or tuple(dict.fromkeys(topics))
+
+    def _gains(self) -> dict[str, PidGains]:
+        """Return the gains of the drives, where a robot's simulation.yaml gives any."""
+        gains: dict[str, PidGains] = {}
+        for one in self._robots.values():
+            servo = one.simulation.servo
+            if 'default_gains' in servo.model_fields_set:
+                gains.update(dict.fromkeys(_ungained(one), servo.default_gains))
+            gains.update(servo.gains)
+        return {**gains, **self._own.simulation.servo.gains}
+
+    def _changed(self, settings: RobotSettings, path: tuple[str, ...], text: str) -> None:
+        self._problems.append(Problem(f"{'.'.join(path)}: {text}", settings.locate(*path),
+                                      severity=Severity.CHANGED))
+
+
+def _given(block: Settings, apart: Collection[str]) -> list[str]:
+    """Return the keys of a block that a file gives, in the order of their declaration."""
+    return [key for key in type(block).model_fields
+            if key in block.model_fields_set and key not in apart]
+
+
+def _ungained(settings: RobotSettings) -> list[str]:
+    """Return the joints of controllers that give no gains for them."""
+    return [joint for controller in settings.controllers for joint in controller.joints
+            if not any(getattr(controller.parameters, 'gains', {}).get(
+                joint, PidGains()).model_dump(include={'p', 'i', 'd'}).values())]

@@ -1,0 +1,119 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""One robot's settings under other names: a prefix and a namespace keep robots apart."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+import re
+from typing import Any
+
+from armsim_ros.config.base import Settings
+from armsim_ros.config.controllers import ControllerSettings
+from armsim_ros.config.kinematics import KinematicsSettings
+from armsim_ros.config.moveit_controllers import MoveItControllerSettings
+from armsim_ros.config.ompl_planning import OmplGroup, OmplSettings
+from armsim_ros.config.robot_settings import RobotSettings
+from armsim_ros.config.simulation import SimulationSettings
+
+#: Keys of controllers' parameters that hold a joint or a list of joints.
+_JOINTS = ('joint', 'joints', 'command_joints')
+#: Keys that hold blocks by joint, beside other keys.
+_JOINT_BLOCKS = ('constraints', 'gains', 'velocity_ff')
+#: Keys that hold ``joint/interface``.
+_JOINT_INTERFACES = ('max_effort_interface', 'max_velocity_interface')
+
+_EVALUATOR = re.compile(r'(joints|link)\(([^)]*)\)')
+
+Rename = Callable[[str], str]
+
+
+def prefixed_settings(settings: RobotSettings, prefix: str, namespace: str) -> RobotSettings:
+    """
+    Return a robot's settings with its links, joints and planning groups renamed.
+
+    Controllers keep their names and move to another namespace.
+
+    :param prefix: precedes every name; may be ''.
+    :param namespace: without slashes at its ends; '' is the root.
+    """
+    def name(text: str) -> str:
+        return prefix + text if text else text
+
+    def keys(block: Mapping[str, Any]) -> dict[str, Any]:
+        return {name(key): value for key, value in block.items()}
+
+    limits, execution = settings.joint_limits, settings.trajectory_execution
+    return settings.model_copy(update={
+        'namespace': f'/{namespace}' if namespace else '',
+        'controllers': tuple(_controller(one, name) for one in settings.controllers),
+        'joint_limits': limits.model_copy(update={'joint_limits': keys(limits.joint_limits)}),
+        'kinematics': {name(group): _kinematics(one, name)
+                       for group, one in settings.kinematics.items()},
+        'ompl': _ompl(settings.ompl, name),
+        'moveit_controllers': tuple(
+            _moveit_controller(one, name, settings.namespace.strip('/'), namespace)
+            for one in settings.moveit_controllers),
+        'trajectory_execution': execution.model_copy(update={
+            'allowed_start_tolerance_joints': keys(execution.allowed_start_tolerance_joints)}),
+        'simulation': _simulation(settings.simulation, name),
+    })
+
+
+def _controller(controller: ControllerSettings, name: Rename) -> ControllerSettings:
+    parameters: Settings = controller.parameters
+    content = parameters.model_dump(by_alias=True, exclude_unset=True)
+    joints = set(controller.joints)
+    for key, value in content.items():
+        if key in _JOINTS:
+            content[key] = name(value) if isinstance(value, str) else [name(one) for one in value]
+        elif key in _JOINT_BLOCKS:
+            content[key] = {name(inner) if inner in joints else inner: block
+                            for inner, block in value.items()}
+        elif key in _JOINT_INTERFACES:
+            content[key] = name(value)
+        elif key == 'extra_joints':
+            content[key] = [{**one, 'name': name(one['name'])} for one in value]
+    return controller.model_copy(update={'parameters': type(parameters).model_validate(content)})
+
+
+def _kinematics(block: KinematicsSettings, name: Rename) -> KinematicsSettings:
+    return block.model_copy(
+        update={'joints': {name(joint): one for joint, one in block.joints.items()}})
+
+
+def _ompl(block: OmplSettings, name: Rename) -> OmplSettings:
+    groups = {name(group): _ompl_group(one, name) for group, one in block.groups.items()}
+    return block.model_copy(update={'groups': groups})
+
+
+def _ompl_group(group: OmplGroup, name: Rename) -> OmplGroup:
+    def renamed(match: re.Match[str]) -> str:
+        inner = ','.join(name(part.strip()) for part in match[2].split(','))
+        return f'{match[1]}({inner})'
+
+    evaluator = _EVALUATOR.sub(renamed, group.projection_evaluator)
+    return group.model_copy(update={'projection_evaluator': evaluator})
+
+
+def _moveit_controller(controller: MoveItControllerSettings, name: Rename, before: str,
+                       after: str) -> MoveItControllerSettings:
+    own = controller.name.strip('/')
+    if before and own.startswith(f'{before}/'):
+        own = own[len(before) + 1:]
+    return controller.model_copy(update={
+        'name': f'{after}/{own}' if after else own,
+        'joints': tuple(map(name, controller.joints)),
+        'command_joint': name(controller.command_joint),
+    })
+
+
+def _simulation(block: SimulationSettings, name: Rename) -> SimulationSettings:
+    gains = {name(joint): one for joint, one in block.servo.gains.items()}
+    group, slash, state = block.initial_state.rpartition('/')
+    return block.model_copy(update={
+        'servo': block.servo.model_copy(update={'gains': gains}),
+        'initial_positions': {name(joint): position
+                              for joint, position in block.initial_positions.items()},
+        'initial_state': f'{name(group)}{slash}{state}',
+    })

@@ -1,0 +1,92 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""One piece of hardware with the joints of several robots, seen by each robot's controllers."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from armsim_ros.control.hardware_interface import (
+    COMMAND_INTERFACES,
+    HardwareInterface,
+    JointArrays,
+)
+from armsim_ros.errors import SimulationError
+
+
+class SharedHardware:
+    """
+    Hands out the joints of robots, and keeps together what they claim.
+
+    :param hardware: has the joints of all robots.
+    """
+
+    def __init__(self, hardware: HardwareInterface) -> None:
+        """Start without claims."""
+        self.hardware = hardware
+        self._claims: dict[str, frozenset[str]] = {}
+
+    def part(self, joint_names: Sequence[str]) -> HardwarePart:
+        """
+        Return the view of one robot.
+
+        :param joint_names: movable joints that follow each other in the hardware.
+        :raises SimulationError: they do not.
+        """
+        return HardwarePart(self, tuple(joint_names))
+
+    def claim(self, joint_names: Sequence[str], claimed: Mapping[str, frozenset[str]]) -> None:
+        """
+        Change what one robot claims; the others keep their claims.
+
+        :raises SimulationError: as :meth:`HardwareInterface.perform_command_mode_switch`.
+        """
+        claims = {name: claim for name, claim in self._claims.items() if name not in joint_names}
+        claims.update(claimed)
+        self.hardware.perform_command_mode_switch(claims)
+        self._claims = claims
+
+
+class HardwarePart(HardwareInterface):
+    """
+    The joints of one robot; its arrays are windows into those of the whole.
+
+    :param shared: the whole.
+    :param joint_names: (n,) movable joints that follow each other in it.
+    """
+
+    def __init__(self, shared: SharedHardware, joint_names: tuple[str, ...]) -> None:
+        """Open the windows."""
+        super().__init__(joint_names)
+        whole = shared.hardware
+        start = whole.index.get(joint_names[0], 0) if joint_names else 0
+        place = slice(start, start + len(joint_names))
+        if whole.joint_names[place] != joint_names:
+            raise SimulationError(
+                f'the joints {", ".join(joint_names)} do not follow each other in the hardware '
+                f'({", ".join(whole.joint_names)})'
+            )
+        self.state = _window(whole.state, place)
+        self.command = _window(whole.command, place)
+        self.feedforward = _window(whole.feedforward, place)
+        self._shared = shared
+        self._command_interfaces = {name: whole.command_interfaces[name] for name in joint_names}
+        self._state_interfaces = {name: whole.state_interfaces[name] for name in joint_names}
+
+    @property
+    def command_interfaces(self) -> Mapping[str, tuple[str, ...]]:
+        """Joint -> interfaces that can be claimed, of the robot's joints."""
+        return self._command_interfaces
+
+    @property
+    def state_interfaces(self) -> Mapping[str, tuple[str, ...]]:
+        """Joint -> interfaces that can be read, of the robot's joints."""
+        return self._state_interfaces
+
+    def perform_command_mode_switch(self, claimed: Mapping[str, frozenset[str]]) -> None:
+        """Take over a change of claims of this robot."""
+        self._shared.claim(self.joint_names, claimed)
+
+
+def _window(arrays: JointArrays, place: slice) -> JointArrays:
+    return JointArrays(*(arrays.of(name)[place] for name in COMMAND_INTERFACES))

@@ -1,0 +1,145 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The robots of a cell as one tree: each stands on the link ``world``."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+
+from armsim_ros.config.simulation import PlacementSettings
+from armsim_ros.errors import Location, Problem
+from armsim_ros.model.robot_model import Joint, JointType, Link, RobotModel, SemanticModel
+from armsim_ros.model.srdf import read_srdf
+from armsim_ros.model.transforms import pose_matrix
+from armsim_ros.model.tree import adjacent_pairs, tree_order
+from armsim_ros.model.xml_tree import parse_xml, xml_text, XmlElement
+
+#: The link that all robots stand on.
+WORLD = 'world'
+
+_HERE = Location('the cell')
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PlacedRobot:
+    """A robot with the names that it has in the cell, and where its root link stands."""
+
+    model: RobotModel
+    placement: PlacementSettings
+
+    @property
+    def mount(self) -> str:
+        """Name of the joint between the world and the robot."""
+        return f'{WORLD}_to_{self.model.root_link}'
+
+
+def clashes(robots: Mapping[str, PlacedRobot]) -> Iterator[tuple[str, str]]:
+    """Yield a robot's name and a sentence for each pair of robots that share a name."""
+    for name, robot in robots.items():
+        if WORLD in robot.model.links:
+            yield name, (f"link '{WORLD}' of robot '{name}' has the name of the link that all "
+                         'robots stand on')
+    for (first, one), (second, other) in combinations(robots.items(), 2):
+        for kind, names, others in (
+            ('link', one.model.links, other.model.links),
+            ('joint', one.model.joints, other.model.joints),
+            ('planning group', one.model.semantic.groups, other.model.semantic.groups),
+            ('end effector', one.model.semantic.end_effectors,
+             other.model.semantic.end_effectors),
+        ):
+            shared = [each for each in names if each in others]
+            if shared:
+                yield second, (f"{kind} '{shared[0]}' is in robot '{first}' and in robot "
+                               f"'{second}'")
+                break
+
+
+def merged_model(name: str, robots: Mapping[str, PlacedRobot],
+                 srdf: tuple[str, str] | None = None) -> tuple[RobotModel, list[Problem],
+                                                               dict[str, Location]]:
+    """
+    Return all robots as one.
+
+    :param name: the cell's name.
+    :param robots: without :func:`clashes`.
+    :param srdf: text and file name of an SRDF for the whole: groups over several robots, pairs
+        of links of two robots that need no check.
+    :returns: the model, what is wrong in that SRDF, and where it has what.
+    :raises ModelError: none of the groups fits.
+    """
+    links: dict[str, Link] = {WORLD: Link(WORLD)}
+    joints: dict[str, Joint] = {}
+    for robot in robots.values():
+        links.update(robot.model.links)
+        joints[robot.mount] = _mount(robot)
+        joints.update(robot.model.joints)
+    link_order, joint_order = tree_order(WORLD, joints)
+    links = {one: links[one] for one in link_order}
+    joints = {one: joints[one] for one in joint_order}
+    root = _merged_srdf(name, robots, srdf)
+    semantic, text = SemanticModel(), ''
+    problems: list[Problem] = []
+    places: dict[str, Location] = {}
+    if root.children:
+        content = read_srdf(root, robot_name=name, root_link=WORLD, links=links, joints=joints)
+        semantic, text = content.semantic, xml_text(root)
+        # What is wrong with a robot's own SRDF is said where that is read.
+        problems = [one for one in content.problems
+                    if srdf and one.where is not None and one.where.file == srdf[1]]
+        places = content.places
+    urdf = xml_text(_merged_urdf(name, robots))
+    return RobotModel(name, links, joints, WORLD, semantic, urdf, text), problems, places
+
+
+def _mount(robot: PlacedRobot) -> Joint:
+    placement = robot.placement
+    return Joint(robot.mount, JointType.FIXED, WORLD, robot.model.root_link,
+                 pose_matrix(placement.xyz, placement.rpy), np.array([1.0, 0.0, 0.0]))
+
+
+def _merged_urdf(name: str, robots: Mapping[str, PlacedRobot]) -> XmlElement:
+    root = XmlElement('robot', {'name': name}, _HERE, [_element('link', name=WORLD)])
+    attributes = dict(root.attributes)
+    for robot in robots.values():
+        own = parse_xml(robot.model.urdf, robot.model.name)
+        attributes.update({key: value for key, value in own.attributes.items()
+                           if key.startswith('xmlns')})
+        xyz, rpy = (' '.join(map(repr, triple))
+                    for triple in (robot.placement.xyz, robot.placement.rpy))
+        mount = _element('joint', name=robot.mount, type='fixed')
+        mount.children.extend([
+            _element('parent', link=WORLD), _element('child', link=robot.model.root_link),
+            _element('origin', xyz=xyz, rpy=rpy)])
+        root.children.extend([mount, *own.children])
+    return XmlElement(root.tag, attributes, _HERE, root.children)
+
+
+def _merged_srdf(name: str, robots: Mapping[str, PlacedRobot], srdf: tuple[str, str] | None
+                 ) -> XmlElement:
+    root = XmlElement('robot', {'name': name}, _HERE)
+    for robot in robots.values():
+        model = robot.model
+        if model.srdf:
+            # A virtual joint ties a robot to the world that stands here itself.
+            root.children.extend(child for child in parse_xml(model.srdf, model.name).children
+                                 if child.tag != 'virtual_joint')
+        if not model.semantic.disabled_collisions:
+            root.children.extend(
+                _element('disable_collisions', link1=one, link2=two, reason='Adjacent')
+                for one, two in adjacent_pairs(model))
+        for quiet in sorted(model.semantic.default_disabled):
+            root.children.extend(
+                _element('enable_collisions', link1=quiet, link2=link)
+                for other in robots.values() if other is not robot
+                for link in other.model.links)
+    if srdf is not None:
+        root.children.extend(parse_xml(*srdf).children)
+    return root
+
+
+def _element(tag: str, **attributes: str) -> XmlElement:
+    return XmlElement(tag, attributes, _HERE)

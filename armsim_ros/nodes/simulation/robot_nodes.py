@@ -1,0 +1,125 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""One robot in its namespace: controller manager, controllers, what they say."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from rclpy.executors import Executor
+from rclpy.node import Node
+
+from armsim_ros.control.controller_manager import ControllerManager
+from armsim_ros.control.faults import FaultInjector
+from armsim_ros.model.cell import Robot
+from armsim_ros.nodes.parameters import SettingsParameters
+from armsim_ros.nodes.simulation.activity import Activity
+from armsim_ros.nodes.simulation.controller_descriptions import ControllerDescriptions
+from armsim_ros.nodes.simulation.controller_manager_queries import ControllerManagerQueries
+from armsim_ros.nodes.simulation.controller_manager_services import ControllerManagerServices
+from armsim_ros.nodes.simulation.controller_registry import ControllerRegistry
+from armsim_ros.nodes.simulation.diagnostics import Diagnostics
+from armsim_ros.nodes.simulation.dispatcher import Dispatcher
+from armsim_ros.nodes.simulation.domain_watch import DomainWatch
+from armsim_ros.nodes.simulation.event_log import EventLog
+from armsim_ros.nodes.simulation.fault_parameters import FaultParameters
+from armsim_ros.nodes.simulation.robot_description import publish_robot_description
+from armsim_ros.nodes.simulation.robot_description_semantic import (
+    publish_robot_description_semantic,
+)
+from armsim_ros.sim.control_loop import ControlLoop
+
+
+class RobotNodes:
+    """
+    The nodes of one robot and all that they serve.
+
+    :param robot: the robot.
+    :param manager: its controller manager.
+    :param loop: runs all managers.
+    :param executor: serves the nodes.
+    :param faults: makes joints fail, where that is possible.
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        manager: ControllerManager,
+        loop: ControlLoop,
+        executor: Executor,
+        dispatcher: Dispatcher,
+        faults: FaultInjector | None,
+    ) -> None:
+        """Create what others must discover early: the manager and its controllers."""
+        namespace = robot.settings.namespace or '/'
+        self.node = Node(
+            'controller_manager', namespace=namespace, allow_undeclared_parameters=True
+        )
+        executor.add_node(self.node)
+        self._robot = robot
+        self._manager = manager
+        self._loop = loop
+        self._dispatcher = dispatcher
+        self._faults = faults
+        self._kept: list[Any] = []
+        self._registry = ControllerRegistry(
+            manager,
+            ControllerDescriptions(self.node, robot.settings),
+            executor,
+            dispatcher,
+            namespace,
+        )
+        for controller in manager.controllers.values():
+            self._registry.add(controller)
+        self._events = EventLog(self.node, manager, self._registry)
+
+    def publish_descriptions(self) -> None:
+        """Publish URDF and SRDF of this robot beside those of the whole cell."""
+        self._kept = [
+            publish_robot_description(self.node, self._robot.model.urdf),
+            publish_robot_description_semantic(self.node, self._robot.model.srdf),
+        ]
+
+    def create_services(self, name: str, refuse: Callable[[str], None]) -> None:
+        """
+        Create the rest: parameters, the manager's services, diagnostics.
+
+        Not while the loop runs: each new endpoint holds the interpreter for milliseconds.
+
+        :param name: of the manager in ``/diagnostics``.
+        :param refuse: ends the program where another one has these names.
+        """
+        node, manager = self.node, self._manager
+        for side in self._registry.sides:
+            side.declare_parameters()
+        settings = self._robot.settings.controller_manager
+        joints = self._robot.model.active_joints
+        SettingsParameters(node, settings)
+        if self._faults is not None:
+            FaultParameters(node, self._faults, joints)
+        ControllerManagerQueries(node, manager, settings.update_rate)
+        ControllerManagerServices(node, manager, self._registry, self._dispatcher)
+        self._activity = Activity(node, manager)
+        self._watch_domain = DomainWatch(node, refuse)
+        self._diagnostics = Diagnostics(node, name, manager, self._loop, self._faults, joints)
+
+    def controller_states(self) -> Sequence[tuple[str, str]]:
+        """Return name and state of each controller."""
+        return [(info.name, info.state) for info in self._manager.list_controllers()]
+
+    def publish(self, time_ns: int) -> None:
+        """Publish what is due at the rate of /clock [ns]."""
+        for side in self._registry.sides:
+            side.publish(time_ns)
+        self._events.drain()
+
+    def watch(self, time_ns: int) -> None:
+        """Look at what changes seldom, also while time [ns] stands still."""
+        self._events.drain()
+        self._activity.publish_if_changed(time_ns)
+        self._watch_domain.look()
+
+    def publish_diagnostics(self) -> None:
+        """Publish the health of the robot."""
+        self._diagnostics.publish()
