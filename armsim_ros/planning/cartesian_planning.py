@@ -26,7 +26,7 @@ from armsim_ros.planning.path_timing import time_waypoints
 from armsim_ros.planning.regions import is_place
 from armsim_ros.planning.request_checks import link_speed_limit
 from armsim_ros.planning.scene import PlanningScene
-from armsim_ros.planning.search import without_repeats
+from armsim_ros.planning.smoothing import without_repeats
 from armsim_ros.planning.start_state import bounded_start
 from armsim_ros.planning.state_validity import StateValidity
 from armsim_ros.trajectory import JointTrajectory, TrajectoryPoint

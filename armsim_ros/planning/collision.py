@@ -92,18 +92,24 @@ class CollisionChecker:
             return True
         return tables.ready(False, group, clearance).hit(q)
 
-    def surely_free(
-        self, group: str | None = None, clearance: float = 0.0
+    def judge(
+        self, group: str | None = None, clearance: float = 0.0, exact: bool = True
     ) -> Callable[[Vector], bool]:
         """
-        Return the quickest form of ``not maybe_in_collision``, which holds until the next edit.
+        Return the quickest form of a question about many states, to be asked at once.
 
-        Parameters are those of :meth:`in_collision`.
+        It holds until another question or an edit. Parameters are those of :meth:`in_collision`.
+
+        :param exact: :meth:`in_collision`; else :meth:`maybe_in_collision`.
         """
         tables = self._followed()
         if tables.rigid_hit(group):
-            return _never
-        return lambda q: not tables.ready(False, group, clearance).hit(q)
+            return _always
+        maybe = tables.ready(False, group, clearance).judge()
+        if not exact or tables.hull is None:
+            return maybe
+        surely = tables.ready(True, group, clearance).judge()
+        return lambda q: maybe(q) and surely(q)
 
     def crowded(
         self, states: Matrix, reach: Matrix, group: str | None = None, exact: bool = True,
@@ -207,8 +213,8 @@ class CollisionChecker:
         return Contact(one.name, other.name, one.type, other.type, position, normal, depth)
 
 
-def _never(_q: Vector) -> bool:
-    return False
+def _always(_q: Vector) -> bool:
+    return True
 
 
 __all__ = ['BodyType', 'CollisionChecker', 'Contact']

@@ -155,12 +155,12 @@ class CollisionTables:
         :param exact: judge by the shapes themselves, not by hulls.
         """
         stage = self.ready(exact, group)
-        padding = self._margins[0.0]
-        shapes = np.ix_(self._joints, self._joints)
+        hit = stage.judge()
+        margins = distances[:, self._joints[:, None], self._joints] + self._margins[0.0]
         found = np.zeros(len(states), dtype=bool)
-        for k, (q, distance) in enumerate(zip(states, distances, strict=True)):
-            stage.set_margins(distance[shapes] + padding)
-            found[k] = stage.hit(q)
+        for k, (q, margin) in enumerate(zip(states, margins, strict=True)):
+            stage.set_margins(margin)
+            found[k] = hit(q)
         return found
 
     def rigid_hit(self, group: str | None) -> bool:

@@ -21,7 +21,7 @@ from armsim_ros.planning.state_validity import StateValidity
 Vector = NDArray[np.float64]
 Matrix = NDArray[np.float64]
 
-LONGEST_PIECE = 0.05
+LONGEST_PIECE = 0.06
 """Largest motion [m] of any point within a piece that is tried to be proved."""
 
 EXACT_PIECE = 0.012
@@ -65,10 +65,14 @@ def first_blocked(
                 return float(np.interp(place, covered, known))
         return None
 
-    coarse = np.linspace(0.0, length, 2 + math.ceil(
-        length / (LONGEST_PIECE if validity.path_constraints is None else step)))
-    found = blocked(coarse)
-    lows, highs = coarse[:-1], coarse[1:]
+    found = None
+    longest = LONGEST_PIECE
+    if validity.path_constraints is not None:
+        longest = min(longest, step)
+    borders = np.linspace(0.0, length, 1 + math.ceil(length / longest))
+    if validity.path_constraints is not None:
+        found = blocked(borders)
+    lows, highs = borders[:-1], borders[1:]
     while found is None and len(lows):
         middles = 0.5 * (lows + highs)
         half = at(middles, travel)

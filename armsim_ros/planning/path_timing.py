@@ -67,6 +67,24 @@ def time_waypoints(
     )
 
 
+def time_rough_path(
+    waypoints: Vector, validity: StateValidity, limits: MotionLimits,
+    speed_limit: SpeedLimit | None, step: float,
+) -> QuinticMotion | None:
+    """
+    Return the motion through waypoints that a search has checked in its own steps only.
+
+    Parameters are those of :func:`time_waypoints`. What proves the motion free proves the path
+    as well, so most paths need no look of their own; None where this one does.
+    """
+    deviation = np.full(len(waypoints) - 2, MAX_DEVIATION)
+    _shrink_corners(waypoints, deviation, validity)
+    motion = time_path(BlendedPath(waypoints, deviation), limits, speed_limit)
+    clearance = 0.5 * validity.clearance
+    blocked = _blocked_at(motion, validity, FINAL_SHARE * step, clearance)
+    return motion if blocked is None else None
+
+
 def _shrink_corners(
     waypoints: Vector, deviation: Vector, validity: StateValidity
 ) -> None:
@@ -91,14 +109,20 @@ def first_fault(motion: QuinticMotion, validity: StateValidity, step: float) -> 
     :param motion: is followed between its points too.
     :param step: largest motion [m] of any point between two looks at path constraints.
     """
+    t = _blocked_at(motion, validity, step)
+    return '' if t is None else (
+        f'at {t:.3f} s: {validity.why_not(motion.sample(np.array([t]))[0])}')
+
+
+def _blocked_at(
+    motion: QuinticMotion, validity: StateValidity, step: float, clearance: float = 0.0
+) -> float | None:
+    """Return the time [s] at which a motion leaves limits or free states, None for never."""
     times = np.linspace(0.0, motion.duration, 1 + _LOOKS * (len(motion.times) - 1))
     positions = motion.sample(times)
     beyond = np.flatnonzero(np.any(
         (positions < validity.lower - _OVERSHOOT) | (positions > validity.upper + _OVERSHOOT),
         axis=1,
     ))
-    t = float(times[beyond[0]]) if len(beyond) else first_blocked(
-        positions, validity, step, times)
-    if t is None:
-        return ''
-    return f'at {t:.3f} s: {validity.why_not(motion.sample(np.array([t]))[0])}'
+    return float(times[beyond[0]]) if len(beyond) else first_blocked(
+        positions, validity, step, times, clearance)

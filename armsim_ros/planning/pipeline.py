@@ -13,13 +13,13 @@ from armsim_ros.planning.context import PlanningContext
 from armsim_ros.planning.error_codes import MoveItErrorCode
 from armsim_ros.planning.goal_sampling import GoalSampler
 from armsim_ros.planning.ompl_space import seed_search
-from armsim_ros.planning.path_timing import time_waypoints
+from armsim_ros.planning.path_timing import time_rough_path, time_waypoints
 from armsim_ros.planning.pilz.commands import PIPELINE as PILZ
 from armsim_ros.planning.pilz.commands import run_command
 from armsim_ros.planning.request import Constraints, MotionPlanRequest
 from armsim_ros.planning.request_checks import RequestChecks
 from armsim_ros.planning.scene import PlanningScene
-from armsim_ros.planning.search import Budget, find_path, SearchProblem
+from armsim_ros.planning.search import Budget, find_rough_path, mended, SearchProblem
 from armsim_ros.planning.smoothing import path_length
 from armsim_ros.planning.start_repairs import joined, StartRepairs
 from armsim_ros.planning.start_state import bounded_start, check_start
@@ -73,9 +73,13 @@ def run_pipeline(
     for finer in _FINER:
         step = context.settings.fine_step * finer
         problem = SearchProblem(validity, start, tuple(states), planner, rng, step)
-        path = find_path(problem, budget, checks.attempts(request), context.log)
+        path, exact = find_rough_path(problem, budget, checks.attempts(request), context.log)
         try:
-            motion = time_waypoints(path, validity, limits, speed_limit, step)
+            motion = None if exact else time_rough_path(
+                path, validity, limits, speed_limit, step)
+            if motion is None:
+                path = path if exact else mended(path, problem, budget, context.log)
+                motion = time_waypoints(path, validity, limits, speed_limit, step)
         except PlanningError as error:
             if error.code != MoveItErrorCode.INVALID_MOTION_PLAN or budget.spent():
                 raise

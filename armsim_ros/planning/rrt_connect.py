@@ -16,6 +16,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from armsim_ros.planning.sample_pool import SamplePool
 from armsim_ros.planning.search_tree import SearchTree
 
 Vector = NDArray[np.float64]
@@ -25,8 +26,6 @@ Matrix = NDArray[np.float64]
 FIRST_RADIUS, LEAST_RADIUS = 8.0, 4.0
 #: By which the radius shrinks with a failure and grows with a success.
 RADIUS_CHANGE = 0.1
-#: Samples that are drawn at once.
-SAMPLES = 32
 
 
 class RRTConnect:
@@ -50,7 +49,6 @@ class RRTConnect:
         self._extension = extension
         self._rng = rng
         self.motions = 0
-        self._samples: Matrix = np.empty((0, len(low)))
 
     def find(
         self, start: Vector, goals: Sequence[Vector], stop: Callable[[], bool]
@@ -63,9 +61,10 @@ class RRTConnect:
         :param stop: asked before every extension.
         """
         trees = (SearchTree(start[None]), SearchTree(np.array(goals)))
+        pools = [SamplePool(tree, self._draw) for tree in trees]
         while not stop():
             one = 0 if len(trees[0]) <= len(trees[1]) else 1
-            grown = self._extend(trees[one])
+            grown = self._extend(trees[one], pools[one])
             if grown is None:
                 continue
             met = self._connect(trees[1 - one], trees[one][grown], stop)
@@ -77,17 +76,16 @@ class RRTConnect:
             return np.concatenate([first[::-1], second[1:]])
         return None
 
-    def _extend(self, tree: SearchTree) -> int | None:
+    def _draw(self, count: int) -> Matrix:
+        return self._rng.uniform(self._low, self._high, (count, len(self._low)))
+
+    def _extend(self, tree: SearchTree, pool: SamplePool) -> int | None:
         """Grow a tree towards a sample by one motion; return the new state's number."""
-        if not len(self._samples):
-            self._samples = self._rng.uniform(self._low, self._high, (SAMPLES, len(self._low)))
-        found = tree.first_within(self._samples)
+        found = pool.take()
         if found is None:
-            self._samples = self._samples[:0]
             return None
-        first, near, distance = found
-        state, sample = tree[near], self._samples[first]
-        self._samples = self._samples[first + 1:]
+        sample, near, distance = found
+        state = tree[near]
         if distance > self._extension:
             sample = state + (sample - state) * (self._extension / distance)
         self.motions += 1

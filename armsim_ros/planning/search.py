@@ -4,13 +4,14 @@
 A free path from a start to one of several goals.
 
 First the straight line; then RRT-Connect, or the OMPL planner that was asked for, in large
-steps on hulls; the path found is shortened, checked as a whole on exact geometry in small steps,
-and only the pieces that fail are searched again.
+steps on hulls; the path found is shortened. Where the motion along it is not free, the path is
+checked as a whole on exact geometry in small steps, and only the pieces that fail are searched
+again.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
@@ -24,7 +25,7 @@ from armsim_ros.planning.log import Log
 from armsim_ros.planning.ompl_space import JointSpace
 from armsim_ros.planning.planners import DEFAULT_PLANNER, make_planner, PlannerChoice, THREADED
 from armsim_ros.planning.rrt_connect import RRTConnect
-from armsim_ros.planning.smoothing import path_length, shorten
+from armsim_ros.planning.smoothing import path_length, shortened, without_repeats
 from armsim_ros.planning.state_validity import (
     CLEARANCE,
     FINE_STEP,
@@ -38,6 +39,7 @@ _SOURCE = 'OMPL'
 _STRAIGHT_GOALS = 4
 _HULL_MOTIONS = 8000
 _REPAIR_MOTIONS = 600
+_LAST_FAILURES = 4
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,9 +89,22 @@ class SearchProblem:
 
 def find_path(problem: SearchProblem, budget: Budget, attempts: int, log: Log) -> Vector:
     """
-    Return the waypoints (k, m) of a free path, the shortest of several attempts.
+    Return the waypoints (k, m) of a path that is free on exact geometry.
+
+    Parameters and errors are those of :func:`find_rough_path`.
+    """
+    waypoints, exact = find_rough_path(problem, budget, attempts, log)
+    return waypoints if exact else mended(waypoints, problem, budget, log)
+
+
+def find_rough_path(
+    problem: SearchProblem, budget: Budget, attempts: int, log: Log
+) -> tuple[Vector, bool]:
+    """
+    Return the waypoints (k, m) of a path, the shortest of several attempts.
 
     :param attempts: number of searches; fewer where the time is over and one succeeded.
+    :returns: the path, and whether it was checked finely; else only in the search's steps.
     :raises PlanningError: TIMED_OUT, PLANNING_FAILED or PREEMPTED with what was tried.
     """
     validity = problem.validity
@@ -98,8 +113,8 @@ def find_path(problem: SearchProblem, budget: Budget, attempts: int, log: Log) -
     ) else 0.0
     straight = straight_path(problem)
     if straight is not None:
-        return straight
-    best: Vector | None = None
+        return straight, True
+    best: tuple[Vector, bool] | None = None
     failure: PlanningError | None = None
     for _ in range(max(1, attempts)):
         try:
@@ -108,15 +123,26 @@ def find_path(problem: SearchProblem, budget: Budget, attempts: int, log: Log) -
             if error.code == MoveItErrorCode.PREEMPTED:
                 raise
             failure = error
-            found = None
-        if found is not None and (best is None or path_length(found) < path_length(best)):
-            best = found
+        else:
+            if best is None or path_length(found[0]) < path_length(best[0]):
+                best = found
         if budget.spent():
             break
     if best is not None:
         return best
     assert failure is not None
     raise failure
+
+
+def mended(waypoints: Vector, problem: SearchProblem, budget: Budget, log: Log) -> Vector:
+    """
+    Return a path that is free on exact geometry; what is not free of one is searched again.
+
+    :param waypoints: (k, m) from start to goal.
+    :raises PlanningError: TIMED_OUT, PLANNING_FAILED or PREEMPTED where there is none.
+    """
+    whole = _repaired(waypoints, problem, budget, log)
+    return _searched_finely(problem, budget, log) if whole is None else whole
 
 
 def straight_path(problem: SearchProblem) -> Vector | None:
@@ -130,7 +156,7 @@ def straight_path(problem: SearchProblem) -> Vector | None:
     return None
 
 
-def _attempt(problem: SearchProblem, budget: Budget, log: Log) -> Vector:
+def _attempt(problem: SearchProblem, budget: Budget, log: Log) -> tuple[Vector, bool]:
     validity = problem.validity
     constraints = validity.path_constraints
     if constraints is not None and (constraints.positions or constraints.orientations):
@@ -139,7 +165,7 @@ def _attempt(problem: SearchProblem, budget: Budget, log: Log) -> Vector:
         budget.check(_SOURCE)
         if kept is None:
             raise _no_path(problem, budget)
-        return without_repeats(kept)
+        return without_repeats(kept), True
     on_hulls = validity.free(problem.start, exact=False) and all(
         validity.free(goal, exact=False) for goal in problem.goals
     )
@@ -147,10 +173,12 @@ def _attempt(problem: SearchProblem, budget: Budget, log: Log) -> Vector:
         space = JointSpace(validity, problem.start, SEARCH_STEP, exact=False)
         found = _solve(space, problem, budget, log, most_motions=_HULL_MOTIONS)
         if found is not None:
-            whole = _exact(found, problem, budget, log)
-            if whole is not None:
-                return whole
-    space = JointSpace(validity, problem.start, problem.fine_step, exact=True)
+            return found, False
+    return _searched_finely(problem, budget, log), True
+
+
+def _searched_finely(problem: SearchProblem, budget: Budget, log: Log) -> Vector:
+    space = JointSpace(problem.validity, problem.start, problem.fine_step, exact=True)
     found = _solve(space, problem, budget, log)
     if found is None:
         raise _no_path(problem, budget)
@@ -175,7 +203,7 @@ def _solve(
         budget.check(_SOURCE)
         if found is None:
             return None
-        path = space.path(found)
+        waypoints = found
     else:
         definition = space.problem(problem.start, problem.goals)
         planner.setProblemDefinition(definition)
@@ -185,15 +213,16 @@ def _solve(
         budget.check(_SOURCE)
         if not definition.hasExactSolution():
             return None
-        path = definition.getSolutionPath()
-    if problem.planner.simplify:
-        shorten(space, path, budget.spent)
-    waypoints = np.array([space.values(state) for state in path.getStates()])
+        states = definition.getSolutionPath().getStates()
+        waypoints = np.array([space.values(state) for state in states])
     waypoints[0] = problem.start
-    return without_repeats(waypoints)
+    waypoints = without_repeats(waypoints)
+    if not problem.planner.simplify:
+        return waypoints
+    return shortened(waypoints, space.motion_free, problem.rng, budget.spent)
 
 
-def _exact(
+def _repaired(
     waypoints: Vector, problem: SearchProblem, budget: Budget, log: Log
 ) -> Vector | None:
     """Return the path with every piece free on exact geometry; None where that failed."""
@@ -216,25 +245,9 @@ def _exact(
     result = np.concatenate(pieces)
     if repaired and problem.planner.simplify:
         space = JointSpace(validity, result[0], problem.fine_step, exact=True)
-        result = _shortened(space, result, budget)
+        result = shortened(
+            without_repeats(result), space.motion_free, problem.rng, budget.spent, _LAST_FAILURES)
     return without_repeats(result)
-
-
-def _shortened(space: JointSpace, waypoints: Vector, budget: Budget) -> Vector:
-    path = space.path(waypoints)
-    shorten(space, path, budget.spent, rounds=1)
-    return np.array([space.values(state) for state in path.getStates()])
-
-
-def without_repeats(waypoints: Sequence[Vector] | Vector, distance: float = 1e-7) -> Vector:
-    """Return waypoints (k, m) without those that equal the one before; both ends stay."""
-    kept = [waypoints[0]]
-    for point in waypoints[1:]:
-        if float(np.linalg.norm(point - kept[-1])) > distance:
-            kept.append(point)
-    if len(kept) > 1:
-        kept[-1] = waypoints[-1]
-    return np.array(kept)
 
 
 def _no_path(problem: SearchProblem, budget: Budget) -> PlanningError:

@@ -37,29 +37,16 @@ class SearchTree:
         state: Vector = self._table[number]
         return state
 
+    def since(self, number: int) -> Matrix:
+        """Return the states (k, m) from a number on; they are not to be changed."""
+        return self._table[number:self._filled]
+
     def nearest(self, values: Vector) -> tuple[int, float]:
         """Return the number of the state nearest to a given one (m,), and their distance."""
         away = self._table[: self._filled] - values
         squares = np.einsum('ij,ij->i', away, away)
         number = int(squares.argmin())
         return number, math.sqrt(float(squares[number]))
-
-    def first_within(self, samples: Matrix) -> tuple[int, int, float] | None:
-        """
-        Return the first of several samples (k, m) that is within the radius of its nearest state.
-
-        :returns: its number, that of the state, and their distance; None where all are outside.
-        """
-        states = self._table[: self._filled]
-        squares = np.einsum('ij,ij->i', states, states) - 2.0 * (samples @ states.T)
-        nearest = squares.argmin(axis=1)
-        away = samples - states[nearest]
-        distances = np.sqrt(np.einsum('ij,ij->i', away, away))
-        within = distances <= self.radii[nearest]
-        first = int(within.argmax())
-        if not within[first]:
-            return None
-        return first, int(nearest[first]), float(distances[first])
 
     def add(self, parent: int, values: Vector) -> int:
         """Append a state (m,) and return its number."""

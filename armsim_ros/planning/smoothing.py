@@ -4,41 +4,100 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from ompl import geometric as og
-
-from armsim_ros.planning.ompl_space import JointSpace
 
 Vector = NDArray[np.float64]
+Matrix = NDArray[np.float64]
 
-ROUNDS = 5
-"""Largest number of passes over a path."""
+DRAWS = 16
+"""Pairs of points of which the one with most to gain is tried, after a success."""
+
+LEAST_GAIN = 0.005
+"""Share of the path's length that a shortcut has to save."""
+
+FAILURES = 12
+"""Shortcuts without success, one after another, after which the path is left as it is."""
 
 
-def shorten(
-    space: JointSpace, path: Any, stop: Callable[[], bool], rounds: int = ROUNDS
-) -> None:
+def shortened(
+    waypoints: Matrix, motion_free: Callable[[Vector, Vector], bool],
+    rng: np.random.Generator, stop: Callable[[], bool], failures: int = FAILURES,
+) -> Matrix:
     """
-    Shorten an OMPL path in place; it stays free by the space's own checks.
+    Return a path with shortcuts between any of its points, and no waypoint more than it needs.
 
-    Partial shortcuts (Geraerts and Overmars 2007, DOI 10.1177/0278364907079280) and the
-    removal of waypoints take turns until nothing changes.
+    Of several pairs of points drawn by chance the one that saves most is looked at; the more of
+    them are blocked, the fewer are drawn, so that small savings get their turn (shortcuts by
+    chance alone: Geraerts and Overmars 2007, DOI 10.1177/0278364907079280).
 
-    :param path: ``ompl.geometric.PathGeometric``.
-    :param stop: asked before every pass.
+    :param waypoints: (k, m) of a free path.
+    :param motion_free: whether the straight motion between two free states is free.
+    :param stop: asked before every shortcut.
+    :param failures: shortcuts in vain after which it ends.
     """
-    simplifier = og.PathSimplifier(space.information)
-    for _ in range(rounds):
-        if stop() or path.getStateCount() < 3:
-            return
-        changed = simplifier.partialShortcutPath(path)
-        changed = simplifier.reduceVertices(path) or changed
-        if not changed:
-            return
+    path = waypoints
+    covered = _covered(path)
+    vain, draws = 0, DRAWS
+    while len(path) > 2 and vain < failures and not stop():
+        places = np.sort(rng.uniform(0.0, covered[-1], (draws, 2)), axis=1)
+        pieces = np.searchsorted(covered, places, side='right') - 1
+        pieces = np.minimum(pieces, len(path) - 2)
+        shares = (places - covered[pieces]) / (covered[pieces + 1] - covered[pieces])
+        points = path[pieces] + shares[..., None] * (path[pieces + 1] - path[pieces])
+        gains = places[:, 1] - places[:, 0] - np.linalg.norm(points[:, 1] - points[:, 0], axis=1)
+        best = int(gains.argmax())
+        first, second = points[best]
+        if gains[best] > LEAST_GAIN * covered[-1] and motion_free(first, second):
+            begin, end = pieces[best]
+            path = np.concatenate([path[:begin + 1], points[best], path[end + 1:]])
+            path = without_repeats(path)
+            covered = _covered(path)
+            vain, draws = 0, min(2 * draws, DRAWS)
+        else:
+            vain, draws = vain + 1, max(draws // 2, 1)
+    return _reduced(path, motion_free, stop)
+
+
+def _reduced(
+    path: Matrix, motion_free: Callable[[Vector, Vector], bool], stop: Callable[[], bool]
+) -> Matrix:
+    """Leave out the waypoints whose neighbours can be joined, those that turn least first."""
+    open_ = np.ones(len(path), dtype=bool)
+    while len(path) > 2 and not stop():
+        detours = (
+            np.linalg.norm(path[1:-1] - path[:-2], axis=1)
+            + np.linalg.norm(path[2:] - path[1:-1], axis=1)
+            - np.linalg.norm(path[2:] - path[:-2], axis=1)
+        )
+        corner = 1 + int(np.where(open_[1:-1], detours, np.inf).argmin())
+        if not open_[corner]:
+            break
+        open_[corner] = False
+        if motion_free(path[corner - 1], path[corner + 1]):
+            open_[[corner - 1, corner + 1]] = True
+            path, open_ = np.delete(path, corner, axis=0), np.delete(open_, corner)
+    return path
+
+
+def _covered(path: Matrix) -> Vector:
+    """Return the length (k,) of a path up to each of its waypoints."""
+    covered: Vector = np.zeros(len(path))
+    np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1), out=covered[1:])
+    return covered
+
+
+def without_repeats(waypoints: Sequence[Vector] | Matrix, distance: float = 1e-7) -> Matrix:
+    """Return waypoints (k, m) without those that equal the one before; both ends stay."""
+    kept = [waypoints[0]]
+    for point in waypoints[1:]:
+        if float(np.linalg.norm(point - kept[-1])) > distance:
+            kept.append(point)
+    if len(kept) > 1:
+        kept[-1] = waypoints[-1]
+    return np.array(kept)
 
 
 def path_length(waypoints: Vector) -> float:

@@ -163,24 +163,24 @@ class StateValidity:
         :param step: see :data:`SEARCH_STEP` and :data:`FINE_STEP` [m].
         :param exact: see :meth:`free`.
         """
-        free = self._judge(exact)
+        blocked = self._judge(exact)
         last = self.full(b)
-        if not free(last):
+        if blocked(last):
             return False
         count = self.parts(a, b, step)
         if count == 1:
             return True
         first = self.full(a)
-        for q in first + _halving_order(count) * (last - first):  # noqa: SIM110  all() is slow
-            if not free(q):
+        for q in first + _halving_order(count) * (last - first):  # noqa: SIM110  any() is slow
+            if blocked(q):
                 return False
         return True
 
     def _judge(self, exact: bool) -> Callable[[Vector], bool]:
-        """Return the quickest judge of full states."""
-        if exact or not self._avoid_collisions or self.path_constraints is not None:
-            return lambda q: self._free(q, exact, self.clearance)
-        return self._checker.surely_free(self.group, self.clearance)
+        """Return the quickest judge of full states, which says what is blocked."""
+        if not self._avoid_collisions or self.path_constraints is not None:
+            return lambda q: not self._free(q, exact, self.clearance)
+        return self._checker.judge(self.group, self.clearance, exact)
 
     def why_not(self, values: Vector) -> str:
         """Return what is wrong with a state (m,), as a phrase, or ''."""

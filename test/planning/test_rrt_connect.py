@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from armsim_ros.planning.rrt_connect import RRTConnect
+from armsim_ros.planning.sample_pool import SamplePool
 from armsim_ros.planning.search_tree import SearchTree
 
 LOW, HIGH = np.zeros(2), np.ones(2)
@@ -84,9 +85,32 @@ def test_tree_grows_and_finds_the_nearest():
 
 
 def test_samples_beyond_the_radius_are_left_out():
-    """The first sample within the radius of its nearest state is taken."""
+    """The first sample within the radius of its nearest state is taken, until none is left."""
     tree = SearchTree(np.array([[0.0, 0.0], [1.0, 0.0]]))
     tree.radii[:2] = 0.1, 0.5
-    samples = np.array([[0.0, 0.3], [1.0, 0.4], [0.0, 0.05]])
-    assert tree.first_within(samples) == (1, 1, pytest.approx(0.4))
-    assert tree.first_within(samples[:1]) is None
+    samples = np.array([[0.0, 0.3], [1.0, 0.4], [0.0, 0.05], [0.0, 0.2]])
+    pool = SamplePool(tree, lambda count: samples)
+    taken = [pool.take(), pool.take(), pool.take()]
+    assert [each[1:] for each in taken[:2]] == [
+        (1, pytest.approx(0.4)), (0, pytest.approx(0.05))]
+    assert taken[0][0] == pytest.approx(samples[1])
+    assert taken[2] is None
+
+
+def test_samples_follow_the_tree():
+    """States that come later are found as the nearest ones, too."""
+    rng = np.random.default_rng(0)
+    tree = SearchTree(np.zeros((1, 3)))
+    pool = SamplePool(tree, lambda count: rng.uniform(size=(count, 3)))
+    states = [np.zeros(3)]
+    for count in (0, 1, 1, 5, 0, 40, 1) * 20:
+        for values in rng.uniform(size=(count, 3)):
+            tree.add(0, values)
+            states.append(values)
+        found = pool.take()
+        if found is None:
+            continue
+        sample, near, distance = found
+        distances = np.linalg.norm(np.array(states) - sample, axis=1)
+        assert near == distances.argmin()
+        assert distance == pytest.approx(distances.min())
