@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 from itertools import cycle, permutations
 import os
@@ -20,6 +19,7 @@ from armsim_ros.model.geometry import Box
 from armsim_ros.model.loading import load_robot_model
 from armsim_ros.model.transforms import pose_matrix
 from armsim_ros.planning.cartesian_path import CartesianRequest
+from armsim_ros.planning.collision import CollisionChecker
 from armsim_ros.planning.error_codes import MoveItErrorCode
 from armsim_ros.planning.planner import MotionPlanner
 from armsim_ros.planning.request import (
@@ -29,7 +29,11 @@ from armsim_ros.planning.request import (
     StartState,
 )
 from armsim_ros.planning.scene import PlanningScene
-from armsim_ros.planning.scene_update import AttachedObjectUpdate, CollisionObjectUpdate
+from armsim_ros.planning.scene_update import (
+    AttachedObjectUpdate,
+    CollisionObjectUpdate,
+    SceneUpdate,
+)
 from armsim_ros.planning.settings import settings_from_config
 from benchmarks.options import Options
 from benchmarks.stack import resident_mib
@@ -50,7 +54,7 @@ def main(options: Options) -> None:
     group, states = next(
         (name, states) for name, states in model.robot.semantic.named_states.items()
         if len(states) > 1)
-    _edits(planner, scene, group)
+    _edits(scene, group)
     _cartesian(planner, scene, group)
     _memory(planner, scene, group, states, options.goals)
     _cancel(planner, scene, group, states, options.runs)
@@ -61,45 +65,53 @@ def _box(name: str, operation: int, xyz: tuple[float, ...]) -> CollisionObjectUp
     return CollisionObjectUpdate(name, operation, pose=pose_matrix(xyz), primitives=shapes)
 
 
-def _edits(planner: MotionPlanner, scene: PlanningScene, group: str) -> None:
-    """Time each kind of edit, seen by a check of the state, beyond that check itself."""
+def _edits(scene: PlanningScene, group: str) -> None:
+    """Time each kind of edit with a check of a state that sees it, less the check itself."""
+    checker = CollisionChecker(scene)
     for k in range(OBJECTS):
         scene.apply_object(_box(f'box{k}', ADD, (5.0, k, 0.0)))
     tip = scene.robot.semantic.groups[group].links[-1]
     acm = scene.acm
+    held = replace(_box('held', ADD, (0.0, 0.0, 0.5)), frame_id=tip)
 
-    def change(edit: Callable[[int], None], undo: Callable[[int], None] | None) -> float:
-        spent = []
-        for k in range(50):
-            planner.check_state(scene, scene.q, group)
+    def attach(k: int) -> None:
+        scene.apply_attached(AttachedObjectUpdate(tip, held, (tip,)))
+
+    def detach(k: int) -> None:
+        scene.apply_attached(AttachedObjectUpdate(tip, CollisionObjectUpdate('held', REMOVE)))
+
+    def remove(k: int) -> None:
+        scene.apply_object(CollisionObjectUpdate('held', REMOVE))
+
+    def add(k: int) -> None:
+        scene.apply_object(_box('held', ADD, (5.0, 0.1 * k, 3.0)))
+
+    def move(k: int) -> None:
+        scene.apply_object(_box('box0', MOVE, (5.0, 0.1 * k, 1.0)))
+
+    def rules(k: int) -> None:
+        scene.set_acm(acm.with_pair(f'box{k % OBJECTS}', tip, bool(k % 2)))
+
+    def padding(k: int) -> None:
+        scene.apply(SceneUpdate(is_diff=True, link_padding={tip: 0.001 * (1 + k % 5)}))
+
+    spent: dict[str, list[float]] = {}
+    for k in range(50):
+        for name, edit in (('add', add), ('remove', remove), ('attach', attach),
+                           ('detach', detach), ('remove', remove), ('move', move),
+                           ('rules', rules), ('padding', padding)):
+            checker.in_collision(scene.q, group)
             began = time.process_time()
-            planner.check_state(scene, scene.q, group)
+            checker.in_collision(scene.q, group)
             idle = time.process_time() - began
             began = time.process_time()
             edit(k)
-            planner.check_state(scene, scene.q, group)
-            spent.append(1000.0 * (time.process_time() - began - idle))
-            if undo is not None:
-                undo(k)
-        return median(spent)
-
-    attached = _box('held', ADD, (0.0, 0.0, 0.5))
-    kinds = {
-        'add': change(lambda k: scene.apply_object(_box('new', ADD, (5.0, 0.1 * k, 3.0))),
-                      lambda k: scene.apply_object(_box('new', REMOVE, (0.0, 0.0, 0.0)))),
-        'move': change(lambda k: scene.apply_object(_box('box0', MOVE, (5.0, 0.1 * k, 1.0))),
-                       None),
-        'attach': change(
-            lambda k: scene.apply_attached(
-                AttachedObjectUpdate(tip, replace(attached, frame_id=tip), (tip,))),
-            lambda k: (scene.apply_attached(AttachedObjectUpdate(
-                tip, CollisionObjectUpdate('held', REMOVE))),
-                scene.apply_object(CollisionObjectUpdate('held', REMOVE)))),
-        'rules': change(lambda k: scene.set_acm(acm.with_pair(
-            f'box{k % OBJECTS}', tip, bool(k % 2))), None),
-    }
-    for name, spent in kinds.items():
-        print(f'scene edit, {name}: {spent:.2f} ms CPU')
+            checker.in_collision(scene.q, group)
+            spent.setdefault(name, []).append(
+                1000.0 * (time.process_time() - began - idle))
+    for name, values in spent.items():
+        print(f'scene edit, {name}: {median(values):.2f} ms CPU, '
+              f'95 % below {float(np.percentile(values, 95)):.2f}')
     scene.clear()
 
 

@@ -158,6 +158,10 @@ class KinematicModel:
 
     def moved_links(self, group: str) -> frozenset[str]:
         """Return the links that move with a group: its own and all below them."""
+        found: frozenset[str] = self.cached(('moved links', group), lambda: self._moved(group))
+        return found
+
+    def _moved(self, group: str) -> frozenset[str]:
         moving = {name for name, row in zip(self.names, self.gradient(group), strict=True)
                   if row.any()}
         moved: set[str] = set()

@@ -50,6 +50,16 @@ class AllowedCollisionMatrix:
             return bool(a) or bool(b)
         return a and b
 
+    def differences(self, other: AllowedCollisionMatrix) -> set[str]:
+        """Return the names of whose pairs another matrix may speak differently."""
+        if self is other:
+            return set()
+        pairs = self.pairs.items() ^ other.pairs.items()
+        return {
+            *(name for pair, _ in pairs for name in pair),
+            *(name for name, _ in self.defaults.items() ^ other.defaults.items()),
+        }
+
     def with_pair(self, first: str, second: str, allowed: bool) -> AllowedCollisionMatrix:
         """Return a matrix in which one pair is set."""
         return self.with_pairs({sorted_pair(first, second): allowed})

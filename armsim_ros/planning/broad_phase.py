@@ -34,8 +34,10 @@ class BroadPhase:
         self._model = model
         self._data = model.createData()
         self._geometry = pin.GeometryModel()
-        self._geometry_data = pin.GeometryData(self._geometry)
+        self._geometry_data: Any = None
         self._manager: Any = None
+        self._shapes: list[tuple[int, Matrix, Any]] = []
+        self._built = 0
         self._pairs: Mask = np.zeros((0, 0), dtype=bool)
         self._active: Mask | None = None
         self._margins: Matrix | None = None
@@ -54,43 +56,54 @@ class BroadPhase:
         keep: int,
     ) -> None:
         """
-        Set the shapes and pairs.
+        Set the shapes and pairs; :meth:`activate` has to follow before any question.
 
         :param shapes: (joint, pose (4, 4) on it, coal shape) each.
         :param pairs: (g, g) upper triangle.
         :param margins: (g, g) [m] distance that counts as contact.
         :param keep: how many of the first shapes are already there.
         """
+        self._manager = self._geometry_data = None
+        self._built = min(self._built, keep)
+        self._shapes = list(shapes)
+        self._pairs = pairs
+        self._active, self._margins = None, margins
+
+    def _build(self) -> None:
+        """Take over shapes and pairs; done at the first question, so as not to do it in vain."""
         # Adding a shape moves the others in memory: nobody may point at them then.
-        self._manager = None
-        self._geometry_data = None
-        if keep == 0:
+        if self._built == 0:
             self._geometry = pin.GeometryModel()
-        for number, (joint, pose, shape) in enumerate(shapes[keep:], keep):
+        for number, (joint, pose, shape) in enumerate(self._shapes[self._built:], self._built):
             self._geometry.addGeometryObject(
                 pin.GeometryObject(str(number), joint, pin.SE3(pose), shape)
             )
-        self._pairs = pairs
-        self._active = self._margins = None
-        self._geometry.setCollisionPairs(pairs)
+        self._built = len(self._shapes)
+        self._geometry.setCollisionPairs(self._pairs)
         self._geometry_data = pin.GeometryData(self._geometry)
         self._manager = pin.TreeBroadPhaseManager_NaiveCollisionManager(
             self._model, self._geometry, self._geometry_data
         )
-        self.set_margins(margins)
+        self._geometry_data.setSecurityMargins(self._geometry, self._margins)
 
     def set_margins(self, margins: Matrix) -> None:
         """Set the distance [m] below which a pair (g, g) counts as touching."""
         if margins is not self._margins:
-            self._geometry_data.setSecurityMargins(self._geometry, margins)
             self._margins = margins
+            if self._manager is not None:
+                self._geometry_data.setSecurityMargins(self._geometry, margins)
 
     def place(self, number: int, pose: Matrix) -> None:
         """Move a shape to another pose (4, 4) on its joint."""
-        self._geometry.geometryObjects[number].placement = pin.SE3(pose)
+        joint, _, shape = self._shapes[number]
+        self._shapes[number] = joint, pose, shape
+        if number < self._built:
+            self._geometry.geometryObjects[number].placement = pin.SE3(pose)
 
     def activate(self, active: Mask) -> None:
         """Check these pairs (g, g) only, of those that can be checked."""
+        if self._manager is None:
+            self._build()
         if active is not self._active:
             self._geometry_data.setActiveCollisionPairs(self._geometry, active)
             self._active = active

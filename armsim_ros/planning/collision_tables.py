@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable, Set
 from typing import Any
 
 import coal
@@ -53,6 +53,8 @@ class CollisionTables:
         self.hull: BroadPhase | None = None
         self.shapes: list[PlacedShape] = []
         self._alive: list[bool] = []
+        #: How many of the shapes the broad phases have under the same number.
+        self._kept = 0
         self._numbers: dict[BodyKey, list[int]] = {}
         self._required: Mask = np.zeros((0, 0), dtype=bool)
         self._group_masks: dict[str | None, Mask] = {}
@@ -87,24 +89,28 @@ class CollisionTables:
         added: list[PlacedShape],
         content: SceneContent,
         *,
-        rules: bool,
+        rules: Set[str] | None,
         padded: bool,
     ) -> None:
         """
         Take over new shapes, and rules and padding that changed.
 
         :param content: whose rules and padding hold from now on.
-        :param rules: whether the allowed collision matrix is another one.
+        :param rules: names whose entries in the allowed collision matrix are others; None for
+            all.
         :param padded: whether the padding is another one.
         """
         self._content = content
         self._rigid_hits = {}
         if added:
-            self._add(added, rules)
-        elif rules:
-            self._require_all()
+            self._add(added)
+        if rules is None or rules:
+            self._require_anew(rules)
+        if added:
+            self._rebuild()
+        elif rules is None or rules:
             self._ensure_pairs()
-        if added or rules:
+        if added or rules is None or rules:
             self._group_masks = {}
         if padded and not added:
             for stage in self._stages():
@@ -192,11 +198,9 @@ class CollisionTables:
     def _stages(self) -> list[BroadPhase]:
         return [self.exact] if self.hull is None else [self.exact, self.hull]
 
-    def _add(self, added: list[PlacedShape], rules: bool) -> None:
-        kept = len(self.shapes)
+    def _add(self, added: list[PlacedShape]) -> None:
         if self._alive.count(False) > MOST_DROPPED:
             self._compact()
-            kept = 0
         start = len(self.shapes)
         for shape in added:
             self._numbers.setdefault(shape.body.key, []).append(len(self.shapes))
@@ -205,11 +209,7 @@ class CollisionTables:
         grown = np.zeros((len(self.shapes), len(self.shapes)), dtype=bool)
         grown[:start, :start] = self._required
         self._required = grown
-        if rules:
-            self._require_all()
-        else:
-            self._require(range(start, len(self.shapes)))
-        self._rebuild(kept)
+        self._require(range(start, len(self.shapes)))
 
     def _compact(self) -> None:
         """Forget the shapes that are no longer looked at."""
@@ -217,19 +217,27 @@ class CollisionTables:
         self._required = self._required[np.ix_(alive, alive)].copy()
         self.shapes = [self.shapes[number] for number in alive]
         self._alive = [True] * len(alive)
+        self._kept = 0
         self._numbers = {}
         for number, shape in enumerate(self.shapes):
             self._numbers.setdefault(shape.body.key, []).append(number)
 
-    def _require_all(self) -> None:
-        self._required[:] = False
-        self._require(range(len(self.shapes)))
+    def _require_anew(self, names: Set[str] | None) -> None:
+        """Find the pairs to check of shapes whose rules are others; None for all."""
+        numbers = [
+            number for number, shape in enumerate(self.shapes)
+            if names is None or shape.body.name in names
+        ]
+        self._required[numbers, :] = False
+        self._required[:, numbers] = False
+        self._require(numbers)
 
-    def _require(self, numbers: Iterable[int]) -> None:
-        """Find the pairs to check of the given shapes with all shapes before them."""
+    def _require(self, numbers: Collection[int]) -> None:
+        """Find the pairs to check of the given shapes with all."""
         acm = self._content.acm
         known: dict[tuple[BodyKey, BodyKey], bool] = {}
         shapes = self.shapes
+        given = set(numbers)
         robot = [i for i, s in enumerate(shapes) if self._alive[i] and s.body.link]
         everything = [i for i in range(len(shapes)) if self._alive[i]]
         for second in numbers:
@@ -237,9 +245,9 @@ class CollisionTables:
                 continue
             other = shapes[second]
             for first in everything if other.body.link else robot:
-                one = shapes[first]
-                if first >= second and (one.body.link and other.body.link):
+                if first >= second and first in given:
                     continue
+                one = shapes[first]
                 key = (one.body.key, other.body.key)
                 check = known.get(key)
                 if check is None:
@@ -250,9 +258,10 @@ class CollisionTables:
     def _ensure_pairs(self) -> None:
         """Make the tables of pairs anew where a pair is required that they do not have."""
         if bool((self._required & ~self.exact.pairs).any()):
-            self._rebuild(len(self.shapes))
+            self._rebuild()
 
-    def _rebuild(self, kept: int) -> None:
+    def _rebuild(self) -> None:
+        kept, self._kept = self._kept, len(self.shapes)
         self._joints = np.array([shape.joint for shape in self.shapes], dtype=np.intp)
         pairs = self._required.copy()
         distances = self._padding()

@@ -5,7 +5,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +20,10 @@ Matrix = NDArray[np.float64]
 #: What a sliding joint without limits counts as [m].
 LONGEST_TRAVEL = 1e3
 
-_NONE: Matrix = np.empty((0, 3))
+Extent = tuple[float, float]
+"""Largest distances [m] from a joint's axis and from its origin."""
+
+_NONE: Extent = (0.0, 0.0)
 
 
 class LinkMotion:
@@ -42,16 +44,15 @@ class LinkMotion:
     ) -> None:
         """Work out the weight of each joint for each moving body."""
         self._kinematics = kinematics
-        links: dict[int, Matrix] = kinematics.cached(
-            'points of links', lambda: _link_points(kinematics))
-        carried = _load_points(kinematics, loads)
+        links: dict[int, Extent] = kinematics.cached('extents of links', lambda: {
+            body: _extent(kinematics, body, points)
+            for body, points in _link_points(kinematics).items()})
+        carried = {body: _extent(kinematics, body, points)
+                   for body, points in _load_points(kinematics, loads).items()}
         #: Joint numbers of Pinocchio that carry any shape, one a row of ``weights``.
         self.bodies: tuple[int, ...] = tuple(sorted({*links, *carried} - {0}))
         rows = [
-            self._row(body, np.vstack([links.get(body, _NONE), carried[body]]))
-            if body in carried
-            else kinematics.cached(
-                ('link motion', body), partial(self._row, body, links[body]))
+            self._row(body, _both(links.get(body, _NONE), carried.get(body, _NONE)))
             for body in self.bodies
         ]
         #: (bodies, n) [m/rad] for turning joints, [m/m] for sliding ones.
@@ -75,19 +76,25 @@ class LinkMotion:
 
     def _relative(self) -> Matrix:
         """Leave out the joints that carry both: these do not move one against the other."""
-        model = self._kinematics.model
-        count = int(model.njoints)
+        count = int(self._kinematics.model.njoints)
         weights = np.zeros((count, self._kinematics.n))
         weights[list(self.bodies)] = self.weights
-        above = np.zeros(weights.shape, dtype=bool)
-        for joint in range(1, count):
-            above[joint] = above[int(model.parents[joint])]
-            above[joint, joint - 1] = True
+        alone: Matrix = self._kinematics.cached(
+            'joints that move one body and not another', self._alone)
         relative: Matrix = (
-            weights[:, None] * (above[:, None] & ~above[None, :])
-            + weights[None, :] * (above[None, :] & ~above[:, None])
+            weights[:, None] * alone + weights[None, :] * alone.transpose(1, 0, 2)
         )
         return relative
+
+    def _alone(self) -> Matrix:
+        """Return (joints, joints, n): 1 where a joint moves the first one and not the second."""
+        model = self._kinematics.model
+        above = np.zeros((int(model.njoints), self._kinematics.n), dtype=bool)
+        for joint in range(1, len(above)):
+            above[joint] = above[int(model.parents[joint])]
+            above[joint, joint - 1] = True
+        alone: Matrix = (above[:, None] & ~above[None, :]).astype(np.float64)
+        return alone
 
     def _rows(self, group: str) -> Matrix:
         found = self._group_rows.get(group)
@@ -100,34 +107,50 @@ class LinkMotion:
             found = self._group_rows[group] = self.weights[rows]
         return found
 
-    def _row(self, body: int, points: Matrix) -> Vector:
-        """Walk from a body to the root and add up how far its points can be from each axis."""
+    def _row(self, body: int, extent: Extent) -> Vector:
+        """Return how far each joint moves the points that a body's joint carries at most."""
+        of_origin, turning = self._kinematics.cached(
+            ('motion of the origin', body), lambda: self._origin_row(body))
+        row: Vector = of_origin + extent[1] * turning
+        if turning[body - 1]:
+            row[body - 1] = extent[0]
+        return row
+
+    def _origin_row(self, body: int) -> tuple[Vector, Vector]:
+        """Walk to the root; add up how far a joint's origin can be from each axis above it."""
         kinematics = self._kinematics
         model = kinematics.model
-        weights = np.zeros(kinematics.n)
+        weights, turning = np.zeros(kinematics.n), np.zeros(kinematics.n)
         joint = body
-        #: Largest distance of the points from the origin of the joint below the current one.
+        #: Largest distance of the body's origin from the origin of the joint below this one.
         reach = 0.0
-        below: Matrix | None = None
+        below: Vector = np.zeros(3)
         while joint:
             description = kinematics.robot.joints[kinematics.names[joint - 1]]
-            axis = _axis(description)
-            if below is None:
-                from_axis = float(_off_axis(points, axis).max(initial=0.0))
-                from_origin = float(np.linalg.norm(points, axis=1).max(initial=0.0))
-            else:
-                from_axis = float(_off_axis(below[None], axis)[0]) + reach
-                from_origin = float(np.linalg.norm(below)) + reach
+            from_axis = float(_off_axis(below[None], _axis(description))[0]) + reach
+            reach += float(np.linalg.norm(below))
             if description.type is JointType.PRISMATIC:
                 weights[joint - 1] = 1.0
                 limits = description.limits
-                from_origin += min(max(abs(limits.lower), abs(limits.upper)), LONGEST_TRAVEL)
+                reach += min(max(abs(limits.lower), abs(limits.upper)), LONGEST_TRAVEL)
             else:
-                weights[joint - 1] = from_axis
-            reach = from_origin
+                weights[joint - 1], turning[joint - 1] = from_axis, 1.0
             below = np.array(model.jointPlacements[joint].translation)
             joint = int(model.parents[joint])
-        return weights
+        return weights, turning
+
+
+def _extent(kinematics: KinematicModel, body: int, points: Matrix) -> Extent:
+    """Return how far points (k, 3) that a joint carries are from it; nothing moves for joint 0."""
+    if not body:
+        return _NONE
+    axis = _axis(kinematics.robot.joints[kinematics.names[body - 1]])
+    return (float(_off_axis(points, axis).max(initial=0.0)),
+            float(np.linalg.norm(points, axis=1).max(initial=0.0)))
+
+
+def _both(one: Extent, other: Extent) -> Extent:
+    return max(one[0], other[0]), max(one[1], other[1])
 
 
 def _axis(joint: Joint) -> Vector:

@@ -50,7 +50,7 @@ def follow(
     tables.renew(
         added,
         content,
-        rules=before is None or content.acm is not before.acm,
+        rules=None if before is None else content.acm.differences(before.acm),
         padded=before is None or content.link_padding is not before.link_padding,
     )
 
