@@ -37,4 +37,4 @@ def _find(path: str) -> Path:
         file = Path(entry, 'cmeel.prefix', 'share', path)
         if file.is_file():
             return file
-    pytest.skip("needs the package example-robot-data: pip install example-robot-data")
+    pytest.skip('needs the package example-robot-data: pip install example-robot-data')
