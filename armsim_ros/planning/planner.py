@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 import threading
 
 from armsim_ros.errors import PlanningError
@@ -14,6 +14,8 @@ from armsim_ros.planning.constraints import ConstraintSet
 from armsim_ros.planning.context import PlanningContext
 from armsim_ros.planning.error_codes import MoveItErrorCode
 from armsim_ros.planning.log import Log
+from armsim_ros.planning.pilz.sequence import join, plan_items, SequenceItem, SequenceResponse
+from armsim_ros.planning.pilz.sequence import SOURCE as SEQUENCE
 from armsim_ros.planning.pipeline import requested_scene, run_pipeline
 from armsim_ros.planning.queries import (
     check_state,
@@ -106,6 +108,37 @@ class MotionPlanner:
                 MoveItErrorCode.SUCCESS, '', '', trajectory, positions, request.group_name,
                 max(clock() - began, 1e-9), length,
             )
+
+    def plan_sequence(
+        self, items: Sequence[SequenceItem], scene: PlanningScene, *,
+        clock: Callable[[], float], cancelled: Callable[[], bool] = never,
+    ) -> SequenceResponse:
+        """
+        Return trajectories for motions that follow each other, or why there are none.
+
+        :param items: the first may give a start state, later ones only for another group.
+        """
+        if not items:
+            return SequenceResponse()
+        began = clock()
+        try:
+            requests, answers = plan_items(
+                items, lambda one: self.plan(one, scene, clock=clock, cancelled=cancelled)
+            )
+            with self._lock:
+                runs = join(self._context, items, requests, answers, scene)
+        except PlanningError as error:
+            source = error.source or SEQUENCE
+            self._context.log.error(f'{source}: {error}')
+            return SequenceResponse(
+                MoveItErrorCode(error.code), str(error), source, planning_time=clock() - began
+            )
+        return SequenceResponse(
+            trajectories=tuple(run.motion.trajectory(run.names) for run in runs),
+            requests=tuple(run.request for run in runs),
+            start=answers[0].trajectory_start,
+            planning_time=max(clock() - began, 1e-9),
+        )
 
     def cartesian_path(
         self, request: CartesianRequest, scene: PlanningScene, *,

@@ -62,16 +62,50 @@ class QuinticMotion:
         """Time of the last point [s]."""
         return float(self.times[-1])
 
+    @classmethod
+    def of(cls, trajectory: JointTrajectory) -> QuinticMotion:
+        """Return a trajectory whose points have velocities and accelerations."""
+        points = trajectory.points
+        return cls(
+            trajectory.times(),
+            trajectory.positions(),
+            np.array([point.velocities for point in points]),
+            np.array([point.accelerations for point in points]),
+        )
+
     def sample(self, t: Vector) -> Vector:
         """Return the positions (m, n) at times t (m,) [s]; the ends hold outside."""
+        part, _, x = self._places(t)
+        powers = x[:, None] ** np.arange(6)
+        positions: Vector = np.einsum('mc,mcn->mn', powers, self._coefficients[part])
+        return positions
+
+    def states(self, t: Vector) -> tuple[Vector, Vector, Vector]:
+        """
+        Return positions, velocities and accelerations, (m, n) each, at times t (m,) [s].
+
+        Outside the joints stand where the motion ends.
+        """
+        part, h, x = self._places(t)
+        coefficients, moving = self._coefficients[part], (t >= 0.0) & (t <= self.duration)
+        degree = np.arange(6)
+        values = [self.sample(t)]
+        for order in (1, 2):
+            factor = np.ones(6)
+            for lower in range(order):
+                factor *= degree - lower
+            powers = factor * x[:, None] ** np.maximum(degree - order, 0)
+            slope = np.einsum('mc,mcn->mn', powers, coefficients) / h[:, None] ** order
+            values.append(np.where(moving[:, None], slope, 0.0))
+        return values[0], values[1], values[2]
+
+    def _places(self, t: Vector) -> tuple[NDArray[np.intp], Vector, Vector]:
+        """Return the part, its duration [s] and the share of it for each time."""
         inside = np.clip(t, 0.0, self.duration)
         last = len(self.times) - 2
         part = np.clip(np.searchsorted(self.times, inside, side='right') - 1, 0, last)
         h = self.times[part + 1] - self.times[part]
-        x = (inside - self.times[part]) / h
-        powers = x[:, None] ** np.arange(6)
-        positions: Vector = np.einsum('mc,mcn->mn', powers, self._coefficients[part])
-        return positions
+        return part, h, (inside - self.times[part]) / h
 
     def peaks(self, per_part: int = 16) -> tuple[Vector, Vector]:
         """

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from moveit_msgs.msg import (
     DisplayTrajectory,
@@ -65,10 +65,12 @@ def robot_trajectory_message(trajectory: JointTrajectory, frame_id: str) -> Robo
 
 
 def display_trajectory_message(
-    model_id: str, trajectory: RobotTrajectory, start: RobotState
+    model_id: str, trajectories: Sequence[RobotTrajectory], start: RobotState
 ) -> DisplayTrajectory:
-    """Return what RViz animates: one trajectory and the full state that it begins with."""
-    return DisplayTrajectory(model_id=model_id, trajectory=[trajectory], trajectory_start=start)
+    """Return what RViz animates: trajectories and the full state that the first begins with."""
+    return DisplayTrajectory(
+        model_id=model_id, trajectory=list(trajectories), trajectory_start=start
+    )
 
 
 def positions_of(message: RobotState) -> Mapping[str, float]:

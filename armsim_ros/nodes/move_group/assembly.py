@@ -22,6 +22,7 @@ from armsim_ros.nodes.move_group.monitored_planning_scene import MonitoredPlanni
 from armsim_ros.nodes.move_group.parameters import MoveGroupParameters
 from armsim_ros.nodes.move_group.planning_job import PlanningJob
 from armsim_ros.nodes.move_group.planning_scene import PlanningSceneTopics
+from armsim_ros.nodes.move_group.sequence_job import SequenceJob
 from armsim_ros.nodes.move_group.trajectory_execution import TrajectoryExecution
 from armsim_ros.nodes.move_group.trajectory_execution_event import TrajectoryExecutionEvent
 from armsim_ros.nodes.move_group.transforms import Transforms
@@ -103,7 +104,7 @@ def endpoints(context: Context) -> tuple[object, ...]:
     display = DisplayPlannedPath(context.node, context.robot.name)
     job = PlanningJob(context, display)
     execution = TrajectoryExecution(context)
-    parts = Parts(context, job, execution, display)
+    parts = Parts(context, job, execution, display, SequenceJob(context, job, display))
     wanted = wanted_capabilities(context.node, context.planning_parameters, context.logger)
     return (
         display,

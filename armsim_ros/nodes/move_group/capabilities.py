@@ -26,9 +26,12 @@ from armsim_ros.nodes.move_group.get_planning_scene import GetPlanningScene
 from armsim_ros.nodes.move_group.get_urdf import GetUrdf
 from armsim_ros.nodes.move_group.move_action import MoveAction
 from armsim_ros.nodes.move_group.plan_kinematic_path import PlanKinematicPath
+from armsim_ros.nodes.move_group.plan_sequence_path import PlanSequencePath
 from armsim_ros.nodes.move_group.planner_params import PlannerParams
 from armsim_ros.nodes.move_group.planning_job import PlanningJob
 from armsim_ros.nodes.move_group.query_planner_interface import QueryPlannerInterface
+from armsim_ros.nodes.move_group.sequence_job import SequenceJob
+from armsim_ros.nodes.move_group.sequence_move_group import SequenceMoveGroup
 from armsim_ros.nodes.move_group.trajectory_execution import TrajectoryExecution
 
 #: What programs of ROS 1 call the action.
@@ -43,9 +46,10 @@ class Parts:
     job: PlanningJob
     execution: TrajectoryExecution
     display: DisplayPlannedPath
+    sequence: SequenceJob
 
 
-#: Plugin -> what makes its endpoints. All are on unless they are disabled.
+#: Plugin -> what makes its endpoints. All are on unless they are disabled, those of Pilz too.
 CAPABILITIES: Mapping[str, Callable[[Parts], tuple[object, ...]]] = {
     'move_group/LoadGeometryFromFileService': lambda parts: (
         GeometryFiles(parts.context, save=False),
@@ -85,6 +89,12 @@ CAPABILITIES: Mapping[str, Callable[[Parts], tuple[object, ...]]] = {
         ApplyPlanningScene(parts.context),
     ),
     'move_group/ClearOctomapService': lambda parts: (ClearOctomap(parts.context),),
+    'pilz_industrial_motion_planner/MoveGroupSequenceAction': lambda parts: (
+        SequenceMoveGroup(parts.context, parts.sequence, parts.execution),
+    ),
+    'pilz_industrial_motion_planner/MoveGroupSequenceService': lambda parts: (
+        PlanSequencePath(parts.context, parts.sequence),
+    ),
 }
 
 

@@ -80,4 +80,4 @@ class ComputeCartesianPath:
             answer.start, context.frame, attached=carried
         )
         response.solution = robot_trajectory_message(answer.trajectory, context.frame)
-        self._display.publish(response.solution, response.start_state)
+        self._display.publish(response.start_state, response.solution)

@@ -25,6 +25,8 @@ class DisplayPlannedPath:
         self._model_id = model_id
         self._publisher = node.create_publisher(DisplayTrajectory, TOPIC, 10)
 
-    def publish(self, trajectory: RobotTrajectory, start: RobotState) -> None:
-        """Publish one trajectory and the state that it begins with."""
-        self._publisher.publish(display_trajectory_message(self._model_id, trajectory, start))
+    def publish(self, start: RobotState, *trajectories: RobotTrajectory) -> None:
+        """Publish trajectories that follow each other and the state that they begin with."""
+        self._publisher.publish(
+            display_trajectory_message(self._model_id, trajectories, start)
+        )

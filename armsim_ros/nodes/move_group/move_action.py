@@ -71,7 +71,9 @@ class MoveAction:
         result = Action.Result()
         fill_error(result.error_code, MoveItErrorCode.FAILURE, 'not planned', 'move_action')
         with reported(self._context.logger, 'move_action', result.error_code):
-            if self._plans_only(goal.request.planning_options.plan_only):
+            if plans_only(
+                self._context, 'move_action', wanted=goal.request.planning_options.plan_only
+            ):
                 plan = await self._plan(goal, goal.request.request)
                 fill_plan(result, plan)
             else:
@@ -79,15 +81,6 @@ class MoveAction:
         goal.publish_feedback(Action.Feedback(state='IDLE'))
         end_goal(goal, result.error_code.val)
         return result
-
-    def _plans_only(self, wanted: bool) -> bool:
-        if not wanted and not self._context.execution_settings.allow_trajectory_execution:
-            self._context.logger.warning(
-                'move_action: trajectory execution is switched off '
-                '(allow_trajectory_execution is false); planning only'
-            )
-            return True
-        return wanted
 
     async def _plan(self, goal: ServerGoalHandle, request: Any) -> Plan:
         goal.publish_feedback(Action.Feedback(state='PLANNING'))
@@ -166,6 +159,17 @@ class MoveAction:
         end = self._context.clock() + min(max(seconds, 0.0), 60.0)
         while self._context.clock() < end and not goal.is_cancel_requested:
             await self._execution.ticker.next()
+
+
+def plans_only(context: Context, source: str, *, wanted: bool) -> bool:
+    """Return whether a goal is only planned: where that is wanted, or execution is off."""
+    if not wanted and not context.execution_settings.allow_trajectory_execution:
+        context.logger.warning(
+            f'{source}: trajectory execution is switched off (allow_trajectory_execution is '
+            'false); planning only'
+        )
+        return True
+    return wanted
 
 
 def fill_plan(result: Any, plan: Plan) -> None:

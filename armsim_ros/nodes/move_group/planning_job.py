@@ -89,7 +89,7 @@ class PlanningJob:
         )
         plan = self._in_messages(request, response, scene)
         if response.success:
-            self._display.publish(plan.trajectory_message, plan.start_message)
+            self._display.publish(plan.start_message, plan.trajectory_message)
         return plan
 
     async def current_state(self) -> None:

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +14,6 @@ from armsim_ros.errors import nearest, PlanningError
 from armsim_ros.planning.constraints import ConstraintSet
 from armsim_ros.planning.context import PlanningContext
 from armsim_ros.planning.error_codes import MoveItErrorCode
-from armsim_ros.planning.limits import MotionLimits
 from armsim_ros.planning.path_timing import first_fault
 from armsim_ros.planning.pilz.curves import Arc, Curve, Line
 from armsim_ros.planning.pilz.goal import check_scaling, Goal, point_of, read_goal
@@ -73,8 +73,8 @@ def run_command(
         zero = np.zeros(len(start))
         point = TrajectoryPoint(0.0, start, zero, zero)
         return JointTrajectory(validity.joint_names, (point,)), 0.0
-    limits = context.limits.limits(validity.joint_names)
     if command == 'PTP':
+        limits = context.limits.limits(validity.joint_names)
         motion = point_to_point(start, end, limits.scaled(
             request.max_velocity_scaling_factor, request.max_acceleration_scaling_factor
         ), SAMPLING_TIME)
@@ -84,7 +84,7 @@ def run_command(
             context, validity, start, goal.frame, curve, _profile(context, request, curve),
             SAMPLING_TIME, lambda: budget.check(command),
         )
-        _check_limits(context, motion, limits, validity.joint_names, command)
+        _check_limits(context, motion, validity.joint_names, command)
     motion = _slow_enough(context, request, validity, motion)
     budget.check('ValidateSolution')
     fault = first_fault(motion, validity, context.settings.fine_step)
@@ -150,28 +150,57 @@ def _curve(
     return Arc.through(first, goal.pose, point)
 
 
-def _check_limits(
-    context: PlanningContext, motion: QuinticMotion, limits: MotionLimits,
-    joint_names: Sequence[str], command: str,
-) -> None:
-    """Refuse a motion that is too fast for a joint; only limits that were given count."""
+@dataclass(frozen=True, slots=True)
+class Excess:
+    """
+    A joint that is too fast.
+
+    :param kind: velocity or acceleration.
+    :param times: how often the limit.
+    """
+
+    kind: str
+    joint: str
+    found: float
+    allowed: float
+    times: float
+
+    def __str__(self) -> str:
+        """Name the joint, what it would need, and its limit."""
+        return (f"would need {self.kind} {self.found:.3f} of joint '{self.joint}', whose limit is "
+                f'{self.allowed:.3f}')
+
+
+def worst_excess(
+    context: PlanningContext, motion: QuinticMotion, joint_names: Sequence[str]
+) -> Excess | None:
+    """Return the joint that is furthest beyond a limit; only limits that were given count."""
+    limits = context.limits.limits(joint_names)
     speed, acceleration = motion.peaks()
     given = [context.model.robot.joints[name].limits.acceleration for name in joint_names]
     known = np.where(np.isfinite(given) & (np.array(given) > 0.0), limits.acceleration, np.inf)
-    for kind, found, allowed, factor in (
-        ('velocity', speed, limits.velocity, 'max_velocity_scaling_factor'),
-        ('acceleration', acceleration, known, 'max_acceleration_scaling_factor'),
+    for kind, found, allowed in (
+        ('velocity', speed, limits.velocity), ('acceleration', acceleration, known)
     ):
-        excess = found / allowed
-        worst = int(np.argmax(excess))
-        if excess[worst] > _LIMIT_TOLERANCE:
-            raise PlanningError(
-                MoveItErrorCode.FAILURE,
-                f"{command} would need {kind} {found[worst]:.3f} of joint "
-                f"'{joint_names[worst]}', whose limit is {allowed[worst]:.3f}; give a "
-                f'{factor} below {1.0 / excess[worst]:.2f} times the present one, or keep away '
-                'from the singularity', command,
-            )
+        worst = int(np.argmax(found / allowed))
+        excess = Excess(kind, joint_names[worst], float(found[worst]), float(allowed[worst]),
+                        float(found[worst] / allowed[worst]))
+        if excess.times > _LIMIT_TOLERANCE:
+            return excess
+    return None
+
+
+def _check_limits(
+    context: PlanningContext, motion: QuinticMotion, joint_names: Sequence[str], command: str
+) -> None:
+    excess = worst_excess(context, motion, joint_names)
+    if excess is not None:
+        raise PlanningError(
+            MoveItErrorCode.FAILURE,
+            f'{command} {excess}; give a max_{excess.kind}_scaling_factor below '
+            f'{1.0 / excess.times:.2f} times the present one, or keep away from the singularity',
+            command,
+        )
 
 
 def _slow_enough(

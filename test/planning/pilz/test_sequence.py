@@ -1,0 +1,182 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Sequences of commands, with stops and with blends."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from armsim_ros.model.geometry import Sphere
+from armsim_ros.model.transforms import pose_from_parts
+from armsim_ros.planning.error_codes import MoveItErrorCode
+from armsim_ros.planning.pilz.sequence import SequenceItem
+from armsim_ros.planning.quintic import QuinticMotion
+from armsim_ros.planning.request import StartState
+from armsim_ros.planning.scene_update import AttachedObjectUpdate, CollisionObjectUpdate
+
+CORNERS = ((0.0, 0.15, 0.0), (0.0, 0.15, 0.12), (0.0, 0.0, 0.12))
+RADIUS = 0.05
+TIP = 'tool0'
+
+
+def line(bench: Any, corner: tuple[float, ...], radius: float = 0.0, **options: Any) -> Any:
+    """Return a linear motion to a corner."""
+    slow = {'max_velocity_scaling_factor': 0.05}
+    request = bench.request('LIN', bench.at(bench.moved(*corner)), **{**slow, **options})
+    return SequenceItem(request, radius)
+
+
+def around(bench: Any, radius: float) -> Any:
+    """Return the answer to three lines around two corners."""
+    first, second, third = CORNERS
+    return bench.sequence(
+        line(bench, first, radius), line(bench, second, radius), line(bench, third)
+    )
+
+
+def distances(bench: Any, trajectory: Any, corner: tuple[float, ...]) -> Any:
+    """Return how far the tip is from a corner along a trajectory (k,)."""
+    return np.linalg.norm(bench.tips(trajectory) - bench.moved(*corner)[:3, 3], axis=1)
+
+
+def test_nothing_is_a_success(bench: Any) -> None:
+    """PLZ-8: an empty list gives no trajectory and no error."""
+    answer = bench.sequence()
+    assert (answer.error_code, answer.trajectories) == (MoveItErrorCode.SUCCESS, ())
+
+
+def test_without_radii_it_stops_at_every_corner(bench: Any) -> None:
+    """One trajectory through all goals, at rest in each."""
+    answer = around(bench, 0.0)
+    assert answer.error_code == MoveItErrorCode.SUCCESS, answer.message
+    (trajectory,) = answer.trajectories
+    assert answer.start == pytest.approx(bench.model.positions(bench.q))
+    for corner in CORNERS:
+        assert distances(bench, trajectory, corner).min() < 2e-3
+    stops = [point for point in trajectory.points if np.abs(point.velocities).max() < 1e-9]
+    assert len(stops) == 4
+
+
+def test_a_blend_rounds_its_corner_without_a_stop(bench: Any) -> None:
+    """The tip passes within the radius, on both lines outside of it, and never stands still."""
+    stopping = around(bench, 0.0)
+    answer = around(bench, RADIUS)
+    assert answer.error_code == MoveItErrorCode.SUCCESS, answer.message
+    (trajectory,) = answer.trajectories
+    for corner in CORNERS[:2]:
+        assert 0.005 < distances(bench, trajectory, corner).min() < RADIUS
+    assert distances(bench, trajectory, CORNERS[2])[-1] < 1e-4
+    speeds = [np.abs(point.velocities).max() for point in trajectory.points[1:-1]]
+    assert min(speeds) > 1e-3
+    assert trajectory.duration < stopping.trajectories[0].duration
+    outside = bench.tips(trajectory) - bench.pose[:3, 3]
+    assert np.abs(outside[:, 0]).max() < 2e-3
+
+
+def test_a_blend_has_no_step_in_position_and_velocity(bench: Any) -> None:
+    """What the points say is what the positions between them do, within the limits."""
+    (trajectory,) = around(bench, RADIUS).trajectories
+    motion = QuinticMotion.of(trajectory)
+    times = np.linspace(0.0, motion.duration, 4001)
+    positions, velocities, _ = motion.states(times)
+    np.testing.assert_allclose(np.gradient(positions, times, axis=0), velocities, atol=2e-3)
+    assert np.diff(motion.times).max() <= 0.1 + 1e-9
+    speed, acceleration = motion.peaks()
+    index = bench.model.group_indices('manipulator')
+    assert (speed <= bench.model.velocity_limits[index] * 1.01).all()
+    assert (acceleration <= bench.model.acceleration_limits[index] * 1.01).all()
+
+
+def test_commands_of_all_kinds_follow_each_other(bench: Any) -> None:
+    """A PTP blends into a LIN; the planner's name alone chooses the pipeline."""
+    first = SequenceItem(
+        bench.request('PTP', bench.at(bench.moved(*CORNERS[0])), pipeline_id=''), RADIUS)
+    answer = bench.sequence(first, line(bench, CORNERS[1]))
+    assert answer.error_code == MoveItErrorCode.SUCCESS, answer.message
+    assert 0.0 < distances(bench, answer.trajectories[0], CORNERS[0]).min() < RADIUS
+
+
+@pytest.mark.parametrize(('radii', 'said'), [
+    ((-0.1, 0.0, 0.0), 'motion 0 is -0.1'),
+    ((math.nan, 0.0, 0.0), 'motion 0 is nan'),
+    ((0.0, 0.0, 0.05), 'last motion is 0.05'),
+    ((0.08, 0.05, 0.0), 'before and after motion 1 overlap'),
+])
+def test_radii_that_cannot_be(bench: Any, radii: tuple[float, ...], said: str) -> None:
+    """PLZ-8: negative, overlapping, or at the end: -2 with the motion and the numbers."""
+    answer = bench.sequence(*(
+        line(bench, corner, radius) for corner, radius in zip(CORNERS, radii, strict=True)))
+    assert answer.error_code == MoveItErrorCode.INVALID_MOTION_PLAN
+    assert said in answer.message
+    assert answer.trajectories == ()
+
+
+def test_a_radius_beyond_the_motion(bench: Any) -> None:
+    """PLZ-8: where the blend would begin before its motion does: 99999."""
+    answer = bench.sequence(line(bench, (0.0, 0.02, 0.0), 0.05), line(bench, CORNERS[0]))
+    assert answer.error_code == MoveItErrorCode.FAILURE
+    assert 'the first motion lies within the blend radius 0.05 m' in answer.message
+
+
+def test_a_blend_that_is_too_fast_says_how_slow_it_may_be(bench: Any) -> None:
+    """PLZ-8: a sharp corner at speed is 99999, with joint and remedy."""
+    first, second, third = CORNERS
+    fast = {'max_velocity_scaling_factor': 0.1}
+    answer = bench.sequence(line(bench, first, 0.02, **fast), line(bench, second, 0.02, **fast),
+                            line(bench, third))
+    assert answer.error_code == MoveItErrorCode.FAILURE
+    assert "of joint 'elbow_joint'" in answer.message
+    assert 'max_velocity_scaling_factor below 0.' in answer.message
+
+
+def test_only_the_first_motion_gives_a_start_state(bench: Any) -> None:
+    """PLZ-8: -17 for a start state where the motion before it ends."""
+    there = StartState.from_positions({'elbow_joint': 1.0})
+    answer = bench.sequence(line(bench, CORNERS[0]), line(bench, CORNERS[1], start_state=there))
+    assert answer.error_code == MoveItErrorCode.INVALID_ROBOT_STATE
+    assert "motion 1 gives a start state, but group 'manipulator'" in answer.message
+
+
+def test_the_first_start_state_is_where_it_begins(bench: Any) -> None:
+    """The whole sequence starts from it, not from the scene."""
+    there = {**bench.model.positions(bench.q), 'wrist_3_joint': 0.5}
+    answer = bench.sequence(
+        SequenceItem(bench.request('PTP', bench.at(bench.moved(*CORNERS[0])),
+                                   start_state=StartState.from_positions(there))),
+        line(bench, CORNERS[1]),
+    )
+    assert answer.error_code == MoveItErrorCode.SUCCESS, answer.message
+    assert answer.trajectories[0].points[0].positions[5] == pytest.approx(0.5)
+
+
+def test_a_motion_without_a_plan_is_named(bench: Any) -> None:
+    """PLZ-8: the code of the motion that fails, and its number."""
+    answer = bench.sequence(line(bench, CORNERS[0]), line(bench, (5.0, 0.0, 0.0)))
+    assert answer.error_code == MoveItErrorCode.NO_IK_SOLUTION
+    assert answer.message.startswith('motion 1: ')
+
+
+def test_a_blend_that_hits_something(bench: Any) -> None:
+    """Both lines are free, what lies inside the corner is not: -2 with what it would touch."""
+    ahead = np.array([0.0, 0.0, 0.15])
+    bench.scene.apply_attached(AttachedObjectUpdate(TIP, CollisionObjectUpdate(
+        'feeler', frame_id=TIP, pose=pose_from_parts(ahead, np.eye(3)),
+        primitives=(Sphere(0.005),))))
+    motions = (line(bench, CORNERS[0], 0.08), line(bench, CORNERS[1]))
+    free = bench.sequence(*motions)
+    assert free.error_code == MoveItErrorCode.SUCCESS, free.message
+    nearest = np.argmin(distances(bench, free.trajectories[0], CORNERS[0]))
+    tip = bench.tips(free.trajectories[0])[nearest]
+    bench.scene.apply_object(CollisionObjectUpdate(
+        'post', pose=pose_from_parts(tip + bench.pose[:3, :3] @ ahead, np.eye(3)),
+        primitives=(Sphere(0.003),)))
+    stops = bench.sequence(line(bench, CORNERS[0]), line(bench, CORNERS[1]))
+    assert stops.error_code == MoveItErrorCode.SUCCESS, stops.message
+    answer = bench.sequence(*motions)
+    assert answer.error_code == MoveItErrorCode.INVALID_MOTION_PLAN
+    assert "'post'" in answer.message
+    assert 'the blend before motion 1' in answer.message
