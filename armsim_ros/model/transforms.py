@@ -179,8 +179,9 @@ def rotation_angle(first: ArrayLike, second: ArrayLike) -> float:
     """
     a = np.asarray(first, dtype=np.float64)[:3, :3]
     b = np.asarray(second, dtype=np.float64)[:3, :3]
-    x, y, z, w = quat_xyzw_from_matrix(a.T @ b)
-    return 2.0 * math.atan2(math.sqrt(x * x + y * y + z * z), w)
+    # For an angle t the difference has the Frobenius norm sqrt(8) sin(t / 2).
+    apart = (a - b).ravel()
+    return 2.0 * math.asin(min(1.0, math.sqrt(float(apart @ apart) / 8.0)))
 
 
 def skew(vector: Sequence[float] | Matrix) -> Matrix:

@@ -15,11 +15,7 @@ from numpy.typing import NDArray
 from armsim_ros.kinematics.inverse import IKTarget, InverseKinematics
 from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.model.robot_model import JointType
-from armsim_ros.model.transforms import (
-    matrix_from_axis_angle,
-    pose_from_parts,
-    rotation_angle,
-)
+from armsim_ros.model.transforms import matrix_from_axis_angle, rotation_angle
 from armsim_ros.planning.constraint_terms import Frame, rotation_vector
 from armsim_ros.planning.request import Constraints, StartState
 from armsim_ros.planning.state_validity import StateValidity
@@ -32,6 +28,8 @@ ROTATION_PER_STEP = 3.5
 _POSITION_PRECISION = 1e-3
 _ROTATION_PRECISION = 1e-2
 _MIN_PART = 1e-5
+_NO_TURN = 1e-9
+_FARTHEST = 1.5
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -86,6 +84,16 @@ class CartesianPath:
         """Covered part of the path, 0..1."""
         return min(1.0, self.places[-1] / self.total) if self.total else 0.0
 
+    def starts(self, place: float) -> list[Vector]:
+        """Return where the state at the next place may be near: straight on, or the last one."""
+        last = self.states[-1]
+        if len(self.states) < 2:
+            return [last]
+        rate = (place - self.places[-1]) / max(self.places[-1] - self.places[-2], _MIN_PART)
+        if rate > _FARTHEST:
+            return [last]
+        return [last + rate * (last - self.states[-2]), last]
+
     def cut(self, count: int, reason: str) -> None:
         """Keep the first states only."""
         del self.states[count:]
@@ -134,7 +142,8 @@ class CartesianInterpolator:
         here = self._pose(start)
         for number, waypoint in enumerate(waypoints):
             target = here @ waypoint if relative else waypoint
-            turn = 0.0 if self._position_only else rotation_angle(here, target)
+            segment = _Segment(here, target)
+            turn = 0.0 if self._position_only else segment.angle
             distance = float(np.linalg.norm(target[:3, 3] - here[:3, 3]))
             parts = math.floor(
                 max(distance / max_step, turn / (ROTATION_PER_STEP * max_step))
@@ -143,9 +152,7 @@ class CartesianInterpolator:
                 if cancelled():
                     path.reason = 'the request was cancelled'
                     return path
-                self._advance(
-                    path, here, target, number, part / parts, (part + 1) / parts, step
-                )
+                self._advance(path, segment, number, part / parts, (part + 1) / parts, step)
                 if path.reason:
                     return path
             here = target
@@ -157,27 +164,28 @@ class CartesianInterpolator:
         return pose
 
     def _advance(
-        self, path: CartesianPath, a: Vector, b: Vector, number: int, low: float, high: float,
+        self, path: CartesianPath, segment: _Segment, number: int, low: float, high: float,
         step: float,
     ) -> None:
         """Add the state at part ``high`` of a segment, and others before it where needed."""
         last = path.states[-1]
-        result = self._inverse.solve(
-            [IKTarget(self._frame.link, _between(a, b, high), self._frame.offset,
-                      self._position_only)],
-            self._validity.full(last), max_starts=0,
-        )
+        target = IKTarget(
+            self._frame.link, segment.pose(high), self._frame.offset, self._position_only)
+        for start in path.starts(number + high):
+            result = self._inverse.solve([target], self._validity.full(start), max_starts=0)
+            if result.q is not None:
+                break
         where = f'waypoint {number + 1}, {high:.0%} of its segment'
         if result.q is None:
             if high - low > _MIN_PART * 64.0:
-                self._halves(path, a, b, number, low, high, step)
+                self._halves(path, segment, number, low, high, step)
             else:
                 path.reason = f'{where}: {result.message}'
             return
         values = self._model.extract(result.q, self._validity.group)
-        if not self._straight(last, values, a, b, 0.5 * (low + high)):
+        if not self._straight(last, values, segment.pose(0.5 * (low + high))):
             if high - low > _MIN_PART:
-                self._halves(path, a, b, number, low, high, step)
+                self._halves(path, segment, number, low, high, step)
             else:
                 path.reason = f'{where}: the joints would have to jump'
             return
@@ -188,34 +196,42 @@ class CartesianInterpolator:
         path.places.append(number + high)
 
     def _halves(
-        self, path: CartesianPath, a: Vector, b: Vector, number: int, low: float, high: float,
+        self, path: CartesianPath, segment: _Segment, number: int, low: float, high: float,
         step: float,
     ) -> None:
         middle = 0.5 * (low + high)
-        self._advance(path, a, b, number, low, middle, step)
+        self._advance(path, segment, number, low, middle, step)
         if not path.reason:
-            self._advance(path, a, b, number, middle, high, step)
+            self._advance(path, segment, number, middle, high, step)
 
-    def _straight(
-        self, first: Vector, second: Vector, a: Vector, b: Vector, part: float
-    ) -> bool:
+    def _straight(self, first: Vector, second: Vector, wanted: Vector) -> bool:
         """Return whether the joint motion's middle lies on the Cartesian path."""
         pose = self._pose(0.5 * (first + second))
-        wanted = _between(a, b, part)
-        off = float(np.linalg.norm(pose[:3, 3] - wanted[:3, 3]))
-        if off > _POSITION_PRECISION:
+        off = pose[:3, 3] - wanted[:3, 3]
+        if math.sqrt(float(off @ off)) > _POSITION_PRECISION:
             return False
         return self._position_only or rotation_angle(pose, wanted) <= _ROTATION_PRECISION
 
 
-def _between(a: Vector, b: Vector, part: float) -> Vector:
-    """Return the pose (4, 4) a part 0..1 of the way, position and rotation at even speed."""
-    turn = rotation_vector(a[:3, :3].T @ b[:3, :3])
-    angle = float(np.linalg.norm(turn))
-    rotation = a[:3, :3]
-    if angle > 1e-12:
-        rotation = rotation @ matrix_from_axis_angle(turn / angle, part * angle)
-    return pose_from_parts(a[:3, 3] + part * (b[:3, 3] - a[:3, 3]), rotation)
+class _Segment:
+    """The poses (4, 4) from one to another, position and rotation at even speed."""
+
+    def __init__(self, first: Vector, last: Vector) -> None:
+        self._first = first
+        self._way = last[:3, 3] - first[:3, 3]
+        self.angle = rotation_angle(first, last)
+        self._axis = np.zeros(3)
+        if self.angle > _NO_TURN:
+            turn = rotation_vector(first[:3, :3].T @ last[:3, :3])
+            self._axis = turn / np.linalg.norm(turn)
+
+    def pose(self, part: float) -> Vector:
+        """Return the pose a part 0..1 of the way."""
+        pose = self._first.copy()
+        pose[:3, 3] += part * self._way
+        if self.angle > _NO_TURN:
+            pose[:3, :3] = pose[:3, :3] @ matrix_from_axis_angle(self._axis, part * self.angle)
+        return pose
 
 
 def cut_at_jump(

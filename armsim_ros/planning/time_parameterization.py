@@ -80,20 +80,19 @@ class _SpeedProfile:
 
 def _grid(path: BlendedPath) -> tuple[Vector, NDArray[np.int64]]:
     """Return the stages' borders, all knots among them, and the piece of each stage."""
-    borders: list[float] = [0.0]
-    pieces: list[int] = []
     straight = ~np.any(path.curvature(np.arange(len(path.spans))), axis=1)
     longest = _MAX_STAGE
     least = np.where(straight, _STRAIGHT_STAGES, _BLEND_STAGES)
     if len(path.spans) > _MANY_PIECES:
         longest = min(longest, path.length / _STAGES_OF_MANY)
         least = np.where(straight, 1, 2)
-    for piece, span in enumerate(path.spans):
-        count = max(int(least[piece]), int(np.ceil(span / longest)))
-        low, high = path.knots[piece], path.knots[piece + 1]
-        borders.extend(np.linspace(low, high, count + 1)[1:].tolist())
-        pieces.extend([piece] * count)
-    return np.array(borders), np.array(pieces, dtype=np.int64)
+    counts = np.maximum(least, np.ceil(path.spans / longest)).astype(np.int64)
+    pieces = np.repeat(np.arange(len(counts)), counts)
+    ends = np.cumsum(counts)
+    number = 1 + np.arange(len(pieces)) - (ends - counts)[pieces]
+    borders = path.knots[pieces] + number / counts[pieces] * path.spans[pieces]
+    borders[ends - 1] = path.knots[1:]
+    return np.concatenate([[0.0], borders]), pieces
 
 
 def _speed_profile(
