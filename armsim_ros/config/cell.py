@@ -68,11 +68,13 @@ class CellSettings(Settings):
     """The robots of a cell."""
 
     robots: dict[str, CellRobot] = parameter(
-        ..., 'name -> a robot, its place, prefix and namespace', min_length=1
+        ..., 'name -> a robot, its place, prefix and namespace'
     )
 
     @model_validator(mode='after')
     def _told_apart(self) -> Self:
+        if not self.robots:
+            raise ValueError("'robots' is empty; allowed: at least one robot")
         seen: dict[str, str] = {}
         for name in self.robots:
             if not _WORD.fullmatch(name):

@@ -120,20 +120,20 @@ class _Merge:
             initial_state=own.initial_state, initial_positions=own.initial_positions)
 
     def update_rate(self, simulation: SimulationSettings) -> int:
-        """Return the rate of all controllers: the cell's own, else the highest asked for."""
+        """Return the rate of all controllers: the cell's own, else the highest that is given."""
+        path = ('controller_manager', 'update_rate')
         fastest = round(1.0 / simulation.timestep)
-        own = self._own.controller_manager.update_rate
-        asked = {name: one.controller_manager.update_rate for name, one in self._robots.items()}
-        given = self._own.locate('controller_manager', 'update_rate') is not None
-        rate = own if given else max(asked.values())
+        asked = {name: one.controller_manager.update_rate for name, one in self._robots.items()
+                 if one.locate(*path) is not None}
+        rate = max(asked.values(), default=fastest)
+        if self._own.locate(*path) is not None:
+            rate = self._own.controller_manager.update_rate
         if abs(fastest / rate - round(fastest / rate)) > 1e-6:
             rate = fastest
-        for name, one in self._robots.items():
-            written = one.locate('controller_manager', 'update_rate') is not None
-            if written and asked[name] != rate:
-                self._changed(one, ('controller_manager', 'update_rate'),
-                              f"{asked[name]} Hz of robot '{name}' gives way to {rate} Hz, the "
-                              'rate of all controllers')
+        for name, given in asked.items():
+            if given != rate:
+                self._changed(self._robots[name], path, f"{given} Hz of robot '{name}' gives way "
+                              f'to {rate} Hz, the rate of all controllers')
         return rate
 
     def ompl(self) -> OmplSettings:

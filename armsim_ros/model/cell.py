@@ -18,6 +18,7 @@ from armsim_ros.config.simulation import PlacementSettings
 from armsim_ros.errors import (
     ConfigError,
     Location,
+    nearest,
     Problem,
     ResourceError,
     Severity,
@@ -31,7 +32,7 @@ from armsim_ros.model.loading import survey_robot_model
 from armsim_ros.model.prefix import prefixed_model
 from armsim_ros.model.robot_model import RobotModel
 from armsim_ros.model.xacro_text import read_description
-from armsim_ros.resources import check_inside, PACKAGE, share_folder
+from armsim_ros.resources import check_inside, PACKAGE, robot_names, share_folder
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,7 +73,8 @@ class CellSurvey:
 
     :param problems: mistakes, warnings and remarks.
     :param settings: those of the one robot, or of the files in the cell's folder.
-    :param robots: settings of the robots of a cell as their files say; none for a single robot.
+    :param robots: settings of the robots of a cell as their files say, each folder once; none
+        for a single robot.
     :param model: of the one robot, though there may be mistakes; else of the cell.
     :param cell: None where there are mistakes.
     """
@@ -162,9 +164,11 @@ class _CellReader:
         placed: dict[str, PlacedRobot] = {}
         for name, entry in self._cell.robots.items():
             try:
-                found, model = self._survey(self._folder(name, entry))
+                found, model = self._survey(self._folder(entry))
             except ConfigError as error:
-                self._problems.extend(error.problems)
+                here = self._node.locate(['robots', name, 'robot'])
+                self._problems += [replace(one, where=one.where or here)
+                                   for one in error.problems]
                 continue
             settings[name] = found
             if model is not None:
@@ -176,20 +180,24 @@ class _CellReader:
         if not _mistakes(self._problems):
             cell = self._merged(settings, placed)
         return CellSurvey(
-            tuple(dict.fromkeys(self._problems)), self._own, tuple(settings.values()),
+            tuple(dict.fromkeys(self._problems)), self._own,
+            tuple(one for one, _ in self._read.values()),
             cell.model if cell else None, None if _mistakes(self._problems) else cell)
 
-    def _folder(self, name: str, entry: CellRobot) -> str:
+    def _folder(self, entry: CellRobot) -> str:
         """Return a robot's folder: one from the cell's folder, else a name of ours."""
         here = self._files.urdf_file.resolve().parent
         folder = here / entry.robot
         if not folder.is_dir():
-            return entry.robot
+            if entry.robot in robot_names():
+                return entry.robot
+            raise ConfigError(Problem(
+                f"robot '{entry.robot}' is neither a folder from {here} nor one of ours",
+                allowed=', '.join(robot_names()), remedy=nearest(entry.robot, robot_names())))
         try:
             check_inside(folder, (here, here.parent, share_folder(PACKAGE) / 'config'))
         except ResourceError as error:
-            raise ConfigError(Problem(
-                str(error), self._node.locate(['robots', name, 'robot']))) from None
+            raise ConfigError(Problem(str(error))) from None
         return str(folder)
 
     def _survey(self, robot: str) -> tuple[RobotSettings, RobotModel | None]:

@@ -5,8 +5,9 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
+from armsim_ros.config.robot_settings import RobotSettings
 from armsim_ros.errors import PlanningError, Severity
 from armsim_ros.planning.controller_selection import controlled_joints, select_controllers
 from armsim_ros.tools.check_config.key_table import key_table, KeyState, STATES
@@ -28,17 +29,15 @@ def report_lines(check: RobotCheck, *, list_keys: bool = False) -> Iterator[str]
     """
     settings = check.settings
     if settings is not None:
-        yield f"robot '{settings.name}'"
-        yield f'  URDF  {settings.urdf_file}'
-        yield f"  SRDF  {settings.srdf_file or 'none: no planning groups'}"
-        yield from (f'  YAML  {file}' for file in settings.files)
+        yield from _file_lines(settings, check.robots)
     for severity, title in _TITLES.items():
         found = check.of(severity)
         if found:
             yield f'{title} ({len(found)})'
             yield from (f'  {one}' for one in found)
     if settings is not None:
-        table = key_table(settings.files, check.problems)
+        files = [*settings.files, *(file for one in check.robots for file in one.files)]
+        table = key_table(dict.fromkeys(files), check.problems)
         counts = Counter(one.state for one in table)
         yield 'keys: ' + ', '.join(f'{counts[state]} {state}' for state in STATES)
         if list_keys:
@@ -54,6 +53,22 @@ def exit_status(check: RobotCheck) -> int:
     if check.of(Severity.ERROR):
         return 2
     return 1 if check.of(Severity.WARNING) else 0
+
+
+def _file_lines(settings: RobotSettings, robots: Sequence[RobotSettings]) -> Iterator[str]:
+    """Yield the files of a robot; of a cell, first its own and then those of each robot."""
+    if robots:
+        yield f"cell '{settings.name}'"
+        yield f'  robots  {settings.urdf_file}'
+        of_robots = {file for one in robots for file in one.files}
+        if settings.srdf_file is not None:
+            yield f'  SRDF  {settings.srdf_file}'
+        yield from (f'  YAML  {file}' for file in settings.files if file not in of_robots)
+    for one in robots or (settings,):
+        yield f"robot '{one.name}'"
+        yield f'  URDF  {one.urdf_file}'
+        yield f"  SRDF  {one.srdf_file or 'none: no planning groups'}"
+        yield from (f'  YAML  {file}' for file in one.files)
 
 
 def _key_lines(table: list[KeyState]) -> Iterator[str]:

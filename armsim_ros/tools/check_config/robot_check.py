@@ -4,24 +4,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from armsim_ros.config.cell import read_cell
 from armsim_ros.config.draft import ConfigDraft
 from armsim_ros.config.layout import LayoutReader
-from armsim_ros.config.loading import survey_robot_settings
 from armsim_ros.config.robot_settings import RobotSettings
 from armsim_ros.config.sections import read_sections
 from armsim_ros.config.yaml_source import read_yaml_file
 from armsim_ros.errors import ArmsimError, ConfigError, Location, Problem, Severity
-from armsim_ros.model.loading import survey_robot_model
+from armsim_ros.model.cell import Cell, survey_cell
 from armsim_ros.model.meshes import load_mesh
 from armsim_ros.model.robot_model import RobotModel
 from armsim_ros.model.urdf import parse_urdf
 from armsim_ros.model.xacro_text import read_description
-from armsim_ros.resources import find_robot
-from armsim_ros.sim.assembly import build_manager, build_simulation
+from armsim_ros.resources import find_robot, ROBOTS_FILE
+from armsim_ros.sim.assembly import build_managers, build_simulation
 from armsim_ros.tools.check_config.launch_file import answer_launch_file
 
 _LAUNCH_ENDINGS = ('.launch', '.launch.xml')
@@ -34,13 +34,15 @@ class RobotCheck:
     What was found in a robot's files.
 
     :param problems: mistakes, warnings and remarks.
-    :param settings: None where the files could not be found.
+    :param settings: of the robot, or of the cell; None where the files could not be found.
     :param model: None where the URDF gives none.
+    :param robots: settings of the robots of a cell, as their own files say, each folder once.
     """
 
     problems: tuple[Problem, ...]
     settings: RobotSettings | None = None
     model: RobotModel | None = None
+    robots: tuple[RobotSettings, ...] = ()
 
     def of(self, severity: Severity) -> list[Problem]:
         """Return the problems of one kind."""
@@ -50,7 +52,7 @@ class RobotCheck:
 def check_robot(robot: str, *, config: Path | None = None, urdf: Path | None = None,
                 srdf: Path | None = None, world: str | None = None) -> RobotCheck:
     """
-    Check a robot's folder.
+    Check a robot's folder, or that of a cell and those of its robots.
 
     :param robot: a name under ``config/``, or a path to a folder.
     :param config: another folder for the YAML files.
@@ -59,21 +61,23 @@ def check_robot(robot: str, *, config: Path | None = None, urdf: Path | None = N
     :param world: another world.
     """
     try:
-        settings = survey_robot_settings(robot, config=config, urdf=urdf, srdf=srdf, world=world)
+        survey = survey_cell(robot, config=config, urdf=urdf, srdf=srdf, world=world)
     except ConfigError as error:
-        return RobotCheck((*error.problems, *_files_alone(robot, config)))
-    found = list(settings.remarks)
-    model, of_model = survey_robot_model(settings, partial=_has_mistakes(found))
-    found += of_model
-    names = [one.name for one in settings.controllers]
-    read = [file.name for file in settings.files]
-    for file in launch_files(settings.folder):
-        # bringup reads none, so a mistake there stops nothing
-        found += [replace(one, severity=Severity.WARNING) if one.severity is Severity.ERROR
-                  else one for one in _check_launch_file(file, names, read)]
-    if model is not None and not _has_mistakes(found):
-        found += _assemble(settings, model)
-    return RobotCheck(_sorted(found), settings, model)
+        return RobotCheck(_sorted([*error.problems, *_files_alone(robot, config)]))
+    found = list(survey.problems)
+    for one in survey.robots or (survey.settings,):
+        names = [controller.name for controller in one.controllers]
+        read = [file.name for file in one.files]
+        for file in launch_files(one.folder):
+            # bringup reads none, so a mistake there stops nothing
+            found += [replace(each, severity=Severity.WARNING)
+                      if each.severity is Severity.ERROR else each
+                      for each in _check_launch_file(file, names, read)]
+    settings = survey.settings
+    if survey.cell is not None:
+        settings = survey.cell.settings
+        found += _assemble(survey.cell)
+    return RobotCheck(_sorted(found), settings, survey.model, survey.robots)
 
 
 def check_file(file: Path) -> RobotCheck:
@@ -100,6 +104,9 @@ def launch_files(folder: Path) -> list[Path]:
 def _check_yaml_file(file: Path) -> list[Problem]:
     draft = ConfigDraft()
     try:
+        if file.name == ROBOTS_FILE:
+            read_cell(file)
+            return []
         LayoutReader(draft).read(read_yaml_file(file), file.stem)
     except ConfigError as error:
         draft.problems.extend(error.problems)
@@ -139,12 +146,12 @@ def _files_alone(robot: str, config: Path | None) -> list[Problem]:
             for problem in _check_yaml_file(file)]
 
 
-def _assemble(settings: RobotSettings, model: RobotModel) -> list[Problem]:
+def _assemble(cell: Cell) -> list[Problem]:
     """Build plant and controllers in memory and return what that finds."""
-    where = Location(str(settings.folder))
+    where = Location(str(cell.settings.folder))
     try:
-        simulation = build_simulation(settings, model)
-        build_manager(settings, model, simulation)
+        simulation = build_simulation(cell.settings, cell.model)
+        build_managers(cell, simulation)
     except ConfigError as error:
         return list(error.problems)
     except ArmsimError as error:
@@ -152,11 +159,7 @@ def _assemble(settings: RobotSettings, model: RobotModel) -> list[Problem]:
     return [Problem(text, where, severity=Severity.WARNING) for text in simulation.warnings]
 
 
-def _has_mistakes(problems: list[Problem]) -> bool:
-    return any(one.severity is Severity.ERROR for one in problems)
-
-
-def _sorted(problems: list[Problem]) -> tuple[Problem, ...]:
+def _sorted(problems: Iterable[Problem]) -> tuple[Problem, ...]:
     """Return the problems by file and line; those without a place come first."""
     def key(problem: Problem) -> tuple[str, int, int]:
         where = problem.where

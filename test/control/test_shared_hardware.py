@@ -1,0 +1,100 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""One hardware for several robots: windows into its arrays, claims kept apart."""
+
+import numpy as np
+import pytest
+
+from armsim_ros.config.controller_manager import ControllerManagerParameters
+from armsim_ros.control.controller_manager import ControllerManager
+from armsim_ros.control.manager_group import ManagerGroup
+from armsim_ros.control.shared_hardware import SharedHardware
+from armsim_ros.errors import SimulationError
+
+POSITION = frozenset({'position'})
+TRAJECTORY = 'joint_trajectory_controller/JointTrajectoryController'
+
+
+@pytest.fixture
+def whole(hardware_class):
+    """Return the hardware of two robots with two joints each."""
+    return hardware_class(('l1', 'l2', 'r1', 'r2'))
+
+
+def test_a_part_is_a_window(whole):
+    """What is written in one is read in the other; nothing is copied."""
+    part = SharedHardware(whole).part(('r1', 'r2'))
+    part.command.position[:] = [0.3, 0.4]
+    whole.state.velocity[:] = [1.0, 2.0, 3.0, 4.0]
+    np.testing.assert_array_equal(whole.command.position, [np.nan, np.nan, 0.3, 0.4])
+    np.testing.assert_array_equal(part.state.velocity, [3.0, 4.0])
+    assert np.shares_memory(part.feedforward.velocity, whole.feedforward.velocity)
+
+
+def test_a_part_has_the_interfaces_of_its_joints(whole):
+    """And none of the others."""
+    part = SharedHardware(whole).part(('l1', 'l2'))
+    assert set(part.command_interfaces) == set(part.state_interfaces) == {'l1', 'l2'}
+    assert part.index == {'l1': 0, 'l2': 1}
+
+
+def test_claims_of_the_others_stay(whole):
+    """Each part says only what it claims itself; the hardware hears of all."""
+    shared = SharedHardware(whole)
+    left, right = shared.part(('l1', 'l2')), shared.part(('r1', 'r2'))
+    left.perform_command_mode_switch({'l1': POSITION, 'l2': POSITION})
+    right.perform_command_mode_switch({'r1': POSITION})
+    assert whole.claimed == {'l1': POSITION, 'l2': POSITION, 'r1': POSITION}
+    left.perform_command_mode_switch({'l2': POSITION})
+    assert whole.claimed == {'l2': POSITION, 'r1': POSITION}
+
+
+def test_a_refused_claim_changes_nothing(whole):
+    """The next change of another robot does not bring it back."""
+    shared = SharedHardware(whole)
+    left, right = shared.part(('l1', 'l2')), shared.part(('r1', 'r2'))
+    whole.refuse = 'no'
+    with pytest.raises(SimulationError):
+        left.perform_command_mode_switch({'l1': POSITION})
+    whole.refuse = ''
+    right.perform_command_mode_switch({'r1': POSITION})
+    assert whole.claimed == {'r1': POSITION}
+
+
+def test_joints_that_lie_apart_are_refused(whole):
+    """A window needs joints that follow each other."""
+    with pytest.raises(SimulationError, match='l1, r1 do not follow each other'):
+        SharedHardware(whole).part(('l1', 'r1'))
+
+
+def test_a_robot_without_movable_joints_has_an_empty_part(whole):
+    """A camera on a stand may be in a cell too."""
+    part = SharedHardware(whole).part(())
+    assert len(part.state.position) == 0
+
+
+def test_managers_run_side_by_side(whole):
+    """Controllers of the same name on two robots: each moves its own joints."""
+    shared = SharedHardware(whole)
+    managers = []
+    for joints, goal in ((('l1', 'l2'), 0.1), (('r1', 'r2'), -0.2)):
+        part = shared.part(joints)
+        manager = ControllerManager(part, ControllerManagerParameters(update_rate=100))
+        controller = manager.load(Loadable('arm', joints))
+        manager.configure('arm')
+        assert manager.switch(activate=['arm']).ok
+        part.command.position[:] = goal
+        managers.append((manager, controller))
+    group = ManagerGroup([manager for manager, _ in managers])
+    group.update(10_000_000, 0.01)
+    group.process_requests(20_000_000)
+    assert [controller.active for _, controller in managers] == [True, True]
+    assert set(whole.claimed) == {'l1', 'l2', 'r1', 'r2'}
+    assert all(manager.time_ns == 20_000_000 for manager, _ in managers)
+
+
+class Loadable:
+    """A trajectory controller as a manager wants it."""
+
+    def __init__(self, name, joints):
+        self.name, self.type, self.parameters = name, TRAJECTORY, {'joints': list(joints)}
