@@ -36,7 +36,8 @@ class ProgramArguments:
     """
 
     robot: str = _argument(
-        'sunday', 'robot to run: the name of a folder under config/, or a path to a folder',
+        'sunday', 'robot, or cell of several, to run: the name of a folder under config/, or a '
+        'path to a folder',
         placeholder='NAME|DIR')
     config: str = _argument(
         '', "folder with the YAML files, in place of the robot's own", placeholder='DIR')

@@ -7,9 +7,8 @@ from __future__ import annotations
 from rclpy.executors import Executor
 from rclpy.node import Node
 
-from armsim_ros.config.robot_settings import RobotSettings
 from armsim_ros.kinematics.kinematic_model import KinematicModel
-from armsim_ros.model.robot_model import RobotModel
+from armsim_ros.model.cell import Cell
 from armsim_ros.nodes.move_group.attach_hint import AttachHint
 from armsim_ros.nodes.move_group.attached_collision_object import AttachedCollisionObject
 from armsim_ros.nodes.move_group.capabilities import CAPABILITIES, Parts, wanted_capabilities
@@ -42,14 +41,12 @@ class MoveGroup:
 
     :param node: has the endpoints.
     :param executor: the one that spins the node.
-    :param settings: the robot's files.
-    :param robot: the robot.
+    :param cell: the robot, or all robots of a cell.
     """
 
-    def __init__(
-        self, node: Node, executor: Executor, settings: RobotSettings, robot: RobotModel
-    ) -> None:
+    def __init__(self, node: Node, executor: Executor, cell: Cell) -> None:
         """Build the parts; the ready line comes when all of them answer."""
+        settings, robot = cell.settings, cell.model
         model = KinematicModel(robot)
         parameters = planning_parameters(node, settings)
         scene = PlanningScene(
@@ -79,6 +76,7 @@ class MoveGroup:
             query_planner=query_planner,
             planning_parameters=parameters,
             execution_settings=settings.trajectory_execution,
+            robots=tuple(frozenset(each.model.active_joints) for each in cell.robots),
         )
         self._endpoints = endpoints(context)
         self._parameters = MoveGroupParameters(context)

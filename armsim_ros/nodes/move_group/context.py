@@ -36,6 +36,7 @@ class Context:
     :param scene: the monitored scene.
     :param planning_parameters: what the robot's files and the command line say.
     :param execution_settings: may be replaced while the program runs.
+    :param robots: the joints of each robot; several where it is a cell.
     :param record_frequency: states a second in executed_trajectory [Hz]; may be replaced too.
     """
 
@@ -50,6 +51,7 @@ class Context:
     query_planner: MotionPlanner
     planning_parameters: PlanningParameters
     execution_settings: TrajectoryExecutionSettings
+    robots: tuple[frozenset[str], ...] = ()
     record_frequency: float = 0.0
     group: ReentrantCallbackGroup = field(default_factory=ReentrantCallbackGroup)
     clock: Callable[[], float] = time.monotonic

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The rest of a path, checked again when the world changes while the robot moves."""
+"""The rest of a path, checked again when the world or another robot moves meanwhile."""
 
 from __future__ import annotations
 
@@ -10,10 +10,16 @@ from armsim_ros.nodes.move_group.context import Context
 from armsim_ros.planning.request import MotionPlanRequest
 from armsim_ros.trajectory import JointTrajectory
 
+#: A joint of another robot that has gone so far is looked at again [rad or m].
+MOVED = 0.03
+
 
 class PathWatch:
     """
     Checks what is left of a trajectory against the monitored scene.
+
+    The robot's own joints that the trajectory does not move are taken as they were planned
+    with: a hand may close meanwhile. Those of other robots count.
 
     :param context: the parts of move_group.
     :param trajectory: the one that is being executed.
@@ -27,7 +33,12 @@ class PathWatch:
         self._context = context
         self._trajectory = trajectory
         self._request = request
+        joints = set(trajectory.joint_names)
+        self._others = sorted(
+            name for robot in context.robots if not robot & joints for name in robot
+        )
         self._seen = self._versions()
+        self._stood = self._stand()
         self._pending: Future | None = None
 
     def invalid(self, elapsed: float) -> str:
@@ -45,9 +56,10 @@ class PathWatch:
             self._pending = None
             if sentence:
                 return sentence
-        versions = self._versions()
-        if versions != self._seen:
-            self._seen = versions
+        versions, stand = self._versions(), self._stand()
+        moved = any(abs(now - old) > MOVED for now, old in zip(stand, self._stood, strict=True))
+        if moved or versions != self._seen:
+            self._seen, self._stood = versions, stand
             context, scene = self._context, self._context.scene.snapshot()
             self._pending = context.queries.submit(
                 lambda: context.query_planner.path_fault(
@@ -59,6 +71,11 @@ class PathWatch:
                 )
             )
         return ''
+
+    def _stand(self) -> list[float]:
+        """Return where the joints of other robots are [rad or m]."""
+        positions = self._context.states.positions
+        return [positions.get(name, 0.0) for name in self._others]
 
     def _versions(self) -> tuple[int, int]:
         scene = self._context.scene

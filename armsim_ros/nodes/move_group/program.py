@@ -26,7 +26,7 @@ _SWITCH_INTERVAL = 0.001
 
 class MoveGroupProgram:
     """
-    The robot's model, the node, and the executor that runs it in the calling thread.
+    The robots' model, the node, and the executor that runs it in the calling thread.
 
     :param arguments: the command line.
     :param stop_wanted: whether a signal came; looked at between the steps of the start.
@@ -76,7 +76,7 @@ class MoveGroupProgram:
         for text in self._warnings:
             node.get_logger().warning(text)
         try:
-            move_group = MoveGroup(node, executor, self._cell.settings, self._cell.model)
+            move_group = MoveGroup(node, executor, self._cell)
             self._spin(executor, node)
         finally:
             if move_group is not None:
