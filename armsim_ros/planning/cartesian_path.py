@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from itertools import pairwise
 import math
@@ -125,14 +124,13 @@ class CartesianInterpolator:
 
     def follow(
         self, start: Vector, waypoints: tuple[Vector, ...], max_step: float, step: float, *,
-        relative: bool = False, cancelled: Callable[[], bool],
+        relative: bool = False,
     ) -> CartesianPath:
         """
         Return the path from a start (m,) through poses (4, 4) in the model frame.
 
         :param step: largest motion [m] of any point between two checks.
         :param relative: each pose is relative to the pose before it.
-        :param cancelled: polled once a state; True ends the path.
         """
         path = CartesianPath([start], [0.0], len(waypoints))
         wrong = '' if self._validity.free(start) else self._validity.why_not(start)
@@ -149,9 +147,7 @@ class CartesianInterpolator:
                 max(distance / max_step, turn / (ROTATION_PER_STEP * max_step))
             ) + 1
             for part in range(parts):
-                if cancelled():
-                    path.reason = 'the request was cancelled'
-                    return path
+                self._validity.poll()
                 self._advance(path, segment, number, part / parts, (part + 1) / parts, step)
                 if path.reason:
                     return path

@@ -63,6 +63,12 @@ def plan_cartesian(
 ) -> CartesianResponse:
     """Return the feasible part of a path; a shorter one is a success with a fraction below 1."""
     start: dict[str, float] = {}
+
+    def poll() -> None:
+        if cancelled():
+            raise PlanningError(
+                MoveItErrorCode.PREEMPTED, 'the request was cancelled', _SOURCE)
+
     try:
         context.model.group_indices(request.group_name)
         if not request.max_step > 1e-9 or not np.isfinite(request.max_step):
@@ -79,12 +85,11 @@ def plan_cartesian(
         )
         start = context.model.positions(scene.q)
         on_path = ConstraintSet(request.path_constraints, scene, context.log)
-        validity = context.validity(
-            scene, request.group_name, on_path, request.avoid_collisions
-        )
-        path = _followed(context, request, scene, validity, cancelled)
-        if cancelled():
-            raise PlanningError(MoveItErrorCode.PREEMPTED, path.reason, _SOURCE)
+        with context.polled(poll):
+            validity = context.validity(
+                scene, request.group_name, on_path, request.avoid_collisions
+            )
+        path = _followed(context, request, scene, validity)
         trajectory = _timed(context, request, validity, path)
     except PlanningError as error:
         context.log.error(f'{_SOURCE}: {error}')
@@ -101,7 +106,7 @@ def plan_cartesian(
 
 def _followed(
     context: PlanningContext, request: CartesianRequest, scene: PlanningScene,
-    validity: StateValidity, cancelled: Callable[[], bool],
+    validity: StateValidity,
 ) -> CartesianPath:
     group = request.group_name
     name = request.link_name or context.tip(group)
@@ -130,7 +135,7 @@ def _followed(
     )
     path = interpolator.follow(
         context.model.extract(scene.q, group), waypoints, request.max_step,
-        context.settings.fine_step, relative=relative, cancelled=cancelled,
+        context.settings.fine_step, relative=relative,
     )
     joints = context.model.robot.joints
     cut_at_jump(path, request, tuple(joints[name].type for name in validity.joint_names))

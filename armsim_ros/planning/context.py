@@ -4,6 +4,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+
 from armsim_ros.kinematics.inverse import IKTarget, InverseKinematics
 from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.planning.collision import CollisionChecker
@@ -12,7 +15,7 @@ from armsim_ros.planning.limits import LimitTable
 from armsim_ros.planning.log import default_log, Log
 from armsim_ros.planning.scene import PlanningScene
 from armsim_ros.planning.settings import PlanningSettings
-from armsim_ros.planning.state_validity import StateValidity
+from armsim_ros.planning.state_validity import nothing, Poll, StateValidity
 
 
 class PlanningContext:
@@ -35,6 +38,20 @@ class PlanningContext:
         self.limits = LimitTable(self.model.robot, self.log)
         self.checker = CollisionChecker(scene)
         self._inverse: dict[str, InverseKinematics] = {}
+        self._poll: Poll = nothing
+
+    @contextmanager
+    def polled(self, poll: Poll) -> Iterator[None]:
+        """
+        Have long checks of a request call a function now and then.
+
+        :param poll: raises what ends the request.
+        """
+        self._poll = poll
+        try:
+            yield
+        finally:
+            self._poll = nothing
 
     def inverse(self, group: str) -> InverseKinematics:
         """Return the inverse kinematics of a group."""
@@ -59,7 +76,7 @@ class PlanningContext:
         """Return what judges the states of a group in a scene; it holds until the next call."""
         self.checker.use(scene)
         return StateValidity(
-            self.checker, self.model, group, scene.q, on_path, avoid_collisions
+            self.checker, self.model, group, scene.q, on_path, avoid_collisions, self._poll
         )
 
     def tip(self, group: str) -> str:

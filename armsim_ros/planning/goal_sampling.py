@@ -98,6 +98,7 @@ class GoalSampler:
                     len(found) >= MAX_GOALS or budget.spent() or self._is_one_state(goal)
                 ):
                     break
+        budget.check(_SOURCE)
         if not found:
             raise self._failure(goals, tally)
         return sorted(found, key=lambda values: float(np.linalg.norm(values - self._origin)))
@@ -177,14 +178,14 @@ class GoalSampler:
             targets = self._poses.targets(goal, seed, middle=draw == 0)
             before = tally.colliding + tally.off_goal + tally.off_path_constraints
             solutions = self._inverse.solutions(
-                targets, seed, count=MAX_GOALS, rng=self._rng, clock=budget.clock,
+                targets, seed, count=MAX_GOALS, rng=self._rng, clock=budget.now,
                 deadline=budget.deadline, max_starts=_FIRST_STARTS if draw == 0 else 4,
             )
             yield from solutions
             refused = tally.colliding + tally.off_goal + tally.off_path_constraints - before
             if draw == 0 and refused == len(solutions):
                 more = self._inverse.solutions(
-                    targets, seed, count=2 * MAX_GOALS, rng=self._rng, clock=budget.clock,
+                    targets, seed, count=2 * MAX_GOALS, rng=self._rng, clock=budget.now,
                     deadline=budget.deadline, max_starts=_MORE_STARTS,
                 )
                 yield from more

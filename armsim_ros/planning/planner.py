@@ -96,7 +96,8 @@ class MotionPlanner:
                 budget = Budget(clock, began + checks.planning_time(request), cancelled)
                 started = requested_scene(context, request, scene)
                 positions = context.model.positions(started.q)
-                trajectory, length = run_pipeline(context, request, started, budget)
+                with context.polled(lambda: budget.check('planning pipeline')):
+                    trajectory, length = run_pipeline(context, request, started, budget)
             except PlanningError as error:
                 source = error.source or 'planning pipeline'
                 context.log.error(f'{source}: {error}')

@@ -14,6 +14,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import pairwise
+import math
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,7 +38,7 @@ Vector = NDArray[np.float64]
 
 _SOURCE = 'OMPL'
 _STRAIGHT_GOALS = 4
-_HULL_MOTIONS = 8000
+_ROUGH_MOTIONS = 8000
 _REPAIR_MOTIONS = 600
 _LAST_FAILURES = 4
 
@@ -59,6 +60,10 @@ class Budget:
     def spent(self) -> bool:
         """Return whether to stop."""
         return self.cancelled() or self.clock() >= self.deadline
+
+    def now(self) -> float:
+        """Return the clock's time [s], infinite where nobody waits any more."""
+        return math.inf if self.cancelled() else self.clock()
 
     def check(self, stage: str) -> None:
         """Raise PREEMPTED where the request was cancelled."""
@@ -169,11 +174,10 @@ def _attempt(problem: SearchProblem, budget: Budget, log: Log) -> tuple[Vector, 
     on_hulls = validity.free(problem.start, exact=False) and all(
         validity.free(goal, exact=False) for goal in problem.goals
     )
-    if on_hulls:
-        space = JointSpace(validity, problem.start, SEARCH_STEP, exact=False)
-        found = _solve(space, problem, budget, log, most_motions=_HULL_MOTIONS)
-        if found is not None:
-            return found, False
+    space = JointSpace(validity, problem.start, SEARCH_STEP, exact=not on_hulls)
+    found = _solve(space, problem, budget, log, most_motions=_ROUGH_MOTIONS)
+    if found is not None:
+        return found, False
     return _searched_finely(problem, budget, log), True
 
 

@@ -28,7 +28,16 @@ FINE_STEP = 0.01
 CLEARANCE = 0.001
 """What a path keeps from everything [m] where start and goals do, so that nothing is grazed."""
 
+POLLED_STATES = {False: 50, True: 3}
+"""States that are checked between two calls of a request's poll: on hulls, on exact shapes."""
+
+Poll = Callable[[], None]
+
 _BOUND_TOLERANCE = 1e-6
+
+
+def nothing() -> None:
+    """Do nothing: nobody can end the request."""
 
 
 class StateValidity:
@@ -41,17 +50,20 @@ class StateValidity:
     :param q: (n,) full robot state that gives the joints outside the group.
     :param path_constraints: to be kept at every state, or None.
     :param avoid_collisions: False ignores collisions.
+    :param poll: called now and then within long checks; raises what ends the request.
     """
 
     def __init__(
         self, checker: CollisionChecker, model: KinematicModel, group: str, q: Vector,
         path_constraints: ConstraintSet | None = None, avoid_collisions: bool = True,
+        poll: Poll = nothing,
     ) -> None:
         """Keep what every check needs at hand."""
         self._checker = checker
         self._model = model
         self._base = q
         self._avoid_collisions = avoid_collisions
+        self.poll = poll
         self.group = group
         self.path_constraints = (
             None if path_constraints is None or path_constraints.empty else path_constraints
@@ -133,10 +145,16 @@ class StateValidity:
         """
         if not self._avoid_collisions or not len(values):
             return np.zeros(len(values), dtype=bool)
-        gradient = np.abs(self._model.gradient(self.group))
-        return self._checker.crowded(
-            self.full_states(values), reach @ gradient.T, self.group, exact,
-            clearance)
+        states = self.full_states(values)
+        reach = reach @ np.abs(self._model.gradient(self.group)).T
+        found = []
+        few = POLLED_STATES[exact]
+        for begin in range(0, len(states), few):
+            self.poll()
+            part = slice(begin, begin + few)
+            found.append(self._checker.crowded(
+                states[part], reach[part], self.group, exact, clearance))
+        return np.concatenate(found)
 
     @cached_property
     def levers(self) -> Vector:
@@ -171,9 +189,13 @@ class StateValidity:
         if count == 1:
             return True
         first = self.full(a)
-        for q in first + _halving_order(count) * (last - first):  # noqa: SIM110  any() is slow
-            if blocked(q):
-                return False
+        states = first + _halving_order(count) * (last - first)
+        few = POLLED_STATES[exact]
+        for begin in range(0, len(states), few):
+            self.poll()
+            for q in states[begin:begin + few]:
+                if blocked(q):
+                    return False
         return True
 
     def _judge(self, exact: bool) -> Callable[[Vector], bool]:
