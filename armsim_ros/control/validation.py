@@ -56,7 +56,7 @@ def validate(
         raise RefusedTrajectoryError('the trajectory has no points')
     _check_names(names, joints)
     _check_end(trajectory, parameters)
-    if trajectory.stamp_ns and trajectory.stamp_ns + _ns(trajectory.duration) < now_ns:
+    if trajectory.stamp_ns and trajectory.duration * 1e9 < now_ns - trajectory.stamp_ns:
         raise RefusedTrajectoryError(
             f'the trajectory ended {(now_ns - trajectory.stamp_ns) * 1e-9 - trajectory.duration:g}'
             f' s ago: its stamp is {trajectory.stamp_ns * 1e-9:.3f} s, it lasts '
@@ -161,7 +161,3 @@ def _check_numbers(trajectory: JointTrajectory) -> None:
 
 def _listed(names: tuple[str, ...]) -> str:
     return ', '.join(names) if names else 'none'
-
-
-def _ns(seconds: float) -> int:
-    return round(seconds * 1e9)

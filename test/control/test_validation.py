@@ -57,6 +57,8 @@ def test_inactive_controller_refuses(rig, trajectory):
         ('D14', [(1.0, [0.1, 0.1], [0, np.nan])], {}, ['nan', 'velocities']),
         ('D14', [(-1.0, [0, 0]), GOOD], {}, ['-1 s', '0 or more']),
         ('D14', [(np.nan, [0, 0])], {}, ['nan']),
+        ('D14', [GOOD, (np.nan, [0, 0])], {'stamp_ns': 1}, ['point 1 is nan']),
+        ('D14', [GOOD, (np.inf, [0, 0])], {'stamp_ns': 1}, ['not finite']),
         ('D14', [(20.0, [11.0, 0])], {}, ["'a'", '11 rad', 'limit 10']),
         ('D14', [(1.0, [0, 0], [5, 0]), (2.0, [1, 0], [0, 0])], {}, ['velocity 5', 'up to 3']),
         ('D14', [(1.0, [0, 0]), (1.1, [1, 0])], {}, ["'a'", 'points 0 and 1', 'up to 3']),
