@@ -51,7 +51,8 @@ class ArmSim:
     No wall clock is read: the same seed and the same calls give the same ``digest``. A cell of
     several robots is moved the same way: one world, one planner, one manager a robot.
 
-    :param robot: a name under ``config/``, or a path to a folder with the user's files.
+    :param robot: a name under ``config/``, or a path to a folder with the user's files; of a
+        robot or of a cell.
     :param seed: of the planner's random numbers.
     :param world: a world's name or file in place of the robot's own.
     :param overrides: dotted path -> value over the files, such as

@@ -79,7 +79,8 @@ def lock_domain(
     :param namespace: of the nodes where nothing remaps it.
     :raises DomainTakenError: where another process holds it.
     """
-    namespace = os.environ.get('ROS_NAMESPACE', namespace)
+    if namespace == '/':
+        namespace = os.environ.get('ROS_NAMESPACE', namespace)
     for word in ros_args:
         match = _NAMESPACE_RULE.match(word)
         if match:

@@ -14,11 +14,11 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
-from armsim_ros.cli.arguments import ProgramArguments
+from armsim_ros.cli.arguments import ProgramArguments, UsageError
 from armsim_ros.cli.settings import cell_of
 from armsim_ros.control.faults import FaultInjector, FaultyControllers
 from armsim_ros.errors import USAGE_STATUS
-from armsim_ros.nodes.bringup.domain_lock import lock_domain
+from armsim_ros.nodes.bringup.domain_lock import DomainLock, lock_domain
 from armsim_ros.nodes.simulation.clock import Clock
 from armsim_ros.nodes.simulation.clock_hint import ClockHint
 from armsim_ros.nodes.simulation.dispatcher import Dispatcher
@@ -53,6 +53,7 @@ class SimulationProgram:
     :param arguments: the command line.
     :param stop_wanted: whether a signal came; looked at between the steps of the start.
     :raises ConfigError: the user's files do not describe a robot that can run.
+    :raises UsageError: a remapping would give several robots one name.
     :raises DomainTakenError: another simulation has these names on this machine.
     """
 
@@ -63,12 +64,7 @@ class SimulationProgram:
         self._status = 0
         self._dispatcher = Dispatcher()
         self._cell, self._warnings = cell_of(arguments)
-        self._locks = [
-            lock_domain(
-                self._ros_args, program='simulation', namespace=robot.settings.namespace or '/'
-            )
-            for robot in self._cell.robots
-        ]
+        self._locks = self._lock_names()
         settings = self._cell.settings
         simulation = settings.simulation
         self._clock = SimClock(
@@ -129,6 +125,22 @@ class SimulationProgram:
             for lock in self._locks:
                 lock.release()
         return self._status
+
+    def _lock_names(self) -> list[DomainLock]:
+        """Keep the namespace of each robot for us, as far as this machine goes."""
+        robots = self._cell.robots
+        for word in self._ros_args:
+            if word.startswith('__ns:=') and len(robots) > 1:
+                raise UsageError(
+                    f"the remapping '{word}' would put the controller managers of {len(robots)} "
+                    "robots into one namespace; give each robot its 'namespace' in robots.yaml"
+                )
+        return [
+            lock_domain(
+                self._ros_args, program='simulation', namespace=robot.settings.namespace or '/'
+            )
+            for robot in robots
+        ]
 
     def _create_nodes(self) -> None:
         """Create first what others must discover early: controllers, /clock, transforms."""
