@@ -164,7 +164,7 @@ def test_any_publisher_moves_the_arm(
         if abs(states[-1].reference.positions[0] - 0.2) < 1e-9:
             break
         publisher.publish(arm.to([0.2, 0.1], 0.05))
-    node.destroy_publisher(publisher)
+    bench.client.in_executor(lambda: node.destroy_publisher(publisher))
     assert states[-1].reference.positions[0] == pytest.approx(0.2)
 
 
