@@ -7,7 +7,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 import math
-import threading
 from typing import Any
 from xml.etree import ElementTree
 
@@ -23,12 +22,13 @@ from moveit_msgs.srv import (
     GetPositionIK,
     GetStateValidity,
 )
-from rclpy.action import ActionClient
+from rclpy.qos import QoSProfile
 from sensor_msgs.msg import JointState
 from wire import joint_goal, quiet_diff, robot_state
 
 from armsim_ros.testing.client_node import ClientNode
 from armsim_ros.testing.parameter_client import ParameterClient
+from armsim_ros.testing.patient_action_client import PatientActionClient
 
 SUCCEEDED, CANCELED, ABORTED = (
     GoalStatus.STATUS_SUCCEEDED,
@@ -57,6 +57,34 @@ class Ended:
         return name_of(self.result.error_code)
 
 
+class Feedback:
+    """
+    The states that all goals of an action have fed back.
+
+    rclpy's action client drops what comes after the result, which overtakes the last feedback at
+    times: they go different ways.
+
+    :param client: a node beside the server.
+    :param action: name of the action.
+    :param kind: its type.
+    """
+
+    def __init__(self, client: ClientNode, action: str, kind: Any) -> None:
+        """Subscribe."""
+        self._states = client.collect(
+            f'{action}/_action/feedback', kind.Impl.FeedbackMessage, QoSProfile(depth=1000)
+        )
+
+    def of(self, handle: Any) -> list[str]:
+        """Return the states of a goal that has ended, the last one is IDLE."""
+        mine = bytes(handle.goal_id.uuid)
+        self._states.wait_for(
+            lambda one: bytes(one.goal_id.uuid) == mine and one.feedback.state == 'IDLE'
+        )
+        return [one.feedback.state for one in self._states.messages
+                if bytes(one.goal_id.uuid) == mine]
+
+
 def name_of(code: Any) -> str:
     """Return the name of an error code message."""
     return CODES.get(code.val, str(code.val))
@@ -82,9 +110,13 @@ class ArmBench:
         self._read_joints(urdf)
         self._read_group(srdf)
         node = client.node
-        self.move_action = ActionClient(node, MoveGroup, self.name('move_action'))
-        self.execute_action = ActionClient(
+        self.move_action = PatientActionClient(node, MoveGroup, self.name('move_action'))
+        self.execute_action = PatientActionClient(
             node, ExecuteTrajectory, self.name('execute_trajectory')
+        )
+        self._move_feedback = Feedback(client, self.name('move_action'), MoveGroup)
+        self._execute_feedback = Feedback(
+            client, self.name('execute_trajectory'), ExecuteTrajectory
         )
         self.joint_states = client.collect(joint_states, JointState)
 
@@ -192,7 +224,7 @@ class ArmBench:
         assert code.source
         return code
 
-    def send_move(self, goal: Any, feedback: list[str] | None = None, **options: Any) -> Any:
+    def send_move(self, goal: Any, **options: Any) -> Any:
         """Send a goal to move_action and return its handle; options are of both messages."""
         message = MoveGroup.Goal(request=self.request(goal))
         message.planning_options.planning_scene_diff = quiet_diff()
@@ -201,57 +233,38 @@ class ArmBench:
                 message.planning_options
             )
             setattr(part, field, value)
-        return self._send(self.move_action, message, feedback)
+        return self._send(self.move_action, message)
 
     def move(self, goal: Any, **options: Any) -> Ended:
         """Send a goal to move_action and wait for its end."""
-        feedback: list[str] = []
-        return self.ended(self.send_move(goal, feedback, **options), feedback)
+        return self.ended(self.send_move(goal, **options), self._move_feedback)
 
-    def send_execute(
-        self, trajectory: Any, names: Sequence[str] = (), feedback: list[str] | None = None
-    ) -> Any:
+    def send_execute(self, trajectory: Any, names: Sequence[str] = ()) -> Any:
         """Send a joint trajectory to execute_trajectory and return the goal's handle."""
         goal = ExecuteTrajectory.Goal(controller_names=list(names))
         goal.trajectory.joint_trajectory = trajectory
-        return self._send(self.execute_action, goal, feedback)
+        return self._send(self.execute_action, goal)
 
     def execute(self, trajectory: Any, names: Sequence[str] = ()) -> Ended:
         """Execute a joint trajectory and wait for the end."""
-        feedback: list[str] = []
-        return self.ended(self.send_execute(trajectory, names, feedback), feedback)
+        return self.ended(self.send_execute(trajectory, names), self._execute_feedback)
 
-    def _send(self, action: ActionClient, goal: Any, feedback: list[str] | None) -> Any:
+    def _send(self, action: PatientActionClient, goal: Any) -> Any:
         assert action.wait_for_server(TIMEOUT)
-        heard = [] if feedback is None else feedback
-
-        def send() -> Any:
-            return action.send_goal_async(goal, lambda one: heard.append(one.feedback.state))
-
-        future = self.client.in_executor(send)
-        handle = self.client.result(future, TIMEOUT, 'answer to a goal')
+        handle = self.client.result(action.send_goal_async(goal), TIMEOUT, 'answer to a goal')
         assert handle.accepted
         return handle
 
     def cancel(self, handle: Any) -> None:
         """Cancel a goal and wait for the answer."""
-        future = self.client.in_executor(handle.cancel_goal_async)
-        self.client.result(future, TIMEOUT, 'answer to a cancel request')
+        self.client.result(handle.cancel_goal_async(), TIMEOUT, 'answer to a cancel request')
 
     def ended(
-        self, handle: Any, feedback: list[str] | None = None, timeout: float = 30.0
+        self, handle: Any, feedback: Feedback | None = None, timeout: float = 30.0
     ) -> Ended:
-        """Wait for the end of a goal."""
-        future = self.client.in_executor(handle.get_result_async)
-        answer = self.client.result(future, timeout, 'result')
-        if feedback is not None:
-            # Feedback has a topic of its own, and its last word may come after the result.
-            pause = threading.Event()
-            for _ in range(200):
-                if feedback[-1:] == ['IDLE']:
-                    break
-                pause.wait(0.01)
-        return Ended(answer.status, answer.result, feedback or [])
+        """Wait for the end of a goal, and for its last feedback where that is given."""
+        answer = self.client.result(handle.get_result_async(), timeout, 'result')
+        return Ended(answer.status, answer.result, feedback.of(handle) if feedback else [])
 
     # ------------------------------------------------------------------ questions
 

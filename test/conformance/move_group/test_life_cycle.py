@@ -341,7 +341,7 @@ def test_an_object_beside_the_path(home: Any) -> None:
 def test_replanning(home: Any) -> None:
     """With replan the arm stops, plans again and arrives once the object is gone."""
     goal = target(home)
-    handle = home.send_move(goal, replan=True, replan_attempts=4, replan_delay=0.5,
+    handle = home.send_move(goal, replan=True, replan_attempts=4, replan_delay=4.0,
                             **{**SLOW, 'max_velocity_scaling_factor': 0.15})
     until_moving(home)
     place = home.pose(goal)

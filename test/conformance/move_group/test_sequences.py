@@ -8,7 +8,7 @@ import copy
 import math
 from typing import Any
 
-from move_group_bench import name_of, SUCCEEDED, TIMEOUT, xyz
+from move_group_bench import Feedback, name_of, SUCCEEDED, TIMEOUT, xyz
 from moveit_msgs.action import MoveGroupSequence
 from moveit_msgs.msg import MotionSequenceItem, MotionSequenceRequest
 from moveit_msgs.srv import GetMotionSequence
@@ -28,12 +28,12 @@ def start(arm: Any) -> Any:
 
 @pytest.fixture(scope='module')
 def action(running: Any) -> Any:
-    """Return a client of sequence_move_group."""
-    client = PatientActionClient(
-        running.client.node, MoveGroupSequence, running.name('sequence_move_group')
-    )
+    """Return a client of sequence_move_group, and the feedback that it gives."""
+    name = running.name('sequence_move_group')
+    client = PatientActionClient(running.client.node, MoveGroupSequence, name)
+    feedback = Feedback(running.client, name, MoveGroupSequence)
     assert client.wait_for_server(TIMEOUT)
-    yield client
+    yield client, feedback
     running.client.in_executor(client.destroy)
 
 
@@ -71,9 +71,8 @@ def run(arm: Any, action: Any, request: MotionSequenceRequest, **options: Any) -
     goal.planning_options.planning_scene_diff = quiet_diff()
     for name, value in options.items():
         setattr(goal.planning_options, name, value)
-    feedback: list[str] = []
-    sent = action.send_goal_async(goal, lambda one: feedback.append(one.feedback.state))
-    handle = arm.client.result(sent, TIMEOUT, 'answer to a goal')
+    client, feedback = action
+    handle = arm.client.result(client.send_goal_async(goal), TIMEOUT, 'answer to a goal')
     assert handle.accepted
     return arm.ended(handle, feedback)
 
