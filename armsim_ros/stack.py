@@ -23,7 +23,7 @@ from armsim_ros.errors import (
     Problem,
     SimulationError,
 )
-from armsim_ros.model.cell import load_cell
+from armsim_ros.model.cell_loading import load_cell
 from armsim_ros.sim.assembly import as_one, build_manager, build_managers, build_simulation
 from armsim_ros.sim.control_loop import ControlLoop
 from armsim_ros.trajectory import JointTrajectory

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from armsim_ros.errors import ConfigError, ControllerError, PlanningError
-from armsim_ros.model.cell import load_cell
+from armsim_ros.model.cell_loading import load_cell
 from armsim_ros.sim.assembly import build_managers, build_simulation
 from armsim_ros.stack import ArmSim
 from armsim_ros.trajectory import JointTrajectory, TrajectoryPoint

@@ -11,7 +11,8 @@ from pathlib import Path
 from armsim_ros.cli.arguments import ProgramArguments, UsageError
 from armsim_ros.config.robot_settings import RobotSettings
 from armsim_ros.errors import Severity
-from armsim_ros.model.cell import Cell, survey_cell
+from armsim_ros.model.cell import Cell
+from armsim_ros.model.cell_loading import survey_cell
 
 
 def cell_of(arguments: ProgramArguments) -> tuple[Cell, list[str]]:

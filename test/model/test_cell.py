@@ -7,7 +7,7 @@ import pytest
 
 from armsim_ros.config.loading import load_robot_settings
 from armsim_ros.errors import ConfigError, Severity
-from armsim_ros.model.cell import load_cell, survey_cell
+from armsim_ros.model.cell_loading import load_cell, survey_cell
 from armsim_ros.model.loading import load_robot_model
 from armsim_ros.model.prefix import prefixed_urdf
 from armsim_ros.model.tree import link_poses
@@ -184,6 +184,18 @@ def test_mistakes_of_a_robot_keep_their_file_and_line(cell):
     limits.write_text('joint_limits:\n  joint1: {max_velocity: -1}\n')
     (found,) = cell.told(Severity.ERROR)
     assert found.startswith('bot/joint_limits.yaml:2:')
+
+
+def test_mistakes_of_all_robots_at_once(cell):
+    """A broken SRDF of one, an unknown limit in the cell's own file, a robot that is not there."""
+    (cell.folder / 'bot' / 'bot.srdf').write_text('<robot name="bot"><group name="arm"><chain '
+                                                  'base_link="a" tip_link="b"/></group></robot>')
+    cell.write('robots.yaml', 'robots: {a: {robot: bot}, b: {robot: nobody}}')
+    cell.write('limits.yaml', 'joint_limits: {a_joint1: {max_velocity: -1}}')
+    told = '\n'.join(cell.told(Severity.ERROR))
+    for said in ("bot/bot.srdf:1:1: none of the planning groups arm fits robot 'bot'",
+                 "robot 'nobody' is neither a folder from", 'limits.yaml:1:'):
+        assert said in told
 
 
 def test_the_cells_own_files_are_checked_against_the_whole(cell):

@@ -15,7 +15,8 @@ from armsim_ros.config.robot_settings import RobotSettings
 from armsim_ros.config.sections import read_sections
 from armsim_ros.config.yaml_source import read_yaml_file
 from armsim_ros.errors import ArmsimError, ConfigError, Location, Problem, Severity
-from armsim_ros.model.cell import Cell, survey_cell
+from armsim_ros.model.cell import Cell
+from armsim_ros.model.cell_loading import survey_cell
 from armsim_ros.model.meshes import load_mesh
 from armsim_ros.model.robot_model import RobotModel
 from armsim_ros.model.urdf import parse_urdf

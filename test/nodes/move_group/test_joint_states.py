@@ -8,7 +8,7 @@ import pytest
 from sensor_msgs.msg import JointState
 
 from armsim_ros.kinematics.kinematic_model import KinematicModel
-from armsim_ros.model.cell import load_cell
+from armsim_ros.model.cell_loading import load_cell
 from armsim_ros.nodes.move_group.joint_states import StateMonitor
 from armsim_ros.planning.scene import PlanningScene
 

@@ -1,0 +1,212 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""From a folder to a robot, or to the several robots of a cell."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+
+from armsim_ros.config.cell import CellRobot, read_cell
+from armsim_ros.config.cell_merge import merged_settings
+from armsim_ros.config.loading import survey_files, survey_robot_settings
+from armsim_ros.config.prefix import prefixed_settings
+from armsim_ros.config.robot_folder import find_files, RobotFolder
+from armsim_ros.config.robot_settings import RobotSettings
+from armsim_ros.config.simulation import PlacementSettings
+from armsim_ros.errors import (
+    ConfigError,
+    Location,
+    nearest,
+    Problem,
+    ResourceError,
+    SimulationError,
+)
+from armsim_ros.model.cell import Cell, CellSurvey, mistakes_of, Robot
+from armsim_ros.model.cell_merge import clashes, merged_model, PlacedRobot
+from armsim_ros.model.cross_check import check_settings
+from armsim_ros.model.initial_state import initial_positions, START_KEYS
+from armsim_ros.model.limits import apply_limits
+from armsim_ros.model.loading import survey_robot_model
+from armsim_ros.model.prefix import prefixed_model
+from armsim_ros.model.robot_model import RobotModel
+from armsim_ros.model.xacro_text import read_description
+from armsim_ros.resources import check_inside, PACKAGE, robot_names, share_folder
+
+
+def load_cell(
+    robot: str = 'sunday',
+    *,
+    world: str | Path | None = None,
+    overrides: Mapping[str, object] | None = None,
+) -> Cell:
+    """
+    Read a robot, or a cell with several.
+
+    :param robot: a name under ``config/``, or a path to a folder.
+    :param world: a name under ``worlds/`` or a file, in place of simulation.yaml's.
+    :param overrides: dotted path -> value; of a cell, over the files of its own folder.
+    :raises ConfigError: with every mistake of all files.
+    """
+    return survey_cell(robot, world=world, overrides=overrides).checked()
+
+
+def survey_cell(
+    robot: str = 'sunday',
+    *,
+    config: Path | None = None,
+    urdf: Path | None = None,
+    srdf: Path | None = None,
+    world: str | Path | None = None,
+    namespace: str | None = None,
+    overrides: Mapping[str, object] | None = None,
+) -> CellSurvey:
+    """
+    Read the same as :func:`load_cell`, and go on where there are mistakes.
+
+    The arguments are those of :func:`survey_robot_settings`.
+
+    :raises ConfigError: where the files cannot be found at all, or robots.yaml has mistakes.
+    """
+    files = find_files(robot, config=config, urdf=urdf, srdf=srdf)
+    if files.is_cell and namespace is not None:
+        raise ConfigError(Problem(
+            f"namespace '{namespace}' is given for a cell of several robots",
+            Location(str(files.urdf_file)), remedy="give each robot its 'namespace' there"))
+    settings = survey_files(files, world=world, namespace=namespace, overrides=overrides)
+    if files.is_cell:
+        return _CellReader(files, settings).read()
+    found = list(settings.remarks)
+    mistaken = bool(mistakes_of(found))
+    model, of_model = survey_robot_model(settings, partial=mistaken)
+    found += of_model
+    cell = None
+    if model is not None and not mistakes_of(found):
+        cell = Cell(settings, model, (Robot(settings.name, settings, model),))
+    return CellSurvey(tuple(found), settings, (), model, cell)
+
+
+class _CellReader:
+    """Reads the robots of one cell and lays them together."""
+
+    def __init__(self, files: RobotFolder, own: RobotSettings) -> None:
+        self._files = files
+        self._own = own
+        self._problems = list(own.remarks)
+        self._cell, self._node = read_cell(files.urdf_file)
+        self._read: dict[Path, tuple[RobotSettings, RobotModel | None]] = {}
+
+    def read(self) -> CellSurvey:
+        settings: dict[str, RobotSettings] = {}
+        placed: dict[str, PlacedRobot] = {}
+        for name, entry in self._cell.robots.items():
+            try:
+                found, model = self._survey(self._folder(entry))
+            except ConfigError as error:
+                here = self._node.locate(['robots', name, 'robot'])
+                self._problems += [replace(one, where=one.where or here)
+                                   for one in error.problems]
+                continue
+            settings[name] = found
+            if model is not None:
+                placed[name] = self._placed(name, entry, found, model)
+        for name, text in clashes(placed):
+            self._problems.append(Problem(
+                text, self._place(name), remedy=f"give '{name}' a prefix of its own"))
+        cell = None
+        if not mistakes_of(self._problems):
+            cell = self._merged(settings, placed)
+        return CellSurvey(
+            tuple(dict.fromkeys(self._problems)), self._own,
+            tuple(one for one, _ in self._read.values()),
+            cell.model if cell else None, None if mistakes_of(self._problems) else cell)
+
+    def _folder(self, entry: CellRobot) -> str:
+        """Return a robot's folder: one from the cell's folder, else a name of ours."""
+        here = self._files.urdf_file.resolve().parent
+        folder = here / entry.robot
+        if not folder.is_dir():
+            if entry.robot in robot_names():
+                return entry.robot
+            raise ConfigError(Problem(
+                f"robot '{entry.robot}' is neither a folder from {here} nor one of ours",
+                allowed=', '.join(robot_names()), remedy=nearest(entry.robot, robot_names())))
+        try:
+            check_inside(folder, (here, here.parent, share_folder(PACKAGE) / 'config'))
+        except ResourceError as error:
+            raise ConfigError(Problem(str(error))) from None
+        return str(folder)
+
+    def _survey(self, robot: str) -> tuple[RobotSettings, RobotModel | None]:
+        """Return a robot's settings, and its model where its files have no mistakes."""
+        folder = Path(robot)
+        if folder not in self._read:
+            settings = survey_robot_settings(robot)
+            mistaken = bool(mistakes_of(settings.remarks))
+            model, found = survey_robot_model(settings, partial=mistaken)
+            self._problems += [*settings.remarks, *found]
+            usable = not mistaken and not mistakes_of(found)
+            self._read[folder] = settings, model if usable else None
+        return self._read[folder]
+
+    def _placed(self, name: str, entry: CellRobot, settings: RobotSettings, model: RobotModel
+                ) -> PlacedRobot:
+        own = settings.simulation.placement
+        prefixed = prefixed_model(
+            model, self._cell.prefix(name), urdf_file=str(settings.urdf_file),
+            srdf_file=str(settings.srdf_file))
+        limits = self._own.joint_limits.joint_limits
+        return PlacedRobot(
+            replace(prefixed, joints=apply_limits(prefixed.joints, limits)),
+            PlacementSettings(xyz=own.xyz if entry.xyz is None else entry.xyz,
+                              rpy=own.rpy if entry.rpy is None else entry.rpy))
+
+    def _merged(self, found: Mapping[str, RobotSettings], placed: Mapping[str, PlacedRobot]
+                ) -> Cell | None:
+        renamed = {name: prefixed_settings(one, self._cell.prefix(name),
+                                           self._cell.namespace(name))
+                   for name, one in found.items()}
+        try:
+            model, of_srdf, places = merged_model(
+                self._own.name, placed, self._own_srdf())
+        except ConfigError as error:
+            self._problems.extend(error.problems)
+            return None
+        merged = merged_settings(self._own, renamed, self._problems)
+        merged = self._with_start(merged, renamed, placed, model)
+        self._problems += of_srdf
+        # What the robots' own files name was checked when they were read.
+        own_files = {str(file) for file in (*self._own.files, self._own.srdf_file) if file}
+        self._problems += [one for one in check_settings(merged, model, places)
+                           if one.where is not None and one.where.file in own_files]
+        rate = merged.controller_manager.update_rate
+        return Cell(merged, model, tuple(
+            Robot(name, _with_rate(renamed[name], rate), placed[name].model) for name in renamed))
+
+    def _own_srdf(self) -> tuple[str, str] | None:
+        file = self._own.srdf_file
+        return None if file is None else (read_description(file), str(file))
+
+    def _with_start(self, merged: RobotSettings, robots: Mapping[str, RobotSettings],
+                    placed: Mapping[str, PlacedRobot], model: RobotModel) -> RobotSettings:
+        """Return the settings with one start for all: the robots' own, then the cell's."""
+        start: dict[str, float] = {}
+        begun = [(placed[name].model, one) for name, one in robots.items()]
+        for each, settings in (*begun, (model, self._own)):
+            try:
+                start.update(initial_positions(each, settings.simulation))
+            except SimulationError as error:
+                places = (settings.locate('simulation', key) for key in START_KEYS)
+                self._problems.append(Problem(str(error), next(filter(None, places), None)))
+        simulation = merged.simulation.model_copy(
+            update={'initial_positions': start, 'initial_state': ''})
+        return merged.model_copy(update={'simulation': simulation})
+
+    def _place(self, name: str) -> Location:
+        return self._node.locate(['robots', name]) or Location(str(self._files.urdf_file))
+
+
+def _with_rate(settings: RobotSettings, rate: int) -> RobotSettings:
+    manager = settings.controller_manager.model_copy(update={'update_rate': rate})
+    return settings.model_copy(update={'controller_manager': manager})
