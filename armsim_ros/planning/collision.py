@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from enum import Enum
 import math
 
 import numpy as np
@@ -24,6 +25,18 @@ Mask = NDArray[np.bool_]
 
 #: Which of two touching bodies is named first.
 _ORDER = {BodyType.ROBOT_LINK: 0, BodyType.ROBOT_ATTACHED: 1, BodyType.WORLD_OBJECT: 2}
+
+
+class Exactly(Enum):
+    """
+    When shapes themselves are looked at, which takes many times as long as their hulls.
+
+    Hulls that are near tell as much as the shapes, unless they touch where the shapes do not.
+    """
+
+    NEVER = 'never'
+    WHERE_HULLS_TOUCH = 'where hulls touch'
+    ALWAYS = 'always'
 
 
 class CollisionChecker:
@@ -112,8 +125,8 @@ class CollisionChecker:
         return lambda q: maybe(q) and surely(q)
 
     def crowded(
-        self, states: Matrix, reach: Matrix, group: str | None = None, exact: bool = True,
-        clearance: float = 0.0,
+        self, states: Matrix, reach: Matrix, group: str | None = None,
+        exact: Exactly = Exactly.ALWAYS, clearance: float = 0.0,
     ) -> Mask:
         """
         Return in which states anything may be within reach of something.
@@ -122,7 +135,7 @@ class CollisionChecker:
 
         :param states: (k, n) robot states.
         :param reach: (k, n) motion of every joint to either side [rad or m].
-        :param exact: judge by the shapes themselves where their hulls are near.
+        :param exact: when to judge by the shapes themselves where their hulls are near.
         :param clearance: [m] that shall be left.
         """
         tables = self._followed()
@@ -130,8 +143,13 @@ class CollisionChecker:
             return np.ones(len(states), dtype=bool)
         distances = clearance + np.tensordot(reach, self._motion.relative, ([1], [2]))
         found = tables.near(states, distances, group, exact=False)
-        if exact and tables.hull is not None:
-            found[found] = tables.near(states[found], distances[found], group, exact=True)
+        if exact is Exactly.NEVER or tables.hull is None:
+            return found
+        asked = found.copy()
+        if exact is Exactly.WHERE_HULLS_TOUCH:
+            touch = tables.ready(False, group, clearance).judge()
+            asked[found] = [touch(q) for q in states[found]]
+        found[asked] = tables.near(states[asked], distances[asked], group, exact=True)
         return found
 
     def contacts(
@@ -217,4 +235,4 @@ def _always(_q: Vector) -> bool:
     return True
 
 
-__all__ = ['BodyType', 'CollisionChecker', 'Contact']
+__all__ = ['BodyType', 'CollisionChecker', 'Contact', 'Exactly']

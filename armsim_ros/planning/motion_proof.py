@@ -16,6 +16,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from armsim_ros.planning.collision import Exactly
 from armsim_ros.planning.state_validity import StateValidity
 
 Vector = NDArray[np.float64]
@@ -24,8 +25,11 @@ Matrix = NDArray[np.float64]
 LONGEST_PIECE = 0.06
 """Largest motion [m] of any point within a piece that is tried to be proved."""
 
-EXACT_PIECE = 0.012
-"""Pieces up to this length [m] are judged on exact shapes; on hulls that is done sooner."""
+HULL_PIECE = 0.024
+"""Longer pieces [m] are judged on hulls alone: halving them is quicker than looking closer."""
+
+EXACT_PIECE = 0.003
+"""Pieces up to this length [m] are judged on exact shapes wherever hulls are near."""
 
 SHORTEST_PIECE = 0.001
 """A piece in which no point moves further [m] counts as proved by a free state in it."""
@@ -78,10 +82,10 @@ def first_blocked(
         half = at(middles, travel)
         reach = np.maximum(half - at(lows, travel), at(highs, travel) - half)
         longest = float(np.max(highs - lows))
-        near = validity.crowded(at(middles, points), reach, longest <= EXACT_PIECE, clearance)
+        near = validity.crowded(at(middles, points), reach, _exactly(longest), clearance)
         lows, middles, highs = lows[near], middles[near], highs[near]
         last = longest <= SHORTEST_PIECE
-        if last or longest > EXACT_PIECE:
+        if last or longest > HULL_PIECE:
             found = blocked(middles)
         if last:
             break
@@ -89,3 +93,10 @@ def first_blocked(
         order = np.argsort(lows)
         lows, highs = lows[order], highs[order]
     return found
+
+
+def _exactly(length: float) -> Exactly:
+    """Return how closely pieces of a length [m] are looked at."""
+    if length > HULL_PIECE:
+        return Exactly.NEVER
+    return Exactly.WHERE_HULLS_TOUCH if length > EXACT_PIECE else Exactly.ALWAYS

@@ -107,7 +107,7 @@ class QuinticMotion:
         h = self.times[part + 1] - self.times[part]
         return part, h, (inside - self.times[part]) / h
 
-    def peaks(self, per_part: int = 16) -> tuple[Vector, Vector]:
+    def peaks(self, per_part: int = 10) -> tuple[Vector, Vector]:
         """
         Return the largest speed and acceleration of every joint, between the points too.
 

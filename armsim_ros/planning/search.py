@@ -152,11 +152,12 @@ def mended(waypoints: Vector, problem: SearchProblem, budget: Budget, log: Log) 
 
 def straight_path(problem: SearchProblem) -> Vector | None:
     """Return the straight line to the nearest goal that can be reached so, or None."""
+    validity = problem.validity
+    exact = not _on_hulls(problem)
     for goal in problem.goals[:_STRAIGHT_GOALS]:
-        validity = problem.validity
-        if validity.motion_free(problem.start, goal, SEARCH_STEP) and validity.motion_free(
-            problem.start, goal, problem.fine_step
-        ):
+        if validity.motion_free(
+            problem.start, goal, SEARCH_STEP, exact
+        ) and validity.motion_free(problem.start, goal, problem.fine_step):
             return np.array([problem.start, goal])
     return None
 
@@ -171,14 +172,18 @@ def _attempt(problem: SearchProblem, budget: Budget, log: Log) -> tuple[Vector, 
         if kept is None:
             raise _no_path(problem, budget)
         return without_repeats(kept), True
-    on_hulls = validity.free(problem.start, exact=False) and all(
-        validity.free(goal, exact=False) for goal in problem.goals
-    )
-    space = JointSpace(validity, problem.start, SEARCH_STEP, exact=not on_hulls)
+    space = JointSpace(validity, problem.start, SEARCH_STEP, exact=not _on_hulls(problem))
     found = _solve(space, problem, budget, log, most_motions=_ROUGH_MOTIONS)
     if found is not None:
         return found, False
     return _searched_finely(problem, budget, log), True
+
+
+def _on_hulls(problem: SearchProblem) -> bool:
+    """Return whether start and goals are free even where meshes count as their hulls."""
+    return all(
+        problem.validity.free(values, exact=False) for values in (problem.start, *problem.goals)
+    )
 
 
 def _searched_finely(problem: SearchProblem, budget: Budget, log: Log) -> Vector:

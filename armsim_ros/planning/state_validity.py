@@ -12,14 +12,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from armsim_ros.kinematics.kinematic_model import KinematicModel
-from armsim_ros.planning.collision import CollisionChecker
+from armsim_ros.planning.collision import CollisionChecker, Exactly
 from armsim_ros.planning.constraints import ConstraintSet
 
 Vector = NDArray[np.float64]
 Matrix = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-SEARCH_STEP = 0.1
+SEARCH_STEP = 0.15
 """Largest motion [m] of any point of the robot between two checks of the search."""
 
 FINE_STEP = 0.01
@@ -134,13 +134,14 @@ class StateValidity:
         return states
 
     def crowded(
-        self, values: Matrix, reach: Matrix, exact: bool = True, clearance: float = 0.0
+        self, values: Matrix, reach: Matrix, exact: Exactly = Exactly.ALWAYS,
+        clearance: float = 0.0,
     ) -> Mask:
         """
         Return in which states (k, m) a motion by ``reach`` to either side may not be free.
 
         :param reach: (k, m) of every variable [rad or m]; False is proof for all within.
-        :param exact: judge by the shapes themselves where their hulls are near.
+        :param exact: when to judge by the shapes themselves where their hulls are near.
         :param clearance: [m] that shall be left.
         """
         if not self._avoid_collisions or not len(values):
@@ -148,7 +149,7 @@ class StateValidity:
         states = self.full_states(values)
         reach = reach @ np.abs(self._model.gradient(self.group)).T
         found = []
-        few = POLLED_STATES[exact]
+        few = POLLED_STATES[exact is not Exactly.NEVER]
         for begin in range(0, len(states), few):
             self.poll()
             part = slice(begin, begin + few)

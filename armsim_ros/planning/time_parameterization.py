@@ -40,9 +40,9 @@ LONGEST = 3600.0
 """A motion that lasts longer [s] is taken for a mistake."""
 
 _PANELS = 6
-_BLEND_STAGES = 10
-_STRAIGHT_STAGES = 16
-_MAX_STAGE = 0.05
+_BLEND_STAGES = 6
+_STRAIGHT_STAGES = 6
+_MAX_STAGE = 0.2
 _MANY_PIECES = 50
 _STAGES_OF_MANY = 400
 _SOURCE = 'AddTimeOptimalParameterization'
