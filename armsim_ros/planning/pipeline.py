@@ -4,10 +4,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
 
 from armsim_ros.errors import PlanningError
+from armsim_ros.planning.anytime import shortest_in_time
 from armsim_ros.planning.constraints import ConstraintSet, merged
 from armsim_ros.planning.context import PlanningContext
 from armsim_ros.planning.error_codes import MoveItErrorCode
@@ -16,6 +19,7 @@ from armsim_ros.planning.ompl_space import seed_search
 from armsim_ros.planning.path_timing import time_rough_path, time_waypoints
 from armsim_ros.planning.pilz.commands import PIPELINE as PILZ
 from armsim_ros.planning.pilz.commands import run_command
+from armsim_ros.planning.quintic import QuinticMotion
 from armsim_ros.planning.request import Constraints, MotionPlanRequest
 from armsim_ros.planning.request_checks import RequestChecks
 from armsim_ros.planning.scene import PlanningScene
@@ -69,25 +73,36 @@ def run_pipeline(
 
     speed_limit = checks.speed_limit(request, validity, group)
     planner = context.settings.planners.choose(request.planner_id, group, context.log)
-    failure: PlanningError | None = None
-    for finer in _FINER:
-        step = context.settings.fine_step * finer
+    attempts = checks.attempts(request)
+
+    def search(step: float) -> tuple[Vector, QuinticMotion]:
         problem = SearchProblem(validity, start, tuple(states), planner, rng, step)
-        path, exact = find_rough_path(problem, budget, checks.attempts(request), context.log)
+        path, exact = find_rough_path(problem, budget, attempts, context.log)
+        motion = None if exact else time_rough_path(path, validity, limits, speed_limit, step)
+        if motion is None:
+            path = path if exact else mended(path, problem, budget, context.log)
+            motion = time_waypoints(path, validity, limits, speed_limit, step)
+        budget.check('ValidateSolution')
+        return path, motion
+
+    path, motion = _with_finer_steps(search, context.settings.fine_step, budget)
+    if planner.anytime and len(path) > 2:
+        path, motion = shortest_in_time(
+            (path, motion), lambda: search(context.settings.fine_step), budget)
+    return joined([*first, motion.trajectory(validity.joint_names)]), path_length(path)
+
+
+def _with_finer_steps(
+    search: Callable[[float], tuple[Vector, QuinticMotion]], step: float, budget: Budget
+) -> tuple[Vector, QuinticMotion]:
+    """Search again in finer steps where the motion that was found is not free."""
+    for finer in _FINER:
         try:
-            motion = None if exact else time_rough_path(
-                path, validity, limits, speed_limit, step)
-            if motion is None:
-                path = path if exact else mended(path, problem, budget, context.log)
-                motion = time_waypoints(path, validity, limits, speed_limit, step)
+            return search(step * finer)
         except PlanningError as error:
             if error.code != MoveItErrorCode.INVALID_MOTION_PLAN or budget.spent():
                 raise
             failure = error
-            continue
-        budget.check('ValidateSolution')
-        return joined([*first, motion.trajectory(validity.joint_names)]), path_length(path)
-    assert failure is not None
     raise failure
 
 

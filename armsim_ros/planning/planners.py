@@ -88,7 +88,7 @@ _SETTERS: dict[str, tuple[str, Callable[[Any], Any]]] = {
 
 # Keys that belong to the search as a whole, or that make no difference to it here.
 _OTHER_KEYS = frozenset({
-    'enforce_constrained_state_space', 'enforce_joint_model_state_space', 'hybridize',
+    'anytime', 'enforce_constrained_state_space', 'enforce_joint_model_state_space', 'hybridize',
     'interpolate', 'load_planner_data', 'longest_valid_segment_fraction', 'max_hybrid_paths',
     'maximum_waypoint_distance', 'minimum_waypoint_count', 'multi_query_planning_enabled',
     'num_planners', 'optimization_objective', 'planner_data_path', 'planners',
@@ -115,6 +115,22 @@ class PlannerChoice:
     def simplify(self) -> bool:
         """Whether the path is to be shortened."""
         return _boolean(self.parameters.get('simplify_solutions', True))
+
+    @property
+    def own_search(self) -> bool:
+        """Whether RRT-Connect is this package's, with adaptive domains, or OMPL's."""
+        return self.type == DEFAULT_PLANNER and _boolean(
+            self.parameters.get('adaptive_domains', True))
+
+    def for_repairs(self) -> PlannerChoice:
+        """Return what searches pieces of a path again: RRTConnect, whatever found the path."""
+        own = self.parameters.get('adaptive_domains', True)
+        return PlannerChoice(parameters={'adaptive_domains': own})
+
+    @property
+    def anytime(self) -> bool:
+        """Whether the time that is left is spent on a shorter path."""
+        return _boolean(self.parameters.get('anytime', False))
 
 
 @dataclass(frozen=True, slots=True)
@@ -211,7 +227,7 @@ def make_planner(
     if hasattr(planner, 'setRange'):
         planner.setRange(default_range)
     for key, value in choice.parameters.items():
-        if key in _OTHER_KEYS:
+        if key in _OTHER_KEYS or (key == 'adaptive_domains' and choice.type == DEFAULT_PLANNER):
             continue
         setter, convert = _SETTERS.get(key, ('', str))
         if not hasattr(planner, setter or '-'):
@@ -231,7 +247,7 @@ def make_planner(
 
 
 def _hint(key: str) -> str:
-    hint = nearest(key, tuple(_SETTERS))
+    hint = nearest(key, (*_SETTERS, 'adaptive_domains', 'anytime', 'simplify_solutions'))
     return f'; {hint}' if hint else ''
 
 

@@ -24,7 +24,7 @@ from armsim_ros.planning.constrained_search import ConstrainedSearch
 from armsim_ros.planning.error_codes import MoveItErrorCode
 from armsim_ros.planning.log import Log
 from armsim_ros.planning.ompl_space import JointSpace
-from armsim_ros.planning.planners import DEFAULT_PLANNER, make_planner, PlannerChoice, THREADED
+from armsim_ros.planning.planners import make_planner, PlannerChoice, THREADED
 from armsim_ros.planning.rrt_connect import RRTConnect
 from armsim_ros.planning.smoothing import path_length, shortened, without_repeats
 from armsim_ros.planning.state_validity import (
@@ -205,7 +205,7 @@ def _solve(
         spent = most_motions is not None and space.motions_checked > most_motions
         return spent or budget.spent()
 
-    if problem.planner.type == DEFAULT_PLANNER:
+    if problem.planner.own_search:
         search = RRTConnect(
             space.low, space.high, space.motion_free, float(planner.getRange()), problem.rng)
         found = search.find(problem.start, problem.goals, stop)
@@ -245,7 +245,7 @@ def _repaired(
         if not validity.free(b, clearance=validity.clearance) or budget.spent():
             return None
         space = JointSpace(validity, a, problem.fine_step, exact=True)
-        part = replace(problem, start=a, goals=(b,), planner=PlannerChoice())
+        part = replace(problem, start=a, goals=(b,), planner=problem.planner.for_repairs())
         detour = _solve(space, part, budget, log, most_motions=_REPAIR_MOTIONS)
         if detour is None:
             return None
