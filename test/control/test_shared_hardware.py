@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 from armsim_ros.config.controller_manager import ControllerManagerParameters
+from armsim_ros.config.joint_fault import JointFault
 from armsim_ros.control.controller_manager import ControllerManager
+from armsim_ros.control.faults import FaultInjector
 from armsim_ros.control.manager_group import ManagerGroup
 from armsim_ros.control.shared_hardware import SharedHardware
 from armsim_ros.errors import SimulationError
@@ -71,6 +73,16 @@ def test_a_robot_without_movable_joints_has_an_empty_part(whole):
     """A camera on a stand may be in a cell too."""
     part = SharedHardware(whole).part(())
     assert len(part.state.position) == 0
+
+
+def test_joints_of_a_part_can_fail(whole):
+    """The faults lie between the parts and the hardware."""
+    faults = FaultInjector(whole)
+    part = SharedHardware(faults).part(('r1', 'r2'))
+    part.command.position[:] = [1.0, 1.0]
+    faults.set_fault('r1', JointFault(bias=0.5))
+    faults.write(0.01)
+    np.testing.assert_array_equal(whole.command.position, [np.nan, np.nan, 1.5, 1.0])
 
 
 def test_managers_run_side_by_side(whole):
