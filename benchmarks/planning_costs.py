@@ -1,12 +1,11 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What else planning costs: edits of the scene, Cartesian paths, cancelling, memory."""
+"""What else planning costs: edits of the scene, Cartesian paths, cancelling."""
 
 from __future__ import annotations
 
 from dataclasses import replace
-from itertools import cycle, permutations
-import os
+from itertools import permutations
 from statistics import median
 import threading
 import time
@@ -36,7 +35,6 @@ from armsim_ros.planning.scene_update import (
 )
 from armsim_ros.planning.settings import settings_from_config
 from benchmarks.options import Options
-from benchmarks.stack import resident_mib
 
 ADD, REMOVE, MOVE = 0, 1, 3
 OBJECTS = 10
@@ -44,7 +42,7 @@ CARTESIAN_POINTS = 500
 
 
 def main(options: Options) -> None:
-    """Print a line a cost; ``--goals`` says after how many plans memory is looked at."""
+    """Print a line a cost; ``--runs`` says how often plans are cancelled at each stage."""
     settings = load_robot_settings(options.robot)
     model = KinematicModel(load_robot_model(settings))
     scene = PlanningScene(model)
@@ -56,8 +54,8 @@ def main(options: Options) -> None:
         if len(states) > 1)
     _edits(scene, group)
     _cartesian(planner, scene, group)
-    _memory(planner, scene, group, states, options.goals)
     _cancel(planner, scene, group, states, options.runs)
+    _longest_silence(planner, scene, group, states)
 
 
 def _box(name: str, operation: int, xyz: tuple[float, ...]) -> CollisionObjectUpdate:
@@ -153,26 +151,6 @@ def _request(group: str, start: dict[str, float], goal: dict[str, float]) -> Mot
         group, (Constraints(joints),), StartState.from_positions(start))
 
 
-def _memory(
-    planner: MotionPlanner, scene: PlanningScene, group: str,
-    states: dict[str, dict[str, float]], count: int,
-) -> None:
-    """Plan between all named states in turn; print how far the process has grown."""
-    pairs = cycle(permutations(states, 2))
-    solved, before = 0, 0.0
-    warm = max(50, count // 20)
-    for number in range(warm + count):
-        if number == warm:
-            before = resident_mib(os.getpid())
-        start, goal = next(pairs)
-        response = planner.plan(
-            _request(group, states[start], states[goal]), scene.snapshot(),
-            clock=time.monotonic)
-        solved += number >= warm and response.success
-    grown = resident_mib(os.getpid()) - before
-    print(f'{count} plans in a row: {solved} solved, grown by {grown:+.1f} MiB')
-
-
 def _cancel(
     planner: MotionPlanner, scene: PlanningScene, group: str,
     states: dict[str, dict[str, float]], runs: int,
@@ -201,3 +179,24 @@ def _cancel(
             waits.append(1000.0 * (ended - told[0]))
     print(f'{len(waits)} plans cancelled, answered after: median {median(waits):.1f} ms, worst '
           f'{max(waits):.1f} ms')
+
+
+def _longest_silence(
+    planner: MotionPlanner, scene: PlanningScene, group: str,
+    states: dict[str, dict[str, float]],
+) -> None:
+    """Print the longest time in which a plan does not ask whether it is still wanted."""
+    gaps: list[float] = []
+    for start, goal in permutations(states, 2):
+        last = [time.thread_time()]
+
+        def asked(last: list[float] = last) -> bool:
+            now = time.thread_time()
+            gaps.append(1000.0 * (now - last[0]))
+            last[0] = now
+            return False
+
+        planner.plan(
+            _request(group, states[start], states[goal]), scene.snapshot(),
+            clock=time.monotonic, cancelled=asked)
+    print(f'longest time without a look at the cancel flag: {max(gaps):.1f} ms CPU')

@@ -217,7 +217,8 @@ def _solve(
         definition = space.problem(problem.start, problem.goals)
         planner.setProblemDefinition(definition)
         planner.setup()
-        planner.solve(space.termination(stop, problem.planner.type in THREADED))
+        with problem.validity.unpolled():
+            planner.solve(space.termination(stop, problem.planner.type in THREADED))
         space.ended()
         budget.check(_SOURCE)
         if not definition.hasExactSolution():

@@ -38,7 +38,7 @@ class Planner:
         """Plan and shorten; its ways of timing keep neither path nor duration in view."""
         np.random.seed(seed)
         options = RRTPlannerOptions(
-            max_step_size=0.05, max_connection_dist=0.5, rrt_connect=True,
+            max_step_size=0.05, max_connection_dist=5.0, goal_biasing_probability=0.15,
             bidirectional_rrt=True, max_planning_time=float(seconds), rng_seed=seed)
         planner = RRTPlanner(self.model, self.scene, options=options)
         path = planner.plan(np.array(problem['start']), np.array(problem['goal']))

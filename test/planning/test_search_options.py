@@ -94,3 +94,13 @@ def test_anytime_can_be_cancelled(planned):
     """The search for a shorter path ends when it is cancelled."""
     asked = itertools.count()
     assert planned(lambda: next(asked) > 1500, anytime=True).error_code == -7
+
+
+@pytest.mark.parametrize('kind', ['PRM', 'PRMstar', 'RRTstar', 'KPIECE', 'RRTConnect'])
+@pytest.mark.parametrize('asks', [5, 12, 40, 150])
+def test_cancel_in_any_search(planned, kind, asks):
+    """A cancel ends every planner's search, those with threads of their own, too."""
+    asked = itertools.count()
+    response = planned(
+        lambda: next(asked) > asks, type=f'geometric::{kind}', adaptive_domains=False)
+    assert response.error_code in (-7, 1)
