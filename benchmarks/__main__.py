@@ -12,6 +12,8 @@ import sys
 
 from benchmarks.options import Options
 
+#: Options -> shorter names of theirs.
+SHORT = {'problems_of_a_scene': ('per-set',)}
 #: What runs where no name is given, in this order.
 USUAL = ('startup', 'joint_states', 'goals')
 
@@ -28,9 +30,11 @@ def main(words: list[str]) -> int:
     )
     parser.add_argument('names', nargs='*', metavar='NAME', help=f"of {', '.join(known)}")
     for field in fields(Options):
+        spelled = dict.fromkeys((field.name, field.name.replace('_', '-'), *SHORT.get(
+            field.name, ())))
         parser.add_argument(
-            f'--{field.name}', type=type(field.default), default=field.default,
-            metavar=str(field.default),
+            *(f'--{name}' for name in spelled), dest=field.name, type=type(field.default),
+            default=field.default, metavar=str(field.default),
         )
     given = vars(parser.parse_args(words))
     names = given.pop('names')

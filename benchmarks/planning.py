@@ -4,14 +4,18 @@
 Planning problems for this package and for its peers, judged by one referee.
 
 Every planner is a process of its own; they take turns, problem by problem, so that all of them
-meet the same load of the machine. What counts is processor time.
+meet the same load of the machine. What counts is processor time. The referee, which takes the
+longest of all, works in another process meanwhile.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from concurrent.futures import Future, ProcessPoolExecutor
 from dataclasses import dataclass
+from functools import cache
 import json
+import multiprocessing
 import os
 from pathlib import Path
 import subprocess
@@ -129,6 +133,7 @@ class Worker:
         return json.loads(line) if line else None
 
 
+@cache
 def environment(name: str, peer: Peer) -> str | None:
     """Return the Python of a peer, made at its first use; None where it cannot be installed."""
     if not peer.packages:
@@ -149,31 +154,39 @@ def environment(name: str, peer: Peer) -> str | None:
     return str(python)
 
 
-def judged(
-    referee: Referee, problems: ProblemSet, problem: Problem, name: str, answer: dict[str, Any]
-) -> Record:
-    """Return the record of an answer."""
-    path = motion = None
-    if answer.get('times'):
-        motion = referee.trajectory(
-            problem, answer['times'], answer['positions'], answer.get('velocities'),
-            answer.get('accelerations'))
-    if answer.get('path'):
-        path = referee.path(problem, answer['path'])
-    elif motion is not None:
-        length = answer.get('length', motion.length)
-        path = Verdict(motion.clean, motion.fault, length)
-    return Record(
-        problems.robot, name, problem.scene, problem.index, path is not None, path, motion,
-        answer['cpu'], answer['wall'], answer['scene'], answer['message'])
+class Judge:
+    """Makes records of answers; lives in a process of its own."""
+
+    referee: Referee
+
+    @classmethod
+    def take_office(cls, robot: dict[str, Any]) -> None:
+        """Read the robot, once in the process."""
+        cls.referee = Referee(
+            robot['urdf'], robot['srdf'], robot['joints'], velocity=VELOCITY,
+            acceleration=ACCELERATION)
+
+    @classmethod
+    def record(cls, robot: str, problem: Problem, name: str, answer: dict[str, Any]) -> Record:
+        """Return the record of an answer."""
+        path = motion = None
+        if answer.get('times'):
+            motion = cls.referee.trajectory(
+                problem, answer['times'], answer['positions'], answer.get('velocities'),
+                answer.get('accelerations'))
+        if answer.get('path'):
+            path = cls.referee.path(problem, answer['path'])
+        elif motion is not None:
+            length = answer.get('length', motion.length)
+            path = Verdict(motion.clean, motion.fault, length)
+        return Record(
+            robot, name, problem.scene, problem.index, path is not None, path, motion,
+            answer['cpu'], answer['wall'], answer['scene'], answer['message'])
 
 
 def run(problems: ProblemSet, names: Sequence[str], seed: int) -> list[Record]:
     """Give every problem to every planner in turn."""
     text = problems.for_peers()
-    referee = Referee(
-        text['urdf'], text['srdf'], problems.joints, velocity=VELOCITY,
-        acceleration=ACCELERATION)
     workers = []
     for name in names:
         python = environment(name, PEERS[name])
@@ -183,20 +196,25 @@ def run(problems: ProblemSet, names: Sequence[str], seed: int) -> list[Record]:
                 workers.append(worker)
             else:
                 print(f'{name} does not start with the robot {problems.robot}')
-    records = []
-    try:
-        for number, problem in enumerate(problems.problems):
-            for worker in workers[number % len(workers):] + workers[:number % len(workers)]:
-                if worker.ready:
-                    records.append(judged(
-                        referee, problems, problem, worker.name, worker.plan(problem, seed)))
-            print(f'\r{problems.robot}: {number + 1} of {len(problems.problems)}', end='',
-                  file=sys.stderr, flush=True)
-    finally:
-        for worker in workers:
-            worker.end()
-    print(file=sys.stderr)
-    return records
+    judged: list[Future[Record]] = []
+    with ProcessPoolExecutor(
+        1, multiprocessing.get_context('spawn'), Judge.take_office, (text,)
+    ) as office:
+        try:
+            for number, problem in enumerate(problems.problems):
+                turn = number % len(workers)
+                for worker in workers[turn:] + workers[:turn]:
+                    if worker.ready:
+                        judged.append(office.submit(
+                            Judge.record, problems.robot, problem, worker.name,
+                            worker.plan(problem, seed)))
+                print(f'\r{problems.robot}: {number + 1} of {len(problems.problems)}', end='',
+                      file=sys.stderr, flush=True)
+        finally:
+            for worker in workers:
+                worker.end()
+        print(file=sys.stderr)
+        return [each.result() for each in judged]
 
 
 def main(options: Options) -> None:

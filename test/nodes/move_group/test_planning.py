@@ -148,6 +148,24 @@ def test_an_executed_plan_can_be_cancelled(stack: Any) -> None:
     assert stack.move('home').status == SUCCEEDED
 
 
+def test_a_search_can_be_cancelled(stack: Any) -> None:
+    """E18: a goal that is still planned ends with PREEMPTED, long before its time is over."""
+    assert stack.move('home').status == SUCCEEDED
+    home, away = stack.states['home'], stack.states['scan_food']
+    half = GetPositionFK.Request(fk_link_names=[TIP])
+    half.robot_state.joint_state.name = list(home)
+    half.robot_state.joint_state.position = [0.5 * (home[name] + away[name]) for name in home]
+    place = stack.client.call('/compute_fk', GetPositionFK, half).pose_stamped[0].pose.position
+    assert stack.apply(box('obstacle', (place.x, place.y, place.z), (0.05, 0.05, 0.05)))
+    handle = stack.send_move(
+        'scan_food', plan_only=True, planner_id='RRTstar', allowed_planning_time=300.0)
+    stack.positions()
+    stack.client.result(handle.cancel_goal_async(), 10.0, 'cancel answer')
+    answer = stack.wait(handle)
+    assert answer.status == CANCELED
+    assert answer.result.error_code.val == MoveItErrorCodes.PREEMPTED
+
+
 def test_execute_trajectory_runs_a_plan_and_stop_ends_it(stack: Any) -> None:
     """SRV-72: the event "stop" ends a motion; the plan can be made anew and executed."""
     assert stack.move('home').status == SUCCEEDED
