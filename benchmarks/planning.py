@@ -5,15 +5,16 @@ Planning problems for this package and for its peers, judged by one referee.
 
 Every planner is a process of its own; they take turns, problem by problem, so that all of them
 meet the same load of the machine. What counts is processor time. The referee, which takes the
-longest of all, works in another process meanwhile.
+longest of all, works when they are done, on all cores.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from concurrent.futures import Future, ProcessPoolExecutor
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from functools import cache
+from itertools import repeat
 import json
 import multiprocessing
 import os
@@ -196,25 +197,24 @@ def run(problems: ProblemSet, names: Sequence[str], seed: int) -> list[Record]:
                 workers.append(worker)
             else:
                 print(f'{name} does not start with the robot {problems.robot}')
-    judged: list[Future[Record]] = []
+    answers = []
+    try:
+        for number, problem in enumerate(problems.problems):
+            turn = number % len(workers)
+            for worker in workers[turn:] + workers[:turn]:
+                if worker.ready:
+                    answers.append((problem, worker.name, worker.plan(problem, seed)))
+            print(f'\r{problems.robot}: {number + 1} of {len(problems.problems)}', end='',
+                  file=sys.stderr, flush=True)
+    finally:
+        for worker in workers:
+            worker.end()
+    print(file=sys.stderr)
     with ProcessPoolExecutor(
-        1, multiprocessing.get_context('spawn'), Judge.take_office, (text,)
+        os.cpu_count(), multiprocessing.get_context('spawn'), Judge.take_office, (text,)
     ) as office:
-        try:
-            for number, problem in enumerate(problems.problems):
-                turn = number % len(workers)
-                for worker in workers[turn:] + workers[:turn]:
-                    if worker.ready:
-                        judged.append(office.submit(
-                            Judge.record, problems.robot, problem, worker.name,
-                            worker.plan(problem, seed)))
-                print(f'\r{problems.robot}: {number + 1} of {len(problems.problems)}', end='',
-                      file=sys.stderr, flush=True)
-        finally:
-            for worker in workers:
-                worker.end()
-        print(file=sys.stderr)
-        return [each.result() for each in judged]
+        return list(office.map(
+            Judge.record, repeat(problems.robot), *zip(*answers, strict=True)))
 
 
 def main(options: Options) -> None:

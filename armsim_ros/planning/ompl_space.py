@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from ompl import base as ob
-from ompl import geometric as og
 from ompl import util as ou
 
 from armsim_ros.planning.state_validity import StateValidity
@@ -180,10 +179,3 @@ class JointSpace:
         problem.setGoal(region)
         problem.setOptimizationObjective(ob.PathLengthOptimizationObjective(self.information))
         return problem
-
-    def path(self, waypoints: Vector) -> Any:
-        """Return an OMPL path through waypoints (k, m)."""
-        path = og.PathGeometric(self.information)
-        for values in waypoints:
-            path.append(self.state(values))
-        return path

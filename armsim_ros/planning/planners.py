@@ -9,7 +9,6 @@ from dataclasses import dataclass, field
 import re
 from typing import Any
 
-from ompl import base as ob
 from ompl import geometric as og
 
 from armsim_ros.errors import nearest, PlanningError
@@ -249,8 +248,3 @@ def make_planner(
 def _hint(key: str) -> str:
     hint = nearest(key, (*_SETTERS, 'adaptive_domains', 'anytime', 'simplify_solutions'))
     return f'; {hint}' if hint else ''
-
-
-def path_length_objective(space_information: Any) -> Any:
-    """Return the objective that all optimizing planners minimize."""
-    return ob.PathLengthOptimizationObjective(space_information)
