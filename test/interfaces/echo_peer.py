@@ -5,11 +5,12 @@ The other process: sends back what it gets.
 
 Arguments: types of messages. Each arrives on ``/there/<package>`` and leaves on
 ``/back/<package>``. Besides, ``/switch`` answers with the request in words, and ``/follow``
-succeeds at once with one feedback.
+succeeds after a second of feedback.
 """
 
 from contextlib import suppress
 import sys
+import threading
 
 from control_msgs.action import FollowJointTrajectory
 from controller_manager_msgs.srv import SwitchController
@@ -30,11 +31,15 @@ def switch(request, response):
 
 
 def follow(handle):
-    """Send the last point as feedback, then succeed."""
+    """Send the last point as feedback for a second, then succeed."""
     feedback = FollowJointTrajectory.Feedback()
     feedback.joint_names = handle.request.trajectory.joint_names
     feedback.desired = handle.request.trajectory.points[-1]
-    handle.publish_feedback(feedback)
+    pause = threading.Event()
+    for _ in range(50):
+        # The first ones may be lost: the client's subscription may not be known here yet.
+        handle.publish_feedback(feedback)
+        pause.wait(0.02)
     handle.succeed()
     return FollowJointTrajectory.Result(error_string='done')
 

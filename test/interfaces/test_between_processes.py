@@ -85,8 +85,9 @@ def test_action(node, wait_until):
     future = client.send_goal_async(goal, feedback_callback=seen.append)
     wait_until(future.done, 'the goal is answered')
     assert future.result().accepted
+    wait_until(lambda: seen, 'feedback')
     result = future.result().get_result_async()
-    wait_until(lambda: result.done() and seen, 'result and feedback')
+    wait_until(result.done, 'the result')
     assert result.result().result.error_string == 'done'
     assert seen[0].feedback.joint_names == goal.trajectory.joint_names
     assert seen[0].feedback.desired == goal.trajectory.points[-1]
