@@ -222,14 +222,10 @@ class ArmSim:
     def scene(self) -> PlanningScene:
         """What the planner knows of robot and world; objects may be added to it."""
         from armsim_ros.kinematics.kinematic_model import KinematicModel
-        from armsim_ros.planning.scene import PlanningScene
+        from armsim_ros.planning.initial_scene import initial_scene
 
-        parameters = self.settings.planning_parameters
-        return PlanningScene(
-            KinematicModel(self.model),
-            link_padding=parameters.default_robot_padding,
-            link_scale=parameters.default_robot_scale,
-        )
+        settings = self.settings
+        return initial_scene(KinematicModel(self.model), settings, settings.planning_parameters)
 
     @cached_property
     def planner(self) -> MotionPlanner:

@@ -47,6 +47,9 @@ class ProgramArguments:
     world: str = _argument(
         '', "world to stand in, in place of the robot's own: a name under worlds/, or a file",
         placeholder='NAME|FILE')
+    scene_from_world: bool = _argument(
+        False, 'whether planning knows from the start what never moves in the world',
+        placeholder='true|false')
     namespace: str = _argument(
         '', "namespace of the controllers and joint states, in place of the configuration's",
         placeholder='NS')

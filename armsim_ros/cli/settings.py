@@ -42,7 +42,14 @@ def cell_of(arguments: ProgramArguments) -> tuple[Cell, list[str]]:
 
 
 def _overrides(arguments: ProgramArguments) -> dict[str, object]:
-    overrides: dict[str, object] = {'simulation.paused': True} if arguments.paused else {}
+    overrides: dict[str, object] = {
+        path: True
+        for path, wanted in (
+            ('simulation.paused', arguments.paused),
+            ('planning_parameters.scene_from_world', arguments.scene_from_world),
+        )
+        if wanted
+    }
     for pair in filter(None, arguments.initial_positions.split(',')):
         joint, sign, value = pair.partition('=')
         if not sign or not joint.strip():

@@ -37,6 +37,8 @@ class PlanningParameters(Settings):
     cartesian_limits: CartesianLimits = CartesianLimits()
     strict_start_state: bool = parameter(
         False, 'a start state that is no difference drops the objects that the robot carries')
+    scene_from_world: bool = parameter(
+        False, 'put what never moves in the simulated world into the planning scene')
     joint_state_topics: tuple[str, ...] = parameter(
         (), "topics with joint states; none: the namespace's and /joint_states")
 

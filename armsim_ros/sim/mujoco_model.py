@@ -13,9 +13,9 @@ from armsim_ros.config.simulation import SimulationSettings
 from armsim_ros.errors import SimulationError
 from armsim_ros.model.robot_model import RobotModel
 from armsim_ros.model.transforms import quat_wxyz_from_matrix
+from armsim_ros.model.world_objects import WorldObject
 from armsim_ros.sim.geoms import add_geom, PLANE_HALF_SIZE, TOUCHING, volume, WORLD_GROUP
 from armsim_ros.sim.robot_spec import RobotSpec
-from armsim_ros.sim.world_objects import WorldObject
 
 _INTEGRATORS = {
     'implicitfast': mujoco.mjtIntegrator.mjINT_IMPLICITFAST,

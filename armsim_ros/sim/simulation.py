@@ -26,12 +26,12 @@ from armsim_ros.control.hardware_interface import (
 from armsim_ros.errors import nearest, SimulationError
 from armsim_ros.model.initial_state import initial_positions
 from armsim_ros.model.robot_model import RobotModel
+from armsim_ros.model.world_objects import world_objects
 from armsim_ros.sim.clock import SimClock
 from armsim_ros.sim.contacts import Contact, contacts, start_overlaps
 from armsim_ros.sim.mujoco_model import build_plant
 from armsim_ros.sim.plant import Plant, selector
 from armsim_ros.sim.servo import Servo
-from armsim_ros.sim.world_objects import world_objects
 from armsim_ros.sim.world_scene import WorldScene
 
 Vector = NDArray[np.float64]

@@ -13,9 +13,9 @@ from armsim_ros.model.transforms import (
     pose_from_parts,
     quat_wxyz_from_matrix,
 )
+from armsim_ros.model.world_objects import WorldObject
 from armsim_ros.sim.mujoco_model import object_body_name
 from armsim_ros.sim.plant import Plant
-from armsim_ros.sim.world_objects import WorldObject
 
 Matrix = NDArray[np.float64]
 

@@ -12,9 +12,9 @@ from armsim_ros.errors import SimulationError
 from armsim_ros.model.geometry import Box, Sphere
 from armsim_ros.model.robot_model import LinkGeometry, SemanticModel
 from armsim_ros.model.transforms import pose_matrix
+from armsim_ros.model.world_objects import prism, WorldObject
 from armsim_ros.sim.robot_spec import untouching_pairs
 from armsim_ros.sim.simulation import Simulation
-from armsim_ros.sim.world_objects import prism, WorldObject
 
 WORLD = WorldSettings.model_validate(
     {

@@ -27,8 +27,8 @@ from armsim_ros.nodes.move_group.trajectory_execution_event import TrajectoryExe
 from armsim_ros.nodes.move_group.transforms import Transforms
 from armsim_ros.nodes.move_group.worker import Worker
 from armsim_ros.planning.controller_selection import coverage_report
+from armsim_ros.planning.initial_scene import initial_scene
 from armsim_ros.planning.planner import MotionPlanner, warm_up
-from armsim_ros.planning.scene import PlanningScene
 from armsim_ros.planning.settings import settings_from_config
 
 READY = 'You can start planning now!'
@@ -49,12 +49,7 @@ class MoveGroup:
         settings, robot = cell.settings, cell.model
         model = KinematicModel(robot)
         parameters = planning_parameters(node, settings)
-        scene = PlanningScene(
-            model,
-            name='default',
-            link_padding=parameters.default_robot_padding,
-            link_scale=parameters.default_robot_scale,
-        )
+        scene = initial_scene(model, settings, parameters, name='default')
         topics = parameters.joint_state_topics or (
             settings.joint_states_topic,
             DEFAULT_JOINT_STATES,
