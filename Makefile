@@ -38,7 +38,7 @@ bench: ## start-up times and the lateness of the control tick
 	$(environment) --with test
 	@$(VENV)/bin/python -m benchmarks $(ARGS)
 
-bench-planning: ## planning problems for us and our peers, judged; minutes to an hour
+bench-planning: ## planning problems for us and our peers, judged; about half an hour
 	$(environment) --with test --with bench
 	@$(VENV)/bin/python -m benchmarks planning --report docs/benchmarks.md $(ARGS)
 	@$(VENV)/bin/python -m benchmarks planning_named_states planning_service --runs 21
