@@ -45,7 +45,7 @@ class Row:
         )
 
 
-@dataclass
+@dataclass(eq=False)
 class ConformanceReport:
     """
     Collects the results of marked tests and writes the tables at the end of the session.
