@@ -7,6 +7,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 import math
 
+from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from rclpy.task import Future
 from sensor_msgs.msg import JointState
@@ -20,6 +21,8 @@ COMPLAINT_PERIOD_NS = 1_000_000_000
 #: The joints of several robots come one after the other; so long may it take [ns].
 COMPLETION_NS = 300_000_000
 SWEEP_PERIOD = 0.02
+#: How long the first state is waited for [s]: who publishes it may just be starting.
+FIRST_STATE_TIMEOUT = 5.0
 AT_REST = 1e-3
 CLOCK_MISMATCH_NS = 10_000_000_000
 
@@ -35,9 +38,17 @@ class StateMonitor:
     :param node: subscribes and tells the time.
     :param scene: gets the positions, at most 33 times a second.
     :param topics: joint state topics; several may be given.
+    :param steady: measures how long somebody waits; by default wall time.
     """
 
-    def __init__(self, node: Node, scene: PlanningScene, topics: Sequence[str]) -> None:
+    def __init__(
+        self,
+        node: Node,
+        scene: PlanningScene,
+        topics: Sequence[str],
+        *,
+        steady: Clock | None = None,
+    ) -> None:
         """Subscribe, best effort, so that every publisher matches."""
         self._node = node
         self._scene = scene
@@ -63,7 +74,10 @@ class StateMonitor:
             node.create_subscription(JointState, topic, self._receive, qos.COMMAND)
             for topic in self.topics
         ]
-        self._sweeper = node.create_timer(SWEEP_PERIOD, self._sweep)
+        # Patience is a matter of wall time: simulated time stands still in a pause, and jumps
+        # from 0 to the present when the first message of /clock comes.
+        self._steady = steady or Clock(clock_type=ClockType.STEADY_TIME)
+        self._sweeper = node.create_timer(SWEEP_PERIOD, self._sweep, clock=self._steady)
 
     @property
     def missing(self) -> tuple[str, ...]:
@@ -93,14 +107,15 @@ class StateMonitor:
         """
         Return a future: True with a state stamped at that time or later, False after a while.
 
-        :param time_ns: [ns].
-        :param timeout: [s] of the node's clock.
+        :param time_ns: [ns] of the node's clock.
+        :param timeout: [s] of wall time.
         """
         future = Future()
         if self.complete and self.stamp_ns >= time_ns:
             future.set_result(True)
         else:
-            self._waiting.append((time_ns, self.now_ns() + int(timeout * 1e9), future))
+            deadline = self._steady.now().nanoseconds + int(timeout * 1e9)
+            self._waiting.append((time_ns, deadline, future))
         return future
 
     async def current(self, timeout: float = 1.0) -> bool:
@@ -109,12 +124,13 @@ class StateMonitor:
 
         A robot at rest whose last message is younger than 0.1 s need not be waited for.
 
-        :param timeout: [s].
+        :param timeout: [s] of wall time; the first state is waited for longer.
         :returns: False where no such state came; the scene then holds the last one.
         """
         now = self.now_ns()
         fresh = self.complete and self.at_rest and abs(now - self.stamp_ns) < 100_000_000
-        recent = fresh or await self.newer_than(now, timeout)
+        patience = timeout if self.count else max(timeout, FIRST_STATE_TIMEOUT)
+        recent = fresh or await self.newer_than(now, patience)
         self.update_scene()
         return bool(recent)
 
@@ -186,7 +202,7 @@ class StateMonitor:
     def _sweep(self) -> None:
         if not self._waiting:
             return
-        now = self.now_ns()
+        now = self._steady.now().nanoseconds
         late = [entry for entry in self._waiting if now >= entry[1]]
         self._waiting = [entry for entry in self._waiting if now < entry[1]]
         for _, _, future in late:

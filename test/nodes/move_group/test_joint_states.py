@@ -16,20 +16,24 @@ START = 1_000_000_000
 
 
 class Node:
-    """What the monitor needs of a node, with invented time."""
+    """What the monitor needs of a node and a steady clock, with invented time."""
 
     def __init__(self):
         self.time_ns = START
+        self.steady_ns = 0
         self.warnings = []
 
     def create_subscription(self, kind, topic, receive, profile):
         self.receive = receive
 
-    def create_timer(self, period, sweep):
+    def create_timer(self, period, sweep, clock):
         self.sweep = sweep
 
     def get_clock(self):
         return SimpleNamespace(now=lambda: SimpleNamespace(nanoseconds=self.time_ns))
+
+    def now(self):
+        return SimpleNamespace(nanoseconds=self.steady_ns)
 
     def get_logger(self):
         return SimpleNamespace(warning=self.warnings.append)
@@ -58,7 +62,8 @@ def node():
 @pytest.fixture
 def monitor(node, robot):
     """Return a monitor of both arms."""
-    return StateMonitor(node, PlanningScene(robot), ('/left/joint_states', '/right/joint_states'))
+    topics = ('/left/joint_states', '/right/joint_states')
+    return StateMonitor(node, PlanningScene(robot), topics, steady=node)
 
 
 def test_the_state_is_as_old_as_its_oldest_arm(monitor, node):
@@ -83,8 +88,49 @@ def test_an_arm_that_is_silent_is_not_taken_as_new(monitor, node):
     waiting = monitor.newer_than(START + 20, 1.0)
     for late in range(1, 120):
         node.hear('left', START + late * 10_000_000)
+        node.steady_ns += 10_000_000
         node.sweep()
     assert waiting.result() is False
+
+
+def asking(monitor):
+    """Return a coroutine that asks for the present state, and its result once it has one."""
+    result = []
+
+    async def ask():
+        result.append(await monitor.current())
+
+    coroutine = ask()
+    coroutine.send(None)
+    return coroutine, result
+
+
+def test_the_start_of_simulated_time_is_no_time_that_passes(monitor, node):
+    """The clock jumps from 0 to the present; who waits for the first state goes on waiting."""
+    node.time_ns = 0
+    coroutine, result = asking(monitor)
+    node.time_ns = START
+    node.steady_ns += 500_000_000
+    node.sweep()
+    node.hear('left', START)
+    node.hear('right', START)
+    with pytest.raises(StopIteration):
+        coroutine.send(None)
+    assert result == [True]
+
+
+def test_the_first_state_is_waited_for_longer(monitor, node):
+    """A simulation may just be starting: 5 s, then the answer is that there is none."""
+    coroutine, result = asking(monitor)
+    for _ in range(45):
+        node.steady_ns += 100_000_000
+        node.sweep()
+        assert not monitor._waiting[0][2].done()
+    node.steady_ns += 600_000_000
+    node.sweep()
+    with pytest.raises(StopIteration):
+        coroutine.send(None)
+    assert result == [False]
 
 
 def test_states_are_counted_when_all_joints_are_new(monitor, node):
