@@ -86,7 +86,7 @@ def plan_items(
     items: Sequence[SequenceItem], plan: Callable[[MotionPlanRequest], MotionPlanResponse]
 ) -> tuple[tuple[MotionPlanRequest, ...], tuple[MotionPlanResponse, ...]]:
     """
-    Plan each motion from where the one before it ends.
+    Plan each motion from where the one before it ends, with what the first one carries.
 
     :returns: the requests with their start states, and the answers.
     :raises PlanningError: for radii and start states that cannot be; else the code of the first
@@ -100,14 +100,18 @@ def plan_items(
     for number, item in enumerate(items):
         request = _in_pipeline(item.request)
         if answers:
-            request = replace(request, start_state=_start(number, request, reached, groups))
+            start = _start(number, request, reached, groups)
+            carried = requests[0].start_state.attached_objects
+            request = replace(request, start_state=replace(
+                start, attached_objects=(*carried, *start.attached_objects)))
         groups.add(request.group_name)
         answer = plan(request)
         if not answer.success:
             raise PlanningError(
                 answer.error_code, f'motion {number}: {answer.message}', answer.source
             )
-        reached = {**reached, **answer.trajectory_start} if not answers else reached
+        if not answers:
+            reached.update(answer.trajectory_start)
         last = answer.trajectory.points[-1]
         reached.update(zip(answer.trajectory.joint_names, map(float, last.positions),
                            strict=True))

@@ -180,3 +180,22 @@ def test_a_blend_that_hits_something(bench: Any) -> None:
     assert answer.error_code == MoveItErrorCode.INVALID_MOTION_PLAN
     assert "'post'" in answer.message
     assert 'the blend before motion 1' in answer.message
+
+
+def test_every_motion_carries_what_the_first_one_does(bench: Any) -> None:
+    """An object of the first start state is still in the hand in the second motion."""
+    ahead = np.array([0.0, 0.0, 0.15])
+    feeler = AttachedObjectUpdate(TIP, CollisionObjectUpdate(
+        'feeler', frame_id=TIP, pose=pose_from_parts(ahead, np.eye(3)),
+        primitives=(Sphere(0.005),)))
+    middle = bench.moved(0.0, 0.15, 0.06)[:3, 3] + bench.pose[:3, :3] @ ahead
+    bench.scene.apply_object(CollisionObjectUpdate(
+        'post', pose=pose_from_parts(middle, np.eye(3)), primitives=(Sphere(0.003),)))
+    first, second = CORNERS[:2]
+    empty = bench.sequence(line(bench, first), line(bench, second))
+    assert empty.error_code == MoveItErrorCode.SUCCESS, empty.message
+    holding = StartState(attached_objects=(feeler,))
+    answer = bench.sequence(line(bench, first, start_state=holding), line(bench, second))
+    assert answer.error_code == MoveItErrorCode.INVALID_MOTION_PLAN
+    assert answer.message.startswith('motion 1: ')
+    assert "'post'" in answer.message
