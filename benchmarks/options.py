@@ -19,7 +19,7 @@ class Options:
     :param clients: processes that subscribe to everything.
     :param problems: folder of planning problems; '' for the packaged ones.
     :param problems_of_a_scene: at most.
-    :param peers: planners to run, by parts of their names, with commas between; '' for all.
+    :param peers: planners to run, by how their names begin, with commas between; '' for all.
     :param seed: of the planners.
     :param report: page to put tables and plots into; '' for none.
     """

@@ -220,7 +220,7 @@ def run(problems: ProblemSet, names: Sequence[str], seed: int) -> list[Record]:
 def main(options: Options) -> None:
     """Run all problem sets; print the tables, and write them where ``--report`` says."""
     names = [name for name in PEERS if not options.peers or any(
-        wanted.strip().lower() in name.lower() for wanted in options.peers.split(','))]
+        name.lower().startswith(wanted.strip().lower()) for wanted in options.peers.split(','))]
     records: list[Record] = []
     for problems in problem_sets(options.problems, options.problems_of_a_scene):
         records += run(problems, names, options.seed)
