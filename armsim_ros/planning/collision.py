@@ -15,6 +15,7 @@ from armsim_ros.planning.collision_bodies import BodyKey
 from armsim_ros.planning.collision_tables import CollisionTables
 from armsim_ros.planning.contacts import BodyType, Contact
 from armsim_ros.planning.link_motion import LinkMotion
+from armsim_ros.planning.poll import nothing, Poll
 from armsim_ros.planning.scene import PlanningScene
 from armsim_ros.planning.scene_content import SceneContent
 from armsim_ros.planning.scene_follower import follow, same_for_collisions
@@ -126,7 +127,7 @@ class CollisionChecker:
 
     def crowded(
         self, states: Matrix, reach: Matrix, group: str | None = None,
-        exact: Exactly = Exactly.ALWAYS, clearance: float = 0.0,
+        exact: Exactly = Exactly.ALWAYS, clearance: float = 0.0, poll: Poll = nothing,
     ) -> Mask:
         """
         Return in which states anything may be within reach of something.
@@ -137,19 +138,24 @@ class CollisionChecker:
         :param reach: (k, n) motion of every joint to either side [rad or m].
         :param exact: when to judge by the shapes themselves where their hulls are near.
         :param clearance: [m] that shall be left.
+        :param poll: called now and then; raises what ends the request.
         """
         tables = self._followed()
         if tables.rigid_hit(group):
             return np.ones(len(states), dtype=bool)
-        distances = clearance + np.tensordot(reach, self._motion.relative, ([1], [2]))
-        found = tables.near(states, distances, group, exact=False)
+
+        def near(which: Mask | slice, surely: bool) -> Mask:
+            return tables.near(
+                states[which], reach[which], self._motion.relative, group, surely, clearance,
+                poll)
+
+        found = near(slice(None), surely=False)
         if exact is Exactly.NEVER or tables.hull is None:
             return found
         asked = found.copy()
         if exact is Exactly.WHERE_HULLS_TOUCH:
-            touch = tables.ready(False, group, clearance).judge()
-            asked[found] = [touch(q) for q in states[found]]
-        found[asked] = tables.near(states[asked], distances[asked], group, exact=True)
+            asked[found] = tables.touched(states[found], group, clearance, poll)
+        found[asked] = near(asked, surely=True)
         return found
 
     def contacts(

@@ -21,6 +21,7 @@ from armsim_ros.planning.collision_bodies import (
     padding,
     PlacedShape,
 )
+from armsim_ros.planning.poll import Poll, POLLED_STATES
 from armsim_ros.planning.scene_content import SceneContent
 
 Vector = NDArray[np.float64]
@@ -151,21 +152,44 @@ class CollisionTables:
         return stage
 
     def near(
-        self, states: Matrix, distances: Matrix, group: str | None, exact: bool
+        self, states: Matrix, reach: Matrix, relative: Matrix, group: str | None, exact: bool,
+        clearance: float, poll: Poll,
     ) -> Mask:
         """
-        Return which states may have a pair of shapes nearer than a distance of its own.
+        Return in which states a pair of shapes may come into touch within reach.
 
         :param states: (k, n) robot states.
-        :param distances: (k, joints, joints) [m] for what two joints carry, 0 for the world.
+        :param reach: (k, n) motion of every joint [rad or m].
+        :param relative: (joints, joints, n) motion of what one joint carries against what
+            another one does [m/rad or m/m], 0 for the world.
         :param exact: judge by the shapes themselves, not by hulls.
+        :param clearance: [m] that shall be left.
+        :param poll: called now and then; raises what ends the request.
         """
         stage = self.ready(exact, group)
         hit = stage.judge()
-        margins = distances[:, self._joints[:, None], self._joints] + self._margins[0.0]
+        count = len(self.shapes)
+        weights = relative[self._joints[:, None], self._joints].reshape(count * count, -1).T
+        kept = self._margins[0.0] + clearance
         found = np.zeros(len(states), dtype=bool)
-        for k, (q, margin) in enumerate(zip(states, margins, strict=True)):
-            stage.set_margins(margin)
+        for begin in range(0, len(states), POLLED_STATES[exact]):
+            poll()
+            part = slice(begin, begin + POLLED_STATES[exact])
+            margins = (reach[part] @ weights).reshape(-1, count, count) + kept
+            for k, margin in enumerate(margins, begin):
+                stage.set_margins(margin)
+                found[k] = hit(states[k])
+        return found
+
+    def touched(
+        self, states: Matrix, group: str | None, clearance: float, poll: Poll
+    ) -> Mask:
+        """Return in which states (k, n) hulls touch; parameters are those of :meth:`near`."""
+        hit = self.ready(False, group, clearance).judge()
+        found = np.zeros(len(states), dtype=bool)
+        for k, q in enumerate(states):
+            if k % POLLED_STATES[False] == 0:
+                poll()
             found[k] = hit(q)
         return found
 

@@ -13,9 +13,10 @@ from armsim_ros.planning.collision import CollisionChecker
 from armsim_ros.planning.constraints import ConstraintSet
 from armsim_ros.planning.limits import LimitTable
 from armsim_ros.planning.log import default_log, Log
+from armsim_ros.planning.poll import nothing, Poll
 from armsim_ros.planning.scene import PlanningScene
 from armsim_ros.planning.settings import PlanningSettings
-from armsim_ros.planning.state_validity import nothing, Poll, StateValidity
+from armsim_ros.planning.state_validity import StateValidity
 
 
 class PlanningContext:

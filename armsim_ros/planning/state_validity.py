@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.planning.collision import CollisionChecker, Exactly
 from armsim_ros.planning.constraints import ConstraintSet
+from armsim_ros.planning.poll import nothing, Poll, POLLED_STATES
 
 Vector = NDArray[np.float64]
 Matrix = NDArray[np.float64]
@@ -29,16 +30,7 @@ FINE_STEP = 0.01
 CLEARANCE = 0.001
 """What a path keeps from everything [m] where start and goals do, so that nothing is grazed."""
 
-POLLED_STATES = {False: 50, True: 3}
-"""States that are checked between two calls of a request's poll: on hulls, on exact shapes."""
-
-Poll = Callable[[], None]
-
 _BOUND_TOLERANCE = 1e-6
-
-
-def nothing() -> None:
-    """Do nothing: nobody can end the request."""
 
 
 class StateValidity:
@@ -158,14 +150,8 @@ class StateValidity:
             return np.zeros(len(values), dtype=bool)
         states = self.full_states(values)
         reach = reach @ np.abs(self._model.gradient(self.group)).T
-        found = []
-        few = POLLED_STATES[exact is not Exactly.NEVER]
-        for begin in range(0, len(states), few):
-            self.poll()
-            part = slice(begin, begin + few)
-            found.append(self._checker.crowded(
-                states[part], reach[part], self.group, exact, clearance))
-        return np.concatenate(found)
+        return self._checker.crowded(
+            states, reach, self.group, exact, clearance, self.poll)
 
     @cached_property
     def levers(self) -> Vector:
