@@ -20,6 +20,8 @@ Vector = NDArray[np.float64]
 DEFAULT_RANGE = 0.5
 """Length of one extension of a search tree [rad or m]; OMPL's own is several times longer."""
 
+_CORNER_STEP = 0.25
+
 _LARGE_SEED = 2**31 - 1
 
 ou.setLogLevel(ou.LOG_NONE)
@@ -152,6 +154,11 @@ class JointSpace:
     def motion_free(self, first: Vector, second: Vector) -> bool:
         """Return whether the straight motion from a free state (m,) to another is free."""
         return self._probe.motion_free(first, second)
+
+    def corner_free(self, first: Vector, second: Vector) -> bool:
+        """Return whether a motion is free that cuts a corner: in smaller steps, it is close."""
+        probe = self._probe
+        return probe.validity.motion_free(first, second, _CORNER_STEP * probe.step, probe.exact)
 
     def ended(self) -> None:
         """Let go of the condition for the end: the search is over."""

@@ -38,8 +38,13 @@ Vector = NDArray[np.float64]
 
 _SOURCE = 'OMPL'
 _STRAIGHT_GOALS = 4
+_CLEAR_MOTIONS = 3000
 _ROUGH_MOTIONS = 8000
 _REPAIR_MOTIONS = 600
+# A path that took few motions to find and is so much longer than the straight line is searched
+# a second time: another one is often shorter, and costs less than it saves on the way.
+_CHEAP_MOTIONS = 300
+_DETOUR = 0.2
 _LAST_FAILURES = 4
 
 
@@ -113,9 +118,7 @@ def find_rough_path(
     :raises PlanningError: TIMED_OUT, PLANNING_FAILED or PREEMPTED with what was tried.
     """
     validity = problem.validity
-    validity.clearance = CLEARANCE if all(
-        validity.free(values, clearance=CLEARANCE) for values in (problem.start, *problem.goals)
-    ) else 0.0
+    validity.keep_clear((problem.start, *problem.goals))
     straight = straight_path(problem)
     if straight is not None:
         return straight, True
@@ -172,11 +175,33 @@ def _attempt(problem: SearchProblem, budget: Budget, log: Log) -> tuple[Vector, 
         if kept is None:
             raise _no_path(problem, budget)
         return without_repeats(kept), True
-    space = JointSpace(validity, problem.start, SEARCH_STEP, exact=not _on_hulls(problem))
-    found = _solve(space, problem, budget, log, most_motions=_ROUGH_MOTIONS)
-    if found is not None:
-        return found, False
-    return _searched_finely(problem, budget, log), True
+    found, motions = _rough(problem, budget, log)
+    if found is None and validity.hull_clearance > CLEARANCE and not budget.spent():
+        validity.hull_clearance = CLEARANCE
+        found, motions = _rough(problem, budget, log)
+    if found is None:
+        return _searched_finely(problem, budget, log), True
+    if motions < _CHEAP_MOTIONS and problem.planner.simplify and _is_detour(found):
+        other, _ = _rough(problem, budget, log)
+        if other is not None and path_length(other) < path_length(found):
+            found = other
+    return found, False
+
+
+def _rough(
+    problem: SearchProblem, budget: Budget, log: Log
+) -> tuple[Vector | None, int]:
+    """Return a path that was looked at in the search's steps, and the motions looked at."""
+    exact = not _on_hulls(problem)
+    space = JointSpace(problem.validity, problem.start, SEARCH_STEP, exact)
+    clear = not exact and problem.validity.hull_clearance > CLEARANCE
+    found = _solve(space, problem, budget, log, _CLEAR_MOTIONS if clear else _ROUGH_MOTIONS)
+    return found, space.motions_checked
+
+
+def _is_detour(waypoints: Vector) -> bool:
+    straight = float(np.linalg.norm(waypoints[-1] - waypoints[0]))
+    return path_length(waypoints) > (1.0 + _DETOUR) * straight
 
 
 def _on_hulls(problem: SearchProblem) -> bool:
@@ -229,7 +254,9 @@ def _solve(
     waypoints = without_repeats(waypoints)
     if not problem.planner.simplify:
         return waypoints
-    return shortened(waypoints, space.motion_free, problem.rng, budget.spent)
+    return shortened(
+        waypoints, space.motion_free, problem.rng, budget.spent,
+        corner_free=space.corner_free)
 
 
 def _repaired(

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Shorter paths: shortcuts between points of a path, waypoints left out."""
+"""Shorter paths: shortcuts between points of a path, waypoints left out, corners cut."""
 
 from __future__ import annotations
 
@@ -18,30 +18,51 @@ DRAWS = 16
 LEAST_GAIN = 0.005
 """Share of the path's length that a shortcut has to save."""
 
-FAILURES = 12
-"""Shortcuts without success, one after another, after which the path is left as it is."""
+FAILURES = 8
+"""Shortcuts without success, one after another, after which a straight path is left as it is."""
+
+PATIENCE = 2.0
+"""How many times more failures a path is worth that is twice as long as the straight line."""
+
+MOST_PATIENCE = 5.0
+"""How many times more failures are accepted at most."""
+
+CUTS = np.array([0.8, 0.4, 0.2, 0.1])
+"""How far from a corner it is cut, as shares of its longer side: the first one that is free."""
+
+MOST_CUTS = 40
+"""Cuts that are tried at most."""
 
 
 def shortened(
     waypoints: Matrix, motion_free: Callable[[Vector, Vector], bool],
     rng: np.random.Generator, stop: Callable[[], bool], failures: int = FAILURES,
+    corner_free: Callable[[Vector, Vector], bool] | None = None,
 ) -> Matrix:
     """
     Return a path with shortcuts between any of its points, and no waypoint more than it needs.
 
     Of several pairs of points drawn by chance the one that saves most is looked at; the more of
     them are blocked, the fewer are drawn, so that small savings get their turn (shortcuts by
-    chance alone: Geraerts and Overmars 2007, DOI 10.1177/0278364907079280).
+    chance alone: Geraerts and Overmars 2007, DOI 10.1177/0278364907079280). What they leave
+    are corners close to obstacles; these are cut one by one, which a pair of points drawn by
+    chance seldom does.
 
     :param waypoints: (k, m) of a free path.
     :param motion_free: whether the straight motion between two free states is free.
     :param stop: asked before every shortcut.
-    :param failures: shortcuts in vain after which it ends.
+    :param failures: shortcuts in vain after which it ends where the path is hardly longer
+        than the straight line; the longer it is, the more.
+    :param corner_free: like ``motion_free``, for motions that cut a corner.
     """
     path = waypoints
     covered = _covered(path)
     vain, draws = 0, DRAWS
-    while len(path) > 2 and vain < failures and not stop():
+    apart = max(float(np.linalg.norm(path[-1] - path[0])), 1e-9)
+    while len(path) > 2 and not stop():
+        detour = float(covered[-1]) / apart - 1.0
+        if vain >= failures * min(1.0 + PATIENCE * detour, MOST_PATIENCE):
+            break
         places = np.sort(rng.uniform(0.0, covered[-1], (draws, 2)), axis=1)
         pieces = np.searchsorted(covered, places, side='right') - 1
         pieces = np.minimum(pieces, len(path) - 2)
@@ -58,7 +79,7 @@ def shortened(
             vain, draws = 0, min(2 * draws, DRAWS)
         else:
             vain, draws = vain + 1, max(draws // 2, 1)
-    return _reduced(path, motion_free, stop)
+    return _cut(_reduced(path, motion_free, stop), corner_free or motion_free, stop)
 
 
 def _reduced(
@@ -79,6 +100,44 @@ def _reduced(
         if motion_free(path[corner - 1], path[corner + 1]):
             open_[[corner - 1, corner + 1]] = True
             path, open_ = np.delete(path, corner, axis=0), np.delete(open_, corner)
+    return path
+
+
+def _cut(
+    path: Matrix, motion_free: Callable[[Vector, Vector], bool], stop: Callable[[], bool]
+) -> Matrix:
+    """Cut corners as far as that is free, those first that save most."""
+    tried = np.zeros(len(path), dtype=np.intp)
+    for _ in range(MOST_CUTS):
+        if len(path) < 3 or stop():
+            break
+        sides = np.diff(path, axis=0)
+        lengths = np.linalg.norm(sides, axis=1)
+        reach = CUTS[np.minimum(tried[1:-1], len(CUTS) - 1)] * np.maximum(
+            lengths[:-1], lengths[1:])
+        before, after = np.minimum(reach, lengths[:-1]), np.minimum(reach, lengths[1:])
+        first = path[1:-1] - sides[:-1] * (before / lengths[:-1])[:, None]
+        second = path[1:-1] + sides[1:] * (after / lengths[1:])[:, None]
+        gains = before + after - np.linalg.norm(second - first, axis=1)
+        gains[tried[1:-1] >= len(CUTS)] = 0.0
+        best = int(gains.argmax())
+        if gains[best] <= LEAST_GAIN * float(lengths.sum()):
+            break
+        corner = best + 1
+        if not motion_free(first[best], second[best]):
+            tried[corner] += 1
+            continue
+        kept = [point for point, whole in (
+            (first[best], before[best] >= lengths[best]),
+            (second[best], after[best] >= lengths[corner])) if not whole]
+        if before[best] >= lengths[best]:
+            tried[corner - 1] = 0
+        if after[best] >= lengths[corner]:
+            tried[corner + 1] = 0
+        path = np.concatenate([path[:corner], np.array(kept).reshape(len(kept), -1),
+                               path[corner + 1:]])
+        tried = np.concatenate([tried[:corner], np.ones(len(kept), dtype=np.intp),
+                                tried[corner + 1:]])
     return path
 
 

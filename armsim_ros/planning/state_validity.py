@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import cached_property, lru_cache
 import math
@@ -29,6 +29,9 @@ FINE_STEP = 0.01
 
 CLEARANCE = 0.001
 """What a path keeps from everything [m] where start and goals do, so that nothing is grazed."""
+
+HULL_CLEARANCE = 0.005
+"""What the search keeps from hulls [m] where start and goals do: paths are quicker to prove."""
 
 _BOUND_TOLERANCE = 1e-6
 
@@ -63,6 +66,8 @@ class StateValidity:
         )
         #: What motions shall keep from everything [m]; single states may be nearer.
         self.clearance = 0.0
+        #: The same [m] where motions are judged on hulls.
+        self.hull_clearance = 0.0
         indices = model.group_indices(group)
         self.joint_names = tuple(model.names[index] for index in indices)
         self.lower: Vector = model.lower[indices]
@@ -197,9 +202,19 @@ class StateValidity:
 
     def _judge(self, exact: bool) -> Callable[[Vector], bool]:
         """Return the quickest judge of full states, which says what is blocked."""
+        clearance = self.clearance if exact else self.hull_clearance
         if not self._avoid_collisions or self.path_constraints is not None:
-            return lambda q: not self._free(q, exact, self.clearance)
-        return self._checker.judge(self.group, self.clearance, exact)
+            return lambda q: not self._free(q, exact, clearance)
+        return self._checker.judge(self.group, clearance, exact)
+
+    def keep_clear(self, ends: Sequence[Vector]) -> None:
+        """Let motions keep clear of everything, as far as the states (m,) that they join do."""
+        self.clearance = self._kept(ends, True, (CLEARANCE,))
+        self.hull_clearance = self._kept(ends, False, (HULL_CLEARANCE, CLEARANCE))
+
+    def _kept(self, ends: Sequence[Vector], exact: bool, wanted: Sequence[float]) -> float:
+        return next((clearance for clearance in wanted if all(
+            self.free(values, exact, clearance) for values in ends)), 0.0)
 
     def why_not(self, values: Vector) -> str:
         """Return what is wrong with a state (m,), as a phrase, or ''."""
