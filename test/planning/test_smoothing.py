@@ -31,7 +31,23 @@ def test_shorter_and_free(seed):
     assert all(past_the_disc(a, b) for a, b in pairwise(path))
     assert np.array_equal(path[[0, -1]], DETOUR[[0, -1]])
     tangent = 2.0 * (np.sqrt(0.5**2 - 0.3**2) + 0.3 * np.arcsin(0.3 / 0.5))
-    assert tangent <= path_length(path) < 1.25 * tangent
+    assert tangent <= path_length(path) < 1.1 * tangent
+
+
+def test_corners_are_cut_where_that_is_free_too():
+    """What cuts a corner is asked for apart, and what it does not allow is left as it is."""
+    asked = []
+
+    def refuse(a, b):
+        asked.append((a, b))
+        return False
+
+    def cut(corner_free):
+        return shortened(
+            DETOUR, past_the_disc, np.random.default_rng(0), never, corner_free=corner_free)
+
+    assert path_length(cut(past_the_disc)) < path_length(cut(refuse))
+    assert asked
 
 
 def test_straight_where_nothing_is():

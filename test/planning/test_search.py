@@ -1,0 +1,82 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Tests of what a search keeps from objects, and of when it searches once more."""
+
+import numpy as np
+import pytest
+
+from armsim_ros.planning import search
+from armsim_ros.planning.context import PlanningContext
+from armsim_ros.planning.planners import PlannerChoice
+from armsim_ros.planning.search import Budget, find_rough_path, SearchProblem
+from armsim_ros.planning.smoothing import path_length
+from armsim_ros.planning.state_validity import CLEARANCE, HULL_CLEARANCE
+
+STRAIGHT = np.zeros(3)
+LEFT, RIGHT = np.array([-0.9, 0.2, 0.2]), np.array([0.9, 0.2, 0.2])
+TIP = 0.86
+"""Distance [m] of the last link's end from the base, its half width aside."""
+
+
+@pytest.fixture
+def validity(planar_scene, log):
+    """Return what judges the planar arm's states; boxes may be added before."""
+    return PlanningContext(planar_scene, log=log).validity(planar_scene, 'arm')
+
+
+@pytest.fixture
+def post(planar_scene, add_box):
+    """Put a post between LEFT and RIGHT."""
+    add_box(planar_scene, 'post', (0.05, 0.05, 0.3), (0.55, 0.0, 0.0))
+
+
+@pytest.fixture
+def found(validity, clock, log):
+    """Return a function that searches a way from LEFT to RIGHT: (waypoints, finely checked)."""
+    def find(seed):
+        problem = SearchProblem(
+            validity, LEFT, (RIGHT,), PlannerChoice(), np.random.default_rng(seed))
+        return find_rough_path(problem, Budget(clock, 5.0, lambda: False), 1, log)
+    return find
+
+
+@pytest.mark.parametrize(('gap', 'exact', 'hulls'), [
+    (0.02, CLEARANCE, HULL_CLEARANCE),
+    (0.003, CLEARANCE, CLEARANCE),
+    (0.0005, 0.0, 0.0),
+])
+def test_motions_keep_what_their_ends_keep(
+    planar_scene, add_box, validity, gap, exact, hulls
+):
+    """A path stays clear of objects, but of none more than its start and its goal do."""
+    add_box(planar_scene, 'ahead', (0.1, 0.1, 0.1), (TIP + gap + 0.05, 0.0, 0.0))
+    validity.keep_clear([np.array([1.5, 0.0, 0.0]), STRAIGHT])
+    assert (validity.clearance, validity.hull_clearance) == (exact, hulls)
+
+
+def test_hulls_are_kept_away_from_farther(planar_scene, add_box, validity):
+    """A motion that passes an object at 3 mm is blocked on hulls and free on exact shapes."""
+    corner = float(np.hypot(TIP, 0.02))
+    add_box(planar_scene, 'ahead', (0.1, 0.02, 0.1), (corner + 0.003 + 0.05, 0.0, 0.0))
+    first, second = np.array([-0.4, 0.0, 0.0]), np.array([0.4, 0.0, 0.0])
+    validity.keep_clear([first, second])
+    assert not validity.motion_free(first, second, exact=False)
+    assert validity.motion_free(first, second)
+
+
+def test_closer_where_there_is_no_way_otherwise(monkeypatch, post, validity, found):
+    """Where no way was found half a centimetre from everything, one is found closer by."""
+    monkeypatch.setattr(search, '_CLEAR_MOTIONS', 0)
+    waypoints, finely = found(0)
+    assert len(waypoints) > 2
+    assert not finely
+    assert validity.hull_clearance == CLEARANCE
+
+
+def test_a_detour_is_searched_twice(monkeypatch, post, found):
+    """A second search of a path that is a detour never makes it longer, and often shorter."""
+    twice = np.array([path_length(found(seed)[0]) for seed in range(12)])
+    monkeypatch.setattr(search, '_DETOUR', np.inf)
+    once = np.array([path_length(found(seed)[0]) for seed in range(12)])
+    assert np.all(twice <= once + 1e-9)
+    assert np.any(twice < 0.99 * once)
