@@ -180,7 +180,8 @@ BLOCKS: Mapping[str, Take] = {
     **{key: _entry('trajectory_execution') for key in KEYS_BESIDE},
     **{key: _entry('planning_parameters') for key in known_keys(PlanningParameters)},
     **{key: _entry('ompl') for key in
-       ('jiggle_fraction', 'start_state_max_bounds_error', 'planning_seed')},
+       ('jiggle_fraction', 'start_state_max_bounds_error', 'planning_seed',
+        'second_attempt_delay')},
     'trajectory_execution': _whole('trajectory_execution'),
     'robot_description_kinematics': _whole('kinematics'),
     'robot_description_planning': _take_robot_description_planning,

@@ -79,6 +79,8 @@ class OmplSettings(Settings):
     simplify_solutions: bool = parameter(True, 'shorten the path that was found')
     interpolate: bool = parameter(True, 'add states to the path that was found')
     planning_seed: int = parameter(-1, 'not negative: the same request gives the same path', ge=-1)
+    second_attempt_delay: float = parameter(
+        0.5, 'a plan that takes longer is tried in another process, too; 0: never [s]', ge=0.0)
     planner_configs: dict[str, PlannerConfig] = parameter({}, 'name -> planner')
     groups: dict[str, OmplGroup] = parameter({}, 'planning group -> its planners')
 

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 import threading
 
 from armsim_ros.errors import PlanningError
@@ -29,6 +30,7 @@ from armsim_ros.planning.request import Constraints, MotionPlanRequest, MotionPl
 from armsim_ros.planning.request_checks import RequestChecks
 from armsim_ros.planning.scene import PlanningScene
 from armsim_ros.planning.search import Budget
+from armsim_ros.planning.second_attempt import SecondProcess
 from armsim_ros.planning.settings import PlanningSettings
 from armsim_ros.planning.time_parameterization import warm_up
 from armsim_ros.trajectory import JointTrajectory, Vector
@@ -50,14 +52,17 @@ class MotionPlanner:
     :param scene: any scene of the robot; each request brings its own, which is not changed.
     :param settings: what the user set.
     :param log: hears warnings, and the reason of every failure.
+    :param second_attempt_delay: a request that takes longer than this [s] is planned in another
+        process, too, unless a seed makes it repeatable; 0 for never. See :meth:`close`.
     """
 
     def __init__(
         self, scene: PlanningScene, *, settings: PlanningSettings | None = None,
-        log: Log | None = None,
+        log: Log | None = None, second_attempt_delay: float = 0.0,
     ) -> None:
         """Build what lives longer than a request."""
         self._context = PlanningContext(scene, settings, log)
+        self._second = SecondProcess(scene.robot, second_attempt_delay, self._context.log)
         self._lock = threading.Lock()
 
     @property
@@ -76,6 +81,14 @@ class MotionPlanner:
         with self._lock:
             self._context.prepare()
 
+    def close(self) -> None:
+        """End the other process, unless it is at work; with this one it ends in any case."""
+        if self._lock.acquire(blocking=False):
+            try:
+                self._second.close()
+            finally:
+                self._lock.release()
+
     def plan(
         self, request: MotionPlanRequest, scene: PlanningScene, *,
         clock: Callable[[], float], cancelled: Callable[[], bool] = never,
@@ -91,20 +104,26 @@ class MotionPlanner:
             context = self._context
             began = clock()
             positions: dict[str, float] = {}
-            try:
-                checks = RequestChecks(context.model, context.settings, context.log)
-                budget = Budget(clock, began + checks.planning_time(request), cancelled)
-                started = requested_scene(context, request, scene)
-                positions = context.model.positions(started.q)
-                with context.polled(lambda: budget.check('planning pipeline')):
-                    trajectory, length = run_pipeline(context, request, started, budget)
-            except PlanningError as error:
-                source = error.source or 'planning pipeline'
-                context.log.error(f'{source}: {error}')
-                return MotionPlanResponse(
-                    MoveItErrorCode(error.code), str(error), source, JointTrajectory(()),
-                    positions, request.group_name, clock() - began,
-                )
+            checks = RequestChecks(context.model, context.settings, context.log)
+            seconds = checks.planning_time(request)
+            with self._second.race(
+                request, scene.content, context.settings, seconds, cancelled
+            ) as race:
+                budget = Budget(clock, began + seconds, race.over)
+                try:
+                    started = requested_scene(context, request, scene)
+                    positions = context.model.positions(started.q)
+                    with context.polled(lambda: budget.check('planning pipeline')):
+                        trajectory, length = run_pipeline(context, request, started, budget)
+                except PlanningError as error:
+                    if race.answer is not None:
+                        return replace(race.answer, planning_time=clock() - began)
+                    source = error.source or 'planning pipeline'
+                    context.log.error(f'{source}: {error}')
+                    return MotionPlanResponse(
+                        MoveItErrorCode(error.code), str(error), source, JointTrajectory(()),
+                        positions, request.group_name, clock() - began,
+                    )
             return MotionPlanResponse(
                 MoveItErrorCode.SUCCESS, '', '', trajectory, positions, request.group_name,
                 max(clock() - began, 1e-9), length,

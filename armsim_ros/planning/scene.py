@@ -277,6 +277,12 @@ class PlanningScene:
         copy.geometry_version = copy.state_version = copy.transform_version = 0
         return copy
 
+    def holding(self, content: SceneContent) -> PlanningScene:
+        """Return a scene of its own that holds the content of another scene of this robot."""
+        copy = self.snapshot()
+        copy._content = content
+        return copy
+
     def with_update(self, update: SceneUpdate) -> tuple[PlanningScene, tuple[str, ...]]:
         """Return a snapshot with a message applied to it, and what was refused."""
         overlay = self.snapshot()

@@ -56,8 +56,9 @@ class MoveGroup:
         )
         planning = settings_from_config(parameters, settings.ompl, settings.kinematics)
         planner, query_planner = (
-            MotionPlanner(scene, settings=planning, log=node.get_logger())
-            for _ in range(2)
+            MotionPlanner(
+                scene, settings=planning, log=node.get_logger(), second_attempt_delay=delay)
+            for delay in (settings.ompl.second_attempt_delay, 0.0)
         )
         self._context = context = Context(
             node=node,
@@ -90,6 +91,7 @@ class MoveGroup:
         """End the workers."""
         self._context.planning.close()
         self._context.queries.close()
+        self._context.planner.close()
 
 
 def endpoints(context: Context) -> tuple[object, ...]:
