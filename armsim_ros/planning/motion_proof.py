@@ -54,16 +54,18 @@ def first_blocked(
     covered = travel @ validity.levers
     # Points that move nothing have no place of their own.
     covered += np.arange(len(points)) * (1e-12 * max(float(covered[-1]), 1.0))
-    length = float(covered[-1])
+    length, width = float(covered[-1]), points.shape[1]
+    both = np.hstack([points, travel])
+    rates = (both[1:] - both[:-1]) / (covered[1:] - covered[:-1])[:, None]
 
-    def at(where: Vector, of: Matrix) -> Matrix:
-        part = np.clip(np.searchsorted(covered, where, side='right') - 1, 0, len(points) - 2)
-        share = (where - covered[part]) / (covered[part + 1] - covered[part])
-        values: Matrix = of[part] + share[:, None] * (of[part + 1] - of[part])
-        return values
+    def at(where: Vector) -> tuple[Matrix, Matrix]:
+        """Return positions and travel at some places."""
+        part = covered[1:-1].searchsorted(where, side='right')
+        values = both[part] + (where - covered[part])[:, None] * rates[part]
+        return values[:, :width], values[:, width:]
 
     def blocked(where: Vector) -> float | None:
-        for place, values in zip(where, at(where, points), strict=True):
+        for place, values in zip(where, at(where)[0], strict=True):
             if not validity.free(values, clearance=clearance):
                 known = np.arange(float(len(points))) if places is None else places
                 return float(np.interp(place, covered, known))
@@ -79,10 +81,10 @@ def first_blocked(
     lows, highs = borders[:-1], borders[1:]
     while found is None and len(lows):
         middles = 0.5 * (lows + highs)
-        half = at(middles, travel)
-        reach = np.maximum(half - at(lows, travel), at(highs, travel) - half)
+        states, half = at(middles)
+        reach = np.maximum(half - at(lows)[1], at(highs)[1] - half)
         longest = float(np.max(highs - lows))
-        near = validity.crowded(at(middles, points), reach, _exactly(longest), clearance)
+        near = validity.crowded(states, reach, _exactly(longest), clearance)
         lows, middles, highs = lows[near], middles[near], highs[near]
         last = longest <= SHORTEST_PIECE
         if last or longest > HULL_PIECE:

@@ -44,7 +44,7 @@ class RRTConnect:
         extension: float, rng: np.random.Generator,
     ) -> None:
         """Keep the parts."""
-        self._low, self._high = low, high
+        self._low, self._span = low, high - low
         self._motion_free = motion_free
         self._extension = extension
         self._rng = rng
@@ -77,7 +77,8 @@ class RRTConnect:
         return None
 
     def _draw(self, count: int) -> Matrix:
-        return self._rng.uniform(self._low, self._high, (count, len(self._low)))
+        samples: Matrix = self._low + self._span * self._rng.random((count, len(self._low)))
+        return samples
 
     def _extend(self, tree: SearchTree, pool: SamplePool) -> int | None:
         """Grow a tree towards a sample by one motion; return the new state's number."""

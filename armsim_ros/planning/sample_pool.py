@@ -15,8 +15,8 @@ from armsim_ros.planning.search_tree import SearchTree
 Vector = NDArray[np.float64]
 Matrix = NDArray[np.float64]
 
-SAMPLES = 64
-"""Samples that are drawn at once."""
+SAMPLES = 256
+"""Samples that are drawn at once: most of them are often too far from the tree."""
 
 
 class SamplePool:
@@ -35,6 +35,7 @@ class SamplePool:
         self._squares: Vector = np.empty(0)
         self._nearest = np.empty(0, dtype=np.intp)
         self._seen = 0
+        self._work: Vector = np.empty(0)
 
     def take(self) -> tuple[Vector, int, float] | None:
         """
@@ -43,12 +44,10 @@ class SamplePool:
         :returns: the sample (m,), the state's number and their distance; None where all that
             were left are outside, and others are drawn at the next call.
         """
-        if not len(self._samples):
-            self._samples = self._draw(SAMPLES)
-            self._squares = np.full(len(self._samples), math.inf)
-            self._nearest = np.zeros(len(self._samples), dtype=np.intp)
-            self._seen = 0
-        self._follow()
+        if len(self._samples):
+            self._follow()
+        else:
+            self._renew()
         radii = self._tree.radii[self._nearest]
         within = self._squares <= radii * radii
         first = int(within.argmax())
@@ -62,23 +61,34 @@ class SamplePool:
         self._nearest = self._nearest[rest]
         return found
 
+    def _renew(self) -> None:
+        """Draw, and find the nearest of all states for each sample."""
+        self._samples = self._draw(SAMPLES)
+        states = self._tree.since(0)
+        shape = len(self._samples), len(states)
+        count = shape[0] * shape[1]
+        if count > len(self._work):
+            self._work = np.empty(2 * count)
+        # |a - b|^2 without the part that is the same for all states; in memory that stays, since
+        # the system takes its time to give so much.
+        partial = self._work[:count].reshape(shape)
+        np.matmul(self._samples, states.T, out=partial)
+        partial *= -2.0
+        partial += np.einsum('ij,ij->i', states, states)
+        self._nearest = partial.argmin(axis=1)
+        away = self._samples - states[self._nearest]
+        self._squares = np.einsum('ij,ij->i', away, away)
+        self._seen = len(states)
+
     def _follow(self) -> None:
         """Look whether states that are new are nearer."""
-        new = self._tree.since(self._seen)
-        if not len(new):
+        count = len(self._tree)
+        if count == self._seen:
             return
-        if len(new) == 1:
-            away = self._samples - new
+        for number, state in enumerate(self._tree.since(self._seen), self._seen):
+            away = self._samples - state
             squares = np.einsum('ij,ij->i', away, away)
-            nearest = np.full(len(squares), self._seen)
-        else:
-            # |a - b|^2 without the part that is the same for all states.
-            partial = np.einsum('ij,ij->i', new, new) - 2.0 * (self._samples @ new.T)
-            nearest = partial.argmin(axis=1)
-            away = self._samples - new[nearest]
-            squares = np.einsum('ij,ij->i', away, away)
-            nearest = nearest + self._seen
-        closer = squares < self._squares
-        self._squares = np.where(closer, squares, self._squares)
-        self._nearest = np.where(closer, nearest, self._nearest)
-        self._seen += len(new)
+            closer = np.flatnonzero(squares < self._squares)
+            self._squares[closer] = squares[closer]
+            self._nearest[closer] = number
+        self._seen = count

@@ -43,7 +43,7 @@ _ROUGH_MOTIONS = 8000
 _REPAIR_MOTIONS = 600
 # A path that took few motions to find and is so much longer than the straight line is searched
 # a second time: another one is often shorter, and costs less than it saves on the way.
-_CHEAP_MOTIONS = 300
+_CHEAP_MOTIONS = 600
 _DETOUR = 0.2
 _LAST_FAILURES = 4
 

@@ -55,27 +55,26 @@ def shortened(
         than the straight line; the longer it is, the more.
     :param corner_free: like ``motion_free``, for motions that cut a corner.
     """
-    path = waypoints
-    covered = _covered(path)
+    path = without_repeats(waypoints)
+    slopes, covered = _measured(path)
     vain, draws = 0, DRAWS
     apart = max(float(np.linalg.norm(path[-1] - path[0])), 1e-9)
     while len(path) > 2 and not stop():
-        detour = float(covered[-1]) / apart - 1.0
-        if vain >= failures * min(1.0 + PATIENCE * detour, MOST_PATIENCE):
+        length = float(covered[-1])
+        if vain >= failures * min(1.0 + PATIENCE * (length / apart - 1.0), MOST_PATIENCE):
             break
-        places = np.sort(rng.uniform(0.0, covered[-1], (draws, 2)), axis=1)
-        pieces = np.searchsorted(covered, places, side='right') - 1
-        pieces = np.minimum(pieces, len(path) - 2)
-        shares = (places - covered[pieces]) / (covered[pieces + 1] - covered[pieces])
-        points = path[pieces] + shares[..., None] * (path[pieces + 1] - path[pieces])
-        gains = places[:, 1] - places[:, 0] - np.linalg.norm(points[:, 1] - points[:, 0], axis=1)
+        places = length * rng.random((draws, 2))
+        places.sort(axis=1)
+        pieces = covered[1:-1].searchsorted(places, side='right')
+        points = path[pieces] + (places - covered[pieces])[..., None] * slopes[pieces]
+        gains = places[:, 1] - places[:, 0] - _norms(points[:, 1] - points[:, 0])
         best = int(gains.argmax())
         first, second = points[best]
-        if gains[best] > LEAST_GAIN * covered[-1] and motion_free(first, second):
+        if gains[best] > LEAST_GAIN * length and motion_free(first, second):
             begin, end = pieces[best]
-            path = np.concatenate([path[:begin + 1], points[best], path[end + 1:]])
-            path = without_repeats(path)
-            covered = _covered(path)
+            path = without_repeats(
+                np.concatenate([path[:begin + 1], points[best], path[end + 1:]]))
+            slopes, covered = _measured(path)
             vain, draws = 0, min(2 * draws, DRAWS)
         else:
             vain, draws = vain + 1, max(draws // 2, 1)
@@ -88,11 +87,8 @@ def _reduced(
     """Leave out the waypoints whose neighbours can be joined, those that turn least first."""
     open_ = np.ones(len(path), dtype=bool)
     while len(path) > 2 and not stop():
-        detours = (
-            np.linalg.norm(path[1:-1] - path[:-2], axis=1)
-            + np.linalg.norm(path[2:] - path[1:-1], axis=1)
-            - np.linalg.norm(path[2:] - path[:-2], axis=1)
-        )
+        lengths = _norms(path[1:] - path[:-1])
+        detours = lengths[:-1] + lengths[1:] - _norms(path[2:] - path[:-2])
         corner = 1 + int(np.where(open_[1:-1], detours, np.inf).argmin())
         if not open_[corner]:
             break
@@ -111,14 +107,14 @@ def _cut(
     for _ in range(MOST_CUTS):
         if len(path) < 3 or stop():
             break
-        sides = np.diff(path, axis=0)
-        lengths = np.linalg.norm(sides, axis=1)
+        sides = path[1:] - path[:-1]
+        lengths = _norms(sides)
         reach = CUTS[np.minimum(tried[1:-1], len(CUTS) - 1)] * np.maximum(
             lengths[:-1], lengths[1:])
         before, after = np.minimum(reach, lengths[:-1]), np.minimum(reach, lengths[1:])
         first = path[1:-1] - sides[:-1] * (before / lengths[:-1])[:, None]
         second = path[1:-1] + sides[1:] * (after / lengths[1:])[:, None]
-        gains = before + after - np.linalg.norm(second - first, axis=1)
+        gains = before + after - _norms(second - first)
         gains[tried[1:-1] >= len(CUTS)] = 0.0
         best = int(gains.argmax())
         if gains[best] <= LEAST_GAIN * float(lengths.sum()):
@@ -141,15 +137,25 @@ def _cut(
     return path
 
 
-def _covered(path: Matrix) -> Vector:
-    """Return the length (k,) of a path up to each of its waypoints."""
+def _measured(path: Matrix) -> tuple[Matrix, Vector]:
+    """Return the direction (k - 1, m) of every piece, and the length (k,) up to each waypoint."""
+    sides = path[1:] - path[:-1]
+    lengths = _norms(sides)
     covered: Vector = np.zeros(len(path))
-    np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1), out=covered[1:])
-    return covered
+    lengths.cumsum(out=covered[1:])
+    return sides / lengths[:, None], covered
+
+
+def _norms(rows: Matrix) -> Vector:
+    norms: Vector = np.sqrt(np.einsum('ij,ij->i', rows, rows))
+    return norms
 
 
 def without_repeats(waypoints: Sequence[Vector] | Matrix, distance: float = 1e-7) -> Matrix:
     """Return waypoints (k, m) without those that equal the one before; both ends stay."""
+    rows = np.asarray(waypoints)
+    if len(rows) < 2 or float(_norms(rows[1:] - rows[:-1]).min()) > distance:
+        return rows
     kept = [waypoints[0]]
     for point in waypoints[1:]:
         if float(np.linalg.norm(point - kept[-1])) > distance:
