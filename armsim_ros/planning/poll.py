@@ -9,7 +9,7 @@ from collections.abc import Callable
 Poll = Callable[[], None]
 """Raises what ends the request."""
 
-POLLED_STATES = {False: 50, True: 3}
+POLLED_STATES = {False: 50, True: 1}
 """States that are checked between two calls of a request's poll: on hulls, on exact shapes."""
 
 

@@ -225,12 +225,17 @@ def _solve(
 ) -> Vector | None:
     """Return a shortened path, None where none was found; PREEMPTED where cancelled."""
     planner = make_planner(problem.planner, space.information, space.extension, log)
+    definition = None if problem.planner.own_search else space.problem(
+        problem.start, problem.goals)
 
     def stop() -> bool:
         spent = most_motions is not None and space.motions_checked > most_motions
-        return spent or budget.spent()
+        # A planner that has a path and goes on makes it shorter: that takes what time there is.
+        if spent and (definition is None or not definition.hasExactSolution()):
+            return True
+        return budget.spent()
 
-    if problem.planner.own_search:
+    if definition is None:
         search = RRTConnect(
             space.low, space.high, space.motion_free, float(planner.getRange()), problem.rng)
         found = search.find(problem.start, problem.goals, stop)
@@ -239,7 +244,6 @@ def _solve(
             return None
         waypoints = found
     else:
-        definition = space.problem(problem.start, problem.goals)
         planner.setProblemDefinition(definition)
         planner.setup()
         with problem.validity.unpolled():
