@@ -32,7 +32,7 @@ from armsim_ros.trajectory import JointTrajectory, TrajectoryPoint
 Vector = NDArray[np.float64]
 
 _AT_REST = 1e-6
-_FINER = (1.0, 0.5, 0.25)
+_FINER = (1.0, 0.5, *(0.25 for _ in range(10)))
 
 
 def run_pipeline(
@@ -95,7 +95,7 @@ def run_pipeline(
 def _with_finer_steps(
     search: Callable[[float], tuple[Vector, QuinticMotion]], step: float, budget: Budget
 ) -> tuple[Vector, QuinticMotion]:
-    """Search again in finer steps where the motion that was found is not free."""
+    """Search again, in finer steps, where the motion that was found is not free."""
     for finer in _FINER:
         try:
             return search(step * finer)

@@ -5,9 +5,17 @@
 import numpy as np
 import pytest
 
-from armsim_ros.planning import search
+from armsim_ros.errors import PlanningError
+from armsim_ros.planning import pipeline, search
 from armsim_ros.planning.context import PlanningContext
+from armsim_ros.planning.error_codes import MoveItErrorCode
 from armsim_ros.planning.planners import PlannerChoice
+from armsim_ros.planning.request import (
+    Constraints,
+    JointConstraint,
+    MotionPlanRequest,
+    StartState,
+)
 from armsim_ros.planning.search import Budget, find_rough_path, SearchProblem
 from armsim_ros.planning.smoothing import path_length
 from armsim_ros.planning.state_validity import CLEARANCE, HULL_CLEARANCE
@@ -38,6 +46,21 @@ def found(validity, clock, log):
             validity, LEFT, (RIGHT,), PlannerChoice(), np.random.default_rng(seed))
         return find_rough_path(problem, Budget(clock, 5.0, lambda: False), 1, log)
     return find
+
+
+@pytest.fixture
+def planned(planar_scene, post, plan_for, clock):
+    """Return a function that plans from LEFT to RIGHT."""
+    names = ('axis1', 'axis2', 'axis3')
+
+    def plan():
+        goal = Constraints(tuple(
+            JointConstraint(name, value, 1e-4, 1e-4)
+            for name, value in zip(names, RIGHT, strict=True)))
+        request = MotionPlanRequest(
+            'arm', (goal,), StartState(names, tuple(LEFT)), allowed_planning_time=100.0, seed=1)
+        return plan_for(planar_scene).plan(request, planar_scene, clock=clock)
+    return plan
 
 
 @pytest.mark.parametrize(('gap', 'exact', 'hulls'), [
@@ -80,3 +103,24 @@ def test_a_detour_is_searched_twice(monkeypatch, post, found):
     once = np.array([path_length(found(seed)[0]) for seed in range(12)])
     assert np.all(twice <= once + 1e-9)
     assert np.any(twice < 0.99 * once)
+
+
+@pytest.mark.parametrize(('failures', 'code'), [
+    (4, MoveItErrorCode.SUCCESS), (100, MoveItErrorCode.INVALID_MOTION_PLAN)])
+def test_a_motion_that_is_not_free_is_searched_again(monkeypatch, planned, failures, code):
+    """Where the motion along a path is not free others are searched, finely, for a while."""
+    steps = []
+    time_waypoints = pipeline.time_waypoints
+
+    def refuse(path, validity, limits, speed_limit, step):
+        steps.append(step)
+        if len(steps) <= failures:
+            raise PlanningError(MoveItErrorCode.INVALID_MOTION_PLAN, 'not free', 'test')
+        return time_waypoints(path, validity, limits, speed_limit, step)
+
+    monkeypatch.setattr(pipeline, 'time_rough_path', lambda *_: None)
+    monkeypatch.setattr(pipeline, 'time_waypoints', refuse)
+    response = planned()
+    assert response.error_code == code
+    assert steps == sorted(steps, reverse=True)
+    assert 2 < len(steps) < 20
