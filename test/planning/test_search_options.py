@@ -8,39 +8,18 @@ import pytest
 
 from armsim_ros.planning import search
 from armsim_ros.planning.planners import PlannerTable
-from armsim_ros.planning.request import (
-    Constraints,
-    JointConstraint,
-    MotionPlanRequest,
-    StartState,
-)
 from armsim_ros.planning.settings import PlanningSettings
 
-SIX = tuple(f'axis{k}' for k in range(1, 7))
-LEFT = (-0.9, 1.2, 0.3, 0.0, 0.5, 0.0)
-RIGHT = (0.9, 1.2, 0.3, 0.0, 0.5, 0.0)
-
 
 @pytest.fixture
-def wall(six_scene, add_box):
-    """Return a scene with a wall between LEFT and RIGHT."""
-    add_box(six_scene, 'wall', (0.5, 0.02, 0.6), (0.5, 0.0, 0.3))
-    return six_scene
-
-
-@pytest.fixture
-def planned(wall, plan_for, clock):
+def planned(wall, past_the_wall, plan_for, clock):
     """Return a function that plans around the wall with an RRTConnect of some settings."""
     def plan(cancelled=lambda: False, **parameters):
         settings = PlanningSettings(planners=PlannerTable(
             {'mine': {'type': 'geometric::RRTConnect', **parameters}}, {'arm': 'mine'}))
-        goal = Constraints(tuple(
-            JointConstraint(name, value, 1e-4, 1e-4)
-            for name, value in zip(SIX, RIGHT, strict=True)))
         return plan_for(wall, settings).plan(
-            MotionPlanRequest('arm', (goal,), StartState(SIX, LEFT), seed=1,
-                              allowed_planning_time=1.0),
-            wall, clock=clock, cancelled=cancelled)
+            past_the_wall(seed=1, allowed_planning_time=1.0), wall, clock=clock,
+            cancelled=cancelled)
     return plan
 
 

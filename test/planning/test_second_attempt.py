@@ -10,17 +10,8 @@ import pytest
 
 from armsim_ros.planning import search
 from armsim_ros.planning.planner import MotionPlanner
-from armsim_ros.planning.request import (
-    Constraints,
-    JointConstraint,
-    MotionPlanRequest,
-    StartState,
-)
 from armsim_ros.planning.settings import PlanningSettings
 
-SIX = tuple(f'axis{k}' for k in range(1, 7))
-LEFT = (-0.9, 1.2, 0.3, 0.0, 0.5, 0.0)
-RIGHT = (0.9, 1.2, 0.3, 0.0, 0.5, 0.0)
 LONG = 60.0
 PREEMPTED, TIMED_OUT = -7, -6
 
@@ -36,26 +27,21 @@ def endless(monkeypatch):
 
 
 @pytest.fixture
-def planner(six_scene, add_box, log, request):
-    """Return a planner for a scene with a wall between LEFT and RIGHT; the delay can be given."""
-    add_box(six_scene, 'wall', (0.5, 0.02, 0.6), (0.5, 0.0, 0.3))
+def planner(wall, log, request):
+    """Return a planner; its delay can be given."""
     delay = getattr(request, 'param', 0.01)
-    made = MotionPlanner(six_scene, log=log, second_attempt_delay=delay)
+    made = MotionPlanner(wall, log=log, second_attempt_delay=delay)
     yield made
     made.close()
 
 
 @pytest.fixture
-def planned(planner, six_scene):
+def planned(planner, wall, past_the_wall):
     """Return a function that plans around the wall, within a time [s]."""
     def plan(seconds=LONG, cancelled=lambda: False, **parts):
-        goal = Constraints(tuple(
-            JointConstraint(name, value, 1e-4, 1e-4)
-            for name, value in zip(SIX, RIGHT, strict=True)))
-        request = MotionPlanRequest(
-            'arm', (goal,), StartState(SIX, LEFT), allowed_planning_time=seconds, **parts)
         return planner.plan(
-            request, six_scene.snapshot(), clock=time.monotonic, cancelled=cancelled)
+            past_the_wall(allowed_planning_time=seconds, **parts), wall.snapshot(),
+            clock=time.monotonic, cancelled=cancelled)
     return plan
 
 
@@ -73,27 +59,29 @@ def ended(process):
         return True
 
 
-def test_the_other_process_answers(endless, planned, planner):
+def test_the_other_process_answers(endless, planned, planner, past_the_wall):
     """Where the search here finds nothing the other process's trajectory is the answer."""
     response = planned()
     assert response.success, response.message
     first, last = response.trajectory.points[0], response.trajectory.points[-1]
-    assert first.positions == pytest.approx(LEFT)
-    assert last.positions == pytest.approx(RIGHT, abs=1e-3)
+    request = past_the_wall()
+    goal = [one.position for one in request.goal_constraints[0].joint_constraints]
+    assert first.positions == pytest.approx(request.start_state.positions)
+    assert last.positions == pytest.approx(goal, abs=1e-3)
     assert 0.0 < response.planning_time < LONG
     assert pid(planner) is not None
 
 
-def test_it_plans_in_the_scene_as_it_is_now(endless, planned, planner, six_scene, add_box):
+def test_it_plans_in_the_scene_as_it_is_now(endless, planned, planner, wall, add_box):
     """Every request takes its own scene to the same process."""
     low = planned()
     process = pid(planner)
-    add_box(six_scene, 'beam', (1.2, 0.3, 0.05), (0.5, 0.0, 0.75))
+    add_box(wall, 'beam', (1.2, 0.3, 0.05), (0.5, 0.0, 0.75))
     high = planned()
     assert low.success
     assert high.success
     assert pid(planner) == process
-    assert planner.path_fault(high.trajectory, 0.0, six_scene, 'arm') == ''
+    assert planner.path_fault(high.trajectory, 0.0, wall, 'arm') == ''
 
 
 @pytest.mark.parametrize('planner', [LONG], indirect=True)
