@@ -118,10 +118,12 @@ def find_rough_path(
     :raises PlanningError: TIMED_OUT, PLANNING_FAILED or PREEMPTED with what was tried.
     """
     validity = problem.validity
-    validity.keep_clear((problem.start, *problem.goals))
+    ends = (problem.start, *problem.goals)
+    validity.keep_clear(ends)
     straight = straight_path(problem)
     if straight is not None:
         return straight, True
+    validity.keep_clear_of_hulls(ends)
     best: tuple[Vector, bool] | None = None
     failure: PlanningError | None = None
     for _ in range(max(1, attempts)):

@@ -209,12 +209,16 @@ class StateValidity:
 
     def keep_clear(self, ends: Sequence[Vector]) -> None:
         """Let motions keep clear of everything, as far as the states (m,) that they join do."""
-        self.clearance = self._kept(ends, True, (CLEARANCE,))
-        self.hull_clearance = self._kept(ends, False, (HULL_CLEARANCE, CLEARANCE))
+        self.clearance = CLEARANCE if self._kept(ends, True, CLEARANCE) else 0.0
+        self.hull_clearance = CLEARANCE if self._kept(ends, False, CLEARANCE) else 0.0
 
-    def _kept(self, ends: Sequence[Vector], exact: bool, wanted: Sequence[float]) -> float:
-        return next((clearance for clearance in wanted if all(
-            self.free(values, exact, clearance) for values in ends)), 0.0)
+    def keep_clear_of_hulls(self, ends: Sequence[Vector]) -> None:
+        """Let a search keep farther away, where the states (m,) that it shall join do."""
+        if self._kept(ends, False, HULL_CLEARANCE):
+            self.hull_clearance = HULL_CLEARANCE
+
+    def _kept(self, ends: Sequence[Vector], exact: bool, clearance: float) -> bool:
+        return all(self.free(values, exact, clearance) for values in ends)
 
     def why_not(self, values: Vector) -> str:
         """Return what is wrong with a state (m,), as a phrase, or ''."""

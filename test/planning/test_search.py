@@ -40,10 +40,10 @@ def post(planar_scene, add_box):
 
 @pytest.fixture
 def found(validity, clock, log):
-    """Return a function that searches a way from LEFT to RIGHT: (waypoints, finely checked)."""
-    def find(seed):
+    """Return a function that searches a way: (waypoints, whether they were finely checked)."""
+    def find(seed, start=LEFT, goal=RIGHT):
         problem = SearchProblem(
-            validity, LEFT, (RIGHT,), PlannerChoice(), np.random.default_rng(seed))
+            validity, start, (goal,), PlannerChoice(), np.random.default_rng(seed))
         return find_rough_path(problem, Budget(clock, 5.0, lambda: False), 1, log)
     return find
 
@@ -73,7 +73,9 @@ def test_motions_keep_what_their_ends_keep(
 ):
     """A path stays clear of objects, but of none more than its start and its goal do."""
     add_box(planar_scene, 'ahead', (0.1, 0.1, 0.1), (TIP + gap + 0.05, 0.0, 0.0))
-    validity.keep_clear([np.array([1.5, 0.0, 0.0]), STRAIGHT])
+    ends = [np.array([1.5, 0.0, 0.0]), STRAIGHT]
+    validity.keep_clear(ends)
+    validity.keep_clear_of_hulls(ends)
     assert (validity.clearance, validity.hull_clearance) == (exact, hulls)
 
 
@@ -82,9 +84,21 @@ def test_hulls_are_kept_away_from_farther(planar_scene, add_box, validity):
     corner = float(np.hypot(TIP, 0.02))
     add_box(planar_scene, 'ahead', (0.1, 0.02, 0.1), (corner + 0.003 + 0.05, 0.0, 0.0))
     first, second = np.array([-0.4, 0.0, 0.0]), np.array([0.4, 0.0, 0.0])
-    validity.keep_clear([first, second])
+    validity.keep_clear_of_hulls([first, second])
     assert not validity.motion_free(first, second, exact=False)
+    validity.keep_clear([first, second])
+    assert validity.motion_free(first, second, exact=False)
     assert validity.motion_free(first, second)
+
+
+def test_a_straight_line_may_be_closer(planar_scene, add_box, found):
+    """Only a search keeps half a centimetre away; a straight line that is free is taken."""
+    corner = float(np.hypot(TIP, 0.02))
+    add_box(planar_scene, 'ahead', (0.1, 0.02, 0.1), (corner + 0.003 + 0.05, 0.0, 0.0))
+    first, second = np.array([-0.4, 0.0, 0.0]), np.array([0.4, 0.0, 0.0])
+    waypoints, finely = found(0, first, second)
+    assert finely
+    assert np.array_equal(waypoints, [first, second])
 
 
 def test_closer_where_there_is_no_way_otherwise(monkeypatch, post, validity, found):
