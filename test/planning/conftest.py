@@ -5,6 +5,8 @@
 import itertools
 import logging
 import math
+from pathlib import Path
+import sys
 
 import numpy as np
 import pytest
@@ -23,14 +25,11 @@ from armsim_ros.model.robot_model import (
 )
 from armsim_ros.model.transforms import pose_matrix
 from armsim_ros.planning.planner import MotionPlanner
-from armsim_ros.planning.request import (
-    Constraints,
-    JointConstraint,
-    MotionPlanRequest,
-    StartState,
-)
 from armsim_ros.planning.scene import PlanningScene
 from armsim_ros.planning.scene_update import CollisionObjectUpdate
+
+sys.path.insert(0, str(Path(__file__).parent))
+from six_axis_requests import WALL
 
 X, Y, Z = np.eye(3)
 
@@ -167,23 +166,9 @@ def add_box():
 
 @pytest.fixture
 def wall(six_scene, add_box):
-    """Return a scene with a wall that the six-axis arm has to get around."""
-    add_box(six_scene, 'wall', (0.5, 0.02, 0.6), (0.5, 0.0, 0.3))
+    """Return a scene in which a wall stands between LEFT and RIGHT."""
+    add_box(six_scene, 'wall', *WALL)
     return six_scene
-
-
-@pytest.fixture
-def past_the_wall():
-    """Return a function that makes a request from one side of the wall to the other."""
-    left, right = (-0.9, 1.2, 0.3, 0.0, 0.5, 0.0), (0.9, 1.2, 0.3, 0.0, 0.5, 0.0)
-    names = tuple(f'axis{k}' for k in range(1, 7))
-
-    def make(**parts):
-        goal = Constraints(tuple(
-            JointConstraint(name, value, 1e-4, 1e-4)
-            for name, value in zip(names, right, strict=True)))
-        return MotionPlanRequest('arm', (goal,), StartState(names, left), **parts)
-    return make
 
 
 @pytest.fixture

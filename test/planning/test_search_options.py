@@ -5,6 +5,7 @@
 import itertools
 
 import pytest
+from six_axis_requests import joint_goal, request, RIGHT
 
 from armsim_ros.planning import search
 from armsim_ros.planning.planners import PlannerTable
@@ -12,13 +13,13 @@ from armsim_ros.planning.settings import PlanningSettings
 
 
 @pytest.fixture
-def planned(wall, past_the_wall, plan_for, clock):
+def planned(wall, plan_for, clock):
     """Return a function that plans around the wall with an RRTConnect of some settings."""
     def plan(cancelled=lambda: False, **parameters):
         settings = PlanningSettings(planners=PlannerTable(
             {'mine': {'type': 'geometric::RRTConnect', **parameters}}, {'arm': 'mine'}))
         return plan_for(wall, settings).plan(
-            past_the_wall(seed=1, allowed_planning_time=1.0), wall, clock=clock,
+            request(joint_goal(RIGHT), allowed_planning_time=1.0), wall, clock=clock,
             cancelled=cancelled)
     return plan
 

@@ -7,6 +7,7 @@ import signal
 import time
 
 import pytest
+from six_axis_requests import joint_goal, LEFT, request, RIGHT
 
 from armsim_ros.planning import search
 from armsim_ros.planning.planner import MotionPlanner
@@ -36,12 +37,13 @@ def planner(wall, log, request):
 
 
 @pytest.fixture
-def planned(planner, wall, past_the_wall):
+def planned(planner, wall):
     """Return a function that plans around the wall, within a time [s]."""
     def plan(seconds=LONG, cancelled=lambda: False, **parts):
+        parts = {'seed': -1, 'allowed_planning_time': seconds, **parts}
         return planner.plan(
-            past_the_wall(allowed_planning_time=seconds, **parts), wall.snapshot(),
-            clock=time.monotonic, cancelled=cancelled)
+            request(joint_goal(RIGHT), **parts), wall.snapshot(), clock=time.monotonic,
+            cancelled=cancelled)
     return plan
 
 
@@ -59,15 +61,13 @@ def ended(process):
         return True
 
 
-def test_the_other_process_answers(endless, planned, planner, past_the_wall):
+def test_the_other_process_answers(endless, planned, planner):
     """Where the search here finds nothing the other process's trajectory is the answer."""
     response = planned()
     assert response.success, response.message
     first, last = response.trajectory.points[0], response.trajectory.points[-1]
-    request = past_the_wall()
-    goal = [one.position for one in request.goal_constraints[0].joint_constraints]
-    assert first.positions == pytest.approx(request.start_state.positions)
-    assert last.positions == pytest.approx(goal, abs=1e-3)
+    assert first.positions == pytest.approx(LEFT)
+    assert last.positions == pytest.approx(RIGHT, abs=1e-3)
     assert 0.0 < response.planning_time < LONG
     assert pid(planner) is not None
 
