@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 import re
@@ -133,15 +133,22 @@ def running(until_folder_ends: Callable[..., Stack]) -> Stack:
 
 
 @contextmanager
-def running_stack() -> Iterator[Stack]:
-    """Run a stack and a node beside it."""
+def running_stack(*words: str) -> Iterator[Stack]:
+    """Run a stack, with these words for bringup, and a node beside it."""
     with (
         private_domain() as domain,
         ClientNode(domain, 'move_group_tests') as client,
-        Program.module('armsim_ros', 'bringup', environment=ros_environment(domain)) as program,
+        Program.module(
+            'armsim_ros', 'bringup', *words, environment=ros_environment(domain)) as program,
     ):
         program.wait_for_line(re.escape(READY), 60.0)
         yield Stack(client, program)
+
+
+@pytest.fixture
+def another_stack() -> Callable[..., AbstractContextManager[Stack]]:
+    """Return what runs a stack of a test's own, with these words for bringup."""
+    return running_stack
 
 
 @pytest.fixture
