@@ -78,7 +78,8 @@ def shortened(
             vain, draws = 0, min(2 * draws, DRAWS)
         else:
             vain, draws = vain + 1, max(draws // 2, 1)
-    return _cut(_reduced(path, motion_free, stop), corner_free or motion_free, stop)
+    path = _reduced(path, motion_free, stop)
+    return without_repeats(_cut(path, corner_free or motion_free, stop))
 
 
 def _reduced(
