@@ -59,6 +59,10 @@ PLANNER_TYPES = tuple(sorted({*_BOUND, *_NEAREST}))
 THREADED = frozenset({'PRM', 'PRMstar'})
 """Planners that look for a path in a second thread while the first one samples."""
 
+OPTIMIZING = frozenset(
+    {'AORRTC', 'BITstar', 'InformedRRTstar', 'PRMstar', 'RRTstar', 'SORRTstar'})
+"""Planners that make a path shorter until the time is over."""
+
 
 def _boolean(value: object) -> bool:
     return str(value).strip().lower() in ('1', 'true', 'yes', 'on')
@@ -125,6 +129,11 @@ class PlannerChoice:
         """Return what searches pieces of a path again: RRTConnect, whatever found the path."""
         own = self.parameters.get('adaptive_domains', True)
         return PlannerChoice(parameters={'adaptive_domains': own})
+
+    @property
+    def takes_all_time(self) -> bool:
+        """Whether a plan takes as long as it may, however soon there is a path."""
+        return self.anytime or self.type in OPTIMIZING
 
     @property
     def anytime(self) -> bool:

@@ -19,8 +19,9 @@ import subprocess
 import sys
 import time
 
+from armsim_ros.errors import PlanningError
 from armsim_ros.model.robot_model import RobotModel
-from armsim_ros.planning.log import Log
+from armsim_ros.planning.log import Log, silent_log
 from armsim_ros.planning.messages import readable, received, send
 from armsim_ros.planning.pilz.commands import PIPELINE as PILZ
 from armsim_ros.planning.request import MotionPlanRequest, MotionPlanResponse
@@ -98,7 +99,11 @@ class Race:
         now = time.monotonic()
         if now >= self._next_look:
             self._next_look = now + POLL
-            self._look()
+            try:
+                self._look()
+            except Exception as error:  # noqa: BLE001 - the search here goes on without
+                self._next_look = math.inf
+                self._process.fail(error)
         return self._answer is not None
 
     def _look(self) -> None:
@@ -145,7 +150,8 @@ class SecondProcess:
         """
         Have the process plan a request, too, where it takes longer than the delay.
 
-        A request that has to be repeatable, or whose planner knows no chance, is left alone.
+        Left alone are requests that have to be repeatable, or whose planner knows no chance or
+        takes all the time that it is given.
 
         :param content: of the scene that the request comes to.
         :param seconds: that the request has from now on [s].
@@ -169,11 +175,18 @@ class SecondProcess:
 
     def _of_use(self, request: MotionPlanRequest, settings: PlanningSettings) -> bool:
         """Return whether chance decides how long a request takes, and may do so."""
-        return (
-            self._delay > 0.0 and self._starts_in_vain < MOST_STARTS
-            and max(request.seed, settings.seed) < 0
-            and (request.pipeline_id or settings.default_pipeline) != PILZ
-        )
+        if (
+            self._delay <= 0.0 or self._starts_in_vain >= MOST_STARTS
+            or max(request.seed, settings.seed) >= 0
+            or (request.pipeline_id or settings.default_pipeline) == PILZ
+        ):
+            return False
+        try:
+            planner = settings.planners.choose(
+                request.planner_id, request.group_name, silent_log())
+        except PlanningError:
+            return False
+        return not planner.takes_all_time
 
     @property
     def idle(self) -> bool:
@@ -213,6 +226,14 @@ class SecondProcess:
         if self._process is not None:
             self._send(GIVE_UP)
 
+    def fail(self, error: Exception) -> None:
+        """Never use a process again."""
+        self._log.warning(
+            'requests are planned without a second attempt from now on: '
+            f'{type(error).__name__}: {error}')
+        self._starts_in_vain = MOST_STARTS
+        self.close()
+
     def close(self) -> None:
         """End the process."""
         if self._process is not None:
@@ -240,10 +261,11 @@ class SecondProcess:
         assert self._process is not None
         assert self._process.stdin is not None
         assert self._process.stdout is not None
-        self._starts_in_vain = 0 if self._ready else self._starts_in_vain + 1
-        if self._starts_in_vain == MOST_STARTS:
-            self._log.warning(
-                'the process for second attempts does not start; requests are planned without')
+        if self._starts_in_vain < MOST_STARTS:
+            self._starts_in_vain = 0 if self._ready else self._starts_in_vain + 1
+            if self._starts_in_vain == MOST_STARTS:
+                self._log.warning('the process for second attempts does not start; requests '
+                                  'are planned without')
         self._process.kill()
         self._process.stdin.close()
         self._process.stdout.close()

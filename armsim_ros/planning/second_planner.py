@@ -5,12 +5,12 @@
 from __future__ import annotations
 
 from contextlib import suppress
-import logging
 import os
 import signal
 import time
 
 from armsim_ros.kinematics.kinematic_model import KinematicModel
+from armsim_ros.planning.log import silent_log
 from armsim_ros.planning.messages import readable, received, send
 from armsim_ros.planning.planner import MotionPlanner, warm_up
 from armsim_ros.planning.scene import PlanningScene
@@ -34,9 +34,6 @@ def main() -> None:
 
 def serve(incoming: int, outgoing: int) -> None:
     """Answer jobs until the end of file, or until none came for a while."""
-    log = logging.getLogger('second attempt')
-    log.addHandler(logging.NullHandler())
-    log.propagate = False
     scene: PlanningScene | None = None
     planner: MotionPlanner | None = None
     warm_up()
@@ -49,7 +46,7 @@ def serve(incoming: int, outgoing: int) -> None:
             continue
         if job.robot is not None:
             scene = PlanningScene(KinematicModel(job.robot))
-            planner = MotionPlanner(scene, log=log)
+            planner = MotionPlanner(scene, log=silent_log())
         assert scene is not None
         assert planner is not None
         planner.settings = job.settings

@@ -14,7 +14,7 @@ from armsim_ros.planning.planner import MotionPlanner
 from armsim_ros.planning.settings import PlanningSettings
 
 LONG = 60.0
-PREEMPTED, TIMED_OUT = -7, -6
+SUCCESS, TIMED_OUT, PREEMPTED = 1, -6, -7
 
 
 @pytest.fixture
@@ -107,6 +107,16 @@ def test_without_a_delay_there_is_none(endless, planned, planner):
     assert pid(planner) is None
 
 
+@pytest.mark.parametrize('planner', [1e-9], indirect=True)
+@pytest.mark.parametrize('parts', [
+    {'planner_id': 'RRTstar'},
+    {'pipeline_id': 'pilz_industrial_motion_planner', 'planner_id': 'PTP'}])
+def test_planners_that_would_win_nothing(planned, planner, parts):
+    """What takes its time anyway, or knows no chance, is planned in one process."""
+    planned(0.3, **parts)
+    assert pid(planner) is None
+
+
 def test_a_cancel_counts_more_than_an_answer(endless, planned):
     """A cancelled request is cancelled, whatever the other process does."""
     began = time.monotonic()
@@ -139,6 +149,21 @@ def test_a_process_that_does_not_start_is_given_up(endless, planned, planner, lo
     assert planned(2.0).error_code == TIMED_OUT
     assert planned(0.3).error_code == TIMED_OUT
     assert log.recorder.text().count('does not start') == 1
+    assert pid(planner) is None
+
+
+@pytest.mark.parametrize('kind', ['RRTConnect', 'PRM'])
+def test_what_cannot_be_told_to_the_process(endless, planned, planner, log, monkeypatch, kind):
+    """Trouble with the process ends no search, in whatever thread it shows: one line tells it."""
+    def refuse(_file, _message):
+        raise TypeError('cannot pickle')
+
+    monkeypatch.setattr('armsim_ros.planning.second_attempt.send', refuse)
+    planner._second._delay = 1e-9
+    monkeypatch.setattr(planner._second, '_ready', True)
+    assert planned(2.0, planner_id=kind).error_code in (SUCCESS, TIMED_OUT)
+    assert planned(0.3).error_code == TIMED_OUT
+    assert log.recorder.text().count('cannot pickle') == 1
     assert pid(planner) is None
 
 
