@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 import math
 
 import numpy as np
@@ -111,6 +111,32 @@ class InverseKinematics:
                 )
             search.rejected += 1
         return search.result(self.group, targets)
+
+    def solve_batch(
+        self,
+        batch: Iterable[Sequence[IKTarget]],
+        seed: Vector,
+        *,
+        is_valid: Callable[[Vector], bool] | None = None,
+        rng: np.random.Generator | None = None,
+        max_starts: int | None = None,
+    ) -> list[IKResult]:
+        """
+        Return a result for each of many targets, as :meth:`solve` does.
+
+        Each is searched from the solution before it, so that poses that lie close together get
+        solutions that do.
+
+        :param batch: what is wanted in each case, in the order to be solved.
+        :param seed: (n,) first start, and state of the joints outside the group.
+        """
+        results = []
+        for targets in batch:
+            result = self.solve(
+                targets, seed, is_valid=is_valid, rng=rng, max_starts=max_starts)
+            seed = seed if result.q is None else result.q
+            results.append(result)
+        return results
 
     def solutions(
         self,

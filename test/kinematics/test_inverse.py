@@ -92,6 +92,18 @@ def test_full_turns_lead_to_the_seed(ur5):
             assert not (allowed & nearer).any()
 
 
+def test_many_targets_follow_each_other(sunday):
+    """Of many targets each starts where the one before it ended; one out of reach is passed by."""
+    first, last = random_states(sunday, 'arm', 2)
+    states = [first + part * (last - first) for part in np.linspace(0.0, 0.3, 60)]
+    targets = [[IKTarget('tool', sunday.link_pose(state, 'tool'))] for state in states]
+    targets.insert(30, [IKTarget('tool', pose_matrix((5.0, 0.0, 1.0)))])
+    results = InverseKinematics(sunday, 'arm').solve_batch(targets, first)
+    assert [k for k, result in enumerate(results) if not result.success] == [30]
+    found = np.array([result.q for result in results if result.success])
+    assert found == pytest.approx(np.array(states), abs=1e-4)
+
+
 def test_unreachable_pose_says_by_how_much(sunday):
     """A pose out of reach has a reason with numbers, and no solution."""
     target = IKTarget('tool', pose_matrix((5.0, 0.0, 1.0)))
