@@ -20,7 +20,7 @@ Vector = NDArray[np.float64]
 DEFAULT_RANGE = 0.5
 """Length of one extension of a search tree [rad or m]; OMPL's own is several times longer."""
 
-_CORNER_STEP = 0.25
+_CORNER_STEP = 0.25  # of the search's step
 
 _LARGE_SEED = 2**31 - 1
 

@@ -157,6 +157,8 @@ class SecondProcess:
         :param seconds: that the request has from now on [s].
         """
         began = time.monotonic()
+        if self._process is not None and self._process.poll() is not None:
+            self._gone()
 
         def job() -> Job:
             self._jobs += 1

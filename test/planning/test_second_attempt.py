@@ -152,6 +152,17 @@ def test_a_process_that_does_not_start_is_given_up(endless, planned, planner, lo
     assert pid(planner) is None
 
 
+def test_a_process_that_ended_is_buried(endless, planned, planner):
+    """No dead process is left once there is another request, be it one that needs none."""
+    assert planned().success
+    process = planner._second._process
+    process.kill()
+    os.waitid(os.P_PID, process.pid, os.WEXITED | os.WNOWAIT)
+    planned(0.01, seed=1)
+    assert pid(planner) is None
+    assert not os.path.exists(f'/proc/{process.pid}')
+
+
 @pytest.mark.parametrize('kind', ['RRTConnect', 'PRM'])
 def test_what_cannot_be_told_to_the_process(endless, planned, planner, log, monkeypatch, kind):
     """Trouble with the process ends no search, in whatever thread it shows: one line tells it."""
