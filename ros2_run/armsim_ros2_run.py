@@ -1,7 +1,7 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
 """
-A ``ros2`` that can ``run``, for an environment that pip made and that has no ros2cli.
+A ``ros2`` that can ``run`` and ``launch``, for an environment of pip's that has no ros2cli.
 
 Where a real ros2 lies further down PATH, that one does everything: it is told of this
 environment's packages and takes this process over.
@@ -17,9 +17,10 @@ import shlex
 import sys
 
 USAGE = """usage: ros2 run [--prefix COMMAND] PACKAGE PROGRAM [argument ...]
+       ros2 launch PACKAGE FILE [NAME:=VALUE ...]
 
-This ros2 belongs to a Python environment without ROS 2's own tools: it can only run programs.
-For the other verbs (topic, action, launch, control ...) install ROS 2 Jazzy
+This ros2 belongs to a Python environment without ROS 2's own tools: it can only run programs
+and launch files. For the other verbs (topic, action, control ...) install ROS 2 Jazzy
 (https://docs.ros.org/en/jazzy/Installation.html) and source it; this command then hands over
 to that ros2 by itself."""
 
@@ -41,9 +42,15 @@ def main() -> int:
         if not argv or argv[0] in ('-h', '--help'):
             print(USAGE)
             return 0 if argv else 2
-        if argv[0] != 'run':
-            raise RunError(f"this ros2 cannot '{argv[0]}'{launch_hint(argv)}\n{USAGE}")
-        command = run_command(argv[1:], package_prefixes())
+        if argv[0] == 'launch':
+            command = launch_command(argv[1:])
+        elif len(argv) == 3 and argv[0] == 'run' and argv[2] in ('-h', '--help'):
+            print(programs_text(argv[1], package_prefixes()))
+            return 0
+        elif argv[0] == 'run':
+            command = run_command(argv[1:], package_prefixes())
+        else:
+            raise RunError(f"this ros2 cannot '{argv[0]}'\n{USAGE}")
         os.execvp(command[0], command)
     except RunError as error:
         print(f'ros2: {error}', file=sys.stderr)
@@ -84,20 +91,38 @@ def find_program(package: str, program: str, prefixes: Sequence[Path]) -> Path:
 
     :raises RunError: where there is none; names those there are.
     """
+    folder, names = programs_of(package, prefixes)
+    if program in names:
+        return folder / program
+    raise RunError(f"package '{package}' has no program '{program}'"
+                   f'{_hint(program, names)} (it has: {", ".join(names) or "none"})')
+
+
+def programs_of(package: str, prefixes: Sequence[Path]) -> tuple[Path, list[str]]:
+    """
+    Return the folder of a package's programs and their names.
+
+    :raises RunError: there is no such package.
+    """
     for prefix in prefixes:
-        if not _marker_folder(prefix).joinpath(package).is_file():
-            continue
-        folder = prefix / 'lib' / package
-        names = sorted(path.name for path in folder.iterdir() if _is_program(path)) \
-            if folder.is_dir() else []
-        if program in names:
-            return folder / program
-        raise RunError(f"package '{package}' has no program '{program}'"
-                       f'{_hint(program, names)} (it has: {", ".join(names) or "none"})')
+        if _marker_folder(prefix).joinpath(package).is_file():
+            folder = prefix / 'lib' / package
+            files = folder.iterdir() if folder.is_dir() else ()
+            return folder, sorted(path.name for path in files if _is_program(path))
     known = sorted({path.name for prefix in prefixes if _marker_folder(prefix).is_dir()
                     for path in _marker_folder(prefix).iterdir()})
     raise RunError(f"package '{package}' not found{_hint(package, known)} (looked in: "
                    f'{", ".join(map(str, prefixes))})')
+
+
+def programs_text(package: str, prefixes: Sequence[Path]) -> str:
+    """
+    Return what ``ros2 run PACKAGE --help`` says: the package's programs.
+
+    :raises RunError: where there is no such package.
+    """
+    rows = [f'  ros2 run {package} {name}' for name in programs_of(package, prefixes)[1]]
+    return '\n'.join([f"programs of '{package}' (each has a --help of its own):", *rows])
 
 
 def package_prefixes() -> list[Path]:
@@ -137,12 +162,18 @@ def environment_for_real_ros2() -> dict[str, str]:
     return environment
 
 
-def launch_hint(argv: Sequence[str]) -> str:
-    """Return what to type in place of ``ros2 launch PACKAGE NAME.launch.py argument ...``."""
-    if argv[0] != 'launch' or len(argv) < 3:
-        return ''
-    name = argv[2].partition('.launch')[0]
-    return f'; without ros2 launch, use: ros2 run {shlex.join([argv[1], name, *argv[3:]])}'
+def launch_command(argv: Sequence[str]) -> list[str]:
+    """
+    Return the words that the verb launch starts.
+
+    :param argv: the words after ``launch``.
+    :raises RunError: where armsim_ros, whose command does it, is not in this environment.
+    """
+    armsim = Path(sys.prefix, 'bin', 'armsim')
+    if not _is_program(armsim):
+        raise RunError(f"there is no {armsim}; install armsim_ros into this environment, its "
+                       "'armsim launch' runs launch files")
+    return [str(armsim), 'launch', *argv]
 
 
 def _marker_folder(prefix: Path) -> Path:
