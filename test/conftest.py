@@ -6,28 +6,76 @@ from contextlib import ExitStack
 import os
 from pathlib import Path
 
+from machine import Machine
 import pytest
 
 from armsim_ros.cli.environment import announce_often, FASTDDS_PROFILES
+from armsim_ros.cli.quiet_end import QuietEnd
 
 #: Domain ids up to 101 keep Fast DDS below the ephemeral ports of Linux.
 _FIRST_DOMAIN, _LAST_DOMAIN = 40, 99
 
 
+#: Folders whose tests run programs in real time, beside core tests that are none the worse.
+_REAL_TIME = [
+    Path(__file__).parent / name
+    for name in ('conformance', 'interfaces', 'launch', 'nodes', 'packaging', 'system')
+]
+_MACHINE = pytest.StashKey()
+_END = pytest.StashKey()
 #: Folder -> what its tests share.
 _SHARED = pytest.StashKey()
 
 
 def pytest_configure(config):
-    """Choose the domain; a ROS_DOMAIN_ID that the caller set is kept."""
-    domain = _FIRST_DOMAIN + os.getpid() % (_LAST_DOMAIN - _FIRST_DOMAIN + 1)
-    os.environ.setdefault('ROS_DOMAIN_ID', str(domain))
+    """Choose the domain; workers of pytest-xdist take those after what the caller set."""
+    domain = int(os.environ.get('ROS_DOMAIN_ID', _FIRST_DOMAIN + os.getpid()))
+    worker = os.environ.get('PYTEST_XDIST_WORKER')
+    if worker:
+        domain += 1 + int(worker.removeprefix('gw'))
+    if worker or 'ROS_DOMAIN_ID' not in os.environ:
+        domain = _FIRST_DOMAIN + (domain - _FIRST_DOMAIN) % (_LAST_DOMAIN - _FIRST_DOMAIN + 1)
+    os.environ['ROS_DOMAIN_ID'] = str(domain)
     os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
     for name in ('RMW_IMPLEMENTATION', 'ROS_STATIC_PEERS', 'ROS_LOCALHOST_ONLY',
                  'ROS_NAMESPACE', *FASTDDS_PROFILES):
         os.environ.pop(name, None)
     announce_often()
     config.stash[_SHARED] = {}
+    config.stash[_END] = QuietEnd()
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_sessionfinish(session, exitstatus):
+    """Leave with this status, and without a report of what bindings have leaked."""
+    session.config.stash[_END].status = int(exitstatus)
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_collection_modifyitems(items):
+    """
+    Put tests of real-time programs first: they wait long, and core tests fill the gaps later.
+
+    They run again after a failure where the host kept the processors to itself.
+    """
+    machine = Machine()
+    for item in items:
+        if _is_real_time(item):
+            item.add_marker(pytest.mark.flaky(reruns=3, condition=machine.was_starved))
+            item.stash[_MACHINE] = machine
+    items.sort(key=_is_real_time, reverse=True)
+
+
+def _is_real_time(item):
+    return any(folder in item.path.parents for folder in _REAL_TIME)
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_runtest_setup(item):
+    """Measure what the host takes from the beginning of each test on."""
+    machine = item.stash.get(_MACHINE, None)
+    if machine:
+        machine.begin()
 
 
 @pytest.fixture(scope='session')
@@ -58,3 +106,81 @@ def pytest_runtest_teardown(item, nextitem):
     for folder in list(shared):
         if nextitem is None or not nextitem.path.is_relative_to(folder):
             shared.pop(folder).close()
+
+
+@pytest.fixture
+def small_package(tmp_path, monkeypatch):
+    """Return a workspace with one small MoveIt package; nothing else is found as a package."""
+    monkeypatch.setenv('AMENT_PREFIX_PATH', '')
+    return SmallPackage(tmp_path / 'ws' / 'src')
+
+
+class SmallPackage:
+    """
+    Two packages as robots are published: ``NAME_moveit_config`` and ``NAME_description``.
+
+    The arm has two joints and a gripper of one; tests write, replace and remove files.
+    """
+
+    LINK = ('<link name="{0}"><inertial><mass value="1"/><inertia ixx="0.01" ixy="0" ixz="0" '
+            'iyy="0.01" iyz="0" izz="0.01"/></inertial></link>')
+    JOINT = ('<joint name="{0}" type="revolute"><parent link="{1}"/><child link="{2}"/>'
+             '<origin xyz="0 0 0.2"/><axis xyz="0 1 0"/>'
+             '<limit lower="-2" upper="2" effort="50" velocity="2"/></joint>')
+    ARM = ''.join((
+        LINK.format('base'), LINK.format('upper'), LINK.format('lower'), LINK.format('finger'),
+        JOINT.format('shoulder', 'base', 'upper'), JOINT.format('elbow', 'upper', 'lower'),
+        JOINT.format('grip', 'lower', 'finger')))
+    SRDF = ('<robot name="small"><group name="arm"><joint name="shoulder"/><joint name="elbow"/>'
+            '</group><group_state name="bent" group="arm"><joint name="shoulder" value="0.5"/>'
+            '<joint name="elbow" value="-0.5"/></group_state></robot>')
+    XACRO = '<robot xmlns:xacro="http://www.ros.org/wiki/xacro" name="small">{0}</robot>'
+    MOVEIT = (
+        'moveit_controller_manager: moveit_simple_controller_manager/'
+        'MoveItSimpleControllerManager\n'
+        'moveit_simple_controller_manager:\n'
+        '  controller_names: [arm_controller]\n'
+        '  arm_controller:\n'
+        '    {type: FollowJointTrajectory, action_ns: follow_joint_trajectory, default: true,\n'
+        '     joints: [shoulder, elbow]}\n')
+    ROS2 = (
+        'controller_manager:\n  ros__parameters:\n    update_rate: 500\n'
+        '    arm_controller: {type: joint_trajectory_controller/JointTrajectoryController}\n'
+        '    joint_state_broadcaster: {type: joint_state_broadcaster/JointStateBroadcaster}\n'
+        'arm_controller:\n  ros__parameters:\n    joints: [shoulder, elbow]\n'
+        '    command_interfaces: [position]\n    state_interfaces: [position, velocity]\n')
+
+    def __init__(self, src, name='small'):
+        self.name = name
+        self.src = src
+        self.folder = src / 'repository' / f'{name}_moveit_config'
+        self.description = src / 'repository' / 'description_folder'
+        self.write('package.xml', f'<package><name>{name}_moveit_config</name></package>')
+        self.write('../description_folder/package.xml',
+                   f'<package><name>{name}_description</name></package>')
+        self.write('../description_folder/urdf/arm.urdf', self.XACRO.format(self.ARM))
+        self.write(f'config/{name}.urdf.xacro', self.XACRO.format(
+            f'<xacro:include filename="$(find {name}_description)/urdf/arm.urdf"/>'))
+        self.write(f'config/{name}.srdf', self.SRDF)
+        self.write('config/moveit_controllers.yaml', self.MOVEIT)
+        self.write('config/ros2_controllers.yaml', self.ROS2)
+
+    def write(self, name, text):
+        """Write a file of the MoveIt package."""
+        path = self.folder / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text)
+        return path
+
+    def remove(self, *names):
+        """Remove files."""
+        for name in names:
+            (self.folder / name).unlink()
+
+    def ros2_control(self, *joints, plugin='vendor/Hardware', name='Arm', more=''):
+        """Put a ``<ros2_control>`` tag into the URDF."""
+        tag = (f'<ros2_control name="{name}" type="system"><hardware><plugin>{plugin}</plugin>'
+               f'</hardware>{"".join(joints)}</ros2_control>')
+        self.write(f'config/{self.name}.urdf.xacro', self.XACRO.format(
+            f'<xacro:include filename="$(find {self.name}_description)/urdf/arm.urdf"/>'
+            f'{tag}{more}'))

@@ -44,8 +44,8 @@ UNUSED_BLOCKS: Mapping[str, str] = {
     'planning_scene_monitor_options': '',
     'robot_description': 'the URDF file is read',
     'robot_description_semantic': 'the SRDF file is read',
-    'publish_robot_description': 'the description is always published',
-    'publish_robot_description_semantic': 'the description is always published',
+    'publish_robot_description': 'bringup publishes the description always',
+    'publish_robot_description_semantic': 'bringup publishes the description always',
 }
 
 
@@ -180,8 +180,7 @@ BLOCKS: Mapping[str, Take] = {
     **{key: _entry('trajectory_execution') for key in KEYS_BESIDE},
     **{key: _entry('planning_parameters') for key in known_keys(PlanningParameters)},
     **{key: _entry('ompl') for key in
-       ('jiggle_fraction', 'start_state_max_bounds_error', 'planning_seed',
-        'second_attempt_delay')},
+       ('jiggle_fraction', 'start_state_max_bounds_error', 'planning_seed')},
     'trajectory_execution': _whole('trajectory_execution'),
     'robot_description_kinematics': _whole('kinematics'),
     'robot_description_planning': _take_robot_description_planning,

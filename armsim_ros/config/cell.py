@@ -117,7 +117,7 @@ def read_cell(file: Path) -> tuple[CellSettings, YamlNode]:
     """
     problems: list[Problem] = []
     node = read_yaml_file(file)
-    cell = read_settings(CellSettings, node, problems, title='cell')
+    cell = read_settings(CellSettings, node, problems, title='cell', tolerant=False)
     if cell is None:
         raise ConfigError(problems)
     return cell, node

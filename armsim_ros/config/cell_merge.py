@@ -11,7 +11,7 @@ from armsim_ros.config.base import Settings
 from armsim_ros.config.ompl_planning import OmplGroup, OmplSettings, PlannerConfig
 from armsim_ros.config.pid_gains import PidGains
 from armsim_ros.config.robot_settings import RobotSettings
-from armsim_ros.config.simulation import ServoSettings, SimulationSettings
+from armsim_ros.config.simulation import JointServoSettings, SimulationSettings
 from armsim_ros.errors import Problem, Severity
 
 AnySettings = TypeVar('AnySettings', bound=Settings)
@@ -105,7 +105,7 @@ class _Merge:
 
     def simulation(self) -> SimulationSettings:
         """Return one physics with the joints of all robots in it."""
-        servo: ServoSettings = self.block(
+        servo: JointServoSettings = self.block(
             'simulation', self._own.simulation.servo, inside='servo',
             gains=self._gains(), default_gains=self._own.simulation.servo.default_gains)
         own = self._own.simulation

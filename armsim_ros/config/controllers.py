@@ -6,30 +6,69 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+import re
 from typing import Any
 
 from armsim_ros.config.base import parameter, Settings
+from armsim_ros.config.forward_command_controller import (
+    ForwardCommandControllerParameters,
+    JointEffortControllerParameters,
+    JointGroupEffortControllerParameters,
+    JointGroupPositionControllerParameters,
+    JointGroupVelocityControllerParameters,
+    JointPositionControllerParameters,
+    JointVelocityControllerParameters,
+    MultiInterfaceForwardCommandControllerParameters,
+)
+from armsim_ros.config.gpio_command_controller import GpioCommandControllerParameters
 from armsim_ros.config.gripper_action_controller import (
     GripperActionControllerParameters,
     ParallelGripperActionControllerParameters,
 )
 from armsim_ros.config.joint_state_broadcaster import JointStateBroadcasterParameters
-from armsim_ros.config.joint_trajectory_controller import JointTrajectoryControllerParameters
+from armsim_ros.config.joint_trajectory_controller import (
+    JointTrajectoryControllerParameters,
+    ScaledJointTrajectoryControllerParameters,
+)
+from armsim_ros.config.sensor_broadcasters import (
+    ForceTorqueSensorBroadcasterParameters,
+    IMUSensorBroadcasterParameters,
+    PoseBroadcasterParameters,
+    SpeedScalingStateBroadcasterParameters,
+)
+from armsim_ros.config.stand_in import StandInParameters
 from armsim_ros.config.validation import known_keys, read_settings
 from armsim_ros.config.yaml_node import node_of, split_keys, YamlNode
-from armsim_ros.errors import nearest, Problem, Severity
+from armsim_ros.errors import ignored, nearest, Problem, Severity
 
 TRAJECTORY = 'joint_trajectory_controller/JointTrajectoryController'
+SCALED_TRAJECTORY = 'ur_controllers/ScaledJointTrajectoryController'
 BROADCASTER = 'joint_state_broadcaster/JointStateBroadcaster'
 
 #: ROS 2 type -> its parameters.
 PARAMETERS: Mapping[str, type[Settings]] = {
     TRAJECTORY: JointTrajectoryControllerParameters,
+    SCALED_TRAJECTORY: ScaledJointTrajectoryControllerParameters,
+    'ur_controllers/SpeedScalingStateBroadcaster': SpeedScalingStateBroadcasterParameters,
+    'force_torque_sensor_broadcaster/ForceTorqueSensorBroadcaster':
+        ForceTorqueSensorBroadcasterParameters,
+    'imu_sensor_broadcaster/IMUSensorBroadcaster': IMUSensorBroadcasterParameters,
+    'pose_broadcaster/PoseBroadcaster': PoseBroadcasterParameters,
+    'gpio_controllers/GpioCommandController': GpioCommandControllerParameters,
     BROADCASTER: JointStateBroadcasterParameters,
     'position_controllers/GripperActionController': GripperActionControllerParameters,
     'effort_controllers/GripperActionController': GripperActionControllerParameters,
     'parallel_gripper_action_controller/GripperActionController':
         ParallelGripperActionControllerParameters,
+    'forward_command_controller/ForwardCommandController': ForwardCommandControllerParameters,
+    'forward_command_controller/MultiInterfaceForwardCommandController':
+        MultiInterfaceForwardCommandControllerParameters,
+    'position_controllers/JointGroupPositionController': JointGroupPositionControllerParameters,
+    'velocity_controllers/JointGroupVelocityController': JointGroupVelocityControllerParameters,
+    'effort_controllers/JointGroupEffortController': JointGroupEffortControllerParameters,
+    'position_controllers/JointPositionController': JointPositionControllerParameters,
+    'velocity_controllers/JointVelocityController': JointVelocityControllerParameters,
+    'effort_controllers/JointEffortController': JointEffortControllerParameters,
 }
 
 
@@ -55,6 +94,15 @@ ROS1_TYPES: Mapping[str, Ros1Type] = {
     'pos_vel_acc_controllers/JointTrajectoryController':
         _trajectory('position', 'velocity', 'acceleration'),
     'joint_state_controller/JointStateController': Ros1Type(BROADCASTER),
+    # Which loop closed in the controller does not matter where the drives follow by themselves.
+    'effort_controllers/JointPositionController':
+        Ros1Type('position_controllers/JointPositionController'),
+    'velocity_controllers/JointPositionController':
+        Ros1Type('position_controllers/JointPositionController'),
+    'effort_controllers/JointVelocityController':
+        Ros1Type('velocity_controllers/JointVelocityController'),
+    'effort_controllers/JointGroupPositionController':
+        Ros1Type('position_controllers/JointGroupPositionController'),
 }
 
 #: Parameters that every ROS 2 controller has, and some of ROS 1 -> why they have no effect here.
@@ -103,7 +151,43 @@ class ControllerSettings(Settings):
         if self.type == BROADCASTER:
             return ()
         joint = getattr(self.parameters, 'joint', None)
-        return (joint,) if joint else tuple(self.parameters.joints)
+        return (joint,) if joint else tuple(getattr(self.parameters, 'joints', ()))
+
+
+@dataclass(frozen=True, slots=True)
+class StandIn:
+    """
+    What runs in place of a controller that only its vendor has.
+
+    :param pattern: of the type.
+    :param type: the type that runs; '' keeps the vendor's name.
+    :param says: the line that a user gets.
+    """
+
+    pattern: re.Pattern[str]
+    parameters: type[Settings]
+    says: str
+    type: str = ''
+
+
+#: The only place that knows of vendors' types: by the last part of their name.
+STAND_INS: tuple[StandIn, ...] = (
+    StandIn(re.compile(r'.*/ScaledJointTrajectoryController'),
+            JointTrajectoryControllerParameters,
+            f"type '{{type}}' runs as '{TRAJECTORY}' at full speed", TRAJECTORY),
+    StandIn(re.compile(r'.*/SpeedScalingStateBroadcaster'), StandInParameters,
+            "type '{type}' is stood in for: it publishes 100.0, the full speed"),
+    StandIn(re.compile(r'joint_state_controller/.*'), JointStateBroadcasterParameters,
+            f"type '{{type}}' runs as '{BROADCASTER}'", BROADCASTER),
+    StandIn(re.compile(r'.*Broadcaster|.*/GPIOController'), StandInParameters,
+            "type '{type}' is stood in for: it can be activated, claims nothing and publishes "
+            'nothing'),
+)
+
+
+def stand_in_for(kind: str) -> StandIn | None:
+    """Return what runs in place of a type that is not ours, None where nothing does."""
+    return next((one for one in STAND_INS if one.pattern.fullmatch(kind)), None)
 
 
 def allowed_types() -> tuple[str, ...]:
@@ -111,13 +195,14 @@ def allowed_types() -> tuple[str, ...]:
     return (*PARAMETERS, *ROS1_TYPES)
 
 
-def read_controller(name: str, node: YamlNode, problems: list[Problem]
-                    ) -> ControllerSettings | None:
+def read_controller(name: str, node: YamlNode, problems: list[Problem], *,
+                    published: bool = False) -> ControllerSettings | None:
     """
     Return one controller, None where its block has mistakes.
 
     :param node: its parameters, ``type`` among them.
     :param problems: mistakes and remarks are added here.
+    :param published: whether the file is a published one, which its reader will not change.
     """
     title = f"controller '{name}'"
     kind = node.get('type')
@@ -129,10 +214,18 @@ def read_controller(name: str, node: YamlNode, problems: list[Problem]
     ros1 = ROS1_TYPES.get(source_type)
     canonical = ros1.type if ros1 else source_type
     parameters = PARAMETERS.get(canonical)
+    stand_in = stand_in_for(source_type) if parameters is None else None
+    if stand_in is not None:
+        canonical, parameters = stand_in.type or source_type, stand_in.parameters
+        problems.append(Problem(f'{title}: {stand_in.says.format(type=source_type)}', kind.where,
+                                severity=Severity.CHANGED))
     if parameters is None:
-        problems.append(Problem(f"{title}: type '{source_type}' is not known", kind.where,
-                                ', '.join(allowed_types()),
-                                nearest(source_type, allowed_types())))
+        allowed = ', '.join(allowed_types())
+        remedy = nearest(source_type, allowed_types())
+        if published:
+            allowed, remedy = '', 'it cannot be loaded here'
+        problems.append(ignored(Problem(
+            f"{title}: type '{source_type}' is not known", kind.where, allowed, remedy)))
         return None
     block = node.without('type')
     if ros1:

@@ -7,12 +7,12 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from armsim_ros.config.yaml_node import merge_nodes, YamlNode
-from armsim_ros.errors import Location, Problem
+from armsim_ros.errors import ignored, Location, Problem
 
 #: The blocks of the neutral form; each is a field of RobotSettings.
 SECTIONS = (
     'controller_manager', 'controllers', 'spawn', 'joint_limits', 'kinematics', 'ompl',
-    'moveit_controllers', 'trajectory_execution', 'planning_parameters', 'simulation',
+    'moveit_controllers', 'trajectory_execution', 'planning_parameters', 'simulation', 'servo',
 )
 
 
@@ -40,16 +40,16 @@ class ConfigDraft:
         return self.sections.get(name, empty_node())
 
     def add(self, section: str, node: YamlNode) -> None:
-        """Lay entries over a block; a key that has another value already is a mistake."""
+        """Lay entries over a block; a key that has another value already takes the new one."""
         known = self.sections.get(section)
         if known is None:
             self.sections[section] = node
             return
         self.sections[section], conflicts = merge_nodes(known, node)
         for path, first, second in conflicts:
-            self.problems.append(Problem(
+            self.problems.append(ignored(Problem(
                 f"{section}: '{path}' has another value here than in {first.place}",
-                second.place, remedy='remove one of the two'))
+                second.place, remedy='remove one of the two')))
 
     def add_entry(self, section: str, key: str, node: YamlNode) -> None:
         """Lay one entry over a block."""

@@ -13,6 +13,7 @@ from typing_extensions import Self
 
 from armsim_ros.config.base import KeyedSettings, parameter, Settings
 from armsim_ros.config.pid_gains import PidGains
+from armsim_ros.config.sensor_broadcasters import SPEED_SCALING
 from armsim_ros.errors import nearest
 
 CommandInterface = Literal['position', 'velocity', 'acceleration', 'effort']
@@ -227,6 +228,24 @@ class JointTrajectoryControllerParameters(Settings):
         return self.command_interfaces in (('velocity',), ('effort',))
 
     @property
+    def speed_source(self) -> str:
+        """The state interface that the pace is read from, '' where it is not."""
+        return self.speed_scaling.state_interface
+
+    @property
     def monitor_period(self) -> float:
         """Time between two feedback messages [s]."""
         return 1.0 / self.action_monitor_rate if self.action_monitor_rate else math.inf
+
+
+class ScaledJointTrajectoryControllerParameters(JointTrajectoryControllerParameters):
+    """Parameters of ``ur_controllers/ScaledJointTrajectoryController``."""
+
+    speed_scaling_interface_name: str = parameter(
+        SPEED_SCALING, "state interface to read the pace from; '' is none", read_only=True
+    )
+
+    @property
+    def speed_source(self) -> str:
+        """The state interface that the pace is read from, '' where it is not."""
+        return self.speed_scaling_interface_name or super().speed_source

@@ -11,13 +11,16 @@ open.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 from armsim_ros.config.blocks import BLOCKS, KEEP_KEYS, UNUSED_BLOCKS
 from armsim_ros.config.draft import ConfigDraft, empty_node
 from armsim_ros.config.ompl_planning import OmplGroup
+from armsim_ros.config.servo import ServoNodeSettings
 from armsim_ros.config.validation import known_keys
 from armsim_ros.config.world import WorldSettings
-from armsim_ros.config.yaml_node import split_keys, YamlNode
-from armsim_ros.errors import nearest, Problem, Severity
+from armsim_ros.config.yaml_node import merge_nodes, split_keys, YamlNode
+from armsim_ros.errors import ignored, nearest, Problem, Severity
 
 ROS2_KEY = 'ros__parameters'
 _CONTROLLER_KEYS = frozenset(
@@ -25,6 +28,9 @@ _CONTROLLER_KEYS = frozenset(
      'action_monitor_rate', 'stop_trajectory_duration', 'goal_time',
      'stopped_velocity_tolerance', 'command_interfaces', 'state_interfaces'})
 _ANY_NODE = '**'
+_ANY = ('**', '*')
+_SERVO_NODES = ('servo_node', 'servo_server', 'moveit_servo')
+_SERVO_KEYS = frozenset(known_keys(ServoNodeSettings))
 _WORLD_KEYS = frozenset(known_keys(WorldSettings))
 _NODES_OF_MOVEIT = frozenset({
     'move_group', 'moveit_simple_controller_manager', 'planning_scene_monitor', 'rviz', 'rviz2',
@@ -40,7 +46,6 @@ class LayoutReader:
     """
 
     def __init__(self, draft: ConfigDraft) -> None:
-        """Take the draft to fill."""
         self._draft = draft
 
     def read(self, root: YamlNode, stem: str) -> None:
@@ -50,9 +55,11 @@ class LayoutReader:
         :param stem: the file's name without its ending.
         """
         if _has_ros2_key(root):
-            self._read_nodes(root, ())
+            self._read_nodes(root)
         elif stem == 'simulation':
             self._take_simulation(root)
+        elif stem == 'servo' or 'moveit_servo' in root.entries:
+            self._take_servo(root)
         elif 'objects' in root.entries and set(root.entries) <= _WORLD_KEYS:
             return  # a world; simulation.yaml says which one is taken
         else:
@@ -64,21 +71,50 @@ class LayoutReader:
             self._draft.add_entry('spawn', 'names', spawn)
         self._draft.add('simulation', root.without('spawn'))
 
+    def _take_servo(self, root: YamlNode) -> None:
+        """Take servo's parameters: nested in its own block, as upstream's flat files, or both."""
+        root = split_keys(root, '.')
+        own = {key: inner for key, inner in root.entries.items() if key in _SERVO_KEYS}
+        loose = root.without(*own)
+        self._draft.add('servo', root.with_value(own))
+        if loose.entries:
+            self._draft.add_entry('servo', 'moveit_servo', loose)
+
     # ROS 2 ------------------------------------------------------------------------------------
 
-    def _read_nodes(self, node: YamlNode, path: tuple[str, ...]) -> None:
+    def _read_nodes(self, root: YamlNode) -> None:
+        """Read the nodes of a file: wildcards first, so that what names a node wins over them."""
+        found = list(self._nodes(root, ()))
+        blocks: dict[tuple[str, str], YamlNode] = {}
+        for _, name, namespace, parameters in sorted(found, key=lambda each: each[0]):
+            if not parameters.is_mapping:
+                self._read_node(name, namespace, parameters)
+                continue
+            parameters = split_keys(parameters, '.', keep=KEEP_KEYS)
+            known = blocks.get((name, namespace), blocks.get((name, '')))
+            if known is not None:
+                parameters = merge_nodes(known, parameters)[0]
+                blocks.pop((name, ''), None)
+            blocks[name, namespace] = parameters
+        for (name, namespace), parameters in blocks.items():
+            self._read_node(name, namespace, parameters)
+
+    def _nodes(self, node: YamlNode, path: tuple[str, ...]
+               ) -> Iterator[tuple[int, str, str, YamlNode]]:
+        """Yield rank, name, namespace and parameters of each node that a file has a block for."""
         for key, inner in node.entries.items():
             if key == ROS2_KEY:
                 parts = [part for part in '/'.join(path).split('/') if part]
                 name = parts[-1] if parts else _ANY_NODE
-                namespace = '/'.join(part for part in parts[:-1] if part != _ANY_NODE)
-                self._read_node(name, namespace, inner)
+                fixed = [part for part in parts[:-1] if part not in _ANY]
+                rank = -sum(part in _ANY for part in parts)
+                yield rank, _ANY_NODE if name in _ANY else name, '/'.join(fixed), inner
             elif inner.is_mapping:
-                self._read_nodes(inner, (*path, key))
+                yield from self._nodes(inner, (*path, key))
             else:
-                self._draft.problems.append(Problem(
+                self._draft.problems.append(ignored(Problem(
                     f"key '{key}' stands outside of '{ROS2_KEY}'", inner.place,
-                    remedy=f"indent it below '{ROS2_KEY}:'"))
+                    remedy=f"indent it below '{ROS2_KEY}:'")))
 
     def _read_node(self, name: str, namespace: str, parameters: YamlNode) -> None:
         if not parameters.is_mapping:
@@ -86,12 +122,13 @@ class LayoutReader:
                 f"'{ROS2_KEY}' of '{name}' is {parameters.kind}", parameters.place,
                 'a block of keys', f"the keys below '{ROS2_KEY}:' need a deeper indentation"))
             return
-        parameters = split_keys(parameters, '.', keep=KEEP_KEYS)
         if name == 'controller_manager':
             self._draft.see_namespace(namespace, parameters.place)
             self._read_manager(parameters)
         elif name in ('simulation', 'armsim'):
             self._take_simulation(parameters)
+        elif name in _SERVO_NODES:
+            self._take_servo(parameters)
         elif name in _NODES_OF_MOVEIT:
             self._read_block(parameters, '')
         else:
@@ -119,7 +156,7 @@ class LayoutReader:
         entries = block.entries
         if 'planner_configs' in entries or 'planning_plugins' in entries \
                 or 'planning_plugin' in entries:
-            self._take_pipeline(block)
+            self.take_pipeline(block)
             return
         for key, inner in self._without_strays(block).entries.items():
             take = BLOCKS.get(key)
@@ -142,7 +179,7 @@ class LayoutReader:
             self._draft.see_namespace(namespace, node.place)
             self._draft.add_entry('controllers', key, node)
         elif 'planner_configs' in entries or 'planning_plugins' in entries:
-            self._take_pipeline(node)
+            self.take_pipeline(node)
         elif any(inner.is_mapping or name in BLOCKS for name, inner in entries.items()):
             deeper = '/'.join(part for part in (namespace, key.strip('/')) if part)
             self._read_block(node, '' if key == 'move_group' else deeper)
@@ -150,7 +187,7 @@ class LayoutReader:
             return False
         return True
 
-    def _take_pipeline(self, block: YamlNode) -> None:
+    def take_pipeline(self, block: YamlNode) -> None:
         """Take a planner's file: settings, planner_configs, and one block for each group."""
         own: dict[str, YamlNode] = {}
         groups: dict[str, YamlNode] = {}
@@ -194,9 +231,9 @@ class LayoutReader:
         remedy = nearest(key, known)
         if not remedy and node.is_mapping:
             remedy = f"if '{key}' is a controller, it needs a 'type'"
-        self._draft.problems.append(Problem(
+        self._draft.problems.append(ignored(Problem(
             f"key '{key}' is not known in this file", node.place,
-            '' if remedy else ', '.join(known), remedy))
+            '' if remedy else ', '.join(known), remedy)))
 
 
 def _has_ros2_key(node: YamlNode) -> bool:

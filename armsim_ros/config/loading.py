@@ -9,6 +9,10 @@ from pathlib import Path
 
 from armsim_ros.config.draft import ConfigDraft, empty_node, SECTIONS
 from armsim_ros.config.layout import LayoutReader
+from armsim_ros.config.moveit_config.controllers import complete_controllers
+from armsim_ros.config.moveit_config.files import Role
+from armsim_ros.config.moveit_config.reading import PackageReader, start_positions
+from armsim_ros.config.moveit_config.roles import PackageRoles
 from armsim_ros.config.robot_folder import find_files, RobotFolder
 from armsim_ros.config.robot_settings import RobotSettings
 from armsim_ros.config.sections import read_sections
@@ -18,11 +22,13 @@ from armsim_ros.config.yaml_node import node_of, YamlNode
 from armsim_ros.config.yaml_source import parse_yaml, read_yaml_file
 from armsim_ros.errors import (
     ConfigError,
+    ignored,
     Location,
     nearest,
     Problem,
     ResourceError,
     Severity,
+    strictly,
 )
 from armsim_ros.resources import check_inside, find_world, PACKAGE, share_folder
 
@@ -36,6 +42,7 @@ def load_robot_settings(
     world: str | Path | None = None,
     namespace: str | None = None,
     overrides: Mapping[str, object] | None = None,
+    strict: bool = False,
 ) -> RobotSettings:
     """
     Read everything that describes a robot, but for the URDF and SRDF themselves.
@@ -47,12 +54,14 @@ def load_robot_settings(
     :param world: a name under ``worlds/`` or a file, in place of simulation.yaml's.
     :param namespace: in place of the one that the files give.
     :param overrides: dotted path -> value, such as ``{'simulation.paused': True}``.
+    :param strict: whether what the original stack silently ignores is a mistake.
     :raises ConfigError: with every mistake of all files.
     """
     settings = survey_robot_settings(
         robot, config=config, urdf=urdf, srdf=srdf, world=world, namespace=namespace,
         overrides=overrides)
-    mistakes = [one for one in settings.remarks if one.severity is Severity.ERROR]
+    found = map(strictly, settings.remarks) if strict else settings.remarks
+    mistakes = [one for one in found if one.severity is Severity.ERROR]
     if mistakes:
         raise ConfigError(mistakes)
     return settings
@@ -97,10 +106,17 @@ def survey_files(
         the remarks.
     """
     draft = ConfigDraft(problems=list(files.remarks))
-    _read_files(files.yaml_files, draft)
+    if files.package is not None:
+        variables = {**files.declared, **files.arguments}
+        PackageReader(draft, files.packages, variables).read(files.package)
+        complete_controllers(draft, files.folder)
+    else:
+        _read_files(files.yaml_files, draft)
     _apply_overrides(draft, overrides or {})
     chosen = _namespace(draft, namespace)
-    values = read_sections(draft)
+    values = read_sections(draft, published=files.package is not None)
+    if files.package is not None:
+        draft.problems[:] = [_of_published(one, files.package) for one in draft.problems]
     world_file, world_settings = _read_world(
         world, values['simulation'].world, files, draft)
     settings = RobotSettings(
@@ -111,19 +127,33 @@ def survey_files(
         srdf_file=files.srdf_file,
         world_file=world_file,
         files=files.yaml_files,
+        arguments=dict(files.arguments),
+        spawn_only=files.package is not None,
+        start=start_positions(draft),
         world=world_settings,
         remarks=tuple(draft.problems),
         **values,
     )
     source = empty_node().with_value({name: draft.section(name) for name in SECTIONS})
-    return settings.with_source(source)
+    return settings.with_source(source, files.packages)
+
+
+def _of_published(problem: Problem, package: PackageRoles) -> Problem:
+    """
+    Return a mistake in a published file as a warning.
+
+    The original stack leaves out the controller, solver or joint that it cannot read, and starts.
+    """
+    where = problem.where
+    role = package.roles.get(Path(where.file)) if where is not None else None
+    return problem if role in (None, Role.SIMULATION) else ignored(problem)
 
 
 def _read_files(files: tuple[Path, ...], draft: ConfigDraft) -> None:
     reader = LayoutReader(draft)
     for file in files:
         try:
-            reader.read(read_yaml_file(file), file.stem)
+            reader.read(read_yaml_file(file, draft.problems), file.stem)
         except ConfigError as error:
             draft.problems.extend(error.problems)
 
@@ -187,5 +217,5 @@ def _read_world(given: str | Path | None, configured: str, files: RobotFolder,
     except ConfigError as error:
         draft.problems.extend(error.problems)
         return None, WorldSettings()
-    checked = read_settings(WorldSettings, node, draft.problems, title='world')
+    checked = read_settings(WorldSettings, node, draft.problems, title='world', tolerant=False)
     return file, checked or WorldSettings()

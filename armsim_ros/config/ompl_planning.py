@@ -63,6 +63,10 @@ class OmplSettings(Settings):
         None, 'what happens before planning; none given: the usual ones')
     response_adapters: tuple[str, ...] | None = parameter(
         None, 'what happens after planning; none given: the usual ones')
+    progress_topic: str = parameter(
+        'pipeline_state', "where the stages of a plan are told; '' is nowhere")
+    display_contacts_topic: str = parameter(
+        'display_contacts', "where contacts of refused starts and goals are shown; '' is nowhere")
     fix_start_state: bool = parameter(False, 'bring continuous joints of the start into range')
     default_workspace_bounds: float = parameter(
         1e12, 'edge of the workspace where a request gives none [m]', gt=0.0)
@@ -79,8 +83,6 @@ class OmplSettings(Settings):
     simplify_solutions: bool = parameter(True, 'shorten the path that was found')
     interpolate: bool = parameter(True, 'add states to the path that was found')
     planning_seed: int = parameter(-1, 'not negative: the same request gives the same path', ge=-1)
-    second_attempt_delay: float = parameter(
-        0.5, 'a plan that takes longer is tried in another process, too; 0: never [s]', ge=0.0)
     planner_configs: dict[str, PlannerConfig] = parameter({}, 'name -> planner')
     groups: dict[str, OmplGroup] = parameter({}, 'planning group -> its planners')
 
@@ -96,8 +98,6 @@ RENAMED_PIPELINE_KEYS = {'planning_plugin': 'planning_plugins'}
 #: Keys of a pipeline that others read -> why they have no effect here.
 UNUSED_PIPELINE_KEYS = {
     'display_path_topic': '',
-    'display_contacts_topic': '',
-    'progress_topic': '',
     'capabilities': 'name further capabilities at the top level',
     'max_goal_samples': '',
     'max_goal_sampling_attempts': '',

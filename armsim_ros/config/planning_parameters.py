@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Literal
 
 from pydantic import field_validator
 
@@ -37,10 +37,19 @@ class PlanningParameters(Settings):
     cartesian_limits: CartesianLimits = CartesianLimits()
     strict_start_state: bool = parameter(
         False, 'a start state that is no difference drops the objects that the robot carries')
-    scene_from_world: bool = parameter(
-        False, 'put what never moves in the simulated world into the planning scene')
+    scene_from_world: Literal['live', 'fixed', 'false'] = parameter(
+        'live', 'what of the simulated world the planning scene has: live: all, where it is; '
+        'fixed (or true): what never moves, from the files; false: nothing')
+    geometry_folder: str = parameter(
+        '', 'save_geometry_to_file writes below this folder only; none: scenes in $ROS_HOME')
     joint_state_topics: tuple[str, ...] = parameter(
         (), "topics with joint states; none: the namespace's and /joint_states")
+
+    @field_validator('scene_from_world', mode='before')
+    @classmethod
+    def _true_is_fixed(cls, value: Any) -> Any:
+        words = {True: 'fixed', False: 'false', 'true': 'fixed'}
+        return words.get(value, value) if isinstance(value, (bool, str)) else value
 
     @field_validator('capabilities', 'disable_capabilities', 'joint_state_topics',
                      'planning_pipelines', mode='before')

@@ -4,12 +4,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from armsim_ros.config.cell import robots_file
+from armsim_ros.config.moveit_config.files import PackageFiles
+from armsim_ros.config.moveit_config.roles import PackageRoles
 from armsim_ros.errors import ConfigError, Location, Problem, ResourceError, Severity
+from armsim_ros.packages import (
+    depends_on,
+    MANIFEST,
+    package_name,
+    Packages,
+    packages_below,
+)
 from armsim_ros.resources import find_robot, PACKAGE, share_folder
 
 MOST_FILES = 100
@@ -26,7 +35,6 @@ _OTHER_FILES = {
     'trajopt_planning': 'of the TrajOpt planner',
     'pilz_industrial_motion_planner': 'of the Pilz planner, which needs none',
     'sensors_3d': 'of sensors, which build an octomap',
-    'servo': 'of MoveIt Servo',
     'fake_controllers': 'of fake controllers',
     'moveit_cpp': 'of MoveItCpp clients',
 }
@@ -42,6 +50,11 @@ class RobotFolder:
     :param yaml_files: settings to read, in the order of their names.
     :param remarks: files that are left out.
     :param is_cell: whether the folder is that of a cell with robots of their own folders.
+    :param packages: where packages are looked for.
+    :param arguments: arguments of the URDF's and the SRDF's xacro.
+    :param declared: arguments that the URDF's xacro declares, with their values, where it was
+        run already.
+    :param package: which of the files means what, where the folder is a package.
     """
 
     name: str
@@ -51,43 +64,125 @@ class RobotFolder:
     yaml_files: tuple[Path, ...]
     remarks: tuple[Problem, ...] = ()
     is_cell: bool = False
+    packages: Packages = field(default_factory=Packages)
+    arguments: Mapping[str, str] = field(default_factory=dict)
+    declared: Mapping[str, str] = field(default_factory=dict)
+    package: PackageRoles | None = None
 
 
 def find_files(robot: str, *, config: Path | None = None, urdf: Path | None = None,
-               srdf: Path | None = None) -> RobotFolder:
+               srdf: Path | None = None, controllers: Iterable[Path] = (),
+               arguments: Mapping[str, str] | None = None,
+               packages_path: Iterable[Path] = ()) -> RobotFolder:
     """
     Find a robot's files.
 
-    :param robot: a name under ``config/``, or a path to a folder.
-    :param config: another folder for the YAML files.
+    :param robot: a name under ``config/``, a path to a folder, or the name of a package.
+    :param config: another folder for the YAML files; of a package, one that is looked at first.
     :param urdf: another URDF or xacro file.
     :param srdf: another SRDF file.
+    :param controllers: other files with the controllers of ros2_control.
+    :param arguments: arguments for the xacro of URDF and SRDF.
+    :param packages_path: where packages are looked for first.
     :raises ConfigError: where a file is missing, or where several could be meant.
     """
-    try:
-        folder = find_robot(robot)
-    except ResourceError as error:
-        raise ConfigError(Problem(str(error))) from None
+    packages = Packages(packages_path)
+    folder = _robot_folder(robot, packages)
     if not folder.is_dir():
         raise ConfigError(Problem(f"robot '{folder}' is a file", allowed='a folder with the '
                                   "robot's files", remedy='name a single URDF with urdf:=FILE'))
+    if config is not None and not config.is_dir():
+        raise ConfigError(Problem(f"config '{config}' is no folder"))
+    named = [path for path in (urdf, srdf, *controllers) if path is not None]
+    for kind, file in (('urdf', urdf), ('srdf', srdf), *(('controllers', one)
+                                                         for one in controllers)):
+        if file is not None and not file.is_file():
+            raise ConfigError(Problem(f"{kind} '{file}' is no file"))
+    packages = packages.beside(*named, folder)
+    package = _moveit_package(folder.resolve(), packages, named=bool(urdf or srdf))
+    if package is not None and robots_file(folder) is None:
+        found = PackageFiles(package, packages.beside(package), config=config)
+        if package != folder.resolve():
+            found.problems.append(Problem(
+                f"the MoveIt package of '{folder.name}' is '{package}'", Location(str(package)),
+                severity=Severity.INFO))
+        return _of_package(found, urdf, srdf, tuple(controllers), arguments or {})
     name = folder.resolve().name
     if name == 'config':
         name = folder.resolve().parent.name
     name = name.removesuffix('_moveit_config')
     settings_folder = config if config is not None else folder
-    if not settings_folder.is_dir():
-        raise ConfigError(Problem(f"config '{settings_folder}' is no folder"))
     yaml_files, remarks = _yaml_files(settings_folder)
     srdf_file = _optional_srdf(srdf, name, folder, settings_folder)
+    yaml_files = tuple(dict.fromkeys((*yaml_files, *controllers)))
     robots = robots_file(folder) if urdf is None else None
     if robots is not None:
         others = tuple(file for file in yaml_files if file != robots)
-        return RobotFolder(name, settings_folder, robots, srdf_file, others, remarks, True)
+        return RobotFolder(name, settings_folder, robots, srdf_file, others, remarks, True,
+                           packages, arguments or {})
     urdf_file = _one_file(
         urdf, 'urdf', name, _candidates(folder, _URDF_ENDINGS)
         or _candidates(settings_folder, _URDF_ENDINGS) or _own_urdf(name), folder)
-    return RobotFolder(name, settings_folder, urdf_file, srdf_file, yaml_files, remarks)
+    return RobotFolder(name, settings_folder, urdf_file, srdf_file, yaml_files, remarks, False,
+                       packages, arguments or {})
+
+
+def _robot_folder(robot: str, packages: Packages) -> Path:
+    """Return the folder of a robot by its name, its path, or the name of its package."""
+    try:
+        return find_robot(robot)
+    except ResourceError as error:
+        package = packages.find(robot) if robot and '/' not in robot else None
+        if package is None:
+            raise ConfigError(Problem(f'{error}, nor a package that is found')) from None
+        return package
+
+
+def _moveit_package(folder: Path, packages: Packages, *, named: bool) -> Path | None:
+    """
+    Return the package that a folder stands for, None for a folder of the user's own files.
+
+    A package with an SRDF is itself; a description or bringup package stands for the MoveIt
+    package that depends on it; a folder of packages for the only MoveIt package in it.
+
+    :param named: whether the user names URDF or SRDF, and so needs no other package.
+    :raises ConfigError: where several could be meant.
+    """
+    own = (folder / MANIFEST).is_file()
+    if own and (named or PackageFiles(folder, packages).srdf() is not None):
+        return folder
+    if own:
+        name = package_name(folder) or folder.name
+        found = {one: place for one, place in packages.names().items()
+                 if place != folder and depends_on(place, name)
+                 and PackageFiles(place, packages).srdf() is not None}
+    elif _candidates(folder, (*_URDF_ENDINGS, *_YAML_ENDINGS)):
+        return None
+    else:
+        found = {one: place for one, place in packages_below(folder).items()
+                 if PackageFiles(place, packages).srdf() is not None}
+    if len(found) > 1:
+        raise ConfigError(Problem(
+            f"{len(found)} MoveIt packages could be meant by '{folder.name}'",
+            Location(str(folder)), ', '.join(sorted(found)),
+            'name one of them: robot:=NAME packages_path:=' + str(folder)))
+    return next(iter(found.values()), folder if own else None)
+
+
+def _of_package(found: PackageFiles, urdf: Path | None, srdf: Path | None,
+                controllers: tuple[Path, ...], arguments: Mapping[str, str]) -> RobotFolder:
+    """Return the files of a MoveIt configuration package, or of one like it."""
+    urdf_file = urdf or found.urdf()
+    if urdf_file is None:
+        raise ConfigError([*(one for one in found.problems), Problem(
+            f"package '{found.folder.name}' has no URDF that its files name", Location(
+                str(found.folder)),
+            remedy='name it: urdf:=FILE, with the arguments that its xacro declares')])
+    roles = PackageRoles.of(found, controllers)
+    return RobotFolder(
+        found.name, found.folder, urdf_file, srdf or found.srdf(), roles.files,
+        (*found.problems, *roles.remarks), False, found.packages,
+        {**({} if urdf is not None else found.assistant.xacro_args), **arguments}, {}, roles)
 
 
 def _yaml_files(folder: Path) -> tuple[tuple[Path, ...], tuple[Problem, ...]]:
@@ -125,8 +220,6 @@ def _own_urdf(name: str) -> list[Path]:
 def _one_file(given: Path | None, kind: str, name: str, found: list[Path],
               folder: Path) -> Path:
     if given is not None:
-        if not given.is_file():
-            raise ConfigError(Problem(f"{kind} '{given}' is no file"))
         return given
     named = [file for file in found if file.name.split('.')[0] in (name, f'{name}_robot')]
     chosen = named[:1] or found

@@ -16,11 +16,13 @@ from armsim_ros.config.kinematics import KinematicsSettings
 from armsim_ros.config.moveit_controllers import MoveItControllerSettings
 from armsim_ros.config.ompl_planning import OmplSettings
 from armsim_ros.config.planning_parameters import PlanningParameters
+from armsim_ros.config.servo import ServoNodeSettings
 from armsim_ros.config.simulation import SimulationSettings
 from armsim_ros.config.trajectory_execution import TrajectoryExecutionSettings
 from armsim_ros.config.world import WorldSettings
 from armsim_ros.config.yaml_node import YamlNode
 from armsim_ros.errors import Location, Problem
+from armsim_ros.packages import Packages
 
 
 class RobotSettings(Settings):
@@ -32,7 +34,10 @@ class RobotSettings(Settings):
         joint_states live.
     :param folder: the folder with the YAML files.
     :param files: every file that was read.
+    :param arguments: arguments of the URDF's and the SRDF's xacro.
     :param spawn: the controllers that are activated at the start, in this order.
+    :param spawn_only: whether the other controllers stay unloaded until a spawner asks for them.
+    :param start: where a package lets the joints start that its URDF says nothing of [rad or m].
     :param remarks: what was found beside mistakes: warnings, and what is not used here.
     """
 
@@ -43,9 +48,12 @@ class RobotSettings(Settings):
     srdf_file: Path | None = None
     world_file: Path | None = None
     files: tuple[Path, ...] = ()
+    arguments: dict[str, str] = parameter({}, 'arguments of xacro')
     controller_manager: ControllerManagerParameters = ControllerManagerParameters()
     controllers: tuple[ControllerSettings, ...] = ()
     spawn: tuple[str, ...] = ()
+    spawn_only: bool = False
+    start: dict[str, float] = parameter({}, 'joint -> position at the start [rad or m]')
     joint_limits: JointLimitsSettings = JointLimitsSettings()
     kinematics: dict[str, KinematicsSettings] = parameter({}, 'planning group -> its solver')
     ompl: OmplSettings = OmplSettings()
@@ -53,10 +61,17 @@ class RobotSettings(Settings):
     trajectory_execution: TrajectoryExecutionSettings = TrajectoryExecutionSettings()
     planning_parameters: PlanningParameters = PlanningParameters()
     simulation: SimulationSettings = SimulationSettings()
+    servo: ServoNodeSettings = ServoNodeSettings()
     world: WorldSettings = WorldSettings()
     remarks: tuple[Problem, ...] = ()
 
     _source: YamlNode | None = PrivateAttr(default=None)
+    _packages: Packages = PrivateAttr(default_factory=Packages)
+
+    @property
+    def packages(self) -> Packages:
+        """Where packages are looked for."""
+        return self._packages
 
     def locate(self, *path: str | int) -> Location | None:
         """
@@ -70,10 +85,11 @@ class RobotSettings(Settings):
         """
         return self._source.locate(path) if self._source else None
 
-    def with_source(self, source: YamlNode) -> RobotSettings:
-        """Return the same settings, knowing their places."""
+    def with_source(self, source: YamlNode, packages: Packages) -> RobotSettings:
+        """Return the same settings, knowing their places and those of packages."""
         copy = self.model_copy()
         copy._source = source
+        copy._packages = packages
         return copy
 
     def controller(self, name: str) -> ControllerSettings | None:

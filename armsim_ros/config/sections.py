@@ -14,7 +14,11 @@ from armsim_ros.config.controllers import (
     read_controller,
 )
 from armsim_ros.config.draft import ConfigDraft, empty_node
-from armsim_ros.config.joint_limits import JointLimitsSettings, UNUSED_LIMIT_KEYS
+from armsim_ros.config.joint_limits import (
+    JointLimitOverrides,
+    JointLimitsSettings,
+    UNUSED_LIMIT_KEYS,
+)
 from armsim_ros.config.kinematics import KinematicsSettings, UNUSED_KINEMATICS_KEYS
 from armsim_ros.config.moveit_controllers import (
     MoveItControllerSettings,
@@ -26,34 +30,56 @@ from armsim_ros.config.ompl_planning import (
     UNUSED_PIPELINE_KEYS,
 )
 from armsim_ros.config.planning_parameters import PlanningParameters
+from armsim_ros.config.servo import ServoNodeSettings, UNUSED_SERVO_KEYS
 from armsim_ros.config.simulation import SimulationSettings
 from armsim_ros.config.trajectory_execution import TrajectoryExecutionSettings
-from armsim_ros.config.validation import AnySettings, drop_unused, read_settings
+from armsim_ros.config.validation import AnySettings, drop_unused, known_keys, read_settings
 from armsim_ros.config.yaml_node import node_of, YamlNode
-from armsim_ros.errors import nearest, Problem, Severity
+from armsim_ros.errors import ignored, nearest, Problem, Severity
+
+#: Parameters of the manager that others read -> why they have no effect here.
+_UNUSED_MANAGER_KEYS = {
+    'robot_description': 'the URDF file is read',
+    'use_sim_time': 'the programs are told once for all nodes',
+    'hardware_components_not_used': '',
+    'overruns': 'late ticks are counted and reported',
+    'cpu_affinity': '',
+    'thread_priority': "simulation.yaml's pace has the priority",
+    'lock_memory': '',
+    'diagnostics': '',
+    'shutdown_on_initial_state_failure': '',
+    'allow_controller_activation_with_inactive_hardware': '',
+    'handle_exceptions': '',
+    'qos_overrides': '',
+}
 
 
-def read_sections(draft: ConfigDraft) -> dict[str, Any]:
+def read_sections(draft: ConfigDraft, *, published: bool = False) -> dict[str, Any]:
     """
     Check every block of a draft.
 
+    :param published: whether the files are those of a published package: only the broadcaster
+        and the controllers that move_group is told of start, where no list says which.
     :returns: field of RobotSettings -> value; a block with mistakes has its defaults, and the
         mistakes are among the draft's problems.
     """
-    simulation = _whole(draft, 'simulation', SimulationSettings)
-    controllers = _controllers(draft)
+    simulation = _checked(draft, draft.section('simulation'), SimulationSettings, 'simulation',
+                          tolerant=False)
+    controllers = _controllers(draft, published)
+    spawn = _spawn(draft, controllers, published)
     return {
         'simulation': simulation,
         'controllers': controllers,
-        'spawn': _spawn(draft, controllers),
+        'spawn': spawn,
         'controller_manager': _controller_manager(draft, simulation, controllers),
-        'joint_limits': _joint_limits(draft),
+        'joint_limits': _joint_limits(draft, published),
         'kinematics': _kinematics(draft),
         'ompl': _ompl(draft),
         'moveit_controllers': _moveit_controllers(draft),
         'trajectory_execution': _whole(
             draft, 'trajectory_execution', TrajectoryExecutionSettings),
         'planning_parameters': _whole(draft, 'planning_parameters', PlanningParameters),
+        'servo': _servo(draft),
     }
 
 
@@ -62,8 +88,9 @@ def _whole(draft: ConfigDraft, section: str, kind: type[AnySettings]) -> AnySett
 
 
 def _checked(draft: ConfigDraft, node: YamlNode, kind: type[AnySettings], title: str,
-             unused: Mapping[str, str] | None = None) -> AnySettings:
-    checked = read_settings(kind, node, draft.problems, title=title, unused=unused)
+             unused: Mapping[str, str] | None = None, *, tolerant: bool = True) -> AnySettings:
+    checked = read_settings(kind, node, draft.problems, title=title, unused=unused,
+                            tolerant=tolerant)
     return checked if checked is not None else kind()
 
 
@@ -71,21 +98,7 @@ def _controller_manager(draft: ConfigDraft, simulation: SimulationSettings,
                         controllers: tuple[ControllerSettings, ...]
                         ) -> ControllerManagerParameters:
     """Return the manager's settings; without an update_rate it is the rate of the physics."""
-    unused = {
-        'robot_description': 'the URDF file is read',
-        'use_sim_time': 'the programs are told once for all nodes',
-        'hardware_components_not_used': '',
-        'overruns': 'late ticks are counted and reported',
-        'cpu_affinity': '',
-        'thread_priority': "simulation.yaml's pace has the priority",
-        'lock_memory': '',
-        'diagnostics': '',
-        'shutdown_on_initial_state_failure': '',
-        'allow_controller_activation_with_inactive_hardware': '',
-        'handle_exceptions': '',
-        'qos_overrides': '',
-    }
-    node = draft.section('controller_manager')
+    node = _without_strays(draft, draft.section('controller_manager'))
     if node.get('update_rate') is None:
         rate = node_of(round(1.0 / simulation.timestep), node.where)
         node = node.with_value({**node.entries, 'update_rate': rate})
@@ -95,7 +108,22 @@ def _controller_manager(draft: ConfigDraft, simulation: SimulationSettings,
         entry = entry.with_value({**entry.entries, 'type': kind})
         node = node.with_value({**node.entries, controller.name: entry})
     node = _with_fitting_rate(draft, node, simulation.timestep)
-    return _checked(draft, node, ControllerManagerParameters, 'controller_manager', unused)
+    return _checked(draft, node, ControllerManagerParameters, 'controller_manager',
+                    _UNUSED_MANAGER_KEYS)
+
+
+def _without_strays(draft: ConfigDraft, node: YamlNode) -> YamlNode:
+    """Return the manager's block without what is neither a parameter nor a controller."""
+    known = known_keys(ControllerManagerParameters)
+    strays = [key for key, inner in node.entries.items() if key not in known
+              and key not in _UNUSED_MANAGER_KEYS
+              and (not inner.is_mapping or (inner.get('type') is None
+                   and draft.section('controllers').get(key) is None))]
+    for key in strays:
+        draft.problems.append(ignored(Problem(
+            f"controller_manager: '{key}' is no {ControllerManagerParameters.is_no}",
+            node.entries[key].place, remedy=nearest(key, known))))
+    return node.without(*strays) if strays else node
 
 
 def _with_fitting_rate(draft: ConfigDraft, node: YamlNode, timestep: float) -> YamlNode:
@@ -119,16 +147,19 @@ def _with_fitting_rate(draft: ConfigDraft, node: YamlNode, timestep: float) -> Y
     return node.with_value({**node.entries, 'update_rate': node_of(taken, rate.place)})
 
 
-def _controllers(draft: ConfigDraft) -> tuple[ControllerSettings, ...]:
-    found = [read_controller(name, node, draft.problems)
+def _controllers(draft: ConfigDraft, published: bool) -> tuple[ControllerSettings, ...]:
+    found = [read_controller(name, node, draft.problems, published=published)
              for name, node in draft.section('controllers').entries.items()]
     return tuple(one for one in found if one is not None)
 
 
-def _spawn(draft: ConfigDraft, controllers: tuple[ControllerSettings, ...]) -> tuple[str, ...]:
+def _spawn(draft: ConfigDraft, controllers: tuple[ControllerSettings, ...],
+           planned_only: bool) -> tuple[str, ...]:
     """Return the controllers to activate: the listed ones, else all that fit together."""
     listed = draft.section('spawn').get('names')
     if listed is None:
+        if planned_only:
+            return _spawn_planned(draft, controllers)
         return _spawn_all(draft, controllers)
     if not isinstance(listed.value, tuple):
         draft.problems.append(Problem(f"'spawn' is {listed.kind}", listed.place,
@@ -144,6 +175,34 @@ def _spawn(draft: ConfigDraft, controllers: tuple[ControllerSettings, ...]) -> t
                 'start without it', item.where, ', '.join(known),
                 nearest(item.text, known), Severity.WARNING))
     return tuple(dict.fromkeys(names))
+
+
+def _spawn_planned(draft: ConfigDraft, controllers: tuple[ControllerSettings, ...]
+                   ) -> tuple[str, ...]:
+    """
+    Return the broadcaster and the controllers that move_group is told of.
+
+    Where it is told of none, all that can move a joint start that fit together.
+    """
+    entries = draft.section('moveit_controllers').entries
+    planned = {name.rpartition('/')[2]: node.get('default') for name, node in entries.items()}
+    names = [one.name for one in controllers if one.type == BROADCASTER][:1]
+    moving = [one for one in controllers if one.joints]
+    known = [one.name for one in moving if one.name in planned]
+    if known:
+        # Of those that share joints move_group takes its default, and the first to start wins.
+        preferred = [name for name in known if _is_true(planned[name])]
+        return (*names, *preferred, *(name for name in known if name not in preferred))
+    owner: set[str] = set()
+    for one in moving:
+        if not owner.intersection(one.joints):
+            names.append(one.name)
+            owner.update(one.joints)
+    return tuple(names)
+
+
+def _is_true(node: YamlNode | None) -> bool:
+    return node is not None and node.value is True
 
 
 def _spawn_all(draft: ConfigDraft, controllers: tuple[ControllerSettings, ...]
@@ -171,15 +230,26 @@ def _spawn_all(draft: ConfigDraft, controllers: tuple[ControllerSettings, ...]
     return tuple(names)
 
 
-def _joint_limits(draft: ConfigDraft) -> JointLimitsSettings:
+def _joint_limits(draft: ConfigDraft, published: bool) -> JointLimitsSettings:
     node = draft.section('joint_limits')
     joints = node.get('joint_limits')
     if joints is not None and joints.is_mapping:
         clean = {name: drop_unused(block, UNUSED_LIMIT_KEYS, draft.problems,
                                    title=f"limits of joint '{name}'")
                  for name, block in joints.entries.items()}
+        if published:
+            # Of a published file the joints that are right count.
+            found = {name: block for name, block in clean.items() if read_settings(
+                JointLimitOverrides, block, draft.problems,
+                title=f"limits of joint '{name}'") is not None}
+            clean = {name: _known_only(block) for name, block in found.items()}
         node = node.with_value({**node.entries, 'joint_limits': joints.with_value(clean)})
     return _checked(draft, node, JointLimitsSettings, 'joint limits')
+
+
+def _known_only(block: YamlNode) -> YamlNode:
+    known = known_keys(JointLimitOverrides)
+    return block.without(*(key for key in block.entries if key not in known))
 
 
 def _kinematics(draft: ConfigDraft) -> dict[str, KinematicsSettings]:
@@ -193,6 +263,15 @@ def _ompl(draft: ConfigDraft) -> OmplSettings:
     named = {RENAMED_PIPELINE_KEYS.get(key, key): inner for key, inner in node.entries.items()}
     return _checked(draft, node.with_value(named), OmplSettings, 'planning pipeline',
                     UNUSED_PIPELINE_KEYS)
+
+
+def _servo(draft: ConfigDraft) -> ServoNodeSettings:
+    node = draft.section('servo')
+    block = node.get('moveit_servo')
+    if block is not None and block.is_mapping:
+        used = drop_unused(block, UNUSED_SERVO_KEYS, draft.problems, title='servo')
+        node = node.with_value({**node.entries, 'moveit_servo': used})
+    return _checked(draft, node, ServoNodeSettings, 'servo')
 
 
 def _moveit_controllers(draft: ConfigDraft) -> tuple[MoveItControllerSettings, ...]:

@@ -5,15 +5,31 @@
 from __future__ import annotations
 
 import math
-from typing import Literal
+from typing import Annotated, Literal
 
-from pydantic import field_validator, model_validator
+from pydantic import AfterValidator, field_validator, model_validator
 from typing_extensions import Self
 
 from armsim_ros.config.base import parameter, Settings
 from armsim_ros.config.pid_gains import PidGains
 
 Triple = tuple[float, float, float]
+
+
+#: Slowest and fastest pace that can be asked for.
+SLOWEST, FASTEST = 0.1, 100.0
+
+
+def checked_factor(value: float) -> float:
+    """Return a real time factor as it is; ValueError for one that cannot be kept to."""
+    if value != 0.0 and not SLOWEST <= value <= FASTEST:
+        raise ValueError(
+            f'the real time factor must be {SLOWEST:g} to {FASTEST:g}, or 0 for as fast as it '
+            f'goes, not {value:g}')
+    return value
+
+
+RealTimeFactor = Annotated[float, AfterValidator(checked_factor)]
 
 
 def finite_triple(value: Triple) -> Triple:
@@ -23,7 +39,7 @@ def finite_triple(value: Triple) -> Triple:
     return value
 
 
-class ServoSettings(Settings):
+class JointServoSettings(Settings):
     """How a position or velocity command becomes a torque."""
 
     feedforward: bool = parameter(
@@ -56,6 +72,33 @@ class PlacementSettings(Settings):
     _all_finite = field_validator('xyz', 'rpy')(finite_triple)
 
 
+class VacuumGripperSettings(Settings):
+    """A suction cup on a link."""
+
+    link: str = parameter(description='link that carries the cup', read_only=True)
+    xyz: Triple = parameter((0.0, 0.0, 0.0), 'rim of the cup in the link [m]', read_only=True)
+    axis: Triple = parameter(
+        (0.0, 0.0, 1.0), 'where the cup looks to, in the link', read_only=True)
+    reach: float = parameter(
+        0.03, 'surfaces so near are sucked in [m]', gt=0.0, le=0.5, read_only=True)
+    angle: float = parameter(
+        math.radians(60.0), 'so far beside the axis they may lie [rad]', gt=0.0, le=math.pi,
+        read_only=True)
+    force: float = parameter(
+        20.0, 'force that the cup holds [N]', gt=0.0, le=1e5, read_only=True)
+    moment: float = parameter(
+        1.0, 'moment that the cup holds [N*m]', gt=0.0, le=1e5, read_only=True)
+
+    _all_finite = field_validator('xyz', 'axis')(finite_triple)
+
+    @field_validator('axis')
+    @classmethod
+    def _some_direction(cls, value: Triple) -> Triple:
+        if not any(value):
+            raise ValueError('an axis of zeros has no direction')
+        return value
+
+
 class PaceSettings(Settings):
     """How the loop keeps to the wall clock; deterministic runs use none of it."""
 
@@ -79,6 +122,30 @@ class PaceSettings(Settings):
     )
 
 
+class RecorderSettings(Settings):
+    """What is kept of the last seconds, to be written as MCAP where it is wanted."""
+
+    seconds: float = parameter(
+        10.0, 'how far back a recording reaches [s]; 0 records nothing', ge=0.0, le=3600.0,
+        read_only=True
+    )
+    folder: str = parameter(
+        '', "where recordings are written; '' is armsim_recordings in ROS_HOME, or in ~/.ros",
+        read_only=True
+    )
+    file: str = parameter(
+        '', 'a recording is written to this file when the simulation ends', read_only=True
+    )
+
+
+class SensorSettings(Settings):
+    """A sensor on a link; its states are what a broadcaster of its kind reads."""
+
+    type: Literal['force_torque', 'imu', 'pose'] = parameter(
+        ..., 'what it measures', read_only=True)
+    link: str = parameter(..., 'where it sits, with its axes', read_only=True, min_length=1)
+
+
 class SimulationSettings(Settings):
     """Everything about the simulated plant that is not the robot and not the world."""
 
@@ -99,9 +166,15 @@ class SimulationSettings(Settings):
     armature_linear: float = parameter(
         0.1, 'the same for each sliding joint [kg]', ge=0.0, read_only=True
     )
-    servo: ServoSettings = parameter(ServoSettings(), 'servo of the joints')
+    servo: JointServoSettings = parameter(JointServoSettings(), 'servo of the joints')
     world: str = parameter('', "world file or its name; '' is a floor and nothing on it")
+    resource_paths: tuple[str, ...] = parameter(
+        (), 'further folders that worlds, objects and their meshes may be read from',
+        read_only=True
+    )
     placement: PlacementSettings = parameter(PlacementSettings(), 'where the robot stands')
+    vacuum_grippers: dict[str, VacuumGripperSettings] = parameter(
+        {}, 'name -> suction cup', read_only=True)
     initial_state: str = parameter(
         '', "named state of the SRDF to start in, 'state' or 'group/state'", read_only=True
     )
@@ -112,18 +185,21 @@ class SimulationSettings(Settings):
         False, 'no wall clock: time starts at zero and only steps move it', read_only=True
     )
     paused: bool = parameter(False, 'start with the physics standing still', read_only=True)
-    real_time_factor: float = parameter(
-        1.0, 'simulated time per wall time; 1 is real time', gt=0.0, le=100.0
-    )
+    real_time_factor: RealTimeFactor = parameter(
+        1.0, 'simulated time per wall time; 1 is real time, 0 as fast as it goes')
     clock_rate: float = parameter(
         100.0, 'rate of /clock in simulated time [Hz]', gt=0.0, le=1000.0, read_only=True
     )
+    sensors: dict[str, SensorSettings] = parameter(
+        {}, "sensor -> its kind and link, beside those of the URDF's <ros2_control>",
+        read_only=True)
     fault_injection: bool = parameter(
         False,
         'for tests: joints can be made to fail by the parameters faults.<joint>.lag, .bias and '
         '.blocked of the controller manager',
         read_only=True,
     )
+    recorder: RecorderSettings = parameter(RecorderSettings(), 'recording of the last seconds')
     pace: PaceSettings = parameter(PaceSettings(), 'how the loop keeps to the wall clock')
 
     _finite_gravity = field_validator('gravity')(finite_triple)

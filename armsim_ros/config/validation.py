@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 import math
 import re
 from types import UnionType
@@ -13,7 +14,7 @@ from typing import Annotated, Any, get_args, get_origin, get_type_hints, TypeVar
 from pydantic import BaseModel, ValidationError
 
 from armsim_ros.config.yaml_node import YamlNode
-from armsim_ros.errors import Location, nearest, Problem, Severity
+from armsim_ros.errors import ignored, Location, nearest, Problem, Severity
 
 AnySettings = TypeVar('AnySettings', bound=BaseModel)
 
@@ -42,6 +43,7 @@ def read_settings(
     *,
     title: str,
     unused: Mapping[str, str] | None = None,
+    tolerant: bool = True,
 ) -> AnySettings | None:
     """
     Return a block as checked settings, None where it has mistakes.
@@ -50,6 +52,8 @@ def read_settings(
     :param title: what the block is, for messages, such as "controller 'arm'".
     :param unused: keys that other programs of the stack read and this one does not -> why;
         each gives a remark and is left out.
+    :param tolerant: whether an unknown key is left out, as the original stack does, or is a
+        mistake, as in files that only this package has.
     """
     if not node.is_mapping:
         problems.append(Problem(f'{title} is {node.kind}', node.place, 'a block of keys'))
@@ -57,17 +61,24 @@ def read_settings(
     node = drop_unused(node, unused or {}, problems, title=title)
     if _add_nans(node, problems, title):
         return None
+    known_unused = tuple(unused or ())
     try:
         return kind.model_validate(node.plain())
     except ValidationError as error:
-        known_unused = tuple(unused or ())
         details = error.errors(include_url=False)
-        inner = {detail['loc'][:-1] for detail in details}
-        for detail in details:
-            if detail['type'] == 'too_short' and detail['loc'] in inner:
-                continue  # its items are there, but wrong
-            problems.append(_problem(kind, node, detail, title, known_unused))
-        return None
+    extra = [detail for detail in details if detail['type'] == 'extra_forbidden']
+    if extra and tolerant:
+        # What the original stack does not know it does not read; so it is here.
+        problems.extend(ignored(_problem(kind, node, detail, title, known_unused))
+                        for detail in extra)
+        paths = [_written_path(node, detail['loc']) for detail in extra]
+        return read_settings(kind, _without(node, paths), problems, title=title, unused=unused)
+    inner = {detail['loc'][:-1] for detail in details}
+    for detail in details:
+        if detail['type'] == 'too_short' and detail['loc'] in inner:
+            continue  # its items are there, but wrong
+        problems.append(_problem(kind, node, detail, title, known_unused))
+    return None
 
 
 def drop_unused(
@@ -80,6 +91,27 @@ def drop_unused(
         problems.append(Problem(f"{title}: '{key}' is not used here{reason}",
                                 node.entries[key].place, severity=Severity.INFO))
     return node.without(*found) if found else node
+
+
+def _without(node: YamlNode, paths: Sequence[Sequence[str | int]]) -> YamlNode:
+    """Return a mapping without the entries at some paths."""
+    for path in paths:
+        node = _cut(node, path)
+    return node
+
+
+def _cut(node: YamlNode, path: Sequence[str | int]) -> YamlNode:
+    step, *rest = path
+    if isinstance(step, int) and step < len(node.items):
+        items = list(node.items)
+        items[step] = _cut(items[step], rest)
+        return replace(node, value=tuple(items))
+    if not rest:
+        return node.without(str(step))
+    inner = node.get(str(step))
+    if inner is None:
+        return node
+    return node.with_value({**node.entries, str(step): _cut(inner, rest)})
 
 
 def known_keys(kind: type[BaseModel]) -> tuple[str, ...]:

@@ -4,15 +4,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NoReturn
 
 import yaml
 
 from armsim_ros.config.yaml_complaint import explain_syntax
-from armsim_ros.config.yaml_node import Scalar, YamlNode
+from armsim_ros.config.yaml_node import merge_nodes, Scalar, YamlNode
 from armsim_ros.config.yaml_scalar import read_plain_scalar, read_tagged_scalar, ScalarError
-from armsim_ros.errors import ConfigError, Location, nearest, Problem
+from armsim_ros.errors import ConfigError, ignored, Location, nearest, Problem
 
 LARGEST_FILE = 1 << 20
 DEEPEST_NESTING = 50
@@ -22,10 +23,13 @@ _LOADER: Any = getattr(yaml, 'CSafeLoader', yaml.SafeLoader)
 _MERGE_KEY = '<<'
 
 
-def read_yaml_file(path: Path) -> YamlNode:
+def read_yaml_file(path: Path, problems: list[Problem] | None = None, *,
+                   substitute: Callable[[str], str] | None = None) -> YamlNode:
     """
     Read a settings file.
 
+    :param problems: takes a warning for each key that is there twice; None refuses them.
+    :param substitute: changes the text before it is parsed, line by line.
     :returns: a mapping; an empty one for a file without values.
     :raises ConfigError: where the file cannot be read or is no YAML mapping.
     """
@@ -36,15 +40,20 @@ def read_yaml_file(path: Path) -> YamlNode:
     except OSError as error:
         raise ConfigError(
             Problem(f'cannot be read: {error.strerror}', Location(name))) from None
-    return parse_yaml(data, name)
+    if substitute is None or len(data) > LARGEST_FILE:
+        return parse_yaml(data, name, problems)
+    return parse_yaml(substitute(_decode(data, name)), name, problems)
 
 
-def parse_yaml(data: bytes | str, file: str) -> YamlNode:
+def parse_yaml(data: bytes | str, file: str,
+               problems: list[Problem] | None = None) -> YamlNode:
     """
     Parse the text of a settings file.
 
     :param data: the text; bytes must be UTF-8.
     :param file: the name that messages give.
+    :param problems: takes a warning for each key that is there twice; None refuses them. Of two
+        blocks of a file of ROS 2 parameters both count, as rcl reads them, else the second.
     :raises ConfigError: with one problem that names file, line and likely cause.
     """
     if len(data) > LARGEST_FILE:
@@ -53,7 +62,7 @@ def parse_yaml(data: bytes | str, file: str) -> YamlNode:
             remedy='settings files are small: is this the right file?'))
     text = data if isinstance(data, str) else _decode(data, file)
     try:
-        return _Composer(file).compose(text)
+        return _Composer(file, problems, 'ros__parameters' in text).compose(text)
     except yaml.YAMLError as error:
         raise ConfigError(explain_syntax(error, text, file)) from None
 
@@ -90,8 +99,10 @@ class _Collection:
 class _Composer:
     """Builds nodes from the parser's events; no recursion, so depth costs nothing."""
 
-    def __init__(self, file: str) -> None:
+    def __init__(self, file: str, problems: list[Problem] | None, merges: bool) -> None:
         self._file = file
+        self._problems = problems
+        self._merges = merges
         self._anchors: dict[str, YamlNode | None] = {}
         self._open: list[_Collection] = []
         self._root: YamlNode | None = None
@@ -187,12 +198,22 @@ class _Composer:
         if key.text == _MERGE_KEY:
             self._merge(mapping, node)
             return
-        if key.text in mapping.entries:
-            first = mapping.entries[key.text].place
-            self._refuse(f"key '{key.text}' is there twice, first in line {first.line}", key.where,
-                         remedy='remove one of them; a reader would silently drop the first')
-        mapping.entries[key.text] = YamlNode(
-            node.value, node.where, key.where, node.text, node.size)
+        entry = YamlNode(node.value, node.where, key.where, node.text, node.size)
+        known = mapping.entries.get(key.text)
+        if known is not None:
+            entry = self._twice(key, known, entry)
+        mapping.entries[key.text] = entry
+
+    def _twice(self, key: YamlNode, first: YamlNode, second: YamlNode) -> YamlNode:
+        """Return what counts where a key is there twice."""
+        what = f"key '{key.text}' is there twice, first in line {first.place.line}"
+        both = self._merges and first.is_mapping and second.is_mapping
+        remedy = ('make one of them; both count, as in ROS 2' if both else
+                  'remove one of them; a reader would silently drop the first')
+        if self._problems is None:
+            self._refuse(what, key.where, remedy=remedy)
+        self._problems.append(ignored(Problem(what, key.where, remedy=remedy)))
+        return merge_nodes(first, second)[0] if both else second
 
     def _merge(self, mapping: _Collection, node: YamlNode) -> None:
         for source in (node.items or (node,)):

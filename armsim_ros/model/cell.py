@@ -4,8 +4,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
 
 from armsim_ros.config.robot_settings import RobotSettings
 from armsim_ros.errors import ConfigError, Problem, Severity
@@ -54,6 +54,7 @@ class CellSurvey:
         for a single robot.
     :param model: of the one robot, though there may be mistakes; else of the cell.
     :param cell: None where there are mistakes.
+    :param declared: arguments of the xacro of URDF and SRDF, with their values.
     """
 
     problems: tuple[Problem, ...]
@@ -61,6 +62,7 @@ class CellSurvey:
     robots: tuple[RobotSettings, ...] = ()
     model: RobotModel | None = None
     cell: Cell | None = None
+    declared: Mapping[str, str] = field(default_factory=dict)
 
     def checked(self) -> Cell:
         """

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -21,17 +21,24 @@ from armsim_ros.errors import (
     nearest,
     Problem,
     ResourceError,
+    Severity,
     SimulationError,
+    strictly,
 )
 from armsim_ros.model.cell import Cell, CellSurvey, mistakes_of, Robot
 from armsim_ros.model.cell_merge import clashes, merged_model, PlacedRobot
-from armsim_ros.model.cross_check import check_settings
-from armsim_ros.model.initial_state import initial_positions, START_KEYS
+from armsim_ros.model.cross_check import check_settings, fitting_controllers
+from armsim_ros.model.initial_state import (
+    initial_positions,
+    START_KEYS,
+    with_hardware_start,
+)
 from armsim_ros.model.limits import apply_limits
 from armsim_ros.model.loading import survey_robot_model
 from armsim_ros.model.prefix import prefixed_model
 from armsim_ros.model.robot_model import RobotModel
-from armsim_ros.model.xacro_text import read_description
+from armsim_ros.model.ros2_control import plugin_parameters
+from armsim_ros.model.xacro_text import describe, Description, read_description
 from armsim_ros.resources import check_inside, PACKAGE, robot_names, share_folder
 
 
@@ -61,30 +68,104 @@ def survey_cell(
     world: str | Path | None = None,
     namespace: str | None = None,
     overrides: Mapping[str, object] | None = None,
+    controllers: Iterable[Path] = (),
+    arguments: Mapping[str, str] | None = None,
+    packages_path: Iterable[Path] = (),
+    strict: bool = False,
 ) -> CellSurvey:
     """
     Read the same as :func:`load_cell`, and go on where there are mistakes.
 
-    The arguments are those of :func:`survey_robot_settings`.
+    The arguments are those of :func:`survey_robot_settings` and :func:`find_files`.
+
+    :param strict: whether what the original stack silently ignores is a mistake.
 
     :raises ConfigError: where the files cannot be found at all, or robots.yaml has mistakes.
     """
-    files = find_files(robot, config=config, urdf=urdf, srdf=srdf)
+    controllers = tuple(controllers)
+    files = find_files(robot, config=config, urdf=urdf, srdf=srdf, controllers=controllers,
+                       arguments=arguments, packages_path=packages_path)
     if files.is_cell and namespace is not None:
         raise ConfigError(Problem(
             f"namespace '{namespace}' is given for a cell of several robots",
             Location(str(files.urdf_file)), remedy="give each robot its 'namespace' there"))
+    descriptions = (None, None) if files.is_cell else _describe(files)
+    if descriptions[0] is not None:
+        files = with_plugin_files(files, descriptions[0], keep=bool(controllers))
     settings = survey_files(files, world=world, namespace=namespace, overrides=overrides)
     if files.is_cell:
         return _CellReader(files, settings).read()
-    found = list(settings.remarks)
+    found = [strictly(one) if strict else one for one in settings.remarks]
     mistaken = bool(mistakes_of(found))
-    model, of_model = survey_robot_model(settings, partial=mistaken)
+    model, of_model = survey_robot_model(
+        settings, partial=mistaken, urdf=descriptions[0], srdf=descriptions[1])
     found += of_model
+    declared = {name: value for one in reversed(descriptions) if one is not None
+                for name, value in one.arguments.items()}
     cell = None
     if model is not None and not mistakes_of(found):
+        if files.package is not None:
+            settings = settings.model_copy(
+                update={'spawn': fitting_controllers(settings, model)})
+        if files.package is not None and not model.hardware:
+            settings = _at_full_speed(settings, found)
+        try:
+            settings, of_start = with_hardware_start(settings, model)
+            found += of_start
+        except SimulationError:
+            pass  # an unknown state; who starts the robot says so
         cell = Cell(settings, model, (Robot(settings.name, settings, model),))
-    return CellSurvey(tuple(found), settings, (), model, cell)
+    return CellSurvey(tuple(found), settings, (), model, cell, declared)
+
+
+def _at_full_speed(settings: RobotSettings, problems: list[Problem]) -> RobotSettings:
+    """Return settings whose controllers ask no hardware for a speed that none declares."""
+    controllers = []
+    for one in settings.controllers:
+        scaling = getattr(one.parameters, 'speed_scaling', None)
+        if scaling is not None and (scaling.state_interface or scaling.command_interface):
+            quiet = scaling.model_copy(update={'state_interface': '', 'command_interface': ''})
+            one = one.model_copy(update={
+                'parameters': one.parameters.model_copy(update={'speed_scaling': quiet})})
+            problems.append(Problem(
+                f"controller '{one.name}' runs at full speed: the URDF declares no hardware with "
+                f"'{scaling.state_interface or scaling.command_interface}'",
+                settings.locate('controllers', one.name), severity=Severity.CHANGED))
+        controllers.append(one)
+    return settings.model_copy(update={'controllers': tuple(controllers)})
+
+
+def _describe(files: RobotFolder) -> tuple[Description | None, Description | None]:
+    """Return URDF and SRDF after xacro; None for one that cannot be read, which is told later."""
+    found = []
+    for file in (files.urdf_file, files.srdf_file):
+        try:
+            found.append(None if file is None else describe(
+                file, mappings=files.arguments, packages=files.packages.beside(file.resolve())))
+        except (ConfigError, ResourceError):
+            found.append(None)
+    return found[0], found[1]
+
+
+def with_plugin_files(files: RobotFolder, urdf: Description, *, keep: bool = False) -> RobotFolder:
+    """
+    Return a package's files with what its URDF says: arguments, and the controllers' files.
+
+    :param keep: whether the user named the controllers' files, which then stay.
+    """
+    files = replace(files, declared=urdf.arguments)
+    if files.package is None or keep:
+        return files
+    named = [Path(text) for text in plugin_parameters(urdf.text)]
+    missing = [file for file in named if not file.is_file()]
+    remarks = tuple(Problem(
+        f"the URDF's plugin names the controllers' file '{file}', which is not there",
+        Location(str(files.urdf_file)), severity=Severity.WARNING) for file in missing)
+    present = [file for file in named if file.is_file()]
+    package = files.package.with_controllers(present) if present else files.package
+    own = tuple(one for one in files.remarks if one not in files.package.remarks)
+    return replace(files, package=package, yaml_files=package.files,
+                   remarks=(*own, *package.remarks, *remarks))
 
 
 class _CellReader:

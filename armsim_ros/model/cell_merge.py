@@ -92,7 +92,9 @@ def merged_model(name: str, robots: Mapping[str, PlacedRobot],
                     if srdf and one.where is not None and one.where.file == srdf[1]]
         places = content.places
     urdf = xml_text(_merged_urdf(name, robots))
-    return RobotModel(name, links, joints, WORLD, semantic, urdf, text), problems, places
+    hardware = tuple(system for one in robots.values() for system in one.model.hardware)
+    model = RobotModel(name, links, joints, WORLD, semantic, hardware, urdf, text)
+    return model, problems, places
 
 
 def _mount(robot: PlacedRobot) -> Joint:

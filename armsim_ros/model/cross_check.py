@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping
 
 from armsim_ros.config.controllers import BROADCASTER
 from armsim_ros.config.robot_settings import RobotSettings
-from armsim_ros.errors import Location, nearest, Problem, Severity
+from armsim_ros.errors import ignored, Location, nearest, Problem, Severity
 from armsim_ros.model.robot_model import PlanningGroup, RobotModel
 
 
@@ -24,11 +24,22 @@ def check_settings(settings: RobotSettings, model: RobotModel,
     check = _Check(settings, model, places or {})
     check.controllers()
     check.joints_in_settings()
+    check.hardware()
     if not partial:
         check.moveit_controllers()
         check.groups_in_settings()
         check.coverage()
     return check.problems
+
+
+def fitting_controllers(settings: RobotSettings, model: RobotModel) -> tuple[str, ...]:
+    """Return those of the controllers to spawn whose joints the robot has and can drive."""
+    def drives(name: str) -> bool:
+        joint = model.joints.get(name)
+        return joint is not None and joint.active
+
+    found = (settings.controller(name) for name in settings.spawn)
+    return tuple(one.name for one in found if one is not None and all(map(drives, one.joints)))
 
 
 class _Check:
@@ -55,6 +66,20 @@ class _Check:
                     where = self._settings.locate(
                         'controllers', controller.name, 'joints', position)
                     self._known_joint(title, joint, where, Severity.ERROR)
+
+    def hardware(self) -> None:
+        """Warn of joints that planning needs and no declared hardware tells anything of."""
+        if not self._model.hardware:
+            return
+        for group in self._model.semantic.groups.values():
+            lost = [joint for joint in group.active_joints
+                    if joint not in self._model.hardware_joints]
+            if lost:
+                self._add(
+                    f"planning group '{group.name}' has {', '.join(lost)}, which no "
+                    '<ros2_control> has: nobody publishes where they are',
+                    self._places.get(f'group {group.name}'),
+                    remedy='add them to a <ros2_control> with a state_interface')
 
     def moveit_controllers(self) -> None:
         """Check the joints of move_group's controllers, and that somebody serves their action."""
@@ -159,4 +184,6 @@ class _Check:
 
     def _add(self, what: str, where: Location | None, allowed: str = '', remedy: str = '',
              severity: Severity = Severity.WARNING) -> None:
-        self.problems.append(Problem(what, where, allowed, remedy, severity))
+        problem = Problem(what, where, allowed, remedy, severity)
+        # Of a published package what fits starts, as in the original stack.
+        self.problems.append(ignored(problem) if self._settings.spawn_only else problem)

@@ -9,6 +9,7 @@ import math
 
 import numpy as np
 
+from armsim_ros.arrays import Matrix
 from armsim_ros.model.geometry import (
     Box,
     Capsule,
@@ -18,7 +19,7 @@ from armsim_ros.model.geometry import (
     Mesh,
     Sphere,
 )
-from armsim_ros.model.robot_model import Inertial, LinkGeometry, Matrix
+from armsim_ros.model.robot_model import Inertial, LinkGeometry
 from armsim_ros.model.transforms import pose_matrix, skew
 
 #: Density of a shape whose mass is not known [kg/m^3]: hollow links of light metal and motors.
@@ -86,6 +87,22 @@ def inertial_of(shapes: Sequence[LinkGeometry], mass: float | None = None) -> In
         inertia += rotation @ unit_inertia(shape.geometry) @ rotation.T * part
         inertia -= part * offset @ offset
     return Inertial(float(weight), pose_matrix(centre), inertia)
+
+
+def combined(parts: Sequence[Inertial]) -> Inertial:
+    """
+    Return the mass properties of bodies that hold together, at least one.
+
+    :param parts: each in the frame that they share.
+    """
+    mass = sum(part.mass for part in parts)
+    centre = sum((part.mass * part.origin[:3, 3] for part in parts), np.zeros(3)) / mass
+    inertia = np.zeros((3, 3))
+    for part in parts:
+        rotation = part.origin[:3, :3]
+        offset = skew(part.origin[:3, 3] - centre)
+        inertia += rotation @ part.inertia @ rotation.T - part.mass * offset @ offset
+    return Inertial(mass, pose_matrix(centre), inertia)
 
 
 def _centre(shape: LinkGeometry) -> Matrix:

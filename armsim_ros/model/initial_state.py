@@ -4,8 +4,9 @@
 
 from __future__ import annotations
 
+from armsim_ros.config.robot_settings import RobotSettings
 from armsim_ros.config.simulation import SimulationSettings
-from armsim_ros.errors import nearest, SimulationError
+from armsim_ros.errors import Location, nearest, Problem, Severity, SimulationError
 from armsim_ros.model.robot_model import RobotModel
 
 #: Keys of simulation.yaml that say where the joints start.
@@ -35,6 +36,47 @@ def initial_positions(model: RobotModel, settings: SimulationSettings) -> dict[s
                 f'allowed: {joint.limits.lower:g} to {joint.limits.upper:g}'
             )
     return wanted
+
+
+def with_hardware_start(settings: RobotSettings, model: RobotModel
+                        ) -> tuple[RobotSettings, list[Problem]]:
+    """
+    Return settings in which the joints start where the URDF's hardware, or the package, says.
+
+    What the user's own settings say wins: single joints, and the joints of a named state. A joint
+    of the hardware without a value starts at 0, or at the limit nearest to it.
+
+    :returns: the settings, and a warning for each value that does not fit.
+    """
+    simulation = settings.simulation
+    places = dict(settings.start)
+    for name, joint in model.hardware_joints.items():
+        if model.joints[name].active:
+            places[name] = places.get(name, 0.0) if joint.initial is None else joint.initial
+    problems: list[Problem] = []
+    where = Location(str(settings.urdf_file))
+    if simulation.initial_state:
+        for name in _named_state(model, simulation.initial_state):
+            places.pop(name, None)
+    start: dict[str, float] = {}
+    for name, value in places.items():
+        found = model.joints.get(name)
+        if found is None or not found.active:
+            if found is None:
+                problems.append(Problem(
+                    f"the start of joint '{name}' is left out: it is not in the URDF", where,
+                    '', nearest(name, model.active_joints), Severity.WARNING))
+            continue
+        start[name] = min(max(value, found.limits.lower), found.limits.upper)
+        if start[name] != value and name not in simulation.initial_positions:
+            problems.append(Problem(
+                f"joint '{name}' starts at {start[name]:g}: {value:g} is outside its limits",
+                where, '', '', Severity.WARNING))
+    if not start:
+        return settings, problems
+    moved = simulation.model_copy(
+        update={'initial_positions': {**start, **simulation.initial_positions}})
+    return settings.model_copy(update={'simulation': moved}), problems
 
 
 def _named_state(model: RobotModel, wanted: str) -> dict[str, float]:

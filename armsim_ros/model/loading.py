@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -26,28 +26,25 @@ from armsim_ros.model.robot_model import RobotModel, SemanticModel
 from armsim_ros.model.srdf import parse_srdf
 from armsim_ros.model.urdf import parse_urdf, UrdfContent
 from armsim_ros.model.urdf_geometry import Scale
-from armsim_ros.model.xacro_text import read_description, read_text, source_line
+from armsim_ros.model.xacro_text import describe, Description, read_text, source_line
+from armsim_ros.packages import Packages
 
 
 def load_robot_model(
     settings: RobotSettings,
     *,
     report: Callable[[Problem], None] | None = None,
-    package_folders: Iterable[Path] = (),
     visual_meshes: bool = False,
 ) -> RobotModel:
     """
     Build the model of a robot and check that the settings fit it.
 
     :param report: is told of every warning and remark.
-    :param package_folders: where ``package://`` and ``$(find)`` look first; the robot's folder
-        and those above it are looked at after them.
     :param visual_meshes: whether to read visual meshes too; physics and planning need none.
     :raises ConfigError: with every mistake in URDF and SRDF, or every place where the settings
         name what the robot has not.
     """
-    model, found = survey_robot_model(
-        settings, package_folders=package_folders, visual_meshes=visual_meshes)
+    model, found = survey_robot_model(settings, visual_meshes=visual_meshes)
     mistakes = [one for one in found if one.severity is Severity.ERROR]
     if mistakes or model is None:
         raise ConfigError(mistakes)
@@ -60,35 +57,51 @@ def load_robot_model(
 def survey_robot_model(
     settings: RobotSettings,
     *,
-    package_folders: Iterable[Path] = (),
     visual_meshes: bool = False,
     partial: bool = False,
+    urdf: Description | None = None,
+    srdf: Description | None = None,
 ) -> tuple[RobotModel | None, list[Problem]]:
     """
     Build the model and go on where there are mistakes.
 
     :param partial: whether the settings have mistakes of their own; what only follows from
         those is left out.
+    :param urdf: the URDF after xacro, where it was read already.
+    :param srdf: the SRDF after xacro, the same.
     :returns: the model, None where the URDF gives none, and everything that was found.
     """
     try:
-        return _build(settings, tuple(package_folders), visual_meshes, partial)
+        return _build(settings, visual_meshes, partial, urdf, srdf)
     except ConfigError as error:
         return None, list(error.problems)
     except ResourceError as error:
         return None, [Problem(str(error), Location(str(settings.urdf_file)))]
 
 
-def _build(settings: RobotSettings, package_folders: tuple[Path, ...], visual_meshes: bool,
-           partial: bool) -> tuple[RobotModel, list[Problem]]:
-    folders = (*package_folders, *_workspace(settings))
-    urdf_text = read_description(settings.urdf_file, extra_folders=folders)
-    content = _parse_urdf(settings, urdf_text, folders, visual_meshes)
+def packages_of(settings: RobotSettings) -> Packages:
+    """Return where the packages of a robot are looked for."""
+    files = (settings.urdf_file, settings.srdf_file, settings.folder)
+    return settings.packages.beside(*(file.resolve() for file in files if file is not None))
+
+
+def _build(settings: RobotSettings, visual_meshes: bool, partial: bool,
+           urdf: Description | None, srdf_description: Description | None
+           ) -> tuple[RobotModel, list[Problem]]:
+    packages = packages_of(settings)
+    arguments = settings.arguments
+    if urdf is None:
+        urdf = describe(settings.urdf_file, mappings=arguments, packages=packages)
+    urdf_text = urdf.text
+    content = _parse_urdf(settings, urdf_text, packages, _workspace(settings), visual_meshes)
     srdf_text, semantic, places = '', SemanticModel(), dict(content.places)
     found = [*content.problems, *check_description(settings, content)]
     if settings.srdf_file is not None:
         try:
-            srdf_text = read_description(settings.srdf_file, extra_folders=folders)
+            if srdf_description is None:
+                srdf_description = describe(
+                    settings.srdf_file, mappings=arguments, packages=packages)
+            srdf_text = srdf_description.text
             joints = apply_limits(content.joints, settings.joint_limits.joint_limits)
             srdf = parse_srdf(srdf_text, str(settings.srdf_file), robot_name=content.name,
                               root_link=content.root_link, links=content.links, joints=joints)
@@ -104,6 +117,7 @@ def _build(settings: RobotSettings, package_folders: tuple[Path, ...], visual_me
         joints=apply_limits(content.joints, settings.joint_limits.joint_limits),
         root_link=content.root_link,
         semantic=semantic,
+        hardware=content.hardware,
         urdf=urdf_text,
         srdf=srdf_text,
     )
@@ -111,12 +125,12 @@ def _build(settings: RobotSettings, package_folders: tuple[Path, ...], visual_me
     return model, found
 
 
-def _parse_urdf(settings: RobotSettings, text: str, folders: tuple[Path, ...],
-                visual_meshes: bool) -> UrdfContent:
+def _parse_urdf(settings: RobotSettings, text: str, packages: Packages,
+                folders: tuple[Path, ...], visual_meshes: bool) -> UrdfContent:
     file = settings.urdf_file
 
     def read_mesh(uri: str, scale: Scale) -> Mesh:
-        return load_mesh(uri, scale, extra_folders=folders, base=file.resolve().parent,
+        return load_mesh(uri, scale, packages=packages, base=file.resolve().parent,
                          within=folders)
 
     name = str(file)
@@ -146,8 +160,7 @@ def _source_of(file: Path, text: str) -> str | None:
 def _to_source(problem: Problem, text: str, source: str | None) -> Problem:
     if source is None or problem.where is None:
         return problem
-    return Problem(problem.what, _place_in_source(problem.where, text, source), problem.allowed,
-                   problem.remedy, problem.severity)
+    return replace(problem, where=_place_in_source(problem.where, text, source))
 
 
 def _place_in_source(where: Location, text: str, source: str) -> Location:
@@ -161,7 +174,7 @@ def _place_in_source(where: Location, text: str, source: str) -> Location:
 
 
 def _workspace(settings: RobotSettings) -> tuple[Path, ...]:
-    """Return the folders near a robot's files in which its packages may lie."""
+    """Return the folders near a robot's files in which its meshes may lie."""
     starts = (settings.urdf_file.resolve().parent, settings.folder.resolve())
     places = [place for start in starts for place in (start, *list(start.parents)[:3])]
     return tuple(dict.fromkeys(place for place in places if place != Path(place.anchor)))

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Mesh files to triangles: STL in both forms, OBJ."""
+"""Mesh files to triangles: STL in both forms and OBJ; others through a library."""
 
 from __future__ import annotations
 
@@ -12,38 +12,48 @@ from numpy.typing import NDArray
 
 from armsim_ros.errors import ResourceError
 from armsim_ros.model.geometry import Mesh
+from armsim_ros.model.mesh_library import cached, ENDINGS, read_mesh_file
+from armsim_ros.packages import Packages
 from armsim_ros.resources import resolve_uri
 
 LARGEST_MESH = 200 << 20
+#: Smaller files are read as quickly as what is kept of them.
+WORTH_KEEPING = 200 << 10
 
 Vertices = NDArray[np.float64]
 Triangles = NDArray[np.int64]
 
 
 def load_mesh(uri: str, scale: tuple[float, float, float] = (1.0, 1.0, 1.0), *,
-              extra_folders: Iterable[Path] = (), base: Path | None = None,
+              packages: Packages | Iterable[Path] = (), base: Path | None = None,
               within: Iterable[Path] | None = None) -> Mesh:
     """
     Read a mesh.
 
     :param uri: ``package://``, ``file://`` or a path.
     :param scale: factors of x, y, z; a negative one mirrors, and the triangles turn with it.
-    :param extra_folders: where packages are looked for first.
+    :param packages: where packages are looked for.
     :param base: the folder that a relative path starts from.
     :param within: the folders that a mesh may lie in; None allows all.
     :raises ResourceError: where there is no such file, or it holds no triangles that we read.
     """
-    file = resolve_uri(uri, extra_folders, base=base, within=within)
-    read = _READERS.get(file.suffix.lower())
-    if read is None:
+    file = resolve_uri(uri, packages, base=base, within=within)
+    ending = file.suffix.lower()
+    if ending not in (*_READERS, *ENDINGS):
         raise ResourceError(
             f"mesh '{uri}': {file.suffix or 'a file without ending'} is not read; allowed: "
-            f"{', '.join(_READERS)}; convert it once, e.g. python -c \"import trimesh; "
-            f"trimesh.load('{file.name}', force='mesh').export('{file.stem}.stl')\"")
+            f"{', '.join((*_READERS, *ENDINGS))}; convert it once, e.g. python -c \"import "
+            f"trimesh; trimesh.load('{file.name}', force='mesh').export('{file.stem}.stl')\"")
     if file.stat().st_size > LARGEST_MESH:
         raise ResourceError(f"mesh '{uri}' is larger than {LARGEST_MESH >> 20} MiB")
     try:
-        vertices, triangles = read(file.read_bytes())
+        read = _READERS.get(ending)
+        if read is None:
+            vertices, triangles = read_mesh_file(file)
+        else:
+            data = file.read_bytes()
+            large = len(data) >= WORTH_KEEPING
+            vertices, triangles = cached(data, ending, read) if large else read(data)
     except (ValueError, IndexError) as error:
         raise ResourceError(f"mesh '{uri}' cannot be read: {error}") from None
     if len(triangles) == 0:

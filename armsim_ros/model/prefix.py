@@ -7,7 +7,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
-from armsim_ros.model.robot_model import Joint, RobotModel, SemanticModel
+from armsim_ros.model.robot_model import HardwareSystem, Joint, RobotModel, SemanticModel
 from armsim_ros.model.srdf import read_srdf
 from armsim_ros.model.xml_tree import parse_xml, xml_text, XmlElement
 
@@ -51,7 +51,8 @@ def prefixed_model(model: RobotModel, prefix: str, *, urdf_file: str, srdf_file:
         srdf = xml_text(root)
         semantic = read_srdf(root, robot_name=model.name, root_link=root_link, links=links,
                              joints=joints).semantic
-    return RobotModel(model.name, links, joints, root_link, semantic,
+    hardware = tuple(_hardware(one, prefix) for one in model.hardware)
+    return RobotModel(model.name, links, joints, root_link, semantic, hardware,
                       xml_text(prefixed_urdf(model.urdf, urdf_file, prefix)), srdf)
 
 
@@ -73,6 +74,16 @@ def _prefixed(element: XmlElement, names: Mapping[str, tuple[str, ...]], prefix:
     children = (element.children if element.tag in _CLOSED
                 else [_prefixed(child, names, prefix) for child in element.children])
     return replace(element, attributes=attributes, children=children)
+
+
+def _hardware(system: HardwareSystem, prefix: str) -> HardwareSystem:
+    joints = tuple(replace(one, name=prefix + one.name) for one in system.joints)
+    sensors = tuple(replace(one, name=prefix + one.name, frame=prefix + one.frame)
+                    for one in system.sensors)
+    states = {prefix + name: value for name, value in system.other_states.items()}
+    commands = tuple(prefix + name for name in system.other_commands)
+    return replace(system, name=prefix + system.name, joints=joints, sensors=sensors,
+                   other_states=states, other_commands=commands)
 
 
 def _joint(joint: Joint, prefix: str) -> Joint:

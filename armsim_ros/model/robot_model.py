@@ -4,18 +4,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import Enum
 from functools import cached_property
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
+from armsim_ros.arrays import Matrix
 from armsim_ros.errors import ModelError, nearest, Problem
 from armsim_ros.model.geometry import Geometry
-
-Matrix = NDArray[np.float64]
 
 
 class JointType(Enum):
@@ -192,6 +188,69 @@ class SemanticModel:
     default_disabled: frozenset[str] = frozenset()
 
 
+@dataclass(frozen=True, slots=True)
+class HardwareJoint:
+    """
+    A joint of a ``<ros2_control>`` tag.
+
+    :param commands: the interfaces that may be claimed.
+    :param states: the interfaces that can be read.
+    :param initial: position at the start [rad or m]; None where the tag does not say.
+    :param bounds: command interface -> (least, largest) value, narrower than the URDF's.
+    :param limited: whether commands are kept within limits where the manager is told to.
+    :param free: whether a joint that mimics another in the URDF is driven by itself.
+    """
+
+    name: str
+    commands: tuple[str, ...] = ()
+    states: tuple[str, ...] = ()
+    initial: float | None = None
+    bounds: dict[str, tuple[float, float]] = field(default_factory=dict)
+    limited: bool = True
+    free: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class HardwareSensor:
+    """
+    A ``<sensor>`` of a ``<ros2_control>`` tag that something measures here.
+
+    :param frame: the link in whose frame it measures.
+    :param states: names of its interfaces, such as ``force.x``.
+    """
+
+    name: str
+    frame: str
+    states: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class HardwareSystem:
+    """
+    A ``<ros2_control>`` tag: one hardware component.
+
+    :param type: system, actuator or sensor.
+    :param plugin: as written; all are simulated.
+    :param other_states: ``sensor/interface`` or ``gpio/interface`` -> value.
+    :param other_commands: ``gpio/interface``; a state of the same name follows it.
+    :param sensors: those that measure; their values are among ``other_states``, too.
+    :param parameters: of the hardware, as written.
+    :param deaf: whether commands do not reach the joints.
+    :param offset: added to each position command [rad or m].
+    """
+
+    name: str
+    type: str
+    plugin: str
+    joints: tuple[HardwareJoint, ...] = ()
+    other_states: dict[str, float] = field(default_factory=dict)
+    other_commands: tuple[str, ...] = ()
+    sensors: tuple[HardwareSensor, ...] = ()
+    parameters: dict[str, str] = field(default_factory=dict)
+    deaf: bool = False
+    offset: float = 0.0
+
+
 @dataclass(frozen=True, eq=False)
 class RobotModel:
     """
@@ -201,6 +260,8 @@ class RobotModel:
     :param links: by name, in tree order (depth first from the root).
     :param joints: by name, in tree order.
     :param root_link: the link without a parent.
+    :param hardware: what ``<ros2_control>`` declares; without any all joints have all
+        interfaces.
     :param urdf: the URDF text after xacro, mesh addresses as the user wrote them.
     :param srdf: the SRDF text.
     """
@@ -210,6 +271,7 @@ class RobotModel:
     joints: dict[str, Joint]
     root_link: str
     semantic: SemanticModel = field(default_factory=SemanticModel)
+    hardware: tuple[HardwareSystem, ...] = ()
     urdf: str = ''
     srdf: str = ''
 
@@ -222,6 +284,21 @@ class RobotModel:
     def active_joints(self) -> tuple[str, ...]:
         """All joints with a variable of their own, in tree order."""
         return tuple(name for name, joint in self.joints.items() if joint.active)
+
+    @cached_property
+    def hardware_joints(self) -> dict[str, HardwareJoint]:
+        """Joint -> what ``<ros2_control>`` says of it; interfaces of several tags together."""
+        found: dict[str, HardwareJoint] = {}
+        for joint in (joint for system in self.hardware for joint in system.joints):
+            known = found.get(joint.name)
+            if known is not None:
+                joint = replace(
+                    joint, commands=tuple(dict.fromkeys((*known.commands, *joint.commands))),
+                    states=tuple(dict.fromkeys((*known.states, *joint.states))),
+                    initial=known.initial if joint.initial is None else joint.initial,
+                    bounds={**known.bounds, **joint.bounds})
+            found[joint.name] = joint
+        return found
 
     @property
     def model_frame(self) -> str:

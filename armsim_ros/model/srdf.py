@@ -40,7 +40,6 @@ class SrdfContent:
 
     def __init__(self, semantic: SemanticModel, places: dict[str, Location],
                  problems: tuple[Problem, ...]) -> None:
-        """Keep what was found."""
         self.semantic = semantic
         self.places = places
         self.problems = problems

@@ -23,7 +23,6 @@ class GroupBuilder:
 
     def __init__(self, joints: Mapping[str, Joint], passive: tuple[str, ...],
                  report: Report) -> None:
-        """Index the tree."""
         self._joints = joints
         self._passive = passive
         self._report = report

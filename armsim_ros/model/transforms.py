@@ -14,9 +14,9 @@ from collections.abc import Sequence
 import math
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-Matrix = NDArray[np.float64]
+from armsim_ros.arrays import Matrix
 
 
 def matrix_from_rpy(rpy: ArrayLike) -> Matrix:

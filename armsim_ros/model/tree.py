@@ -8,7 +8,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from armsim_ros.model.robot_model import Joint, JointType, Matrix, RobotModel
+from armsim_ros.arrays import Matrix
+from armsim_ros.model.robot_model import Joint, JointType, RobotModel
 from armsim_ros.model.transforms import matrix_from_axis_angle, pose_from_parts
 
 

@@ -9,7 +9,8 @@ from dataclasses import dataclass, field, replace
 from armsim_ros.errors import Location, nearest, Problem
 from armsim_ros.model.geometry import Mesh
 from armsim_ros.model.inertia import implausible, inertial_of, reach_of
-from armsim_ros.model.robot_model import Inertial, Joint, JointType, Link
+from armsim_ros.model.robot_model import HardwareSystem, Inertial, Joint, JointType, Link
+from armsim_ros.model.ros2_control import read_hardware
 from armsim_ros.model.tree import tree_order
 from armsim_ros.model.urdf_geometry import (
     Color,
@@ -36,6 +37,7 @@ class UrdfContent:
     :param places: 'link x' or 'joint x' -> where it is written.
     :param plugin_namespaces: robotNamespace of Gazebo's plugins, without slashes -> its place.
     :param problems: warnings and remarks; mistakes were raised.
+    :param hardware: what ``<ros2_control>`` declares.
     """
 
     name: str
@@ -46,6 +48,7 @@ class UrdfContent:
     places: dict[str, Location]
     problems: tuple[Problem, ...]
     plugin_namespaces: dict[str, Location] = field(default_factory=dict)
+    hardware: tuple[HardwareSystem, ...] = ()
 
 
 def parse_urdf(text: str, file: str, *, read_mesh: MeshReader,
@@ -72,6 +75,8 @@ def parse_urdf(text: str, file: str, *, read_mesh: MeshReader,
         read_shapes(element, 'collision', materials, read_mesh, report),
         read_shapes(element, 'visual', materials, read_visual_mesh or _no_mesh, report),
     ) for name, element in elements.items()}
+    report.join_equal("link '{}' has no collision geometry: ",
+                      'the links {} have no collision geometry: ')
     joints: dict[str, Joint] = {}
     for name, element in _named(root, 'joint', places, report).items():
         joint = read_joint(element, report)
@@ -79,6 +84,9 @@ def parse_urdf(text: str, file: str, *, read_mesh: MeshReader,
             joints[name] = joint
     root_link = _check_tree(root, links, joints, places, report)
     _check_mimics(joints, places, report)
+    hardware = read_hardware(root, links, joints, report)
+    for one in (one for system in hardware for one in system.joints if one.free):
+        joints[one.name] = replace(joints[one.name], mimic=None)
     transmissions = read_transmissions(root, report)
     _check_transmissions(transmissions, joints, root.where, report)
     _remark_others(root, report)
@@ -89,7 +97,7 @@ def parse_urdf(text: str, file: str, *, read_mesh: MeshReader,
     return UrdfContent(
         root.get('name') or 'robot', root_link, repaired,
         {name: joints[name] for name in joint_order},
-        transmissions, places, tuple(report.problems), _plugin_namespaces(root))
+        transmissions, places, tuple(report.problems), _plugin_namespaces(root), hardware)
 
 
 def _no_mesh(uri: str, scale: Scale) -> Mesh | None:

@@ -8,9 +8,10 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
+from armsim_ros.arrays import Matrix
 from armsim_ros.errors import ResourceError
 from armsim_ros.model.geometry import Box, Capsule, Cylinder, Geometry, Mesh, Sphere
-from armsim_ros.model.robot_model import Inertial, LinkGeometry, Matrix
+from armsim_ros.model.robot_model import Inertial, LinkGeometry
 from armsim_ros.model.transforms import pose_matrix
 from armsim_ros.model.xml_tree import read_number, read_numbers, Report, XmlElement
 
@@ -72,7 +73,7 @@ def read_shapes(link: XmlElement, tag: str, materials: Mapping[str, Color],
             report.error(f"<{tag}> of link '{link.get('name')}' has no <geometry> with a shape",
                          element.where)
             continue
-        geometry = _read_geometry(holder.children[0], link.get('name'), read_mesh, report)
+        geometry = _read_geometry(holder.children[0], link.get('name'), tag, read_mesh, report)
         if geometry is not None:
             shapes.append(LinkGeometry(geometry, read_origin(element, report),
                                        element.get('name'), _color(element, materials, report)))
@@ -95,11 +96,16 @@ def _color(element: XmlElement, materials: Mapping[str, Color], report: Report) 
     return read_color(material, report) or materials.get(material.get('name'))
 
 
-def _read_geometry(element: XmlElement, link: str, read_mesh: MeshReader,
+def _read_geometry(element: XmlElement, link: str, use: str, read_mesh: MeshReader,
                    report: Report) -> Geometry | None:
     kind = element.tag
     if kind == 'box':
         size = read_numbers(element, 'size', 3, report, ())
+        if size and min(size) == 0.0 and max(size) > 0.0:
+            # Drawn as a plane, by Gazebo's users; it has no inside to be in.
+            report.ignored(f"link '{link}' has no {use} geometry of a box without volume",
+                           element.where)
+            return None
         return Box((size[0], size[1], size[2])) if _positive(element, size, report) else None
     if kind == 'sphere':
         radius = read_number(element, 'radius', report)
@@ -114,7 +120,7 @@ def _read_geometry(element: XmlElement, link: str, read_mesh: MeshReader,
         shape = Cylinder if kind == 'cylinder' else Capsule
         return shape(pair[0], pair[1])
     if kind == 'mesh':
-        return _read_mesh(element, read_mesh, report)
+        return _read_mesh(element, link, use, read_mesh, report)
     report.error(f"<{kind}> of link '{link}' is no shape", element.where,
                  'box, sphere, cylinder, capsule, mesh')
     return None
@@ -128,7 +134,8 @@ def _positive(element: XmlElement, values: tuple[float, ...], report: Report) ->
     return False
 
 
-def _read_mesh(element: XmlElement, read_mesh: MeshReader, report: Report) -> Mesh | None:
+def _read_mesh(element: XmlElement, link: str, use: str, read_mesh: MeshReader,
+               report: Report) -> Mesh | None:
     uri = element.get('filename')
     if not uri:
         report.error("<mesh> has no 'filename'", element.where)
@@ -137,5 +144,8 @@ def _read_mesh(element: XmlElement, read_mesh: MeshReader, report: Report) -> Me
     try:
         return read_mesh(uri, (scale[0], scale[1], scale[2]))
     except ResourceError as error:
-        report.error(str(error), element.where)
+        if use == 'visual':
+            report.info(f"link '{link}' is not shown: {error}", element.where)
+        else:
+            report.ignored(f"link '{link}' has no collision geometry: {error}", element.where)
         return None

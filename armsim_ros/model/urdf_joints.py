@@ -9,8 +9,9 @@ import math
 
 import numpy as np
 
+from armsim_ros.arrays import Matrix
 from armsim_ros.errors import nearest
-from armsim_ros.model.robot_model import Joint, JointLimits, JointType, Matrix, Mimic
+from armsim_ros.model.robot_model import Joint, JointLimits, JointType, Mimic
 from armsim_ros.model.urdf_geometry import read_origin
 from armsim_ros.model.xml_tree import read_number, read_numbers, Report, XmlElement
 
@@ -149,8 +150,8 @@ def _bound(holder: XmlElement, key: str, joint: str, report: Report) -> float:
     if value is None:
         return math.inf
     if value < 0.0:
-        report.error(f"{key} limit of joint '{joint}' is {value:g}", holder.where,
-                     'a number above 0')
+        report.ignored(f"{key} limit of joint '{joint}' is {value:g}, which is taken as no limit",
+                       holder.where, 'give a number above 0')
     if value == 0.0:
         report.warning(f"{key} limit of joint '{joint}' is 0, which would hold it still; it is "
                        'taken as no limit', holder.where, 'give the real value')

@@ -8,8 +8,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from armsim_ros.arrays import Matrix
+from armsim_ros.config.robot_settings import RobotSettings
 from armsim_ros.config.world import (
     BoxSettings,
     CapsuleSettings,
@@ -24,10 +25,12 @@ from armsim_ros.config.world import (
 )
 from armsim_ros.errors import SimulationError
 from armsim_ros.model.geometry import Box, Capsule, Cone, Cylinder, Geometry, Mesh, Sphere
-from armsim_ros.model.robot_model import LinkGeometry
-from armsim_ros.model.transforms import pose_matrix
+from armsim_ros.model.robot_model import Inertial, LinkGeometry
+from armsim_ros.model.transforms import inverse_pose, pose_matrix
 
-Matrix = NDArray[np.float64]
+#: Name of the floor where it is an object, and its size [m].
+FLOOR = 'floor'
+FLOOR_EDGE, FLOOR_DEPTH = 10.0, 0.1
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -40,6 +43,7 @@ class WorldObject:
     :param parts: shapes in the object's frame; at least one.
     :param mass: [kg]; None for an object that never moves.
     :param friction: coefficient of sliding friction.
+    :param inertial: how the mass is spread; None is evenly over the parts.
     """
 
     name: str
@@ -47,6 +51,19 @@ class WorldObject:
     parts: tuple[LinkGeometry, ...]
     mass: float | None = None
     friction: float = 0.8
+    inertial: Inertial | None = None
+
+    @classmethod
+    def of_shape(
+        cls, name: str, shape: Geometry, pose: Matrix, *, mass: float | None = None
+    ) -> WorldObject:
+        """
+        Return an object of one shape.
+
+        :param pose: (4, 4) in the world.
+        :param mass: [kg]; None for an object that never moves.
+        """
+        return cls(name, pose, (LinkGeometry(shape, np.eye(4)),), mass)
 
 
 def prism(corners: Sequence[Sequence[float]], length: float) -> Mesh:
@@ -103,6 +120,18 @@ def object_from_settings(name: str, settings: WorldObjectSettings) -> WorldObjec
     return WorldObject(
         name, pose_matrix(settings.xyz, settings.rpy), parts, settings.mass, settings.friction
     )
+
+
+def floor_object() -> WorldObject:
+    """Return the floor at z = 0 as an object that reaches farther than any arm."""
+    shape = Box((FLOOR_EDGE, FLOOR_EDGE, FLOOR_DEPTH))
+    return WorldObject.of_shape(FLOOR, shape, pose_matrix((0.0, 0.0, -0.5 * FLOOR_DEPTH)))
+
+
+def world_in_root(settings: RobotSettings) -> Matrix:
+    """Return the pose (4, 4) of the world in the root link's frame."""
+    placement = settings.simulation.placement
+    return inverse_pose(pose_matrix(placement.xyz, placement.rpy))
 
 
 def world_objects(settings: WorldSettings) -> tuple[WorldObject, ...]:

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import dataclass, field
 from pathlib import Path
 import re
 import threading
@@ -14,7 +15,8 @@ from xml.parsers import expat
 
 from armsim_ros.errors import Location, ModelError, Problem, ResourceError
 from armsim_ros.model.xml_tree import LARGEST_TEXT, parse_xml
-from armsim_ros.resources import share_folder
+from armsim_ros.packages import Packages
+from armsim_ros.resources import as_packages, share_folder
 
 #: xacro keeps its files, macros and arguments in module variables.
 _XACRO_LOCK = threading.Lock()
@@ -22,20 +24,87 @@ _XACRO_LOCK = threading.Lock()
 _XACRO_MARK = re.compile(r'xmlns:xacro\s*=|<xacro:')
 
 
+@dataclass(frozen=True)
+class Description:
+    """
+    A robot description after xacro.
+
+    :param arguments: name -> value of the arguments that it declares, those given with theirs.
+    """
+
+    text: str
+    arguments: Mapping[str, str] = field(default_factory=dict)
+
+
+class _Arguments(dict[str, str]):
+    """The arguments of one run of xacro; remembers which of them the files declare or use."""
+
+    def __init__(self, given: Mapping[str, str]) -> None:
+        super().__init__(given)
+        self.declared: dict[str, str] = {}
+
+    def __contains__(self, name: object) -> bool:
+        """Answer xacro, which asks so at each ``<xacro:arg>`` before it takes its default."""
+        known = super().__contains__(name)
+        if known:
+            self.declared[str(name)] = super().__getitem__(str(name))
+        return known
+
+    def __getitem__(self, name: str) -> str:
+        value = super().__getitem__(name)
+        self.declared.setdefault(name, value)
+        return value
+
+    def __setitem__(self, name: str, value: str) -> None:
+        super().__setitem__(name, value)
+        self.declared[name] = value
+
+
 def read_description(file: Path, *, mappings: Mapping[str, str] | None = None,
-                     extra_folders: Iterable[Path] = ()) -> str:
+                     packages: Packages | Iterable[Path] = ()) -> str:
     """
     Return the text of a robot description.
 
     :param file: URDF or SRDF; xacro is run where the file has its ending or its namespace.
     :param mappings: xacro arguments.
-    :param extra_folders: where ``$(find pkg)`` looks first.
+    :param packages: where ``$(find pkg)`` looks.
     :raises ModelError: where the file cannot be read, or xacro cannot process it.
+    """
+    return describe(file, mappings=mappings, packages=packages).text
+
+
+def describe(file: Path, *, mappings: Mapping[str, str] | None = None,
+             packages: Packages | Iterable[Path] = ()) -> Description:
+    """
+    Return the text of a robot description, and the arguments that its xacro declares.
+
+    The parameters are those of :func:`read_description`.
+
+    :raises ModelError: as there.
     """
     text = read_text(file)
     if file.suffix != '.xacro' and not _XACRO_MARK.search(text):
-        return text
-    return _run_xacro(file, dict(mappings or {}), tuple(extra_folders))
+        return Description(text)
+    arguments = _Arguments(mappings or {})
+    return Description(_run_xacro(file, arguments, as_packages(packages)), arguments.declared)
+
+
+def declared_arguments(file: Path, *, mappings: Mapping[str, str] | None = None,
+                       packages: Packages | Iterable[Path] = ()) -> dict[str, str]:
+    """
+    Return the arguments that a description's xacro declares, with their defaults.
+
+    A xacro that needs an argument that has not been given still tells those that it declares
+    before it stops.
+    """
+    arguments = _Arguments(mappings or {})
+    try:
+        text = read_text(file)
+        if file.suffix == '.xacro' or _XACRO_MARK.search(text):
+            _run_xacro(file, arguments, as_packages(packages))
+    except ModelError:
+        pass
+    return arguments.declared
 
 
 def read_text(file: Path) -> str:
@@ -74,11 +143,11 @@ def source_line(source: str, name: str) -> int | None:
     return hits[0] if len(hits) == 1 else None
 
 
-def _run_xacro(file: Path, mappings: dict[str, str], folders: tuple[Path, ...]) -> str:
+def _run_xacro(file: Path, mappings: _Arguments, packages: Packages) -> str:
     import xacro  # only robots in xacro pay for its import
     from xacro import substitution_args
 
-    with _XACRO_LOCK, _finding_packages(substitution_args, folders):
+    with _XACRO_LOCK, _finding_packages(substitution_args, packages):
         try:
             document = xacro.process_file(str(file), mappings=mappings, verbosity=0)
         except expat.ExpatError as error:
@@ -104,7 +173,8 @@ def _complaint(module: Any, error: Exception, file: Path) -> Problem:
     remedy = ''
     if missing:
         name = missing[1] or missing[2]
-        remedy = f"define '{name}' with <xacro:arg> or <xacro:property>"
+        remedy = (f"give {name}:=VALUE, or define '{name}' with <xacro:arg>" if missing[1] else
+                  f"define '{name}' with <xacro:arg> or <xacro:property>")
     return Problem(f'xacro: {text}', Location(_current_file(module, file)), remedy=remedy)
 
 
@@ -115,10 +185,10 @@ def _current_file(module: Any, file: Path) -> str:
 
 
 @contextmanager
-def _finding_packages(arguments: Any, folders: tuple[Path, ...]) -> Iterator[None]:
+def _finding_packages(arguments: Any, packages: Packages) -> Iterator[None]:
     """Let ``$(find pkg)`` look where this package looks, ROS installed or not."""
     before = arguments._eval_find
-    arguments._eval_find = lambda package: str(share_folder(package, folders))
+    arguments._eval_find = lambda package: str(share_folder(package, packages))
     try:
         yield
     finally:

@@ -5,15 +5,20 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 import math
 from typing import NoReturn
 from xml.parsers import expat
-from xml.sax.saxutils import escape, quoteattr
 
-from armsim_ros.errors import Location, ModelError, nearest, Problem, Severity
+from armsim_ros.errors import ignored, Location, ModelError, nearest, Problem, Severity
 
 LARGEST_TEXT = 20 << 20
+# The standard library's functions for this bring half of its network protocols along.
+_IN_TEXT = str.maketrans({'&': '&amp;', '<': '&lt;', '>': '&gt;'})
+_IN_QUOTES = {
+    **_IN_TEXT,
+    **str.maketrans({'"': '&quot;', '\n': '&#10;', '\r': '&#13;', '\t': '&#9;'}),
+}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -48,13 +53,16 @@ class Report:
     """Collects what is wrong with a text, so that the user sees all of it at once."""
 
     def __init__(self) -> None:
-        """Begin with nothing found."""
         self.problems: list[Problem] = []
 
     def error(self, what: str, where: Location | None, allowed: str = '',
               remedy: str = '') -> None:
         """Note a mistake."""
         self.problems.append(Problem(what, where, allowed, remedy))
+
+    def ignored(self, what: str, where: Location | None, remedy: str = '') -> None:
+        """Note a mistake that the original stack goes on without a word about."""
+        self.problems.append(ignored(Problem(what, where, '', remedy)))
 
     def warning(self, what: str, where: Location | None, remedy: str = '') -> None:
         """Note what is odd, and what was done about it."""
@@ -63,6 +71,31 @@ class Report:
     def info(self, what: str, where: Location | None) -> None:
         """Note what has no effect here."""
         self.problems.append(Problem(what, where, severity=Severity.INFO))
+
+    def join_equal(self, link: str, links: str) -> None:
+        """
+        Make one problem of those that say the same of several links.
+
+        :param link: how they begin, with ``{}`` for the link.
+        :param links: how the joined one begins, with ``{}`` for the links.
+        """
+        before, _, after = link.partition('{}')
+        groups: dict[str, list[tuple[int, str]]] = {}
+        for number, one in enumerate(self.problems):
+            name, sign, rest = one.what.removeprefix(before).partition(after)
+            if one.what.startswith(before) and sign:
+                groups.setdefault(rest, []).append((number, name))
+        for rest, members in groups.items():
+            if len(members) > 1:
+                names = ', '.join(name for _, name in members)
+                first = members[0][0]
+                self.problems[first] = replace(
+                    self.problems[first], what=f'{links.format(names)}{rest}')
+                drop = {number for number, _ in members[1:]}
+                self.problems = [one for number, one in enumerate(self.problems)
+                                 if number not in drop]
+                self.join_equal(link, links)
+                return
 
     @property
     def mistakes(self) -> list[Problem]:
@@ -94,14 +127,19 @@ def parse_xml(text: str, file: str) -> XmlElement:
 
 def xml_text(element: XmlElement, indent: str = '') -> str:
     """Return an element as text, each element inside it on a line of its own."""
-    opening = ' '.join([element.tag, *(f'{name}={quoteattr(value)}'
+    opening = ' '.join([element.tag, *(f'{name}={quoted(value)}'
                                        for name, value in element.attributes.items())])
-    content = escape(element.content)
+    content = element.content.translate(_IN_TEXT)
     if not element.children:
         return (f'{indent}<{opening}>{content}</{element.tag}>\n' if content
                 else f'{indent}<{opening}/>\n')
     inside = ''.join(xml_text(child, indent + '  ') for child in element.children)
     return f'{indent}<{opening}>{content}\n{inside}{indent}</{element.tag}>\n'
+
+
+def quoted(value: str) -> str:
+    """Return an attribute's value as it stands in XML, with its quotes."""
+    return f'"{value.translate(_IN_QUOTES)}"'
 
 
 class _Builder:

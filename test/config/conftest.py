@@ -43,7 +43,7 @@ class RobotFiles:
     def complaints(self, **arguments):
         """Return the messages of the mistakes, with the folder's path left out."""
         with pytest.raises(ConfigError) as caught:
-            self.load(**arguments)
+            self.load(strict=True, **arguments)
         return [str(one).replace(f'{self.folder}/', '') for one in caught.value.problems]
 
     def remarks(self, **arguments):

@@ -48,10 +48,10 @@ def broken_robot(case, folder):
 
 def said(case, folder):
     """Return check and messages, one line a mistake or warning, without places of this machine."""
-    check = check_robot(str(broken_robot(case, folder)))
+    check = check_robot(str(broken_robot(case, folder)), strict=True)
     lines = [f'{one.severity.value}: {one}' for one in check.problems
              if one.severity in (Severity.ERROR, Severity.WARNING)]
-    lines = [re.sub('looked at: .*?; source', 'looked at: ...; source', line) for line in lines]
+    lines = [re.sub('looked at: .*?; clone', 'looked at: ...; clone', line) for line in lines]
     places = {f'{folder}/': '', str(folder): '.', f'{share_folder(PACKAGE)}/': '',
               str(share_folder(PACKAGE)): '.'}
     for place, shown in places.items():

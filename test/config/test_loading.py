@@ -27,7 +27,7 @@ def test_the_sunday_robot():
     assert settings.ompl.planner_configs['RRTConnect'].type == 'geometric::RRTConnect'
     assert settings.trajectory_execution.allowed_execution_duration_scaling == 1.2
     assert settings.joint_limits.joint_limits['joint_3'].velocity == 3.14
-    assert settings.joint_limits.joint_limits['joint_3'].acceleration is None
+    assert settings.joint_limits.joint_limits['joint_3'].acceleration == 5.0
     assert {'table', 'cube', 'star', 'triangle', 'picture'} == set(settings.world.objects)
     assert settings.controller_manager.update_rate == 1000
 

@@ -64,12 +64,13 @@ def test_packages(tmp_path):
     folder = tmp_path / 'my_description' / 'meshes'
     folder.mkdir(parents=True)
     (folder / 't.stl').write_bytes(binary_stl())
-    mesh = load_mesh('package://my_description/meshes/t.stl', extra_folders=[tmp_path])
+    mesh = load_mesh('package://my_description/meshes/t.stl', packages=[tmp_path])
     assert len(mesh.vertices) == 4
 
 
 @pytest.mark.parametrize(('name', 'data', 'message'), [
-    ('t.dae', b'<COLLADA/>', r"mesh 't.dae': \.dae is not read; allowed: \.stl, \.obj; convert"),
+    ('t.step', b'x', r"mesh 't.step': \.step is not read; allowed: \.stl, \.obj, \.dae.*convert"),
+    ('t.dae', b'<COLLADA/>', r"mesh 't.dae' cannot be read"),
     ('t.stl', b'short', 'cannot be read: 5 bytes do not fit'),
     ('t.stl', b'solid x\nendsolid x\n' * 9, 'has no triangles'),
     ('t.stl', b'B' + binary_stl()[1:-7], 'do not fit the 4 triangles that it announces'),

@@ -62,7 +62,7 @@ def test_limits(sunday):
     limits = sunday[1].joints['joint_2'].limits
     assert (limits.lower, limits.upper) == (-1.54, 1.54)
     assert (limits.velocity, limits.effort) == (3.14, 30.0)
-    assert limits.acceleration == np.inf
+    assert limits.acceleration == 5.0
 
 
 @pytest.mark.parametrize('state', TOOL_POSES)

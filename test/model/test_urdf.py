@@ -132,7 +132,7 @@ WRONG = [
      "<origin xyz> is '0 0 nan'; allowed: 3 finite numbers"),
     (robot(*A_B, joint('j', 'a', 'b').replace('xyz="0 0 1"', 'xyz="0 0 0"')),
      "the axis of joint 'j' has length 0"),
-    (robot(link('a', '<collision><geometry><box size="1 0 1"/></geometry></collision>')),
+    (robot(link('a', '<collision><geometry><box size="1 -1 1"/></geometry></collision>')),
      '<box> needs sizes above 0'),
     (robot(link('a', '<collision><geometry><cone radius="1"/></geometry></collision>')),
      "<cone> of link 'a' is no shape; allowed: box, sphere, cylinder, capsule, mesh"),
@@ -214,3 +214,12 @@ def test_a_frame_stays_without_mass():
     content = read(robot(link('a'), '<link name="b"/>', joint('j', 'a', 'b', 'fixed', '')))
     assert content.links['b'].inertial is None
     assert content.problems == ()
+
+
+def test_a_box_without_volume_is_left_out_with_a_warning():
+    """A plane that is drawn as a box of no height costs its shape, not the start."""
+    text = ('<robot name="r"><link name="ground"><collision><geometry><box size="5 5 0"/>'
+            '</geometry></collision></link></robot>')
+    content = parse_urdf(text, 'r.urdf', read_mesh=lambda uri, scale: None)
+    assert content.links['ground'].collisions == ()
+    assert "link 'ground' has no collision geometry of a box" in str(content.problems[0])

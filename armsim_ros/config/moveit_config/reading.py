@@ -1,0 +1,156 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The settings files of a package to the neutral form: what a file is, its role says."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+import re
+
+from armsim_ros.config.draft import ConfigDraft
+from armsim_ros.config.layout import LayoutReader, ROS2_KEY
+from armsim_ros.config.moveit_config.files import Role
+from armsim_ros.config.moveit_config.roles import OFFERED_PIPELINES, PackageRoles
+from armsim_ros.config.yaml_node import node_of, YamlNode
+from armsim_ros.config.yaml_source import read_yaml_file
+from armsim_ros.errors import (
+    ConfigError,
+    ignored,
+    Location,
+    Problem,
+    ResourceError,
+    Severity,
+)
+from armsim_ros.packages import Packages
+from armsim_ros.resources import expand_find
+
+_VAR = re.compile(r'\$\(var\s+([^)\s]+)\s*\)')
+#: Files in which a launch file may have values filled in.
+_FILLED_IN = (Role.MOVEIT_CONTROLLERS, Role.ROS2_CONTROLLERS, Role.JOINT_LIMITS)
+_LIMIT_KINDS = {'velocity': ('max_velocity',), 'acceleration': ('max_acceleration',),
+                'jerk': ('max_jerk',), 'position': ('min_position', 'max_position')}
+
+
+#: The block of the draft with the joints' start; what the URDF says wins over it.
+_START = 'start'
+
+
+def start_positions(draft: ConfigDraft) -> dict[str, float]:
+    """Return where a package lets the joints start, by joint [rad or m]."""
+    found = draft.section(_START).entries
+    return {joint: float(node.value) for joint, node in found.items()
+            if isinstance(node.value, (int, float)) and not isinstance(node.value, bool)}
+
+
+class PackageReader:
+    """
+    Reads the files of a package into a draft.
+
+    :param draft: takes what is found.
+    :param packages: finds what ``$(find-pkg-share p)`` names.
+    :param variables: the values of ``$(var x)``.
+    """
+
+    def __init__(self, draft: ConfigDraft, packages: Packages, variables: Mapping[str, str]
+                 ) -> None:
+        """Read nothing yet."""
+        self._draft = draft
+        self._packages = packages
+        self._variables = variables
+        self._layout = LayoutReader(draft)
+
+    def read(self, roles: PackageRoles) -> None:
+        """Read all files of a package."""
+        for file, role in roles.roles.items():
+            try:
+                root = self._read_file(file, role)
+                self._take(root, file, role)
+            except ConfigError as error:
+                self._draft.problems.extend(error.problems)
+        offered = [name for name in roles.pipelines if name in OFFERED_PIPELINES]
+        if offered:
+            names = (*offered, *(name for name in OFFERED_PIPELINES if name not in offered))
+            where = Location(str(roles.pipelines[offered[0]]))
+            if not self._draft.section('planning_parameters').get('planning_pipelines'):
+                self._draft.add_entry('planning_parameters', 'planning_pipelines',
+                                      node_of(names, where))
+
+    def _read_file(self, file: Path, role: Role) -> YamlNode:
+        def substitute(text: str) -> str:
+            return self._filled_in(text, file)
+
+        return read_yaml_file(file, self._draft.problems,
+                              substitute=substitute if role in _FILLED_IN else None)
+
+    def _filled_in(self, text: str, file: Path) -> str:
+        """Return a text with the values of a launch file's ``$(var x)`` filled in."""
+        missing: dict[str, int] = {}
+
+        def value(match: re.Match[str]) -> str:
+            name = match[1]
+            if name not in self._variables:
+                missing.setdefault(name, text.count('\n', 0, match.start()) + 1)
+            return self._variables.get(name, '')
+
+        filled = _VAR.sub(value, text)
+        for name, line in missing.items():
+            self._draft.problems.append(Problem(
+                f"'$(var {name})' has no value; nothing is put in its place",
+                Location(str(file), line), '', f'give {name}:=VALUE', Severity.WARNING))
+        try:
+            return expand_find(filled, self._packages)
+        except ResourceError as error:
+            self._draft.problems.append(ignored(Problem(str(error), Location(str(file)))))
+            return filled
+
+    def _take(self, root: YamlNode, file: Path, role: Role) -> None:
+        if role is Role.PIPELINE:
+            if file.name.startswith('ompl'):
+                self._layout.take_pipeline(root)
+        elif _has_parameters(root) or role in (
+                Role.MOVEIT_CONTROLLERS, Role.TRAJECTORY_EXECUTION, Role.ROS2_CONTROLLERS,
+                Role.SIMULATION):
+            self._layout.read(root, file.stem)
+        elif role is Role.KINEMATICS:
+            self._take_kinematics(root)
+        elif role is Role.JOINT_LIMITS:
+            self._take_joint_limits(root)
+        elif role is Role.CARTESIAN_LIMITS:
+            self._layout.read(root, file.stem)
+        elif role is Role.INITIAL_POSITIONS:
+            positions = root.get('initial_positions') or root
+            if positions.is_mapping:
+                self._draft.add(_START, positions)
+
+    def _take_kinematics(self, root: YamlNode) -> None:
+        inner = root.get('robot_description_kinematics') or root
+        for group, solver in inner.entries.items():
+            if solver.is_mapping:
+                self._draft.add_entry('kinematics', group, solver)
+            else:
+                self._draft.problems.append(ignored(Problem(
+                    f"'{group}' is {solver.kind} and no planning group's solver", solver.place)))
+
+    def _take_joint_limits(self, root: YamlNode) -> None:
+        """Take limits as MoveIt does: a value counts only where its ``has_...`` is true."""
+        inner = root.get('robot_description_planning') or root
+        joints = inner.get('joint_limits')
+        if joints is not None and joints.is_mapping:
+            clean = {name: _declared_limits(block) for name, block in joints.entries.items()}
+            inner = inner.with_value({**inner.entries, 'joint_limits': joints.with_value(clean)})
+        self._layout.read(inner, 'joint_limits')
+
+
+def _declared_limits(block: YamlNode) -> YamlNode:
+    unused = [key for kind, keys in _LIMIT_KINDS.items() for key in keys
+              if not _is_true(block.get(f'has_{kind}_limits'))]
+    return block.without(*unused)
+
+
+def _is_true(node: YamlNode | None) -> bool:
+    return node is not None and node.value is True
+
+
+def _has_parameters(root: YamlNode) -> bool:
+    return any(ROS2_KEY in inner.entries for inner in root.walk())

@@ -1,0 +1,204 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Parameters of broadcasters of sensors and of the speed, as their packages declare them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pydantic import model_validator
+from typing_extensions import Self
+
+from armsim_ros.config.base import parameter, Settings
+
+_AXES = ('x', 'y', 'z')
+_TURN = (*_AXES, 'w')
+
+
+class BroadcasterParameters(Settings):
+    """
+    What all of them share; the original publishes at every update.
+
+    A name that is needed and empty is told of when the controller is configured.
+    """
+
+    publish_rate: float = parameter(
+        100.0, 'messages a second, 0 is one at each update [Hz]', read_only=True, ge=0.0,
+        allow_inf_nan=False,
+    )
+    update_rate: int = parameter(
+        0, "updates a second, 0 is the manager's rate [Hz]", read_only=True, ge=0
+    )
+
+    @property
+    def interfaces(self) -> tuple[str, ...]:
+        """State interface of each value of a message, '' for those that have none."""
+        raise NotImplementedError
+
+    @property
+    def missing(self) -> str:
+        """The parameter that has to be given and is empty, '' where there is none."""
+        return ''
+
+
+class AxisNames(Settings):
+    """State interfaces of three axes; '' for one that is not measured."""
+
+    x: str = parameter('', 'state interface', read_only=True)
+    y: str = parameter('', 'state interface', read_only=True)
+    z: str = parameter('', 'state interface', read_only=True)
+
+    @property
+    def all(self) -> tuple[str, str, str]:
+        """Those of x, y, z."""
+        return self.x, self.y, self.z
+
+
+class WrenchNames(Settings):
+    """State interfaces of a wrench."""
+
+    force: AxisNames = parameter(AxisNames(), 'of the force', read_only=True)
+    torque: AxisNames = parameter(AxisNames(), 'of the torque', read_only=True)
+
+
+class Offsets(Settings):
+    """What is added to each axis."""
+
+    x: float = parameter(0.0, 'offset [N or N*m]', allow_inf_nan=False)
+    y: float = parameter(0.0, 'offset [N or N*m]', allow_inf_nan=False)
+    z: float = parameter(0.0, 'offset [N or N*m]', allow_inf_nan=False)
+
+
+class Multipliers(Settings):
+    """By what each axis is multiplied, after its offset."""
+
+    x: float = parameter(1.0, 'factor', allow_inf_nan=False)
+    y: float = parameter(1.0, 'factor', allow_inf_nan=False)
+    z: float = parameter(1.0, 'factor', allow_inf_nan=False)
+
+
+class WrenchOffsets(Settings):
+    """What is added to a wrench."""
+
+    force: Offsets = parameter(Offsets(), 'of the force')
+    torque: Offsets = parameter(Offsets(), 'of the torque')
+
+
+class WrenchMultipliers(Settings):
+    """By what a wrench is multiplied."""
+
+    force: Multipliers = parameter(Multipliers(), 'of the force')
+    torque: Multipliers = parameter(Multipliers(), 'of the torque')
+
+
+class ForceTorqueSensorBroadcasterParameters(BroadcasterParameters):
+    """Parameters of ``force_torque_sensor_broadcaster/ForceTorqueSensorBroadcaster``."""
+
+    sensor_name: str = parameter('', 'sensor with all six interfaces', read_only=True)
+    interface_names: WrenchNames = parameter(
+        WrenchNames(), 'state interfaces, in place of sensor_name', read_only=True
+    )
+    frame_id: str = parameter('', 'frame in the header', read_only=True)
+    offset: WrenchOffsets = parameter(WrenchOffsets(), 'added to what is measured')
+    multiplier: WrenchMultipliers = parameter(WrenchMultipliers(), 'factors after the offsets')
+    sensor_filter_chain: dict[str, Any] = parameter(
+        {}, 'has no effect: wrench_filtered is wrench', read_only=True
+    )
+
+    @property
+    def interfaces(self) -> tuple[str, ...]:
+        """Those of force x, y, z and torque x, y, z."""
+        if self.sensor_name:
+            return _of(self.sensor_name, ('force', _AXES), ('torque', _AXES))
+        return (*self.interface_names.force.all, *self.interface_names.torque.all)
+
+    @property
+    def missing(self) -> str:
+        """Name what is empty."""
+        if not any(self.interfaces):
+            return 'sensor_name'
+        return '' if self.frame_id else 'frame_id'
+
+    @model_validator(mode='after')
+    def _one_of_both(self) -> Self:
+        names = (*self.interface_names.force.all, *self.interface_names.torque.all)
+        if self.sensor_name and any(names):
+            raise ValueError('sensor_name and interface_names exclude each other')
+        return self
+
+
+class IMUSensorBroadcasterParameters(BroadcasterParameters):
+    """Parameters of ``imu_sensor_broadcaster/IMUSensorBroadcaster``."""
+
+    sensor_name: str = parameter('', 'sensor', read_only=True)
+    frame_id: str = parameter('', 'frame in the header', read_only=True)
+    static_covariance_orientation: tuple[float, ...] = parameter(
+        (0.0,) * 9, 'covariance (9,) [rad^2]', read_only=True, min_length=9, max_length=9
+    )
+    static_covariance_angular_velocity: tuple[float, ...] = parameter(
+        (0.0,) * 9, 'covariance (9,) [rad^2/s^2]', read_only=True, min_length=9, max_length=9
+    )
+    static_covariance_linear_acceleration: tuple[float, ...] = parameter(
+        (0.0,) * 9, 'covariance (9,) [m^2/s^4]', read_only=True, min_length=9, max_length=9
+    )
+
+    @property
+    def interfaces(self) -> tuple[str, ...]:
+        """Those of orientation, angular velocity, linear acceleration."""
+        return _of(self.sensor_name, ('orientation', _TURN), ('angular_velocity', _AXES),
+                   ('linear_acceleration', _AXES))  # fmt: skip
+
+    @property
+    def missing(self) -> str:
+        """Name what is empty."""
+        return next((key for key in ('sensor_name', 'frame_id') if not getattr(self, key)), '')
+
+
+class PoseTransform(Settings):
+    """The transform that a pose broadcaster sends."""
+
+    enable: bool = parameter(True, 'send the pose on /tf, too', read_only=True)
+    child_frame_id: str = parameter('', 'its frame; empty is pose_name', read_only=True)
+    publish_rate: float = parameter(
+        0.0, 'transforms a second, 0 is one with each pose [Hz]', read_only=True, ge=0.0
+    )
+
+
+class PoseBroadcasterParameters(BroadcasterParameters):
+    """Parameters of ``pose_broadcaster/PoseBroadcaster``."""
+
+    pose_name: str = parameter('', 'sensor', read_only=True)
+    frame_id: str = parameter('', 'frame in the header', read_only=True)
+    tf: PoseTransform = parameter(PoseTransform(), 'the transform')
+
+    @property
+    def interfaces(self) -> tuple[str, ...]:
+        """Those of position and orientation."""
+        return _of(self.pose_name, ('position', _AXES), ('orientation', _TURN))
+
+    @property
+    def missing(self) -> str:
+        """Name what is empty."""
+        return next((key for key in ('pose_name', 'frame_id') if not getattr(self, key)), '')
+
+
+class SpeedScalingStateBroadcasterParameters(BroadcasterParameters):
+    """Parameters of ``ur_controllers/SpeedScalingStateBroadcaster``."""
+
+    state_publish_rate: float = parameter(
+        100.0, 'messages a second [Hz]', read_only=True, gt=0.0, allow_inf_nan=False
+    )
+    tf_prefix: str = parameter('', "before the interface's name", read_only=True)
+
+    @property
+    def interfaces(self) -> tuple[str, ...]:
+        """That of the factor."""
+        return (f'{self.tf_prefix}{SPEED_SCALING}',)
+
+
+SPEED_SCALING = 'speed_scaling/speed_scaling_factor'
+"""The state interface that says how fast a robot goes; 1 is as planned."""
+
+
+def _of(sensor: str, *quantities: tuple[str, tuple[str, ...]]) -> tuple[str, ...]:
+    return tuple(f'{sensor}/{name}.{part}' for name, parts in quantities for part in parts)

@@ -1,0 +1,18 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Parameters of controllers that are stood in for."""
+
+from __future__ import annotations
+
+from pydantic import ConfigDict
+
+from armsim_ros.config.base import parameter, Settings
+
+
+class StandInParameters(Settings):
+    """What a stand-in reads; all else is the vendor's and stays unread."""
+
+    model_config = ConfigDict(extra='ignore')
+
+    state_publish_rate: float = parameter(
+        100.0, 'messages a second, where it publishes anything [Hz]', read_only=True, gt=0.0)

@@ -1,0 +1,256 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What the files of a package say, read as the original stack reads them."""
+
+import pytest
+
+from armsim_ros.errors import Severity
+from armsim_ros.model.cell_loading import survey_cell
+
+
+def survey(package, **words):
+    """Return what was found; there are no mistakes."""
+    found = survey_cell(str(package.folder), **words)
+    mistakes = [str(one) for one in found.problems if one.severity is Severity.ERROR]
+    assert not mistakes
+    return found
+
+
+def said(found, severity=Severity.WARNING):
+    """Return what was said, without the paths."""
+    return [one.what for one in found.problems if one.severity is severity]
+
+
+def test_what_move_group_knows_starts_and_the_rest_stays_unloaded(small_package):
+    """Without a launch file the broadcaster and the planned controllers are active."""
+    small_package.write('config/ros2_controllers.yaml', small_package.ROS2 + (
+        'other_controller:\n  ros__parameters:\n'
+        '    type: joint_trajectory_controller/JointTrajectoryController\n'
+        '    joints: [shoulder, elbow]\n    command_interfaces: [position]\n'
+        '    state_interfaces: [position]\n'))
+    settings = survey(small_package).settings
+    assert set(settings.spawn) == {'arm_controller', 'joint_state_broadcaster'}
+    assert settings.controller('other_controller') is not None
+    assert settings.spawn_only
+
+
+def test_controllers_are_made_from_what_move_group_knows(small_package):
+    """Where no file describes controllers, those of move_group run, and a line says so."""
+    small_package.remove('config/ros2_controllers.yaml')
+    found = survey(small_package)
+    assert found.settings.controller('arm_controller').joints == ('shoulder', 'elbow')
+    assert 'joint_state_broadcaster' in found.settings.spawn
+    assert any('no file describes the controllers' in text
+               for text in said(found, Severity.INFO))
+
+
+def test_a_manager_that_asks_knows_all_trajectory_controllers(small_package):
+    """moveit_ros_control_interface names no controllers: it asks for those that there are."""
+    small_package.write('config/moveit_controllers.yaml', (
+        'moveit_controller_manager: moveit_ros_control_interface/Ros2ControlManager\n'))
+    found = survey(small_package)
+    (one,) = found.settings.moveit_controllers
+    assert (one.name, one.joints, one.action_name) == (
+        'arm_controller', ('shoulder', 'elbow'), 'arm_controller/follow_joint_trajectory')
+    assert 'arm_controller' in found.settings.spawn
+
+
+@pytest.mark.parametrize(('kind', 'runs_as'), [
+    ('scaled_controllers/ScaledJointTrajectoryController',
+     'joint_trajectory_controller/JointTrajectoryController'),
+    ('joint_state_controller/JointStateController',
+     'joint_state_broadcaster/JointStateBroadcaster'),
+    ('vendor/ForceTorqueSensorBroadcaster', 'vendor/ForceTorqueSensorBroadcaster'),
+    ('vendor/GPIOController', 'vendor/GPIOController'),
+    ('vendor/SpeedScalingStateBroadcaster', 'vendor/SpeedScalingStateBroadcaster'),
+])
+def test_a_vendors_controller_is_stood_in_for(small_package, kind, runs_as):
+    """Each gets a line; what it is in the end is a type that can be loaded."""
+    small_package.write('config/ros2_controllers.yaml', small_package.ROS2 + (
+        f'more:\n  ros__parameters:\n    type: {kind}\n    joints: [grip]\n'
+        '    command_interfaces: [position]\n    state_interfaces: [position]\n'))
+    found = survey(small_package)
+    assert found.settings.controller('more').type == runs_as
+    assert sum(kind in text for text in said(found, Severity.CHANGED)) == 1
+
+
+def test_a_type_that_nobody_has_here_only_warns(small_package):
+    """The robot starts; --strict refuses."""
+    small_package.write('config/ros2_controllers.yaml', small_package.ROS2 + (
+        'twist:\n  ros__parameters: {type: vendor/TwistController, joint: tcp}\n'))
+    found = survey(small_package)
+    assert any("type 'vendor/TwistController' is not known" in text for text in said(found))
+    strict = survey_cell(str(small_package.folder), strict=True)
+    assert [one.where.line for one in strict.problems if one.severity is Severity.ERROR] == [12]
+
+
+def test_unknown_keys_are_left_out_with_a_warning(small_package):
+    """What the original does not know it does not read."""
+    small_package.write('config/kinematics.yaml', 'arm: {kinematics_solver: a/B, drot: 1}\n')
+    small_package.write('config/ros2_controllers.yaml', small_package.ROS2.replace(
+        '    joints: [shoulder, elbow]\n', '    joints: [shoulder, elbow]\n    my_key: 3\n'))
+    found = survey(small_package)
+    assert found.settings.kinematics['arm'].kinematics_solver == 'a/B'
+    assert len([text for text in said(found) if 'is not known' in text]) == 2
+
+
+def test_limits_count_only_where_they_are_switched_on(small_package):
+    """As in MoveIt; a whole number is a number; an unknown joint is a warning."""
+    small_package.write('config/joint_limits.yaml', (
+        'joint_limits:\n'
+        '  shoulder: {has_velocity_limits: true, max_velocity: 1, max_acceleration: 3}\n'
+        '  elbow: {max_velocity: 0.5}\n  nobody: {has_velocity_limits: false}\n'))
+    found = survey(small_package)
+    limits = {name: joint.limits for name, joint in found.model.joints.items()}
+    assert limits['shoulder'].velocity == 1.0
+    assert limits['shoulder'].acceleration == float('inf')
+    assert limits['elbow'].velocity == 2.0
+    assert any("'nobody'" in text for text in said(found))
+
+
+def test_a_key_twice_is_read_as_ros_reads_it(small_package):
+    """Blocks of a parameter file are merged, as rcl does it; elsewhere the second one counts."""
+    text = small_package.ROS2
+    head, sign, rest = text.partition('arm_controller:\n  ros')
+    small_package.write('config/ros2_controllers.yaml', (
+        '/**:\n' + ''.join(f'  {line}\n' for line in head.splitlines())
+        + '/**:\n' + ''.join(f'  {line}\n' for line in (sign + rest).splitlines())))
+    small_package.write('config/kinematics.yaml', (
+        'arm: {kinematics_solver: a/B}\narm: {kinematics_solver: c/D}\n'))
+    found = survey(small_package)
+    assert found.settings.controller('arm_controller').joints == ('shoulder', 'elbow')
+    assert found.settings.controller_manager.update_rate == 500
+    assert found.settings.kinematics['arm'].kinematics_solver == 'c/D'
+    assert sum('is there twice, first in line' in text for text in said(found)) == 2
+
+
+def test_a_named_node_wins_over_a_wildcard(small_package):
+    """Whatever the order; nested and dotted keys are one."""
+    small_package.write('config/ros2_controllers.yaml', (
+        small_package.ROS2.replace('update_rate: 500', 'update_rate: 250')
+        + '/**/controller_manager:\n  ros__parameters: {update_rate: 100}\n'
+        + '/**/arm_controller:\n  ros__parameters:\n    constraints.goal_time: 2.0\n'))
+    settings = survey(small_package).settings
+    assert settings.controller_manager.update_rate == 250
+    assert settings.controller('arm_controller').parameters.constraints.goal_time == 2.0
+
+
+def test_values_of_a_launch_file_are_filled_in(small_package):
+    """$(var x) takes a word of the user, else the xacro's default; without either it warns."""
+    small_package.write('config/small.urdf.xacro', small_package.XACRO.format(
+        '<xacro:arg name="prefix" default=""/>'
+        '<xacro:include filename="$(find small_description)/urdf/arm.urdf"/>'))
+    small_package.write('config/ros2_controllers.yaml', small_package.ROS2.replace(
+        '[shoulder, elbow]', '[$(var prefix)shoulder, $(var missing)elbow]'))
+    found = survey(small_package)
+    assert found.settings.controller('arm_controller').joints == ('shoulder', 'elbow')
+    assert [text for text in said(found) if 'has no value' in text] == [
+        "'$(var missing)' has no value; nothing is put in its place"]
+    assert not [text for text in said(survey(small_package, arguments={'missing': ''}))
+                if 'has no value' in text]
+
+
+def test_the_urdfs_plugin_names_the_controllers(small_package, tmp_path):
+    """Its <parameters> wins over config/ros2_controllers.yaml; controllers:= wins over both."""
+    plugged = tmp_path / 'plugged.yaml'
+    plugged.write_text(small_package.ROS2.replace('500', '250'))
+    given = tmp_path / 'given.yaml'
+    given.write_text(small_package.ROS2.replace('500', '125'))
+    plugin = (f'<gazebo><plugin filename="gz_ros2_control-system" name="x"><parameters>{plugged}'
+              '</parameters></plugin></gazebo>')
+    small_package.ros2_control(more=plugin)
+    assert survey(small_package).settings.controller_manager.update_rate == 250
+    settings = survey(small_package, controllers=[given]).settings
+    assert settings.controller_manager.update_rate == 125
+
+
+def test_xacro_arguments_go_to_urdf_and_srdf(small_package):
+    """The word wins over the file's default; what is declared is known by name and value."""
+    small_package.write('config/small.urdf.xacro', small_package.XACRO.format(
+        '<xacro:arg name="reach" default="0.2"/><xacro:arg name="never" default="no"/>'
+        '<xacro:include filename="$(find small_description)/urdf/arm.urdf"/>'
+        '<link name="tip_$(arg reach)"/><joint name="tip" type="fixed"><parent link="lower"/>'
+        '<child link="tip_$(arg reach)"/></joint>'))
+    (small_package.folder / 'config/small.srdf').rename(
+        small_package.folder / 'config/small.srdf.xacro')
+    small_package.write('config/small.srdf.xacro', small_package.SRDF.replace(
+        '<robot ', '<robot xmlns:xacro="http://www.ros.org/wiki/xacro" ').replace(
+        '<group name="arm">', '<xacro:arg name="group" default="arm"/><group name="$(arg group)">'
+    ).replace('group="arm"', 'group="$(arg group)"'))
+    found = survey(small_package, arguments={'reach': '0.7', 'group': 'left'})
+    assert 'tip_0.7' in found.model.links
+    assert set(found.model.semantic.groups) == {'left'}
+    assert found.declared == {'reach': '0.7', 'never': 'no', 'group': 'left'}
+
+
+def test_a_pipeline_of_the_package_replaces_the_default(small_package):
+    """The planners of ompl_planning.yaml are offered, those of others get a line."""
+    small_package.write('config/ompl_planning.yaml', (
+        'planning_plugins: [ompl_interface/OMPLPlanner]\n'
+        'planner_configs: {Mine: {type: geometric::RRT, range: 1}}\n'
+        'arm: {planner_configs: [Mine]}\n'))
+    small_package.write('config/stomp_planning.yaml', 'stomp_moveit: {num_timesteps: 60}\n')
+    found = survey(small_package)
+    assert set(found.settings.ompl.planner_configs) == {'Mine'}
+    assert found.settings.planning_parameters.planning_pipelines[0] == 'ompl'
+    assert any("pipeline 'stomp'" in text for text in said(found, Severity.INFO))
+
+
+MESH = '<collision><geometry><mesh filename="package://lost/meshes/{}.stl"/></geometry></collision>'
+
+
+def test_a_missing_package_of_meshes_is_told_once(small_package):
+    """All links that go without are named in one line; --strict refuses the robot."""
+    text = (small_package.description / 'urdf/arm.urdf').read_text()
+    for link in ('base', 'upper', 'lower'):
+        text = text.replace(f'<link name="{link}">', f'<link name="{link}">{MESH.format(link)}')
+    small_package.write('../description_folder/urdf/arm.urdf', text)
+    found = [text for text in said(survey(small_package)) if 'geometry' in text]
+    assert len(found) == 1
+    assert found[0].startswith('the links base, upper, lower have no collision geometry: '
+                               "package 'lost' is not found; looked at: ")
+    strict = survey_cell(str(small_package.folder), strict=True)
+    assert any(one.strict for one in strict.problems)
+
+
+def test_a_mistake_costs_what_it_is_about(small_package):
+    """A controller or a joint's limits with wrong values are left out, and the others count."""
+    small_package.write('config/ros2_controllers.yaml', small_package.ROS2 + (
+        'gripper:\n  ros__parameters: {type: position_controllers/GripperActionController}\n'))
+    small_package.write('config/joint_limits.yaml', (
+        'joint_limits:\n  shoulder: {has_velocity_limits: true, max_velocity: quick}\n'
+        '  elbow: {has_velocity_limits: true, max_velocity: 1}\n'))
+    found = survey(small_package)
+    assert found.settings.controller('gripper') is None
+    assert found.model.joints['elbow'].limits.velocity == 1.0
+    assert found.model.joints['shoulder'].limits.velocity == 2.0
+    assert any("'max_velocity' is the text 'quick'" in text for text in said(found))
+
+
+def test_a_controller_of_joints_that_are_not_there_stays_inactive(small_package):
+    """The others start."""
+    small_package.write('config/moveit_controllers.yaml', small_package.MOVEIT.replace(
+        '[arm_controller]', '[arm_controller, other]')
+        + '  other: {type: FollowJointTrajectory, joints: [nobody]}\n')
+    small_package.write('config/ros2_controllers.yaml', small_package.ROS2 + (
+        'other:\n  ros__parameters:\n'
+        '    type: joint_trajectory_controller/JointTrajectoryController\n'
+        '    joints: [nobody]\n    command_interfaces: [position]\n'
+        '    state_interfaces: [position]\n'))
+    found = survey(small_package)
+    assert set(found.cell.settings.spawn) == {'arm_controller', 'joint_state_broadcaster'}
+    assert any("joint 'nobody' is not in the URDF" in text for text in said(found))
+
+
+def test_of_two_controllers_of_one_arm_move_groups_default_starts(small_package):
+    """Both are known to move_group; the one that it prefers is first."""
+    small_package.write('config/moveit_controllers.yaml', small_package.MOVEIT.replace(
+        '[arm_controller]', '[arm_controller, other]').replace('default: true', 'default: false')
+        + '  other: {type: FollowJointTrajectory, joints: [shoulder, elbow], default: true}\n')
+    small_package.write('config/ros2_controllers.yaml', small_package.ROS2 + (
+        'other:\n  ros__parameters:\n'
+        '    type: joint_trajectory_controller/JointTrajectoryController\n'
+        '    joints: [shoulder, elbow]\n    command_interfaces: [position]\n'
+        '    state_interfaces: [position]\n'))
+    spawn = survey(small_package).settings.spawn
+    assert spawn == ('joint_state_broadcaster', 'other', 'arm_controller')

@@ -1,0 +1,361 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What ``<ros2_control>`` declares is what controllers find; each convention has one test."""
+
+from dataclasses import replace
+
+import pytest
+
+from armsim_ros.errors import Severity
+from armsim_ros.model.cell_loading import survey_cell
+from armsim_ros.sim.assembly import build_managers, build_simulation
+
+STATES = '<state_interface name="position">{0}</state_interface><state_interface name="velocity"/>'
+INITIAL = '<param name="initial_value">{0}</param>'
+
+
+def joint(name, *commands, states=None, inside='', words=''):
+    """Return a joint of the tag."""
+    return (f'<joint name="{name}" {words}>'
+            + ''.join(f'<command_interface name="{one}"/>' for one in commands)
+            + (STATES.format('') if states is None else states) + inside + '</joint>')
+
+
+def start(package, **words):
+    """Return simulation, manager and messages of a package."""
+    survey = survey_cell(str(package.folder), **words)
+    cell = survey.checked()
+    simulation = build_simulation(cell.settings, cell.model)
+    (manager,) = build_managers(cell, simulation).values()
+    return simulation, manager, survey.problems
+
+
+def said(problems, severity=Severity.WARNING):
+    """Return the messages of one kind."""
+    return [str(one) for one in problems if one.severity is severity]
+
+
+def mistakes(package, **words):
+    """Return the mistakes of a package."""
+    return said(survey_cell(str(package.folder), **words).problems, Severity.ERROR)
+
+
+def test_each_tag_is_a_component(small_package):
+    """Name, type and plugin as written, active; any plugin is simulated, and a line says so."""
+    small_package.ros2_control(
+        joint('shoulder', 'position'), joint('elbow', 'position'),
+        more='<ros2_control name="Hand" type="actuator"><hardware><plugin>other/Gripper</plugin>'
+             '</hardware>' + joint('grip', 'position') + '</ros2_control>')
+    _, manager, problems = start(small_package)
+    found = [(one.name, one.type, one.plugin_name, one.state)
+             for one in manager.list_hardware_components()]
+    assert found == [('Arm', 'system', 'vendor/Hardware', 'active'),
+                     ('Hand', 'actuator', 'other/Gripper', 'active')]
+    assert sum('is simulated' in text for text in said(problems, Severity.CHANGED)) == 2
+    hand = manager.list_hardware_components()[1]
+    assert [one.name for one in hand.command_interfaces] == ['grip/position']
+
+
+def test_without_a_tag_every_joint_has_all_interfaces(small_package):
+    """A robot that declares nothing is one component."""
+    _, manager, _ = start(small_package)
+    (component,) = manager.list_hardware_components()
+    assert len(component.command_interfaces) == 12
+
+
+def test_only_what_is_declared_can_be_claimed(small_package):
+    """Asking for another interface fails the activation with the list; the rest starts."""
+    small_package.ros2_control(joint('shoulder', 'position'), joint('elbow', 'velocity'))
+    _, manager, _ = start(small_package)
+    command, state = manager.list_hardware_interfaces()
+    assert [one.name for one in command] == ['shoulder/position', 'elbow/velocity']
+    assert [one.name for one in state] == [
+        'shoulder/position', 'shoulder/velocity', 'elbow/position', 'elbow/velocity']
+    assert manager.controllers['arm_controller'].state.value == 'inactive'
+    assert manager.controllers['joint_state_broadcaster'].active
+    assert "which the hardware lacks; 'elbow' has: elbow/velocity" in manager.refusals[0]
+
+
+def test_a_joint_in_no_tag_is_held_and_not_listed(small_package):
+    """Nobody can read or claim it."""
+    small_package.ros2_control(joint('shoulder', 'position'), joint('elbow', 'position'))
+    simulation, manager, _ = start(small_package)
+    assert 'grip' not in manager.controllers['joint_state_broadcaster'].joint_names
+    for _ in range(200):
+        simulation.write(1)
+        simulation.step()
+    assert simulation.state.position[simulation.index['grip']] == pytest.approx(0.0, abs=1e-3)
+
+
+def test_a_planning_group_with_a_joint_in_no_tag_is_told(small_package):
+    """Nobody would know where it is."""
+    small_package.ros2_control(joint('shoulder', 'position'))
+    _, _, problems = start(small_package)
+    assert any("planning group 'arm' has elbow, which no <ros2_control> has" in text
+               for text in said(problems))
+
+
+def test_the_start_is_the_initial_value(small_package):
+    """0 where there is none; outside of the limits it is moved to them with a warning."""
+    small_package.ros2_control(
+        joint('shoulder', 'position', states=STATES.format(INITIAL.format(0.5))),
+        joint('elbow', 'position', states=STATES.format(INITIAL.format(9))))
+    simulation, _, problems = start(small_package)
+    positions = dict(zip(simulation.joint_names, simulation.state.position, strict=True))
+    assert positions == pytest.approx({'shoulder': 0.5, 'elbow': 2.0, 'grip': 0.0})
+    assert any("joint 'elbow' starts at 2: 9 is outside" in text for text in said(problems))
+
+
+def test_the_packages_start_acts_where_no_tag_uses_it(small_package):
+    """A tag's value wins over initial_positions.yaml, the user's word over both."""
+    small_package.write('config/initial_positions.yaml',
+                        'initial_positions: {shoulder: 0.3, elbow: 0.4, grip: 0.1}\n')
+    small_package.ros2_control(
+        joint('shoulder', 'position', states=STATES.format(INITIAL.format(0.5))),
+        joint('elbow', 'position'))
+    simulation, _, _ = start(small_package, overrides={'simulation.initial_positions.grip': 0.2})
+    positions = dict(zip(simulation.joint_names, simulation.state.position, strict=True))
+    assert positions == pytest.approx({'shoulder': 0.5, 'elbow': 0.4, 'grip': 0.2})
+
+
+@pytest.mark.parametrize(('inside', 'words', 'expected'), [
+    ('<command_interface name="position"><param name="min">-0.5</param>'
+     '<param name="max">9</param></command_interface>', '', (-0.5, 2.0)),
+    ('<command_interface name="position"><param name="min">-0.5</param>'
+     '<limits enable="false"/></command_interface>', '', (-2.0, 2.0)),
+    ('<command_interface name="position"/><limits enable="false"/>', '', (-9.0, 9.0)),
+])
+def test_limits_of_the_tag(small_package, inside, words, expected):
+    """They narrow the URDF's and never widen them, and can be switched off."""
+    small_package.write('config/ros2_controllers.yaml', small_package.ROS2.replace(
+        'update_rate: 500\n', 'update_rate: 500\n    enforce_command_limits: true\n'))
+    small_package.ros2_control(joint('shoulder', inside=inside, words=words),
+                               joint('elbow', 'position'))
+    simulation, manager, _ = start(small_package)
+    position = simulation.command.position
+    for value, limit in zip((-9.0, 9.0), expected, strict=True):
+        position[simulation.index['shoulder']] = value
+        manager._limits.enforce()
+        assert position[simulation.index['shoulder']] == limit
+
+
+def test_commands_are_not_clamped_by_default(small_package):
+    """As in Jazzy."""
+    small_package.ros2_control(joint('shoulder', 'position'), joint('elbow', 'position'))
+    _, manager, _ = start(small_package)
+    assert manager._limits is None
+
+
+MIMIC = '<mimic joint="elbow" multiplier="1"/></joint>'
+
+
+@pytest.fixture
+def following(small_package):
+    """Return the package with a gripper that follows the elbow."""
+    text = (small_package.description / 'urdf/arm.urdf').read_text()
+    head, sign, rest = text.partition('<joint name="grip"')
+    small_package.write('../description_folder/urdf/arm.urdf',
+                        head + sign + rest.replace('</joint>', MIMIC, 1))
+    return small_package
+
+
+def test_a_joint_that_follows_has_no_command_interface(following):
+    """One that is declared is dropped with a warning; --strict refuses it."""
+    following.ros2_control(joint('shoulder', 'position'), joint('elbow', 'position'),
+                           joint('grip', 'position'))
+    _, manager, problems = start(following)
+    assert 'grip/position' not in [one.name for one in manager.list_hardware_interfaces()[0]]
+    assert any("joint 'grip' follows another one" in text for text in said(problems))
+
+
+def test_a_joint_that_follows_can_be_freed(following):
+    """mimic='false' gives it a command interface of its own."""
+    following.ros2_control(joint('shoulder', 'position'), joint('elbow', 'position'),
+                           joint('grip', 'position', words='mimic="false"'))
+    _, manager, _ = start(following)
+    assert 'grip/position' in [one.name for one in manager.list_hardware_interfaces()[0]]
+
+
+def test_mimic_without_a_mimic_of_the_urdf_warns(small_package):
+    """The URDF decides who follows whom."""
+    small_package.ros2_control(joint('shoulder', 'position', words='mimic="true"'),
+                               joint('elbow', 'position'))
+    _, _, problems = start(small_package)
+    assert any('no <mimic> in the URDF' in text for text in said(problems))
+
+
+def test_sensors_and_gpios_are_listed(small_package):
+    """Their states have the value that the tag gives, else 0."""
+    small_package.ros2_control(
+        joint('shoulder', 'position'), joint('elbow', 'position'),
+        '<sensor name="hot"><state_interface name="temperature"/></sensor>' + GPIO)
+    simulation, manager, _ = start(small_package)
+    command, state = manager.list_hardware_interfaces()
+    assert 'speed/target' in [one.name for one in command]
+    assert {'hot/temperature', 'speed/factor'} <= {one.name for one in state}
+    assert simulation.other_states == {
+        'hot/temperature': 0.0, 'speed/factor': 1.0, 'speed/target': 0.0}
+
+
+GPIO = ('<gpio name="speed"><command_interface name="target"/><state_interface name="target"/>'
+        '<state_interface name="factor">' + INITIAL.format(1) + '</state_interface></gpio>')
+FORWARD = ('speed_controller:\n  ros__parameters:\n'
+           '    type: forward_command_controller/ForwardCommandController\n'
+           '    joints: [speed]\n    interface_name: {0}\n')
+
+
+def forwarding(package, interface):
+    """Return simulation and manager with a forward controller of a gpio that has had 0.5."""
+    package.write('config/ros2_controllers.yaml',
+                  package.ROS2 + FORWARD.format(interface))
+    survey = survey_cell(str(package.folder))
+    cell = survey.checked()
+    cell = replace(cell, robots=tuple(replace(one, settings=one.settings.model_copy(
+        update={'spawn_only': False})) for one in cell.robots))
+    simulation = build_simulation(cell.settings, cell.model)
+    (manager,) = build_managers(cell, simulation).values()
+    assert manager.switch(activate=['speed_controller']).ok
+    manager.controllers['speed_controller'].receive([0.5])
+    manager.update(simulation.time_ns, 0.002)
+    return simulation, manager
+
+
+def test_the_state_of_a_gpio_mirrors_its_command(small_package):
+    """A forward controller commands it; the state of the same name follows, others stay."""
+    small_package.ros2_control(joint('shoulder', 'position'), joint('elbow', 'position'), GPIO)
+    simulation, manager = forwarding(small_package, 'target')
+    assert simulation.other_states == {'speed/factor': 1.0, 'speed/target': 0.5}
+    claimed = {one.name for one in manager.list_hardware_interfaces()[0] if one.is_claimed}
+    assert 'speed/target' in claimed
+    manager.update(simulation.time_ns + 10**8, 0.002)
+    broadcaster = manager.controllers['joint_state_broadcaster']
+    sample = [broadcaster.poll(), broadcaster.poll()][-1]
+    assert ('speed', ('target', 'factor'), (0.5, 1.0)) in sample.dynamic
+
+
+def test_mock_hardware_lets_states_of_gpios_be_commanded(small_package):
+    """mock_gpio_commands makes a command interface of each state."""
+    small_package.ros2_control(
+        joint('shoulder', 'position'), joint('elbow', 'position'), GPIO,
+        '<hardware><param name="x"/></hardware>', plugin='mock_components/GenericSystem</plugin>'
+        '<param name="mock_gpio_commands">true</param><plugin>')
+    simulation, _ = forwarding(small_package, 'factor')
+    assert simulation.other_states == {'speed/factor': 0.5, 'speed/target': 0.0}
+
+
+WRIST = ('<sensor name="wrist">' + ''.join(
+    f'<state_interface name="{one}.{axis}"/>' for one in
+    ('force', 'torque', 'linear_acceleration', 'angular_velocity') for axis in 'xyz')
+    + '<state_interface name="orientation.w"/>{0}</sensor>')
+
+
+@pytest.mark.parametrize(('inside', 'more', 'weight'), [
+    ('<param name="frame_id">finger</param>', '', 9.81),
+    ('', '<gazebo reference="elbow"><sensor name="wrist" type="force_torque"/></gazebo>', 19.62),
+    ('', '', 9.81),
+])
+def test_a_sensor_measures_what_hangs_beyond_its_frame(small_package, inside, more, weight):
+    """Its frame is the tag's, else Gazebo's, else the end of the arm."""
+    small_package.ros2_control(
+        joint('shoulder', 'position'), joint('elbow', 'position'), joint('grip', 'position'),
+        WRIST.format(inside), more=more)
+    simulation, _, _ = start(small_package)
+    for _ in range(500):
+        simulation.write(1)
+        simulation.step()
+    measured = simulation.other_states
+    assert measured['wrist/force.z'] == pytest.approx(-weight, abs=0.05)
+    assert measured['wrist/linear_acceleration.z'] == pytest.approx(9.81, abs=0.05)
+    assert measured['wrist/orientation.w'] == pytest.approx(1.0, abs=1e-3)
+
+
+def test_a_sensor_feels_a_push(small_package):
+    """A force on the link beyond, and its torque about the frame."""
+    small_package.ros2_control(
+        joint('shoulder', 'position'), joint('elbow', 'position'), joint('grip', 'position'),
+        WRIST.format('<param name="frame_id">lower</param>'))
+    simulation, _, _ = start(small_package)
+    before = None
+    for force in (0.0, 5.0):
+        simulation.apply_wrench('finger', (0, force, 0))
+        for _ in range(1500):
+            simulation.write(1)
+            simulation.step()
+        if before is None:
+            before = simulation.other_states
+    after = simulation.other_states
+    change = {name: after[name] - before[name] for name in after}
+    assert change['wrist/force.y'] == pytest.approx(5.0, abs=0.02)
+    assert change['wrist/torque.x'] == pytest.approx(-1.0, abs=0.02)
+
+
+def mocked(parameter):
+    """Return the plugin of mock hardware with a parameter."""
+    name, value = parameter
+    return f'mock_components/GenericSystem</plugin><param name="{name}">{value}</param><plugin>'
+
+
+@pytest.mark.parametrize(('parameter', 'reached'), [
+    (('disable_commands', 'true'), 0.0),
+    (('position_state_following_offset', '0.1'), 0.4),
+    (('state_following_offset', '-0.1'), 0.2),
+    (('calculate_dynamics', 'true'), 0.3),
+])
+def test_parameters_of_mock_hardware(small_package, parameter, reached):
+    """They act as there: on what becomes of a command of 0.3 rad."""
+    small_package.ros2_control(joint('shoulder', 'position'), joint('elbow', 'position'),
+                               plugin=mocked(parameter))
+    simulation, _, _ = start(small_package)
+    shoulder = simulation.index['shoulder']
+    for step in range(1000):
+        simulation.command.position[shoulder] = 0.3 * min(1.0, step / 500)
+        simulation.write(1)
+        simulation.step()
+    assert simulation.state.position[shoulder] == pytest.approx(reached, abs=2e-3)
+
+
+def test_parameters_of_mock_hardware_mean_nothing_to_others(small_package):
+    """A vendor's plugin has parameters of its own."""
+    small_package.ros2_control(
+        joint('shoulder', 'position'), joint('elbow', 'position'),
+        plugin=mocked(('disable_commands', 'true')).replace('mock_components', 'vendor'))
+    assert not start(small_package)[0].model.hardware[0].deaf
+
+
+@pytest.mark.parametrize(('joints', 'message'), [
+    ([joint('shouldr', 'position')], "a joint 'shouldr', which is not in the URDF"),
+    ([joint('plate', 'position')], "the joint 'plate', which is fixed"),
+])
+def test_a_joint_that_cannot_be_driven_is_a_mistake(small_package, joints, message):
+    """The message names the tag's joint."""
+    text = (small_package.description / 'urdf/arm.urdf').read_text()
+    small_package.write('../description_folder/urdf/arm.urdf', text.replace(
+        '</robot>', '<link name="flange"/><joint name="plate" type="fixed"><parent link="lower"/>'
+        '<child link="flange"/></joint></robot>'))
+    small_package.ros2_control(*joints)
+    assert any(message in text for text in mistakes(small_package))
+
+
+def test_one_interface_in_two_components_is_a_mistake(small_package):
+    """Nobody could say who has it."""
+    small_package.ros2_control(
+        joint('shoulder', 'position'), joint('elbow', 'position'),
+        more='<ros2_control name="Second" type="system"><hardware/>'
+             + joint('shoulder', 'position') + '</ros2_control>')
+    assert any('both have the command interfaces shoulder/position' in text
+               for text in mistakes(small_package))
+
+
+def test_a_component_that_is_not_active_keeps_its_joints(small_package):
+    """Controllers of the other component can still be switched on."""
+    small_package.ros2_control(
+        joint('shoulder', 'position'), joint('elbow', 'position'),
+        more='<ros2_control name="Hand" type="system"><hardware/>' + joint('grip', 'position')
+             + '</ros2_control>')
+    _, manager, _ = start(small_package)
+    manager.set_hardware_component_state('Hand', 'inactive')
+    available = {one.name: one.is_available for one in manager.list_hardware_interfaces()[0]}
+    assert available == {'shoulder/position': True, 'elbow/position': True,
+                         'grip/position': False}
+    assert manager.switch(deactivate=['arm_controller']).ok
+    assert manager.switch(activate=['arm_controller']).ok
