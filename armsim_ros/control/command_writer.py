@@ -9,12 +9,14 @@ loop: ``u = ff_velocity_scale * v_d + PID(e, v_d - v)``, for effort plus the tra
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
+from armsim_ros.arrays import Matrix, Vector
 from armsim_ros.config.joint_trajectory_controller import JointTrajectoryControllerParameters
+from armsim_ros.config.pid_gains import PidGains
 from armsim_ros.control.hardware_interface import (
     ACCELERATION,
     COMMAND_INTERFACES,
@@ -25,8 +27,6 @@ from armsim_ros.control.hardware_interface import (
 )
 from armsim_ros.control.pid import Pid
 
-Vector = NDArray[np.float64]
-Matrix = NDArray[np.float64]
 Index = NDArray[np.intp] | slice
 
 
@@ -49,7 +49,6 @@ class CommandWriter:
     def __init__(
         self, parameters: JointTrajectoryControllerParameters, hardware: HardwareInterface
     ) -> None:
-        """Look up where each value goes."""
         commanded = parameters.command_joints or parameters.joints
         self._columns = compact([parameters.joints.index(name) for name in commanded])
         self._target = compact([hardware.index[name] for name in commanded])
@@ -63,17 +62,36 @@ class CommandWriter:
         self._closed_loop = parameters.uses_pid and not (
             parameters.open_loop_control and self._kinds == (VELOCITY,)
         )
+        command, feedforward = hardware.command, hardware.feedforward
+        rows = [COMMAND_INTERFACES.index(kind) for kind in self._kinds]
+        self._routes = [
+            (row, command.of(kind)) for row, kind in zip(rows, self._kinds, strict=True)
+        ]
+        if self._feeds_forward:
+            self._aside = [(1, feedforward.velocity), (2, feedforward.acceleration)]
+        else:
+            self._aside = []
         self._pids = [Pid(parameters.gains[name]) for name in commanded]
         self._column_list = [parameters.joints.index(name) for name in commanded]
         self._scales = np.array([parameters.gains[n].ff_velocity_scale for n in commanded])
         self._closed = np.zeros(len(commanded))
 
-    def set_gains(self, parameters: JointTrajectoryControllerParameters) -> None:
-        """Take new gains over without a step of the integral part."""
+    @property
+    def closes_loop(self) -> bool:
+        """Whether the commands depend on the errors, so that every update matters."""
+        return self._closed_loop
+
+    def set_gains(
+        self, old: Mapping[str, PidGains], new: Mapping[str, PidGains]
+    ) -> None:
+        """Take new gains over without a step of the integral part, here or in the drives."""
         for i, (name, pid) in enumerate(zip(self._commanded, self._pids, strict=True)):
-            gains = parameters.gains[name]
+            gains = new[name]
             pid.set_gains(gains)
             self._scales[i] = gains.ff_velocity_scale
+        changed = {name: new[name] for name in self._commanded if new[name] != old[name]}
+        if changed and self.forwards_position:
+            self._hardware.set_gains(changed)
 
     def reset(self) -> None:
         """Forget the integral parts."""
@@ -96,16 +114,34 @@ class CommandWriter:
             output[row, columns] = self._closed
             self._hardware.command.of(self._kinds[0])[target] = self._closed
             return
-        command = self._hardware.command
-        for kind in self._kinds:
-            row = COMMAND_INTERFACES.index(kind)
+        for row, command in self._routes:
             values = ahead[row, columns]
             output[row, columns] = values
-            command.of(kind)[target] = values
-        if self._feeds_forward:
-            feedforward = self._hardware.feedforward
-            feedforward.velocity[target] = ahead[1, columns]
-            feedforward.acceleration[target] = ahead[2, columns]
+            command[target] = values
+        for row, feedforward in self._aside:
+            feedforward[target] = ahead[row, columns]
+
+    @property
+    def plans(self) -> bool:
+        """Whether commands can be planned: nothing but the reference goes into them."""
+        return self._feeds_forward and len(self._hardware.plan) > 0
+
+    def plan(self, coming: Matrix) -> int:
+        """
+        Write commands of the next updates; return how many there was room for.
+
+        :param coming: (k + 1, 3, n) the reference at each of these updates, and at the next one.
+        """
+        plan = self._hardware.plan
+        count = min(len(coming) - 1, len(plan))
+        for row, planned in enumerate((plan.position, plan.velocity, plan.acceleration)):
+            planned[:count, self._target] = coming[1 : count + 1, row, self._columns]
+        return count
+
+    def write_planned(self, ahead: Matrix) -> None:
+        """Write the commands of an update that was planned: (3, n) its reference."""
+        for row, command in (*self._routes, *self._aside):
+            command[self._target] = ahead[row, self._columns]
 
     def last_positions(self) -> Vector:
         """Return the position commands that stand (n,), NaN for joints without [rad or m]."""

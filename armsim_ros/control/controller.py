@@ -11,7 +11,7 @@ may be called from any thread.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from enum import Enum
 from typing import Any, ClassVar, Generic, TypeVar
@@ -23,6 +23,9 @@ from armsim_ros.control.parameter_update import changed
 from armsim_ros.model.robot_model import RobotModel
 
 ParametersT = TypeVar('ParametersT', bound=Settings)
+
+NEVER_NS = 2**62
+"""A time that does not come [ns]."""
 
 
 class LifecycleState(Enum):
@@ -41,11 +44,13 @@ class ControllerContext:
 
     :param model: joint types and limits, or None where no robot description is known.
     :param update_rate: of the manager [Hz].
+    :param wake: to be called from any thread when there is something new for the next update.
     """
 
     hardware: HardwareInterface
     model: RobotModel | None
     update_rate: int
+    wake: Callable[[], object] = lambda: None
 
 
 class Controller(ABC, Generic[ParametersT]):
@@ -59,6 +64,9 @@ class Controller(ABC, Generic[ParametersT]):
 
     parameters_class: ClassVar[type[Settings]]
 
+    only_looks: ClassVar[bool] = False
+    """Whether updates command nothing and depend on nothing but states and time."""
+
     def __init__(
         self,
         name: str,
@@ -66,7 +74,6 @@ class Controller(ABC, Generic[ParametersT]):
         parameters: ParametersT,
         context: ControllerContext,
     ) -> None:
-        """Start unconfigured."""
         self.name = name
         self.type = type
         self.parameters = parameters
@@ -108,6 +115,16 @@ class Controller(ABC, Generic[ParametersT]):
     def deactivate(self, time_ns: int) -> None:
         """Let go of the joints and end all goals."""
 
+    def interrupt(self, time_ns: int, reason: str) -> None:
+        """
+        End all goals because the plant is about to be somewhere else.
+
+        The controller stays active; ``activate`` is called where it goes on.
+
+        :param reason: for those who wait for a goal.
+        """
+        self.deactivate(time_ns)
+
     @abstractmethod
     def update(self, time_ns: int, period: float) -> None:
         """
@@ -116,6 +133,40 @@ class Controller(ABC, Generic[ParametersT]):
         :param time_ns: the time that the states belong to [ns].
         :param period: until the next update [s].
         """
+
+    def next_update(self, time_ns: int) -> int:
+        """
+        Return from when on an update matters [ns]; one before would change no command.
+
+        The control loop's thread asks between updates; those that do not matter may be left out.
+        What another thread asks for ends the time at once: it calls the context's ``wake``.
+
+        :param time_ns: the time of the next update; it matters where this is returned.
+        """
+        return time_ns
+
+    def skip(self, updates: int, period: float) -> None:
+        """
+        Take note of updates that were left out.
+
+        :param period: from one to the next [s].
+        """
+
+    def plan(self, updates: int, period: float) -> int:
+        """
+        Write position commands for some updates ahead into the hardware's ``plan``.
+
+        They are those that so many updates from now on would write if nothing came between and
+        the joints stayed where ``plan`` expects them. ``land`` is called when some were used.
+
+        :param updates: that may be planned.
+        :param period: from one to the next [s].
+        :returns: updates that are planned; 0 where the controller does not know.
+        """
+        return 0
+
+    def land(self, updates: int) -> None:
+        """Be where so many updates of the plan have led; the next one is made again."""
 
     @abstractmethod
     def process_requests(self, time_ns: int) -> None:
@@ -129,6 +180,7 @@ class Controller(ABC, Generic[ParametersT]):
         :raises ControllerError: the change is not allowed, and nothing was changed.
         """
         self.parameters = changed(self.parameters, changes)
+        self.context.wake()
 
     def poll_events(self) -> list[ControllerEvent]:
         """Return the events since the last call."""

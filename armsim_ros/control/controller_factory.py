@@ -10,11 +10,33 @@ from typing import Any, Protocol
 from pydantic import ValidationError
 
 from armsim_ros.config.base import Settings
+from armsim_ros.config.controllers import stand_in_for
 from armsim_ros.control.controller import Controller, ControllerContext
+from armsim_ros.control.forward_command_controller import (
+    ForwardCommandController,
+    JointEffortController,
+    JointGroupEffortController,
+    JointGroupPositionController,
+    JointGroupVelocityController,
+    JointPositionController,
+    JointVelocityController,
+    MultiInterfaceForwardCommandController,
+)
+from armsim_ros.control.gpio_command_controller import GpioCommandController
 from armsim_ros.control.gripper_controller import GripperController, ParallelGripperController
 from armsim_ros.control.joint_state_broadcaster import JointStateBroadcaster
-from armsim_ros.control.joint_trajectory_controller import JointTrajectoryController
+from armsim_ros.control.joint_trajectory_controller import (
+    JointTrajectoryController,
+    ScaledJointTrajectoryController,
+)
 from armsim_ros.control.parameter_update import describe
+from armsim_ros.control.sensor_broadcaster import (
+    ForceTorqueSensorBroadcaster,
+    IMUSensorBroadcaster,
+    PoseBroadcaster,
+    SpeedScalingStateBroadcaster,
+)
+from armsim_ros.control.stand_in import StandInController
 from armsim_ros.errors import ControllerError, nearest
 
 
@@ -36,10 +58,25 @@ class LoadableController(Protocol):
 
 CONTROLLER_TYPES: Mapping[str, type[Controller[Any]]] = {
     'joint_trajectory_controller/JointTrajectoryController': JointTrajectoryController,
+    'ur_controllers/ScaledJointTrajectoryController': ScaledJointTrajectoryController,
+    'ur_controllers/SpeedScalingStateBroadcaster': SpeedScalingStateBroadcaster,
+    'force_torque_sensor_broadcaster/ForceTorqueSensorBroadcaster': ForceTorqueSensorBroadcaster,
+    'imu_sensor_broadcaster/IMUSensorBroadcaster': IMUSensorBroadcaster,
+    'pose_broadcaster/PoseBroadcaster': PoseBroadcaster,
+    'gpio_controllers/GpioCommandController': GpioCommandController,
     'joint_state_broadcaster/JointStateBroadcaster': JointStateBroadcaster,
     'position_controllers/GripperActionController': GripperController,
     'effort_controllers/GripperActionController': GripperController,
     'parallel_gripper_action_controller/GripperActionController': ParallelGripperController,
+    'forward_command_controller/ForwardCommandController': ForwardCommandController,
+    'forward_command_controller/MultiInterfaceForwardCommandController':
+        MultiInterfaceForwardCommandController,
+    'position_controllers/JointGroupPositionController': JointGroupPositionController,
+    'velocity_controllers/JointGroupVelocityController': JointGroupVelocityController,
+    'effort_controllers/JointGroupEffortController': JointGroupEffortController,
+    'position_controllers/JointPositionController': JointPositionController,
+    'velocity_controllers/JointVelocityController': JointVelocityController,
+    'effort_controllers/JointEffortController': JointEffortController,
 }
 
 
@@ -48,6 +85,9 @@ def controller_class(type: str) -> type[Controller[Any]]:  # noqa: A002
     try:
         return CONTROLLER_TYPES[type]
     except KeyError:
+        stand_in = stand_in_for(type)
+        if stand_in is not None:
+            return CONTROLLER_TYPES.get(stand_in.type, StandInController)
         known = tuple(CONTROLLER_TYPES)
         hint = nearest(type, known)
         raise ControllerError(

@@ -12,31 +12,38 @@ happen there, and the loop never waits for them.
 
 from __future__ import annotations
 
-from collections import deque
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 import threading
 from typing import Any
 
+import numpy as np
+
 from armsim_ros.config.controller_manager import ControllerManagerParameters
 from armsim_ros.control.command_limits import CommandLimits
-from armsim_ros.control.controller import Controller, ControllerContext, LifecycleState
+from armsim_ros.control.controller import (
+    Controller,
+    ControllerContext,
+    LifecycleState,
+    NEVER_NS,
+)
 from armsim_ros.control.controller_factory import (
     CONTROLLER_TYPES,
     create_controller,
     LoadableController,
 )
 from armsim_ros.control.events import ControllerEvent, EventQueue
-from armsim_ros.control.hardware_component import HardwareComponent, HardwareComponentInfo
-from armsim_ros.control.hardware_interface import HardwareInterface
+from armsim_ros.control.hardware_component import Hardware, HardwareComponentInfo
+from armsim_ros.control.hardware_interface import COMMAND_INTERFACES, HardwareInterface
+from armsim_ros.control.mailbox import Mailbox
 from armsim_ros.control.manager_info import (
     controller_info,
     ControllerInfo,
-    interface_infos,
     InterfaceInfo,
 )
 from armsim_ros.control.switch_execution import SwitchExecution, SwitchRequest
 from armsim_ros.control.switching import demand, loaded, Strictness, SwitchResult
+from armsim_ros.control.updates_ahead import planned_updates, UpdatesAhead
 from armsim_ros.errors import ControllerError
 from armsim_ros.model.robot_model import RobotModel
 
@@ -66,19 +73,25 @@ class ControllerManager:
         parameters: ControllerManagerParameters,
         model: RobotModel | None = None,
     ) -> None:
-        """Start without controllers."""
         self.parameters = parameters
         self.hardware = hardware
-        self.component = HardwareComponent(hardware, model)
+        self.components = Hardware(hardware, model)
         self.controllers: dict[str, Controller[Any]] = {}
+        self.refusals: list[str] = []
+        """Why controllers that should run from the start do not."""
         self.time_ns = 0
         self.events = EventQueue('controller_manager')
-        self._context = ControllerContext(hardware, model, parameters.update_rate)
-        self._switches = SwitchExecution(hardware, self.component, parameters, self.events)
+        self._wake: Callable[[], object] = lambda: None
+        self._context = ControllerContext(
+            hardware, model, parameters.update_rate, lambda: self._wake()
+        )
+        self._switches = SwitchExecution(hardware, self.components, parameters, self.events)
         self._changes = 0
         self._tick = 0
         self._structure = threading.RLock()
-        self._requests: deque[SwitchRequest] = deque()
+        self._requests: Mailbox[SwitchRequest] = Mailbox(self._context.wake)
+        self._failures: dict[str, Exception] = {}
+        self._ahead = UpdatesAhead((), 0, 0, 0.0)
         limited = parameters.enforce_command_limits
         self._limits = CommandLimits(hardware, model) if limited else None
 
@@ -151,7 +164,7 @@ class ControllerManager:
         :returns: done after the loop's next update, or while time stands still at once.
         """
         request = SwitchRequest(activate, deactivate, strictness)
-        self._requests.append(request)
+        self._requests.post(request)
         return request.future
 
     def switch(
@@ -179,12 +192,12 @@ class ControllerManager:
         :param period: until the next update [s].
         """
         self.time_ns = time_ns
-        if self._requests:
+        if self._requests or self._failures:
             self._serve()
         tick = self._tick
         self._tick = tick + 1
         for controller, divisor in self._switches.active:
-            if divisor > 1 and tick % divisor:
+            if (divisor > 1 and tick % divisor) or controller.name in self._failures:
                 continue
             try:
                 controller.update(time_ns, period * divisor)
@@ -193,14 +206,129 @@ class ControllerManager:
         if self._limits is not None:
             self._limits.enforce()
 
+    def next_update(self, time_ns: int) -> int:
+        """Return from when on an update matters [ns]; one before changes no command."""
+        if self._requests or self._failures:
+            return time_ns
+        first = NEVER_NS
+        for controller, _ in self._switches.active:
+            due_ns = controller.next_update(time_ns)
+            if due_ns <= time_ns:
+                return time_ns
+            first = min(first, due_ns)
+        return first
+
+    def skip(self, updates: int, period: float) -> None:
+        """
+        Take note of updates that were left out, because none of them mattered.
+
+        :param period: from one to the next [s].
+        """
+        self._leave_out(updates, period, ())
+
+    def only_looks(self, time_ns: int) -> bool:
+        """Return whether an update now would do nothing but read states."""
+        return not (self._requests or self._failures) and all(
+            controller.only_looks or controller.next_update(time_ns) > time_ns
+            for controller, _ in self._switches.active
+        )
+
+    def glance(self, time_ns: int, period: float) -> None:
+        """Do an update of which nothing matters but that states are read."""
+        lookers = [one for one in self._switches.active if one[0].only_looks]
+        ahead = UpdatesAhead(lookers, self._tick, time_ns, period)
+        ahead.look(0, self._failures)
+        self._leave_out(1, period, ahead.lookers)
+
+    def _leave_out(
+        self, updates: int, period: float, made_by: Sequence[Controller[Any]]
+    ) -> None:
+        before = self._tick
+        self._tick += updates
+        for controller, divisor in self._switches.active:
+            if controller in made_by:
+                continue
+            # Those that would have been made: multiples of the divisor in [before, tick).
+            due = -(-self._tick // divisor) - -(-before // divisor)
+            if due:
+                controller.skip(due, period * divisor)
+
+    def plan(self, updates: int, time_ns: int, period: float) -> int:
+        """
+        Have the updates ahead planned, see :meth:`Controller.plan`.
+
+        :param updates: that may be planned.
+        :param time_ns: the time of the first of them [ns].
+        :param period: from one to the next [s].
+        :returns: updates that are planned, 0 where a controller that matters does not know.
+        """
+        if self._requests or self._failures or self._limits is not None:
+            return 0
+        planned, self._ahead = planned_updates(
+            self._switches.active, updates, self._tick, time_ns, period
+        )
+        return planned
+
+    def next_look(self, update: int, updates: int) -> int:
+        """
+        Return the next update of the plan at which a controller reads states.
+
+        :param update: the first that may be it.
+        :param updates: what is returned where none before it does.
+        """
+        return self._ahead.next_look(update, updates)
+
+    def look(self, update: int) -> bool:
+        """
+        Update those who only read states, at an update of the plan where one of them has to.
+
+        :returns: whether none of them failed; the update is not as planned where one did.
+        """
+        self._ahead.look(update, self._failures)
+        return not self._failures
+
+    def land(self, updates: int) -> None:
+        """Be where so many updates of the plan have led; the next one is made again."""
+        for controller in self._ahead.planners:
+            controller.land(updates)
+        self._leave_out(updates, self._ahead.period, self._ahead.planners)
+
+    def wake_with(self, wake: Callable[[], object]) -> None:
+        """Have a function called, from any thread, when there is something for the next update."""
+        self._wake = wake
+
     def process_requests(self, time_ns: int) -> None:
         """Carry out switches and take up goals and cancels while time stands still."""
         self.time_ns = time_ns
-        if self._requests:
+        if self._requests or self._failures:
             self._serve()
         for controller, _ in self._switches.active:
+            if controller.name in self._failures:
+                continue
             try:
                 controller.process_requests(time_ns)
+            except Exception as error:  # noqa: BLE001 - one controller must not stop the others
+                self._fail(controller, error)
+
+    def interrupt(self, time_ns: int, reason: str) -> None:
+        """
+        End the goals of all active controllers before the plant is put elsewhere.
+
+        :param reason: for those who wait for a goal.
+        """
+        for controller, _ in self._switches.active:
+            controller.interrupt(time_ns, reason)
+
+    def resume(self, time_ns: int) -> None:
+        """Have the active controllers take over the plant where it is now."""
+        for arrays in (self.hardware.command, self.hardware.feedforward):
+            for kind in COMMAND_INTERFACES:
+                arrays.of(kind)[:] = np.nan
+        for controller, _ in self._switches.active:
+            if controller.name in self._failures:
+                continue
+            try:
+                controller.activate(time_ns)
             except Exception as error:  # noqa: BLE001 - one controller must not stop the others
                 self._fail(controller, error)
 
@@ -210,11 +338,11 @@ class ControllerManager:
 
     def list_hardware_interfaces(self) -> tuple[list[InterfaceInfo], list[InterfaceInfo]]:
         """Return command interfaces and state interfaces, as ``joint/interface``."""
-        return interface_infos(self.hardware, self.controllers.values(), self.component.active)
+        return self.components.interfaces(self.controllers.values())
 
     def list_hardware_components(self) -> list[HardwareComponentInfo]:
-        """Return the robot as its only hardware component."""
-        return [self.component.info()]
+        """Return the hardware that the URDF declares, else the robot as the only one."""
+        return self.components.info()
 
     def set_hardware_component_state(self, name: str, state: str) -> None:
         """
@@ -224,9 +352,8 @@ class ControllerManager:
         :raises ControllerError: an unknown name or state, or active controllers need it.
         """
         with self._structure:
-            users = [n for n, c in self.controllers.items()
-                     if c.active and c.required_command_interfaces]  # fmt: skip
-            self.component.set_state(name, state, users)
+            active = [one for one in self.controllers.values() if one.active]
+            self.components.set_state(name, state, active)
             self._changes += 1
 
     def list_types(self) -> list[str]:
@@ -244,8 +371,11 @@ class ControllerManager:
         if not self._structure.acquire(blocking=False):
             return
         try:
-            while self._requests:
-                request = self._requests.popleft()
+            failures, self._failures = self._failures, {}
+            for name, error in failures.items():
+                if (failed := self.controllers.get(name)) is not None:
+                    self._switches.replace_failed(self.controllers, failed, error, self.time_ns)
+            for request in self._requests.take_all():
                 if request.future.set_running_or_notify_cancel():
                     result = self._switches.execute(self.controllers, request, self.time_ns)
                     request.future.set_result(result)
@@ -253,5 +383,6 @@ class ControllerManager:
             self._structure.release()
 
     def _fail(self, controller: Controller[Any], error: Exception) -> None:
-        with self._structure:
-            self._switches.replace_failed(self.controllers, controller, error, self.time_ns)
+        """Replace a controller that raised; where others change the controllers, a bit later."""
+        self._failures[controller.name] = error
+        self._serve()

@@ -12,13 +12,10 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from armsim_ros.arrays import Matrix, Vector
 from armsim_ros.control.sampling import Motion
 from armsim_ros.control.trajectory_goal import TrajectoryGoal
-
-Vector = NDArray[np.float64]
-Matrix = NDArray[np.float64]
 
 RECORDS = 8
 REFERENCE, REFERENCE_EFFORT, FEEDBACK, ERROR, OUTPUT, ROWS = 0, 3, 4, 7, 10, 14

@@ -40,7 +40,6 @@ class EventQueue:
     """Events of one source; any thread adds, any thread drains, nobody waits."""
 
     def __init__(self, source: str) -> None:
-        """Start empty."""
         self.source = source
         self._events: deque[ControllerEvent] = deque(maxlen=CAPACITY)
 

@@ -10,13 +10,14 @@ not has none of this in its loop.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 import math
 from typing import Protocol
 
 import numpy as np
 
 from armsim_ros.config.joint_fault import JointFault
+from armsim_ros.config.pid_gains import PidGains
 from armsim_ros.control.hardware_interface import COMMAND_INTERFACES, HardwareInterface
 from armsim_ros.errors import ControllerError, nearest
 
@@ -30,11 +31,14 @@ class FaultInjector(HardwareInterface):
     """
 
     def __init__(self, hardware: HardwareInterface) -> None:
-        """Start without faults."""
         super().__init__(hardware.joint_names)
         self.state = hardware.state
+        self.other_commands = hardware.other_commands
+        self.given_states = hardware.given_states
         self._hardware = hardware
+        self.wake: Callable[[], object] = lambda: None
         self._faults: dict[str, JointFault] = {}
+        self._written = self._faults
 
     @property
     def active(self) -> Mapping[str, JointFault]:
@@ -54,10 +58,12 @@ class FaultInjector(HardwareInterface):
         if fault != JointFault():
             faults[joint] = fault
         self._faults = faults
+        self.wake()
 
     def clear(self) -> None:
         """Make all joints well again; any thread."""
         self._faults = {}
+        self.wake()
 
     @property
     def command_interfaces(self) -> Mapping[str, tuple[str, ...]]:
@@ -69,21 +75,38 @@ class FaultInjector(HardwareInterface):
         """Those of the hardware."""
         return self._hardware.state_interfaces
 
+    @property
+    def other_states(self) -> Mapping[str, float]:
+        """Those of the hardware."""
+        return self._hardware.other_states
+
     def perform_command_mode_switch(self, claimed: Mapping[str, frozenset[str]]) -> None:
         """Pass a change of claims on; what the hardware forgets is forgotten here too."""
         self._hardware.perform_command_mode_switch(claimed)
         for kind in COMMAND_INTERFACES:
             self.command.of(kind)[np.isnan(self._hardware.command.of(kind))] = np.nan
             self.feedforward.of(kind)[np.isnan(self._hardware.feedforward.of(kind))] = np.nan
+        fresh = np.isnan(self.command.position)
+        self.command.position[fresh] = self._hardware.command.position[fresh]
+
+    def set_gains(self, gains: Mapping[str, PidGains]) -> None:
+        """Pass gains on."""
+        self._hardware.set_gains(gains)
+
+    @property
+    def changing(self) -> bool:
+        """Whether commands change though the controllers' do not."""
+        return bool(self._faults) or self._written is not self._faults
 
     def write(self, period: float) -> None:
         """Pass the commands on, those of failing joints changed; the control loop's thread."""
         target = self._hardware
-        before = {name: target.command.position[self.index[name]] for name in self._faults}
+        faults = self._written = self._faults
+        before = {name: target.command.position[self.index[name]] for name in faults}
         for kind in COMMAND_INTERFACES:
             target.command.of(kind)[:] = self.command.of(kind)
             target.feedforward.of(kind)[:] = self.feedforward.of(kind)
-        for name, fault in self._faults.items():
+        for name, fault in faults.items():
             self._spoil(self.index[name], fault, float(before.get(name, math.nan)), period)
 
     def _spoil(self, i: int, fault: JointFault, last: float, period: float) -> None:
@@ -106,18 +129,50 @@ class FaultInjector(HardwareInterface):
 class Controllers(Protocol):
     """What a control loop calls; the controller manager is one."""
 
-    def update(self, time_ns: int, period: float) -> None:
-        """Run one update."""
+    def update(self, time_ns: int, period: float, /) -> object:
+        """Read states and write commands for the next period [s]."""
 
-    def process_requests(self, time_ns: int) -> None:
-        """Take requests up while time stands still."""
+    def process_requests(self, time_ns: int, /) -> object:
+        """Take up switches, goals and cancels without moving time."""
+
+    def interrupt(self, time_ns: int, reason: str) -> None:
+        """End all goals before the plant is put elsewhere."""
+
+    def resume(self, time_ns: int) -> None:
+        """Have the active controllers take over the plant where it is now."""
+
+    def next_update(self, time_ns: int) -> int:
+        """Return from when on an update matters [ns]."""
+
+    def plan(self, updates: int, time_ns: int, period: float) -> int:
+        """Write position commands for updates ahead into the plan; return for how many."""
+
+    def next_look(self, update: int, updates: int) -> int:
+        """Return the next update of the plan that reads states, ``updates`` where none does."""
+
+    def look(self, update: int) -> bool:
+        """Have the states read at an update of the plan; return whether nobody failed."""
+
+    def land(self, updates: int) -> None:
+        """Be where so many updates of the plan have led."""
+
+    def only_looks(self, time_ns: int) -> bool:
+        """Return whether an update now would do nothing but read states."""
+
+    def glance(self, time_ns: int, period: float) -> None:
+        """Do an update of which nothing matters but that states are read."""
+
+    def skip(self, updates: int, period: float) -> None:
+        """Take note of updates that were left out, a period [s] apart."""
+
+    def wake_with(self, wake: Callable[[], object]) -> None:
+        """Have a function called when there is something new for the next update."""
 
 
 class FaultyControllers:
     """Controllers whose commands pass through a fault injector."""
 
     def __init__(self, controllers: Controllers, faults: FaultInjector) -> None:
-        """Put the faults behind the controllers."""
         self._controllers = controllers
         self._faults = faults
 
@@ -129,3 +184,47 @@ class FaultyControllers:
     def process_requests(self, time_ns: int) -> None:
         """Take requests up while time stands still."""
         self._controllers.process_requests(time_ns)
+
+    def interrupt(self, time_ns: int, reason: str) -> None:
+        """End all goals."""
+        self._controllers.interrupt(time_ns, reason)
+
+    def resume(self, time_ns: int) -> None:
+        """Have the active controllers take over the plant where it is now."""
+        self._controllers.resume(time_ns)
+
+    def next_update(self, time_ns: int) -> int:
+        """Return from when on an update matters [ns]; at once while a joint fails."""
+        return time_ns if self._faults.changing else self._controllers.next_update(time_ns)
+
+    def plan(self, updates: int, time_ns: int, period: float) -> int:
+        """Plan nothing: each update may fail."""
+        return 0
+
+    def next_look(self, update: int, updates: int) -> int:
+        """Return ``updates``: nothing was planned."""
+        return updates
+
+    def look(self, update: int) -> bool:
+        """Do nothing: nothing was planned."""
+        return True
+
+    def land(self, updates: int) -> None:
+        """Do nothing: nothing was planned."""
+
+    def only_looks(self, time_ns: int) -> bool:
+        """Return whether an update now would do nothing but read states."""
+        return not self._faults.changing and self._controllers.only_looks(time_ns)
+
+    def glance(self, time_ns: int, period: float) -> None:
+        """Have the states read, no command changes."""
+        self._controllers.glance(time_ns, period)
+
+    def skip(self, updates: int, period: float) -> None:
+        """Take note of updates that were left out."""
+        self._controllers.skip(updates, period)
+
+    def wake_with(self, wake: Callable[[], object]) -> None:
+        """Have a function called when there is something new for the next update."""
+        self._controllers.wake_with(wake)
+        self._faults.wake = wake

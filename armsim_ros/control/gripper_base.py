@@ -12,13 +12,13 @@ where ``allow_stalling`` is set.
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections import deque
 import math
 from typing import TypeVar
 
 from armsim_ros.config.gripper_action_controller import GripperParameters
-from armsim_ros.control.controller import Controller
+from armsim_ros.control.controller import Controller, NEVER_NS
 from armsim_ros.control.gripper_goal import GripperGoal, GripperResponse, GripperResult
+from armsim_ros.control.mailbox import Mailbox
 from armsim_ros.control.trajectory_goal import GoalStatus
 from armsim_ros.errors import ControllerError
 
@@ -31,6 +31,8 @@ class GripperBase(Controller[ParametersT]):
     _goal: GripperGoal | None = None
     _target = 0.0
     _last_movement_ns = 0
+    #: Whether the last update wrote what the next one would write, too.
+    _calm = False
 
     @property
     def joints(self) -> tuple[str, ...]:
@@ -49,11 +51,12 @@ class GripperBase(Controller[ParametersT]):
             known = ', '.join(hardware.joint_names)
             raise ControllerError(f"joint '{joint}' is no joint of the hardware ({known})")
         self._index = hardware.index[joint]
-        self._inbox: deque[tuple[GripperGoal, bool]] = deque()
+        self._inbox: Mailbox[tuple[GripperGoal, bool]] = Mailbox(self.context.wake)
 
     def activate(self, time_ns: int) -> None:
         """Hold the joint where it is."""
         self._abort_pending()
+        self._calm = False
         self._target = float(self.context.hardware.state.position[self._index])
 
     def deactivate(self, time_ns: int) -> None:
@@ -67,14 +70,18 @@ class GripperBase(Controller[ParametersT]):
         self.time_ns = time_ns
         if self._inbox:
             self.process_requests(time_ns)
+        self._calm = self._goal is None
         self._command(period)
         if self._goal is not None:
             self._judge(time_ns)
 
+    def next_update(self, time_ns: int) -> int:
+        """Return from when on an update matters [ns]: never without a goal."""
+        return NEVER_NS if self._calm and not self._inbox else time_ns
+
     def process_requests(self, time_ns: int) -> None:
         """Take goals and cancels up."""
-        while self._inbox:
-            goal, cancels = self._inbox.popleft()
+        for goal, cancels in self._inbox.take_all():
             if cancels:
                 if goal is self._goal:
                     self._target = float(self.context.hardware.state.position[self._index])
@@ -89,7 +96,7 @@ class GripperBase(Controller[ParametersT]):
         """Cancel a goal and hold; False where it has ended already."""
         if not goal.request_cancel():
             return False
-        self._inbox.append((goal, True))
+        self._inbox.post((goal, True))
         return True
 
     def _accept(self, goal: GripperGoal) -> GripperResponse:
@@ -101,7 +108,7 @@ class GripperBase(Controller[ParametersT]):
                 reason = f'{value} in the command; allowed: finite numbers'
         if reason:
             return self._refuse(reason)
-        self._inbox.append((goal, False))
+        self._inbox.post((goal, False))
         if not self.active:
             self._abort_pending()
         return GripperResponse(True, goal=goal)
@@ -132,8 +139,7 @@ class GripperBase(Controller[ParametersT]):
         )
 
     def _abort_pending(self) -> None:
-        while self._inbox:
-            goal, cancels = self._inbox.popleft()
+        for goal, cancels in self._inbox.take_all():
             if not cancels:
                 goal.finish(GoalStatus.ABORTED, self._result())
 

@@ -35,9 +35,9 @@ class GripperController(GripperBase[GripperActionControllerParameters]):
     def configure(self) -> None:
         """Find the joint, and make the PID of the effort kind."""
         super().configure()
-        parameters = self.parameters
+        self._adopted = self.parameters
         effort = self.type.startswith('effort')
-        self._pid = Pid(parameters.gains[parameters.joint]) if effort else None
+        self._pid = Pid(self._adopted.gains[self._adopted.joint]) if effort else None
 
     def activate(self, time_ns: int) -> None:
         """Hold the joint where it is."""
@@ -45,6 +45,10 @@ class GripperController(GripperBase[GripperActionControllerParameters]):
         self._bound = self.parameters.max_effort
         if self._pid is not None:
             self._pid.reset()
+
+    def next_update(self, time_ns: int) -> int:
+        """Return from when on an update matters [ns]: always where an effort holds the joint."""
+        return super().next_update(time_ns) if self._pid is None else time_ns
 
     def send_goal(self, position: float, max_effort: float = 0.0) -> GripperResponse:
         """
@@ -62,6 +66,9 @@ class GripperController(GripperBase[GripperActionControllerParameters]):
         if self._pid is None:
             hardware.command.position[i] = self._target
             return
+        if self.parameters is not self._adopted:
+            self._adopted = self.parameters
+            self._pid.set_gains(self._adopted.gains[self._adopted.joint])
         error = self._target - float(hardware.state.position[i])
         output = self._pid.compute(error, -float(hardware.state.velocity[i]), period)
         self._output = max(-self._bound, min(self._bound, output))

@@ -36,7 +36,6 @@ class GripperGoal(ActionGoal[GripperResult]):
     """
 
     def __init__(self, position: float, effort: float, velocity: float = 0.0) -> None:
-        """Keep what was asked for."""
         super().__init__()
         self.position = position
         self.effort = effort

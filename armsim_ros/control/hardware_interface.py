@@ -5,13 +5,13 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Vector = NDArray[np.float64]
+from armsim_ros.arrays import Matrix, Vector
+from armsim_ros.config.pid_gains import PidGains
 
 POSITION = 'position'
 VELOCITY = 'velocity'
@@ -47,6 +47,59 @@ class JointArrays:
         return values
 
 
+class UpdatePlan:
+    """
+    Position commands of updates ahead, from controllers that know them.
+
+    :param position: (k, n) commands of each update [rad or m].
+    :param velocity: (k, n) feed-forward that belongs to them [rad/s or m/s].
+    :param acceleration: (k, n) the same [rad/s^2 or m/s^2].
+    :param expected: (k, n) where the joints should be at each update [rad or m].
+    :param weights: (n,) where the squares of these times the distances from ``expected`` add up
+        to 1 or more, the updates from there on are not as planned.
+    """
+
+    __slots__ = ('acceleration', 'expected', 'position', 'velocity', 'weights')
+
+    def __init__(
+        self,
+        position: Matrix,
+        velocity: Matrix,
+        acceleration: Matrix,
+        expected: Matrix,
+        weights: Vector,
+    ) -> None:
+        self.position, self.velocity, self.acceleration = position, velocity, acceleration
+        self.expected, self.weights = expected, weights
+
+    @classmethod
+    def empty(cls, updates: int, joints: int) -> UpdatePlan:
+        """Return a plan with room for so many updates."""
+        tables = np.zeros((4, updates, joints))
+        return cls(tables[0], tables[1], tables[2], tables[3], np.zeros(joints))
+
+    def __len__(self) -> int:
+        """Return for how many updates there is room."""
+        return len(self.position)
+
+    def window(self, place: slice) -> UpdatePlan:
+        """Return the part of some joints."""
+        return UpdatePlan(
+            self.position[:, place],
+            self.velocity[:, place],
+            self.acceleration[:, place],
+            self.expected[:, place],
+            self.weights[place],
+        )
+
+    def begin(self, command: JointArrays, feedforward: JointArrays) -> None:
+        """Forget what was planned: the commands that stand go on."""
+        self.position[:] = command.position
+        self.velocity[:], self.acceleration[:] = feedforward.velocity, feedforward.acceleration
+        self.expected[:] = 0.0
+        self.weights[:] = 0.0
+
+
 class HardwareInterface(ABC):
     """
     The joints of one robot.
@@ -54,7 +107,8 @@ class HardwareInterface(ABC):
     ``state`` is refreshed before the controllers run; ``command`` is read after them. A
     position command is where the joint shall be one control period later; ``feedforward``
     (velocity, acceleration) may be given with it and says how it moves there, NaN where the
-    controller does not say.
+    controller does not say. ``plan`` takes position commands of the periods ahead from
+    controllers that know them; it has no room where the hardware has no use for them.
 
     :param joint_names: (n,) all movable joints, mimic ones too; the order of all arrays.
     """
@@ -66,6 +120,11 @@ class HardwareInterface(ABC):
         self.state = JointArrays.filled(len(joint_names), 0.0)
         self.command = JointArrays.filled(len(joint_names))
         self.feedforward = JointArrays.filled(len(joint_names))
+        self.plan = UpdatePlan.empty(0, len(joint_names))
+        #: Command interface of a sensor or gpio -> the last command, NaN before the first.
+        self.other_commands: dict[str, float] = {}
+        #: Other states that controllers set, such as the pace of trajectories -> value.
+        self.given_states: dict[str, float] = {}
 
     @property
     @abstractmethod
@@ -77,6 +136,19 @@ class HardwareInterface(ABC):
     def state_interfaces(self) -> Mapping[str, tuple[str, ...]]:
         """Joint -> interfaces that can be read."""
 
+    @property
+    def other_states(self) -> Mapping[str, float]:
+        """Interface of a sensor or gpio -> its value."""
+        return self.given_states
+
+    def commands_of(self, owner: str) -> tuple[str, ...]:
+        """Return what a joint, sensor or gpio can be commanded by."""
+        return self.command_interfaces.get(owner) or _kinds_of(owner, self.other_commands)
+
+    def states_of(self, owner: str) -> tuple[str, ...]:
+        """Return what can be read of a joint, sensor or gpio."""
+        return self.state_interfaces.get(owner) or _kinds_of(owner, self.other_states)
+
     @abstractmethod
     def perform_command_mode_switch(self, claimed: Mapping[str, frozenset[str]]) -> None:
         """
@@ -86,3 +158,15 @@ class HardwareInterface(ABC):
             unclaimed and holds its position.
         :raises SimulationError: a set of interfaces that the joint cannot follow together.
         """
+
+    def set_gains(self, gains: Mapping[str, PidGains]) -> None:  # noqa: B027 - optional
+        """
+        Take over gains of position commands; hardware without drives of its own has no use.
+
+        :param gains: joint -> gains that have changed.
+        """
+
+
+def _kinds_of(owner: str, interfaces: Iterable[str]) -> tuple[str, ...]:
+    parts = (name.rpartition('/') for name in interfaces)
+    return tuple(kind for name, _, kind in parts if name == owner)

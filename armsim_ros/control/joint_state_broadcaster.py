@@ -9,20 +9,21 @@ The control loop's thread samples; any one thread takes the samples, in order, w
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from armsim_ros.arrays import Vector
 from armsim_ros.config.base import Settings
 from armsim_ros.config.joint_state_broadcaster import JointStateBroadcasterParameters
-from armsim_ros.control.controller import Controller, ControllerContext
+from armsim_ros.control.controller import Controller, ControllerContext, NEVER_NS
 from armsim_ros.control.hardware_interface import COMMAND_INTERFACES
 from armsim_ros.control.rate import Rate
 
-Vector = NDArray[np.float64]
 InterfaceValues = tuple[str, tuple[str, ...], tuple[float, ...]]
 
 QUANTITIES = ('position', 'velocity', 'effort')
@@ -38,8 +39,7 @@ class JointStateSnapshot:
     :param position: (n,) [rad or m].
     :param velocity: (n,) [rad/s or m/s].
     :param effort: (n,) [N*m or N].
-    :param dynamic: (joint, interface names, values) of each joint, the content of
-        ``dynamic_joint_states``; None where that is not published.
+    :param interfaces: makes the content of ``dynamic``; None where that is not published.
     """
 
     time_ns: int
@@ -48,7 +48,16 @@ class JointStateSnapshot:
     position: Vector
     velocity: Vector
     effort: Vector
-    dynamic: tuple[InterfaceValues, ...] | None = None
+    interfaces: Callable[[], tuple[InterfaceValues, ...]] | None = None
+
+    @property
+    def dynamic(self) -> tuple[InterfaceValues, ...] | None:
+        """
+        Return (joint, interface names, values) of each joint.
+
+        That is the content of ``dynamic_joint_states``; None where it is not published.
+        """
+        return self.interfaces() if self.interfaces is not None else None
 
 
 class JointStateBroadcaster(Controller[JointStateBroadcasterParameters]):
@@ -59,6 +68,7 @@ class JointStateBroadcaster(Controller[JointStateBroadcasterParameters]):
     """
 
     parameters_class: ClassVar[type[Settings]] = JointStateBroadcasterParameters
+    only_looks: ClassVar[bool] = True
 
     def __init__(
         self,
@@ -78,6 +88,8 @@ class JointStateBroadcaster(Controller[JointStateBroadcasterParameters]):
         self._rate = Rate(parameters.publish_rate)
         self._gather: list[tuple[int, Vector, NDArray[np.intp], NDArray[np.intp]]] = []
         self._template = np.empty((3, 0))
+        self._measured: tuple[tuple[str, tuple[str, ...], int], ...] = ()
+        self._extra: tuple[InterfaceValues, ...] = ()
 
     @property
     def joints(self) -> tuple[str, ...]:
@@ -108,6 +120,14 @@ class JointStateBroadcaster(Controller[JointStateBroadcasterParameters]):
         for extra in parameters.extra_joints:
             values = (extra.position, extra.velocity, extra.effort)
             self._template[:, names.index(extra.name)] = values
+        self._measured = tuple(
+            (joint, self._kinds(joint), hardware.index[joint])
+            for joint in self._hardware_joints if joint in hardware.index
+        )
+        self._extra = tuple(
+            (extra.name, QUANTITIES, (extra.position, extra.velocity, extra.effort))
+            for extra in parameters.extra_joints
+        )
         self._gather = []
         for row, quantity in enumerate(QUANTITIES):
             kind = getattr(parameters.map_interface_to_joint_state, quantity)
@@ -130,20 +150,34 @@ class JointStateBroadcaster(Controller[JointStateBroadcasterParameters]):
 
     def update(self, time_ns: int, period: float) -> None:
         """Take a sample where it is time for one."""
-        if not self._rate.due(time_ns):
-            return
+        if self._rate.due(time_ns):
+            self.sample(time_ns)
+
+    def sample(self, time_ns: int) -> None:
+        """Take a sample now [ns]; only in the control loop's thread."""
         self.time_ns = time_ns
         values = self._template.copy()
         for row, state, source, columns in self._gather:
             values[row, columns] = state[source]
-        dynamic = self._dynamic() if self.parameters.publish_dynamic_joint_states else None
+        interfaces = None
+        if self.parameters.publish_dynamic_joint_states:
+            hardware = self.context.hardware
+            # Only who listens to them has them sorted.
+            states = tuple([hardware.state.of(kind).copy() for kind in COMMAND_INTERFACES])
+            others = {} if self._restricted else hardware.other_states
+            interfaces = partial(_interface_values, self._measured, self._extra, states, others)
         frame = self.parameters.frame_id
         sample = JointStateSnapshot(
-            time_ns, frame, self.joint_names, values[0], values[1], values[2], dynamic
+            time_ns, frame, self.joint_names, values[0], values[1], values[2], interfaces
         )
         self._samples.append(sample)
         if self.on_sample is not None:
             self.on_sample()
+
+    def next_update(self, time_ns: int) -> int:
+        """Return when the next sample is due [ns]."""
+        due_ns = self._rate.next_due_ns(time_ns)
+        return NEVER_NS if due_ns is None else due_ns
 
     def process_requests(self, time_ns: int) -> None:
         """Do nothing: a broadcaster has no requests."""
@@ -159,30 +193,39 @@ class JointStateBroadcaster(Controller[JointStateBroadcasterParameters]):
         hardware, model = self.context.hardware, self.context.model
         if self._restricted:
             return self.parameters.joints
+        names = tuple(j for j in hardware.joint_names if hardware.state_interfaces.get(j))
         if model is None or not self.parameters.use_urdf_to_filter:
-            return hardware.joint_names
-        return tuple(j for j in hardware.joint_names if j in model.joints)
+            return names
+        return tuple(j for j in names if j in model.joints)
 
     def _kinds(self, joint: str) -> tuple[str, ...]:
         if self._restricted:
             return self.parameters.interfaces
         return self.context.hardware.state_interfaces.get(joint, ())
 
-    def _dynamic(self) -> tuple[InterfaceValues, ...]:
-        hardware = self.context.hardware
-        measured = tuple(
-            (
-                joint,
-                self._kinds(joint),
-                tuple(
-                    float(hardware.state.of(kind)[hardware.index[joint]])
-                    for kind in self._kinds(joint)
-                ),
-            )
-            for joint in self._hardware_joints
-        )
-        extra = tuple(
-            (joint.name, QUANTITIES, (joint.position, joint.velocity, joint.effort))
-            for joint in self.parameters.extra_joints
-        )
-        return measured + extra
+
+def _interface_values(
+    measured: Sequence[tuple[str, tuple[str, ...], int]],
+    extra: tuple[InterfaceValues, ...],
+    states: Sequence[Vector],
+    others: Mapping[str, float],
+) -> tuple[InterfaceValues, ...]:
+    """
+    Return what ``dynamic_joint_states`` says.
+
+    :param measured: joint, its interfaces, its place in the states.
+    :param extra: joints that the hardware does not have.
+    :param states: (n,) of each interface.
+    :param others: interface of a sensor or gpio -> its value.
+    """
+    values = {kind: state.tolist() for kind, state in zip(COMMAND_INTERFACES, states, strict=True)}
+    owners: dict[str, dict[str, float]] = {}
+    for name, value in others.items():
+        owner, _, kind = name.rpartition('/')
+        owners.setdefault(owner, {})[kind] = value
+    return (
+        *((joint, kinds, tuple([values[kind][place] for kind in kinds]))
+          for joint, kinds, place in measured),
+        *((owner, tuple(kinds), tuple(kinds.values())) for owner, kinds in owners.items()),
+        *extra,
+    )  # fmt: skip

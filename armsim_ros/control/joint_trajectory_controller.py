@@ -11,13 +11,16 @@ read through :meth:`JointTrajectoryController.snapshot` from any thread.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 import math
-from typing import Any, ClassVar
+from typing import ClassVar
 
 from armsim_ros.config.base import Settings
-from armsim_ros.config.joint_trajectory_controller import JointTrajectoryControllerParameters
-from armsim_ros.control.controller import Controller, ControllerContext
+from armsim_ros.config.joint_trajectory_controller import (
+    JointTrajectoryControllerParameters,
+    ScaledJointTrajectoryControllerParameters,
+)
+from armsim_ros.control.controller import Controller, ControllerContext, NEVER_NS
 from armsim_ros.control.controller_state import ControllerSnapshot, snapshot_of
 from armsim_ros.control.joint_properties import JointProperties
 from armsim_ros.control.rate import Rate
@@ -34,8 +37,6 @@ from armsim_ros.control.trajectory_loop import TrajectoryLoop
 from armsim_ros.control.trajectory_query import query, QueryResult
 from armsim_ros.control.trajectory_requests import (
     CancelRequest,
-    ParameterRequest,
-    ScalingRequest,
 )
 from armsim_ros.control.trajectory_setup import check_configuration, warn_of_configuration
 from armsim_ros.errors import ControllerError
@@ -76,7 +77,9 @@ class JointTrajectoryController(Controller[JointTrajectoryControllerParameters])
     def required_state_interfaces(self) -> tuple[str, ...]:
         """Every state interface of every joint."""
         kinds = self.parameters.state_interfaces
-        return tuple(f'{joint}/{kind}' for joint in self.joints for kind in kinds)
+        of_joints = tuple(f'{joint}/{kind}' for joint in self.joints for kind in kinds)
+        pace = getattr(self.parameters, 'speed_scaling_interface_name', '')
+        return (*of_joints, pace) if pace else of_joints
 
     @property
     def subscribes_speed_scaling(self) -> bool:
@@ -91,24 +94,33 @@ class JointTrajectoryController(Controller[JointTrajectoryControllerParameters])
     def configure(self) -> None:
         """Check the parameters against the hardware and allocate what updates need."""
         parameters = self.parameters
+        hardware, source = self.context.hardware, parameters.speed_source
+        if source in self.required_state_interfaces or source in hardware.other_states:
+            initial = parameters.speed_scaling.initial_scaling_factor
+            hardware.given_states.setdefault(source, initial)
         check_configuration(parameters, self.context.hardware)
         warn_of_configuration(parameters, self.events, self.time_ns)
         self._loop = TrajectoryLoop(
-            parameters, self.context.hardware, self._properties, self.events, self.time_ns
+            lambda: self.parameters, self.context, self._properties, self.events, self.time_ns
         )
 
     def activate(self, time_ns: int) -> None:
         """Hold the joints where they are."""
         scaling = self.parameters.speed_scaling
+        known = self.context.hardware.other_states
         for interface in (scaling.state_interface, scaling.command_interface):
-            if interface:
+            if interface and interface not in known:
                 raise ControllerError(f"speed_scaling: the hardware has no '{interface}'")
         self.time_ns = time_ns
         self._configured.activate(time_ns)
 
     def deactivate(self, time_ns: int) -> None:
         """Abort the goal; positions stay commanded, all else stops."""
-        self._configured.deactivate()
+        self._configured.deactivate('the controller was deactivated')
+
+    def interrupt(self, time_ns: int, reason: str) -> None:
+        """Abort the goal with the reason."""
+        self._configured.deactivate(reason)
 
     def update(self, time_ns: int, period: float) -> None:
         """Run one update, see :class:`TrajectoryLoop`."""
@@ -119,11 +131,21 @@ class JointTrajectoryController(Controller[JointTrajectoryControllerParameters])
         """Take goals and cancels up while time stands still."""
         self._configured.process_requests(time_ns)
 
-    def set_parameters(self, changes: Settings | Mapping[str, Any]) -> None:
-        """Replace parameters; running tolerances stay as they are until the next goal."""
-        super().set_parameters(changes)
-        if self._loop is not None:
-            self._loop.post(ParameterRequest(self.parameters))
+    def next_update(self, time_ns: int) -> int:
+        """Return from when on an update matters [ns]: never while the joints are held."""
+        return NEVER_NS if self._configured.idle else time_ns
+
+    def plan(self, updates: int, period: float) -> int:
+        """Plan updates along the trajectory."""
+        return self._configured.plan(updates, period)
+
+    def land(self, updates: int) -> None:
+        """Be so many updates further along the trajectory."""
+        self._configured.land(updates)
+
+    def skip(self, updates: int, period: float) -> None:
+        """Let the time of an ended trajectory go on."""
+        self._configured.execution.pass_time(updates * period)
 
     def check_goal(self, trajectory: JointTrajectory) -> str:
         """Return why a goal with this trajectory would be refused, '' where it would not."""
@@ -163,7 +185,7 @@ class JointTrajectoryController(Controller[JointTrajectoryControllerParameters])
         if complaint:
             text = f"the goal's tolerances are replaced by the defaults: {complaint}"
             self.events.add(self.time_ns, 'warning', 'warning', text)
-        loop.post(request)
+        loop.inbox.post(request)
         if not self.active:
             loop.abort_pending('the controller was deactivated')
         return GoalResponse(True, goal=goal)
@@ -172,19 +194,19 @@ class JointTrajectoryController(Controller[JointTrajectoryControllerParameters])
         """Cancel a goal and stop; False where it has ended already."""
         if self._loop is None or not goal.request_cancel():
             return False
-        self._loop.post(CancelRequest(goal))
+        self._loop.inbox.post(CancelRequest(goal))
         return True
 
     def cancel_all(self) -> None:
         """Cancel whatever goal is active when the next update begins."""
-        if self._loop is not None:
-            self._loop.post(CancelRequest(None))
+        if self._loop is not None and self.active:
+            self._loop.inbox.post(CancelRequest(None))
 
     def set_trajectory(self, trajectory: JointTrajectory) -> str | None:
         """Take a trajectory from the topic; None, or the reason why it is dropped."""
         try:
             loop = self._check_active()
-            loop.post(self._intake.topic(trajectory, self.parameters, self.time_ns))
+            loop.inbox.post(self._intake.topic(trajectory, self.parameters, self.time_ns))
         except RefusedTrajectoryError as error:
             text = f'trajectory dropped: {error.reason}'
             self.events.add(self.time_ns, 'error', 'trajectory_rejected', text)
@@ -199,7 +221,11 @@ class JointTrajectoryController(Controller[JointTrajectoryControllerParameters])
                 text = 'speed scaling ignored: it needs command_interfaces [position]'
             self.events.add(self.time_ns, 'warning', 'warning', text)
             return False
-        self._loop.post(ScalingRequest(factor))
+        if self.parameters.speed_source:
+            self.context.hardware.given_states[self.parameters.speed_source] = factor
+        else:
+            self._loop.wanted_scaling = factor
+        self.context.wake()
         return True
 
     def snapshot(self) -> ControllerSnapshot | None:
@@ -244,3 +270,9 @@ class JointTrajectoryController(Controller[JointTrajectoryControllerParameters])
         goal = TrajectoryGoal(trajectory, SegmentTolerances.of(self.parameters))
         goal.finish(GoalStatus.ABORTED, TrajectoryResult(error.code, error.reason))
         return GoalResponse(True, error.reason, error.code, goal)
+
+
+class ScaledJointTrajectoryController(JointTrajectoryController):
+    """``ur_controllers/ScaledJointTrajectoryController``: time goes at the robot's pace."""
+
+    parameters_class: ClassVar[type[Settings]] = ScaledJointTrajectoryControllerParameters

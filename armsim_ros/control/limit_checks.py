@@ -5,18 +5,14 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from armsim_ros.arrays import Mask, Matrix, Vector
 from armsim_ros.config.joint_trajectory_controller import JointTrajectoryControllerParameters
 from armsim_ros.control import wraparound
 from armsim_ros.control.joint_properties import JointProperties
 from armsim_ros.control.trajectory_goal import RefusedTrajectoryError
 from armsim_ros.control.trajectory_requests import Start
 from armsim_ros.control.waypoints import Waypoints
-
-Matrix = NDArray[np.float64]
-Vector = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 POSITION_SLACK = 1e-3
 """So far outside its limits a position is still taken: rounding by planners [rad or m]."""

@@ -4,12 +4,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from armsim_ros.control.controller import Controller, LifecycleState
 from armsim_ros.control.hardware_interface import HardwareInterface
+from armsim_ros.model.robot_model import HardwareSystem
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,12 +57,16 @@ def controller_info(controller: Controller[Any]) -> ControllerInfo:
 
 
 def interface_infos(
-    hardware: HardwareInterface, controllers: Iterable[Controller[Any]], available: bool
+    hardware: HardwareInterface,
+    controllers: Iterable[Controller[Any]],
+    systems: Sequence[HardwareSystem] = (),
+    idle: Collection[str] = (),
 ) -> tuple[list[InterfaceInfo], list[InterfaceInfo]]:
     """
     Return command interfaces and state interfaces.
 
-    :param available: whether the hardware is active.
+    :param systems: the declared hardware, whose sensors and gpios have interfaces of their own.
+    :param idle: joints, sensors and gpios of hardware that is not active.
     """
     claimed = {
         interface
@@ -69,12 +74,15 @@ def interface_infos(
         if controller.active
         for interface in controller.required_command_interfaces
     }
-    command = [
-        InterfaceInfo(name, available, name in claimed)
-        for name in _names(hardware.command_interfaces.items())
-    ]
-    state = [InterfaceInfo(n, True, False) for n in _names(hardware.state_interfaces.items())]
-    return command, state
+    commands = [*_names(hardware.command_interfaces.items()),
+                *(name for one in systems for name in one.other_commands)]
+    states = [*_names(hardware.state_interfaces.items()),
+              *hardware.other_states]
+    return (
+        [InterfaceInfo(name, name.rpartition('/')[0] not in idle, name in claimed)
+         for name in commands],
+        [InterfaceInfo(name, True, False) for name in states],
+    )
 
 
 def _names(interfaces: Iterable[tuple[str, tuple[str, ...]]]) -> list[str]:

@@ -24,7 +24,6 @@ class Pid:
                  '_time_constant', '_upper')  # fmt: skip
 
     def __init__(self, gains: PidGains) -> None:
-        """Start without integral part."""
         self._integral = 0.0
         self._output = 0.0
         self.set_gains(gains)

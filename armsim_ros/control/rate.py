@@ -18,11 +18,19 @@ class Rate:
     """
 
     def __init__(self, frequency: float) -> None:
-        """Start with the first question."""
         self._period_ns = 1e9 / frequency if frequency > 0.0 else math.inf
         self._base_ns = 0
         self._count = 0
         self._last_ns: int | None = None
+
+    def next_due_ns(self, time_ns: int) -> int | None:
+        """Return when it is due next, from a time on [ns]; None where it is never."""
+        if math.isinf(self._period_ns):
+            return None
+        last = self._last_ns
+        if last is None or time_ns < last or self._period_ns == 0.0:
+            return time_ns
+        return math.ceil(self._base_ns + (self._count + 1) * self._period_ns) - TOLERANCE_NS
 
     def due(self, time_ns: int) -> bool:
         """

@@ -10,18 +10,16 @@ the first waypoint is added when the control loop takes it up (:class:`Motion`).
 
 from __future__ import annotations
 
-from bisect import bisect_left
 from collections.abc import Sequence
 import math
 
 import numpy as np
 from numpy.typing import NDArray
 
+from armsim_ros.arrays import Matrix, Vector
 from armsim_ros.control import segments, wraparound
 from armsim_ros.control.waypoints import Waypoints
-
-Vector = NDArray[np.float64]
-Matrix = NDArray[np.float64]
+from armsim_ros.polynomials import DEGREE, QUINTIC
 
 TIME_RESOLUTION = 1e-9
 """Times nearer than this are the same [s]."""
@@ -37,69 +35,62 @@ class Motion:
     :param final: (w,) values after the last segment.
     """
 
-    __slots__ = ('_begins', '_blocks', '_cursor', '_ends', '_powers', '_rates', 'end', 'final',
-                 'start')  # fmt: skip
+    __slots__ = ('_begins', '_coefficients', '_ends', '_rates', 'end', 'final', 'start')
 
     def __init__(
         self, start: float, ends: Sequence[float], coefficients: Matrix, final: Vector
     ) -> None:
-        """Unpack into lists: indexing them is quicker than indexing arrays."""
         self.start = start
         self.end = ends[-1] if len(ends) else start
         self.final = final
-        self._ends = list(ends)
-        self._begins = [start, *self._ends][: len(self._ends)]
-        self._rates = [1.0 / (e - b) for b, e in zip(self._begins, self._ends, strict=True)]
-        self._blocks = list(coefficients)
-        self._cursor = 0
-        self._powers = np.ones(segments.DEGREE + 1)
+        self._ends = np.array(ends, dtype=np.float64)
+        self._begins = np.concatenate(([start], self._ends[:-1]))[: len(self._ends)]
+        self._rates = 1.0 / (self._ends - self._begins)
+        self._coefficients = coefficients
 
     @classmethod
     def standing(cls, final: Vector, time: float = 0.0) -> Motion:
         """Return a motion that stands at (w,) ``final`` for ever."""
-        return cls(time, (), np.empty((0, segments.DEGREE + 1, len(final))), final)
+        return cls(time, (), np.empty((0, DEGREE + 1, len(final))), final)
 
-    def sample(self, time: float, out: Vector) -> None:
-        """
-        Write the (w,) values at a time that never decreases from call to call.
+    def over(self, time: float) -> bool:
+        """Return whether the final values hold from this time on [s]."""
+        return time > self.end or not len(self._ends)
 
-        :param time: [s]; after the end the final values hold.
-        :param out: (w,) contiguous, written in place.
+    def samples(self, times: Vector) -> Matrix:
         """
-        if time > self.end or not self._ends:
-            out[:] = self.final
-            return
-        i = self._cursor
-        ends = self._ends
-        while time > ends[i]:
-            i += 1
-        self._cursor = i
-        self._evaluate(i, time, self._powers, out)
+        Return the (k, w) values at some times; after the end the final values hold.
+
+        What comes out for a time does not depend on the other times, not by a bit.
+
+        :param times: (k,) [s].
+        """
+        if not len(self._ends):
+            return np.tile(self.final, (len(times), 1))
+        segment = np.minimum(np.searchsorted(self._ends, times), len(self._ends) - 1)
+        u = ((times - self._begins[segment]) * self._rates[segment])[:, None]
+        if segment[0] == segment[-1] and (len(segment) < 3 or (segment == segment[0]).all()):
+            powers = self._coefficients[segment[0]][:, None]
+        else:
+            powers = self._coefficients[segment].swapaxes(0, 1)
+        values: Matrix = powers[DEGREE] * u
+        for power in range(DEGREE - 1, 0, -1):
+            values += powers[power]
+            values *= u
+        values += powers[0]
+        values[times > self.end] = self.final
+        return values
 
     def at(self, time: float) -> Vector:
-        """Return the (w,) values at any time [s]; any thread may call it."""
-        if time > self.end or not self._ends:
-            return self.final.copy()
-        out = np.empty(len(self.final))
-        i = bisect_left(self._ends, time)
-        self._evaluate(i, time, np.ones(segments.DEGREE + 1), out)
-        return out
+        """Return the (w,) values at a time [s]."""
+        values: Vector = self.samples(np.array([time]))[0]
+        return values
 
     def rest(self, joints: int) -> None:
         """Stand still after the end, whatever velocity the last point gave."""
         final = self.final.copy()
         final[joints : 3 * joints] = 0.0
         self.final = final
-
-    def _evaluate(self, i: int, time: float, powers: Vector, out: Vector) -> None:
-        u = (time - self._begins[i]) * self._rates[i]
-        powers[1] = u
-        u2 = u * u
-        powers[2] = u2
-        powers[3] = u2 * u
-        powers[4] = u2 * u2
-        powers[5] = u2 * u2 * u
-        np.dot(powers, self._blocks[i], out=out)
 
 
 class PreparedTrajectory:
@@ -122,7 +113,6 @@ class PreparedTrajectory:
         effort: bool = False,
         rest_at_end: bool = False,
     ) -> None:
-        """Compute all segments that do not depend on the start state."""
         self.waypoints = waypoints
         self._continuous = np.empty(0, dtype=np.intp) if continuous is None else continuous
         self._splines = splines
@@ -189,7 +179,7 @@ class PreparedTrajectory:
     ) -> Matrix:
         joints = len(full.named)
         states = state[: 3 * joints].reshape(3, 1, joints).copy()
-        level = segments.QUINTIC
+        level = QUINTIC
         if at_start:
             row = first - 1
             level = int(full.levels[row])

@@ -3,11 +3,9 @@
 """
 Polynomials between waypoints.
 
-A segment is a polynomial of degree 5 or less in ``u = (t - t0) / T``, 0 <= u <= 1. Its
-coefficients and those of its first two derivatives by time stand side by side in one (6, 3n)
-or, with effort, (6, 4n) matrix, so that one product with (1, u, .., u^5) gives the whole state.
-The degree is the highest that both ends support: positions alone are joined by a line, with
-velocities by a cubic (Hermite), with accelerations too by a quintic.
+The coefficients of a segment (:mod:`armsim_ros.polynomials`) and those of its first two
+derivatives by time stand side by side in one (6, 3n) or, with effort, (6, 4n) matrix, so that
+one product with (1, u, .., u^5) gives the whole state.
 """
 
 from __future__ import annotations
@@ -15,65 +13,20 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from armsim_ros.arrays import Matrix
 from armsim_ros.control.waypoints import Waypoints
-
-Matrix = NDArray[np.float64]
-
-DEGREE = 5
-LINEAR, CUBIC, QUINTIC = 0, 1, 2
+from armsim_ros.polynomials import DEGREE, hermite_coefficients, with_derivatives
 
 
 def spline_coefficients(
     durations: Matrix, levels: NDArray[np.int64], start: Matrix, end: Matrix
 ) -> Matrix:
     """
-    Return the coefficients of k segments of n joints.
+    Return the coefficients (k, 6, 3n) of k segments of n joints and of their derivatives.
 
-    :param durations: (k,) T of each segment, positive [s].
-    :param levels: (k,) LINEAR, CUBIC or QUINTIC.
-    :param start: (3, k, n) position, velocity, acceleration at the start; derivatives that the
-        level does not use may be NaN.
-    :param end: (3, k, n) the same at the end.
-    :returns: (k, 6, 3n).
+    Parameters are those of :func:`armsim_ros.polynomials.hermite_coefficients`.
     """
-    T = durations[:, None]
-    p0, p1 = start[0], end[0]
-    cubic = (levels >= CUBIC)[:, None]
-    quintic = (levels >= QUINTIC)[:, None]
-    v0, v1 = np.where(cubic, start[1], 0.0) * T, np.where(cubic, end[1], 0.0) * T
-    a0, a1 = (np.where(quintic, x[2], 0.0) * (0.5 * T * T) for x in (start, end))
-    d = p1 - p0
-    joints = p0.shape[1]
-    c = np.zeros((len(durations), DEGREE + 1, joints))
-    c[:, 0] = p0
-    c[:, 1] = np.where(cubic, v0, d)
-    c[:, 2] = np.where(quintic, a0, np.where(cubic, 3.0 * d - 2.0 * v0 - v1, 0.0))
-    c[:, 3] = np.where(
-        quintic,
-        10.0 * d - 6.0 * v0 - 4.0 * v1 - 3.0 * a0 + a1,
-        np.where(cubic, v0 + v1 - 2.0 * d, 0.0),
-    )
-    c[:, 4] = np.where(quintic, -15.0 * d + 8.0 * v0 + 7.0 * v1 + 3.0 * a0 - 2.0 * a1, 0.0)
-    c[:, 5] = np.where(quintic, 6.0 * d - 3.0 * (v0 + v1) - a0 + a1, 0.0)
-    return with_derivatives(c, durations)
-
-
-def with_derivatives(position: Matrix, durations: Matrix) -> Matrix:
-    """
-    Put the coefficients of velocity and acceleration beside those of the position.
-
-    :param position: (k, 6, n) in powers of u.
-    :param durations: (k,) [s].
-    :returns: (k, 6, 3n).
-    """
-    joints = position.shape[2]
-    full = np.zeros((*position.shape[:2], 3 * joints))
-    powers = np.arange(1, DEGREE + 1)[None, :, None]
-    rate = 1.0 / durations[:, None, None]
-    full[:, :, :joints] = position
-    full[:, :-1, joints : 2 * joints] = position[:, 1:] * powers * rate
-    full[:, :-1, 2 * joints :] = full[:, 1:, joints : 2 * joints] * powers * rate
-    return full
+    return with_derivatives(hermite_coefficients(durations, levels, start, end), durations)
 
 
 def with_effort(coefficients: Matrix, start: Matrix, end: Matrix) -> Matrix:

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+from armsim_ros.config.pid_gains import PidGains
 from armsim_ros.control.hardware_interface import (
     COMMAND_INTERFACES,
     HardwareInterface,
@@ -22,7 +23,6 @@ class SharedHardware:
     """
 
     def __init__(self, hardware: HardwareInterface) -> None:
-        """Start without claims."""
         self.hardware = hardware
         self._claims: dict[str, frozenset[str]] = {}
 
@@ -56,7 +56,6 @@ class HardwarePart(HardwareInterface):
     """
 
     def __init__(self, shared: SharedHardware, joint_names: tuple[str, ...]) -> None:
-        """Open the windows."""
         super().__init__(joint_names)
         whole = shared.hardware
         start = whole.index.get(joint_names[0], 0) if joint_names else 0
@@ -69,6 +68,9 @@ class HardwarePart(HardwareInterface):
         self.state = _window(whole.state, place)
         self.command = _window(whole.command, place)
         self.feedforward = _window(whole.feedforward, place)
+        self.plan = whole.plan.window(place)
+        self.other_commands = whole.other_commands
+        self.given_states = whole.given_states
         self._shared = shared
         self._command_interfaces = {name: whole.command_interfaces[name] for name in joint_names}
         self._state_interfaces = {name: whole.state_interfaces[name] for name in joint_names}
@@ -83,9 +85,18 @@ class HardwarePart(HardwareInterface):
         """Joint -> interfaces that can be read, of the robot's joints."""
         return self._state_interfaces
 
+    @property
+    def other_states(self) -> Mapping[str, float]:
+        """Interface of a sensor or gpio -> its value, of all robots: the names differ."""
+        return self._shared.hardware.other_states
+
     def perform_command_mode_switch(self, claimed: Mapping[str, frozenset[str]]) -> None:
         """Take over a change of claims of this robot."""
         self._shared.claim(self.joint_names, claimed)
+
+    def set_gains(self, gains: Mapping[str, PidGains]) -> None:
+        """Pass gains on."""
+        self._shared.hardware.set_gains(gains)
 
 
 def _window(arrays: JointArrays, place: slice) -> JointArrays:

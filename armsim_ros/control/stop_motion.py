@@ -5,12 +5,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from armsim_ros.arrays import Vector
 from armsim_ros.control import segments
 from armsim_ros.control.sampling import Motion
-
-Vector = NDArray[np.float64]
+from armsim_ros.polynomials import DEGREE, QUINTIC, with_derivatives
 
 
 def standstill(position: Vector, width: int) -> Motion:
@@ -47,11 +46,11 @@ def deceleration(position: Vector, velocity: Vector, maximum: Vector, width: int
     brakes = durations > begins[:, None] + 1e-12
     remaining = np.where(brakes, durations - begins[:, None], 0.0)
     a = -np.sign(velocity) * maximum
-    c = np.zeros((len(ends), segments.DEGREE + 1, joints))
+    c = np.zeros((len(ends), DEGREE + 1, joints))
     c[:, 0] = rest + 0.5 * a * remaining**2
     c[:, 1] = -a * remaining * T
     c[:, 2] = np.where(brakes, 0.5 * a * T**2, 0.0)
-    full = segments.with_derivatives(c, ends - begins)
+    full = with_derivatives(c, ends - begins)
     if width > 3 * joints:
         full = segments.with_effort(full, *np.zeros((2, len(ends), joints)))
     return Motion(0.0, ends.tolist(), full, standstill(rest, width).final)
@@ -72,9 +71,9 @@ def stop_ramp(position: Vector, velocity: Vector, duration: float, width: int) -
     zero = np.zeros_like(position)
     there = np.stack((position, velocity, zero))[:, None]
     back = np.stack((position, -velocity, zero))[:, None]
-    quintic = np.array([segments.QUINTIC])
+    quintic = np.array([QUINTIC])
     turning = segments.spline_coefficients(np.array([2.0 * duration]), quintic, there, back)
-    middle = 0.5 ** np.arange(segments.DEGREE + 1) @ turning[0]
+    middle = 0.5 ** np.arange(DEGREE + 1) @ turning[0]
     rest = np.stack((middle[: len(position)], zero, zero))[:, None]
     ramp = segments.spline_coefficients(np.array([duration]), quintic, there, rest)
     if width > 3 * len(position):

@@ -18,7 +18,7 @@ import numpy as np
 from armsim_ros.config.controller_manager import ControllerManagerParameters
 from armsim_ros.control.controller import Controller, LifecycleState
 from armsim_ros.control.events import EventQueue
-from armsim_ros.control.hardware_component import HardwareComponent
+from armsim_ros.control.hardware_component import Hardware
 from armsim_ros.control.hardware_interface import HardwareInterface, POSITION
 from armsim_ros.control.switching import claimed_joints, plan_switch, Strictness, SwitchResult
 from armsim_ros.errors import ArmsimError
@@ -38,7 +38,6 @@ class SwitchRequest:
     def __init__(
         self, activate: Sequence[str], deactivate: Sequence[str], strictness: int
     ) -> None:
-        """Keep what was asked for."""
         self.activate = tuple(activate)
         self.deactivate = tuple(deactivate)
         self.strictness = strictness
@@ -49,22 +48,21 @@ class SwitchExecution:
     """
     Starts and stops controllers.
 
-    :param component: the hardware's own state.
+    :param components: the hardware's own states.
     :param events: what happened, in words.
     """
 
     def __init__(
         self,
         hardware: HardwareInterface,
-        component: HardwareComponent,
+        components: Hardware,
         parameters: ControllerManagerParameters,
         events: EventQueue,
     ) -> None:
-        """Start without active controllers."""
         self.generation = 0
         self.active: tuple[tuple[Controller[Any], int], ...] = ()
         self._hardware = hardware
-        self._component = component
+        self._components = components
         self._parameters = parameters
         self._events = events
 
@@ -78,10 +76,12 @@ class SwitchExecution:
         """
         plan = plan_switch(controllers, self._hardware, request.activate, request.deactivate)
         problems, activate = list(plan.problems), plan.activate
-        if activate and not self._component.active:
-            state = self._component.state.value
-            problems.append(f"hardware '{self._component.name}' is {state}")
-            activate = ()
+        for name in activate:
+            idle = self._components.idle_owner(controllers[name].required_command_interfaces)
+            if idle is not None:
+                problems.append(f"hardware '{idle.name}' is {idle.state.value}")
+                activate = ()
+                break
         if problems and self._strict(request.strictness):
             return SwitchResult(False, f'nothing was switched: {"; ".join(problems)}')
         if not (activate or plan.deactivate):
@@ -90,7 +90,7 @@ class SwitchExecution:
         starting = [controllers[name] for name in activate]
         wanted = [c for c in controllers.values() if c.active and c not in stopping] + starting
         try:
-            self._hardware.perform_command_mode_switch(claimed_joints(wanted))
+            self._hardware.perform_command_mode_switch(self._claims(wanted))
         except ArmsimError as error:
             return SwitchResult(False, f'nothing was switched: {error}')
         for controller in stopping:
@@ -98,7 +98,7 @@ class SwitchExecution:
         self._forget_positions(wanted)
         failures = [text for c in starting if (text := self._activate(c, time_ns))]
         if failures:
-            claims = claimed_joints([c for c in wanted if c.active])
+            claims = self._claims([c for c in wanted if c.active])
             self._hardware.perform_command_mode_switch(claims)
         self._refresh(controllers, time_ns)
         message = '; '.join(failures + problems) or 'controllers switched'
@@ -139,9 +139,12 @@ class SwitchExecution:
 
     def _forget_positions(self, controllers: Sequence[Controller[Any]]) -> None:
         """Erase position commands that grow old while another interface moves the joint."""
-        for joint, kinds in claimed_joints(controllers).items():
+        for joint, kinds in self._claims(controllers).items():
             if POSITION not in kinds:
                 self._hardware.command.position[self._hardware.index[joint]] = np.nan
+
+    def _claims(self, controllers: Sequence[Controller[Any]]) -> dict[str, frozenset[str]]:
+        return claimed_joints(controllers, self._hardware.index)
 
     def _refresh(self, controllers: Controllers, time_ns: int) -> None:
         rate = self._parameters.update_rate

@@ -9,7 +9,7 @@ BEST_EFFORT leaves the wrong parts out.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 from typing import Any
@@ -80,13 +80,19 @@ def plan_switch(
     return SwitchPlan(tuple(stopping), tuple(starting), tuple(problems))
 
 
-def claimed_joints(controllers: Sequence[Controller[Any]]) -> dict[str, frozenset[str]]:
-    """Return joint -> claimed interfaces of controllers that are or will be active."""
+def claimed_joints(controllers: Sequence[Controller[Any]], joints: Collection[str]
+                   ) -> dict[str, frozenset[str]]:
+    """
+    Return joint -> claimed interfaces of controllers that are or will be active.
+
+    :param joints: of the hardware; sensors and gpios have nothing to switch.
+    """
     claims: dict[str, set[str]] = {}
     for controller in controllers:
         for interface in controller.required_command_interfaces:
             joint, _, kind = interface.rpartition('/')
-            claims.setdefault(joint, set()).add(kind)
+            if joint in joints:
+                claims.setdefault(joint, set()).add(kind)
     return {joint: frozenset(kinds) for joint, kinds in claims.items()}
 
 
@@ -122,13 +128,15 @@ def _obstacle(
     if controller.state not in (LifecycleState.ACTIVE, LifecycleState.INACTIVE):
         return f"'{name}' cannot be activated: it is {controller.state.value}, configure it first"
     for kind, required, offered in (
-        ('command', controller.required_command_interfaces, hardware.command_interfaces),
-        ('state', controller.required_state_interfaces, hardware.state_interfaces),
+        ('command', controller.required_command_interfaces, hardware.commands_of),
+        ('state', controller.required_state_interfaces, hardware.states_of),
     ):
         for interface in required:
             joint, _, quantity = interface.rpartition('/')
-            if quantity not in offered.get(joint, ()):
-                return f"'{name}' needs the {kind} interface {interface}, which the hardware lacks"
+            if quantity not in offered(joint):
+                known = ', '.join(f'{joint}/{one}' for one in offered(joint)) or 'none'
+                return (f"'{name}' needs the {kind} interface {interface}, which the hardware "
+                        f"lacks; '{joint}' has: {known}")
     for interface in controller.required_command_interfaces:
         if interface in owners:
             return f"'{name}' needs {interface}, which '{owners[interface]}' has claimed"

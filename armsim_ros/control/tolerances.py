@@ -8,12 +8,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from armsim_ros.arrays import Matrix, Vector
 from armsim_ros.config.joint_trajectory_controller import JointTrajectoryControllerParameters
 from armsim_ros.errors import nearest
-
-Matrix = NDArray[np.float64]
 
 QUANTITIES = ('position', 'velocity', 'acceleration')
 ERASE = -1.0
@@ -127,27 +125,37 @@ class ToleranceCheck:
     :param computed: which of position, velocity, acceleration have an error to check.
     """
 
-    __slots__ = ('_joints', '_limits', '_mask', '_rows', '_size', 'checks')
+    __slots__ = ('_joints', '_limits', '_rows', '_shares', '_weights', 'checks')
 
     def __init__(self, joints: Sequence[str], limits: Matrix, computed: Sequence[bool]) -> None:
-        """Find out how many rows have to be looked at."""
         self._joints = joints
         used = limits.copy()
         used[[not known for known in computed]] = np.inf
         finite = np.flatnonzero(np.isfinite(used).any(axis=1))
         self._rows = int(finite[-1]) + 1 if len(finite) else 0
         self._limits = used[: self._rows]
-        self._size = np.empty_like(self._limits)
-        self._mask = np.empty(self._limits.shape, dtype=np.bool_)
+        with np.errstate(divide='ignore'):
+            self._weights = 1.0 / self._limits
+        self._shares = np.empty_like(self._limits)
         self.checks = self._rows > 0
 
     def violated(self, errors: Matrix) -> bool:
         """Return whether any of the (3, n) errors is outside."""
         if not self._rows:
             return False
-        np.abs(errors[: self._rows], out=self._size)
-        np.greater(self._size, self._limits, out=self._mask)
-        return bool(self._mask.any())
+        # Where the squares of all shares do not add up to one, no share is above it.
+        shares = self._shares
+        np.multiply(errors[: self._rows], self._weights, out=shares)
+        if float(np.vdot(shares, shares)) < 1.0:
+            return False
+        return bool((np.abs(errors[: self._rows]) > self._limits).any())
+
+    @property
+    def weights(self) -> Vector | None:
+        """Return 1 by tolerance (n,) of the positions, None where there are others, too."""
+        if self._rows > 1:
+            return None
+        return self._weights[0] if self._rows else np.zeros(len(self._joints))
 
     def worst(self, errors: Matrix) -> Violation:
         """Return the violation with the largest ratio of error to limit."""

@@ -18,14 +18,14 @@ from collections.abc import Sequence
 from enum import Enum
 
 import numpy as np
-from numpy.typing import NDArray
 
+from armsim_ros.arrays import Matrix, Vector
 from armsim_ros.config.joint_trajectory_controller import JointTrajectoryControllerParameters
 from armsim_ros.control.controller_state import StateRecord
 from armsim_ros.control.events import EventQueue
-from armsim_ros.control.sampling import Motion
+from armsim_ros.control.sampling import Motion, TIME_RESOLUTION
 from armsim_ros.control.stop_motion import deceleration, standstill, stop_ramp
-from armsim_ros.control.tolerances import SegmentTolerances
+from armsim_ros.control.tolerances import SegmentTolerances, ToleranceCheck
 from armsim_ros.control.trajectory_goal import (
     GoalStatus,
     TrajectoryErrorCode,
@@ -35,7 +35,8 @@ from armsim_ros.control.trajectory_goal import (
 from armsim_ros.control.trajectory_judge import SUCCESS, timed_out, TrajectoryJudge, Verdict
 from armsim_ros.control.trajectory_requests import StartRequest
 
-Vector = NDArray[np.float64]
+#: References that are computed at once [updates].
+LOOK_AHEAD = 40
 
 
 class Phase(Enum):
@@ -73,8 +74,12 @@ class TrajectoryExecution:
         self.scheduled: StartRequest | None = None
         self.ahead = np.zeros(width)
         self.motion = Motion.standing(self.ahead.copy())
+        self._times: list[float] = []
+        self._table = self.ahead[None, :]
+        self._row, self._step = 0, 0.0
         self.time = 0.0
         self.begin_ns = 0
+        self._goal_taken_ns = 0
         self._computed = tuple(computed)
         self._brakes = brakes
         self._events = events
@@ -88,6 +93,15 @@ class TrajectoryExecution:
             return self.goal
         return self.scheduled.goal
 
+    @property
+    def idle(self) -> bool:
+        """Whether nothing will change until somebody asks for something."""
+        if self.scheduled is not None or not self.motion.over(self.time):
+            return False
+        if self.phase is Phase.SETTLED:
+            return self._succeeded or self.cmd_timeout == 0.0
+        return self.phase is Phase.HOLDING
+
     def hold(self, positions: Vector, time_ns: int) -> None:
         """Stand at (n,) positions [rad or m]."""
         self._set_motion(standstill(positions, len(self.ahead)), 0.0, time_ns)
@@ -95,14 +109,62 @@ class TrajectoryExecution:
 
     def advance(self, period: float) -> None:
         """Go on by one period [s] at the present pace."""
-        self.time += period * self.scaling
-        self.motion.sample(self.time, self.ahead)
+        if self.motion.over(self.time):
+            self.time += period * self.scaling
+            self.ahead[:] = self.motion.final
+        else:
+            self._look_ahead(period)
+            self._go_to(self._row + 1)
+
+    def coming(self, period: float, most: int) -> Matrix:
+        """
+        Return the references of the next updates (k, w), the present one first.
+
+        They hold while nobody asks for anything and the path tolerances are kept, and only
+        updates before the last waypoint are among them.
+
+        :param period: from update to update [s].
+        :param most: references that are wanted.
+        """
+        nothing = self.ahead[None, :][:0]
+        if self.phase is not Phase.RUNNING or self.scheduled is not None:
+            return nothing
+        if self._judge.first or self.motion.over(self.time):
+            return nothing
+        self._look_ahead(period, most)
+        row = self._row
+        before_end = self.motion.end - TIME_RESOLUTION
+        most = min(most, len(self._times) - row)
+        while most > 0 and self._times[row + most - 1] >= before_end:
+            most -= 1
+        return self._table[row : row + most] if most > 1 else nothing
+
+    def go_on(self, updates: int) -> None:
+        """Take note of updates whose references were known."""
+        if updates:
+            self._go_to(self._row + updates)
+
+    @property
+    def path_check(self) -> ToleranceCheck:
+        """What judges the errors on the way."""
+        return self._judge.path
+
+    def pass_time(self, duration: float) -> None:
+        """Let a time [s] go by in which nothing changes."""
+        self.time += duration * self.scaling
+        self._times = []
 
     def take(self, request: StartRequest, record: StateRecord, time_ns: int) -> None:
         """Start a new trajectory, or wait for its stamp while the old one goes on."""
         if request.goal is not None:
             self._preempt()
             request.goal.execute()
+            self._goal_taken_ns = time_ns
+        elif self.active_goal is not None and 0 < request.stamp_ns < self._goal_taken_ns:
+            # A stream that began before the goal did must not take the arm away from it.
+            text = 'a trajectory from the topic was dropped: it is older than the goal'
+            self._events.add(time_ns, 'info', 'trajectory_rejected', text)
+            return
         elif self.parameters.compat == 'ros1':
             self.end_goals(GoalStatus.CANCELED, 'a trajectory from the topic replaced the goal')
         else:
@@ -224,7 +286,25 @@ class TrajectoryExecution:
         self.time = time
         self.begin_ns = begin_ns
         self._succeeded = False
-        motion.sample(time, self.ahead)
+        self._times = []
+        self.ahead[:] = motion.at(time)
+
+    def _look_ahead(self, period: float, count: int = 2) -> None:
+        """Have so many references, the present one is the first, in the table."""
+        step = period * self.scaling
+        if self._row + count <= len(self._times) and step == self._step:
+            return
+        times = [self.time]
+        for _ in range(max(LOOK_AHEAD, count)):
+            times.append(times[-1] + step)
+        self._step, self._times, self._row = step, times, 0
+        self._table = self.motion.samples(np.array(times))
+        self._table[0] = self.ahead
+
+    def _go_to(self, row: int) -> None:
+        self._row = row
+        self.time = self._times[row]
+        self.ahead[:] = self._table[row]
 
     def _new_judge(self, tolerances: SegmentTolerances) -> TrajectoryJudge:
         parameters = self.parameters
@@ -238,6 +318,7 @@ class TrajectoryExecution:
         if goal is not None:
             self._succeeded = True
             self.motion.rest(self.joints)
+            self._times = []
             _finish(goal, GoalStatus.SUCCEEDED, SUCCESS.text, SUCCESS.code)
 
     def _fail(self, verdict: Verdict, record: StateRecord, time_ns: int) -> None:

@@ -61,7 +61,6 @@ class RefusedTrajectoryError(ControllerError):
     def __init__(
         self, reason: str, code: TrajectoryErrorCode = TrajectoryErrorCode.INVALID_GOAL
     ) -> None:
-        """Keep the code beside the sentence."""
         super().__init__(reason)
         self.reason = reason
         self.code = code
@@ -74,7 +73,6 @@ class ActionGoal(Generic[ResultT]):
     """One goal of an action; it ends exactly once."""
 
     def __init__(self) -> None:
-        """Start as accepted."""
         self.status = GoalStatus.ACCEPTED
         self.result: ResultT | None = None
         self.cancel_requested = False
@@ -131,7 +129,6 @@ class TrajectoryGoal(ActionGoal[TrajectoryResult]):
     """
 
     def __init__(self, trajectory: JointTrajectory, tolerances: SegmentTolerances) -> None:
-        """Keep what was asked for."""
         super().__init__()
         self.trajectory = trajectory
         self.tolerances = tolerances

@@ -37,7 +37,6 @@ class TrajectoryIntake:
     def __init__(
         self, properties: JointProperties, snapshot: Callable[[], ControllerSnapshot | None]
     ) -> None:
-        """Keep what is needed for the checks."""
         self._properties = properties
         self._snapshot = snapshot
 

@@ -7,14 +7,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
+from armsim_ros.arrays import Matrix
 from armsim_ros.control.sampling import TIME_RESOLUTION
 from armsim_ros.control.tolerances import SegmentTolerances, ToleranceCheck
 from armsim_ros.control.trajectory_goal import TrajectoryErrorCode
-
-Matrix = NDArray[np.float64]
 
 
 class Verdict(NamedTuple):
@@ -48,12 +44,16 @@ class TrajectoryJudge:
         *,
         strict: bool,
     ) -> None:
-        """Begin before the first update."""
-        self._path = ToleranceCheck(joints, tolerances.path, computed)
+        self.path = ToleranceCheck(joints, tolerances.path, computed)
         self._goal = ToleranceCheck(joints, tolerances.goal, computed)
         self._goal_time = tolerances.goal_time
         self._strict = strict
         self._first = True
+
+    @property
+    def first(self) -> bool:
+        """Whether nothing was judged yet."""
+        return self._first
 
     def judge(self, errors: Matrix, over: float) -> Verdict | None:
         """
@@ -63,10 +63,10 @@ class TrajectoryJudge:
         :param over: time since the last waypoint, negative before it [s].
         """
         before_end = over < -TIME_RESOLUTION
-        if (before_end or self._first) and self._path.violated(errors):
+        if (before_end or self._first) and self.path.violated(errors):
             return Verdict(
                 TrajectoryErrorCode.PATH_TOLERANCE_VIOLATED,
-                f'path tolerance violated: {self._path.worst(errors)}',
+                f'path tolerance violated: {self.path.worst(errors)}',
             )
         self._first = False
         if before_end:

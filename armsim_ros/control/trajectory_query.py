@@ -7,12 +7,10 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from armsim_ros.arrays import Vector
 from armsim_ros.control.controller_state import StateRing
 from armsim_ros.control.sampling import TIME_RESOLUTION
-
-Vector = NDArray[np.float64]
 
 
 def _empty() -> Vector:

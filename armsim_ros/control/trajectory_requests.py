@@ -10,7 +10,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from armsim_ros.config.joint_trajectory_controller import JointTrajectoryControllerParameters
 from armsim_ros.control.sampling import PreparedTrajectory
 from armsim_ros.control.tolerances import SegmentTolerances
 from armsim_ros.control.trajectory_goal import TrajectoryGoal
@@ -60,21 +59,7 @@ class StopRequest:
     goal: TrajectoryGoal | None
 
 
-@dataclass(frozen=True, slots=True)
-class ScalingRequest:
-    """Change the pace of trajectories."""
-
-    factor: float
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class ParameterRequest:
-    """Work with new parameters from now on."""
-
-    parameters: JointTrajectoryControllerParameters
-
-
-Request = StartRequest | CancelRequest | StopRequest | ScalingRequest | ParameterRequest
+Request = StartRequest | CancelRequest | StopRequest
 
 
 def superseded(requests: Sequence[Request], time_ns: int) -> dict[int, StartRequest]:

@@ -5,15 +5,13 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from armsim_ros.arrays import Vector
 from armsim_ros.config.joint_trajectory_controller import JointTrajectoryControllerParameters
 from armsim_ros.control.events import EventQueue
 from armsim_ros.control.hardware_interface import HardwareInterface
 from armsim_ros.control.joint_properties import JointProperties
 from armsim_ros.errors import ControllerError, nearest
-
-Vector = NDArray[np.float64]
 
 
 def check_configuration(

@@ -9,8 +9,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-Vector = NDArray[np.float64]
-Mask = NDArray[np.bool_]
+from armsim_ros.arrays import Vector
 
 TURN = 2.0 * math.pi
 ROUNDING = 1e-12

@@ -3,6 +3,7 @@
 """Loading, switching, claims and failures of controllers."""
 
 from itertools import pairwise
+import threading
 from types import SimpleNamespace
 
 import pytest
@@ -292,3 +293,34 @@ def test_robot_without_description(hardware_class):
     assert manager.switch(['arm']).ok
     manager.update(0, 0.01)
     assert manager.list_hardware_components()[0].name == 'hardware'
+
+
+def test_a_failure_does_not_wait_for_those_who_change_controllers(rig, monkeypatch):
+    """While somebody configures a controller a failed one is left alone, and replaced after."""
+    r = rig()
+    arm = r.arm()
+    other = r.load('other', 'joint_state_broadcaster/JointStateBroadcaster')
+    configuring, go_on = threading.Event(), threading.Event()
+
+    def slowly():
+        configuring.set()
+        assert go_on.wait(20.0)
+
+    monkeypatch.setattr(other, 'configure', slowly)
+    thread = threading.Thread(target=r.manager.configure, args=('other',))
+    thread.start()
+    assert configuring.wait(20.0)
+    updates = []
+
+    def fail(time_ns, period):
+        updates.append(time_ns)
+        raise ValueError('broken')
+
+    monkeypatch.setattr(arm, 'update', fail)
+    r.step(3)
+    assert (len(updates), arm.state.value) == (1, 'active')
+    go_on.set()
+    thread.join(20.0)
+    r.step()
+    assert (len(updates), arm.state.value) == (1, 'inactive')
+    assert any('broken' in text for text in r.texts())

@@ -219,3 +219,17 @@ def test_a_snapshot_names_the_goal_of_its_update(rig, trajectory):
     assert arm.snapshot().desired_time_from_start == 0.0
     r.run(1.1)
     assert arm.snapshot().goal is None
+
+
+def test_a_stream_from_before_the_goal_leaves_it_alone(rig, trajectory):
+    """A topic trajectory that began before the goal came is dropped; a newer one is not."""
+    r = rig()
+    arm = r.arm()
+    r.run(0.5)
+    goal = arm.send_goal(trajectory(MOVE)).goal
+    r.step()
+    began = r.now_ns - 50_000_000
+    arm.set_trajectory(trajectory((0.0, [0.0, 0.0]), (0.5, [-0.3, 0.0]), stamp_ns=began))
+    r.run(1.1)
+    assert goal.status.name == 'SUCCEEDED'
+    np.testing.assert_allclose(arm.snapshot().reference.positions, [0.4, 0.0])

@@ -42,7 +42,7 @@ any_trajectory = st.builds(
 )  # fmt: skip
 
 
-@settings(deadline=None, max_examples=60)
+@settings(deadline=None, max_examples=30)
 @given(data=st.data())
 def test_reference_never_steps(rig, data):
     """E7, I5: however goals follow each other, the command moves at most by its own velocity."""

@@ -1,0 +1,222 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Forward controllers: what they pass on, what they drop, how they hand over."""
+
+import numpy as np
+import pytest
+
+from armsim_ros.errors import ControllerError
+
+FORWARD = 'forward_command_controller/ForwardCommandController'
+MULTI = 'forward_command_controller/MultiInterfaceForwardCommandController'
+GROUPS = {
+    'position': 'position_controllers/JointGroupPositionController',
+    'velocity': 'velocity_controllers/JointGroupVelocityController',
+    'effort': 'effort_controllers/JointGroupEffortController',
+}
+LONGEST_STEP = 3.0 * 0.01 + 1e-9
+
+
+@pytest.fixture
+def bench(rig):
+    """Return joints with a group controller, by its interface."""
+
+    def make(kind, **parameters):
+        made = rig()
+        controller = made.load('stream', GROUPS[kind], joints=['a', 'b'], **parameters)
+        assert made.manager.switch(activate=['stream']).ok
+        made.step()
+        return made, controller
+
+    return make
+
+
+@pytest.mark.parametrize(
+    ('type', 'parameters', 'missing'),
+    [
+        (FORWARD, {'interface_name': 'position'}, 'joints'),
+        (FORWARD, {'joints': ['a']}, 'interface_name'),
+        (MULTI, {'interface_names': ['position']}, 'joint'),
+        (MULTI, {'joint': 'a'}, 'interface_names'),
+        (GROUPS['velocity'], {}, 'joints'),
+        ('effort_controllers/JointEffortController', {}, 'joint'),
+    ],
+)
+def test_empty_parameter(rig, type, parameters, missing):  # noqa: A002
+    """A parameter that is needed and empty lets configure fail, by its name."""
+    with pytest.raises(ControllerError, match=f"'{missing}'"):
+        rig().load('stream', type, **parameters)
+
+
+@pytest.mark.parametrize('joint', ['a', 'nowhere'])
+def test_unknown_interface(rig, joint):
+    """What the hardware lacks is told of at activation."""
+    made = rig()
+    made.load('stream', FORWARD, joints=[joint], interface_name='colour')
+    result = made.manager.switch(activate=['stream'])
+    assert not result.ok
+    assert f'{joint}/colour' in result.message
+
+
+@pytest.mark.parametrize('kind', list(GROUPS))
+def test_holds_until_the_first_command(bench, kind):
+    """Nothing is written before a command comes, nor for one from before the activation."""
+    made, controller = bench(kind)
+    made.manager.switch(deactivate=['stream'])
+    controller.receive([1.0, 1.0])
+    before = made.hardware.state.position.copy()
+    made.manager.switch(activate=['stream'])
+    made.run(0.5)
+    np.testing.assert_allclose(made.hardware.state.position, before, atol=1e-12)
+
+
+def test_position_steps_are_bounded(bench):
+    """A far position is approached at the velocity limit and kept; beyond the limits its edge."""
+    made, controller = bench('position')
+    assert controller.receive([1.0, -50.0]) == ''
+    track = []
+    for _ in range(400):
+        made.step()
+        track.append(made.hardware.command.position.copy())
+    assert np.abs(np.diff(track, axis=0)).max() <= LONGEST_STEP
+    np.testing.assert_allclose(track[-1], [1.0, -10.0])
+
+
+def test_velocity_is_bounded_and_ends_at_the_limit(bench):
+    """More than the velocity limit is its limit; the joint stops where its position ends."""
+    made, controller = bench('velocity', command_timeout=0.0)
+    controller.receive([90.0, -1.0])
+    made.step()
+    assert made.hardware.command.velocity[0] == pytest.approx(3.0)
+    made.run(15.0)
+    assert made.hardware.state.position[0] == pytest.approx(10.0, abs=0.01)
+    assert made.hardware.state.position[1] == pytest.approx(-10.0, abs=0.01)
+    controller.receive([-1.0, 1.0])
+    made.run(0.1)
+    assert made.hardware.state.position[0] < 9.95
+
+
+@pytest.mark.parametrize('kind', ['velocity', 'effort'])
+def test_silence_ends_motion(bench, kind):
+    """Half a second after the last command a velocity is 0 and an effort is not given."""
+    made, controller = bench(kind)
+    controller.receive([0.5, -0.5])
+    made.run(0.45)
+    assert np.isfinite(made.hardware.command.of(kind)).all()
+    made.run(0.3)
+    rest = [0.0, 0.0] if kind == 'velocity' else [np.nan, np.nan]
+    np.testing.assert_array_equal(made.hardware.command.of(kind), rest)
+
+
+def test_commands_that_come_in_time_go_on(bench):
+    """The timeout runs from the last command."""
+    made, controller = bench('velocity', command_timeout=0.1)
+    for _ in range(20):
+        controller.receive([0.5, 0.5])
+        made.run(0.05)
+    assert made.hardware.state.velocity == pytest.approx([0.5, 0.5])
+
+
+def test_positions_have_no_timeout(bench):
+    """A position that is far is still reached long after it was sent."""
+    made, controller = bench('position')
+    controller.receive([9.0, 0.0])
+    made.run(4.0)
+    assert made.hardware.state.position[0] == pytest.approx(9.0)
+
+
+@pytest.mark.parametrize(
+    ('values', 'words'),
+    [
+        ([np.nan, 0.0], 'nan for a/position'),
+        ([0.0, np.inf], 'inf for b/position'),
+        ([0.0], '1 values; expected 2'),
+        ([], '0 values; expected 2'),
+        ([0.0] * 3, '3 values; expected 2'),
+    ],
+)
+def test_what_is_no_command(bench, values, words):
+    """It is dropped with one warning, the last command stays, the controller stays active."""
+    made, controller = bench('position')
+    controller.receive([0.2, 0.2])
+    made.run(0.2)
+    made.texts()
+    for _ in range(10):
+        controller.receive(values)
+        made.step()
+    (text,) = made.texts()
+    assert words in text
+    assert controller.active
+    np.testing.assert_allclose(made.hardware.command.position, [0.2, 0.2])
+
+
+@pytest.mark.parametrize(('kind', 'left'), [('position', 0.3), ('velocity', 0.0), ('effort', 0.0)])
+def test_deactivation(bench, kind, left):
+    """Positions stay; velocity and effort become 0."""
+    made, controller = bench(kind)
+    controller.receive([0.3, 0.3])
+    made.run(0.3)
+    made.manager.switch(deactivate=['stream'])
+    np.testing.assert_allclose(made.hardware.command.of(kind), [left, left])
+
+
+def test_several_interfaces_of_one_joint(rig):
+    """Each value goes to its own interface."""
+    made = rig()
+    controller = made.load('stream', MULTI, joint='b', interface_names=['velocity', 'position'])
+    made.manager.switch(activate=['stream'])
+    controller.receive([0.25, 0.01])
+    made.step()
+    assert made.hardware.command.velocity[1] == 0.25
+    assert made.hardware.command.position[1] == 0.01
+    assert np.isnan(made.hardware.command.position[0])
+
+
+@pytest.mark.parametrize('type', ['position_controllers/JointPositionController'])
+def test_single_joint(rig, type):  # noqa: A002
+    """ROS 1's controllers of one joint take one number."""
+    made = rig()
+    controller = made.load('one', type, joint='b')
+    made.manager.switch(activate=['one'])
+    controller.receive((0.02,))
+    made.step()
+    assert made.hardware.command.position[1] == pytest.approx(0.02)
+
+
+def test_other_position_after_a_reset_begins_where_the_joint_is(bench):
+    """When the commands were erased, as a reset does it, the next one begins at the joint."""
+    made, controller = bench('position')
+    controller.receive([2.0, 2.0])
+    made.run(1.0)
+    made.hardware.command.position[:] = np.nan
+    made.hardware.state.position[:] = 0.0
+    controller.receive([0.01, 0.01])
+    made.step()
+    np.testing.assert_allclose(made.hardware.command.position, [0.01, 0.01])
+
+
+def test_two_thousand_switches(rig, trajectory):
+    """Between controllers in motion no command steps further than the velocity limit allows."""
+    made = rig()
+    arm = made.arm('arm')
+    streams = {
+        kind: made.load(kind, GROUPS[kind], joints=['a', 'b']) for kind in ('position', 'velocity')
+    }
+    random = np.random.default_rng(7)
+    active, position = 'arm', made.hardware.state.position.copy()
+    worst = 0.0
+    for _ in range(2_000):
+        following = random.choice([name for name in ('arm', *streams) if name != active])
+        result = made.manager.switch(activate=[following], deactivate=[active])
+        assert result.ok, result.message
+        active = following
+        target = random.uniform(-3.0, 3.0, 2)
+        if active == 'arm':
+            assert arm.send_goal(trajectory((3.0, target))).accepted
+        else:
+            streams[active].receive(target)
+        for _ in range(int(random.integers(1, 6))):
+            made.step()
+            worst = max(worst, float(np.abs(made.hardware.state.position - position).max()))
+            position = made.hardware.state.position.copy()
+    assert worst <= LONGEST_STEP

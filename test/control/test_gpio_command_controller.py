@@ -1,0 +1,78 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The gpio controller: what it sets, what it drops, what it tells."""
+
+import math
+
+import pytest
+
+from armsim_ros.errors import ControllerError
+
+GPIO = 'gpio_controllers/GpioCommandController'
+LAMP = {'gpios': ['lamp'], 'command_interfaces': {'lamp': {'interfaces': ['on', 'hue']}},
+        'publish_rate': 0.0}  # fmt: skip
+
+
+@pytest.fixture
+def made(rig):
+    """Return joints with an active controller of a lamp."""
+    made = rig()
+    made.hardware.other_commands.update({'lamp/on': math.nan, 'lamp/hue': math.nan})
+    made.hardware.given_states.update({'lamp/on': 0.0, 'lamp/lit': 3.0})
+    made.gpios = made.load('gpios', GPIO, **LAMP)
+    result = made.manager.switch(activate=['gpios'])
+    assert result.ok, result.message
+    made.step()
+    return made
+
+
+def test_named_values_are_set(made):
+    """What a command names is set at the next update, the rest stays."""
+    assert made.gpios.receive([('lamp', ['hue'], [0.5])]) == ''
+    made.step()
+    assert made.hardware.other_commands['lamp/hue'] == 0.5
+    assert math.isnan(made.hardware.other_commands['lamp/on'])
+
+
+@pytest.mark.parametrize(('groups', 'words'), [
+    ([('lamp', ['on', 'hue'], [1.0])], '2 interface names and 1 values'),
+    ([('lamp', ['on'], [math.nan])], 'nan for lamp/on'),
+    ([('lamp', ['on'], [1.0]), ('lamp', ['hue'], [math.inf])], 'inf for lamp/hue'),
+])  # fmt: skip
+def test_what_is_no_command(made, groups, words):
+    """It is dropped as a whole, with a reason; the controller stays active."""
+    assert words in made.gpios.receive(groups)
+    made.step()
+    assert all(map(math.isnan, made.hardware.other_commands.values()))
+    assert made.gpios.active
+    assert any(words in text for text in made.texts())
+
+
+def test_unknown_names_are_told(made):
+    """A name that is not commanded is told of; the others are set."""
+    assert made.gpios.receive([('lamp', ['onn', 'on'], [1.0, 1.0])]) == ''
+    made.step()
+    assert made.hardware.other_commands['lamp/on'] == 1.0
+    assert any("'lamp/onn'" in text and 'lamp/on' in text for text in made.texts())
+
+
+def test_all_states_are_told(made):
+    """Where no state is named, all of the gpio are told."""
+    assert made.gpios.interfaces == ('lamp/on', 'lamp/lit')
+    assert made.gpios.poll().values.tolist() == [0.0, 3.0]
+
+
+def test_what_is_missing(rig):
+    """An empty list, a gpio that is not there, and one that is not listed."""
+    with pytest.raises(ControllerError, match="'gpios'"):
+        rig().load('gpios', GPIO)
+    with pytest.raises(ControllerError, match='no interfaces of lamp'):
+        rig().load('gpios', GPIO, gpios=['lamp'])
+    with pytest.raises(ControllerError, match="'lamb' is not among gpios"):
+        rig().load('gpios', GPIO, gpios=['lamp'],
+                   command_interfaces={'lamb': {'interfaces': ['on']}})  # fmt: skip
+    made = rig()
+    made.load('gpios', GPIO, **LAMP)
+    result = made.manager.switch(activate=['gpios'])
+    assert not result.ok
+    assert 'lamp/on' in result.message
