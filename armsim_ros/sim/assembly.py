@@ -5,10 +5,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import NamedTuple
 
+from armsim_ros.config.forward_command_controller import (
+    JointGroupPositionControllerParameters,
+    JointPositionControllerParameters,
+)
 from armsim_ros.config.pid_gains import PidGains
 from armsim_ros.config.robot_settings import RobotSettings
 from armsim_ros.control.controller_manager import ControllerManager, Strictness
+from armsim_ros.control.faults import FaultInjector, FaultyControllers
 from armsim_ros.control.hardware_interface import HardwareInterface, POSITION
 from armsim_ros.control.manager_group import ManagerGroup
 from armsim_ros.control.shared_hardware import SharedHardware
@@ -19,6 +25,8 @@ from armsim_ros.model.robot_model import RobotModel
 from armsim_ros.sim.clock import SimClock
 from armsim_ros.sim.simulation import Simulation
 
+_FORWARD_POSITION = (JointGroupPositionControllerParameters, JointPositionControllerParameters)
+
 
 def servo_gains(settings: RobotSettings) -> dict[str, PidGains]:
     """Return the gains that position controllers give for their joints; they go to the drives."""
@@ -26,6 +34,10 @@ def servo_gains(settings: RobotSettings) -> dict[str, PidGains]:
     for controller in settings.controllers:
         if POSITION in getattr(controller.parameters, 'command_interfaces', ()):
             gains.update(controller.parameters.gains)
+    for controller in settings.controllers:
+        if isinstance(controller.parameters, _FORWARD_POSITION):
+            for joint, block in controller.parameters.gains.items():
+                gains.setdefault(joint, block)
     return gains
 
 
@@ -53,7 +65,9 @@ def build_manager(
     settings: RobotSettings, model: RobotModel, hardware: HardwareInterface
 ) -> ControllerManager:
     """
-    Return the controller manager with all controllers configured and the spawned ones active.
+    Return the controller manager with controllers configured and the spawned ones active.
+
+    The controllers of a package that nobody spawns stay unloaded, as in the original stack.
 
     :param hardware: the simulation, or what lies between it and the controllers.
     :raises ConfigError: a controller that cannot run on this robot; names the file and line.
@@ -61,15 +75,26 @@ def build_manager(
     manager = ControllerManager(hardware, settings.controller_manager, model)
     problems = []
     for controller in settings.controllers:
+        if settings.spawn_only and controller.name not in settings.spawn:
+            continue
         try:
             manager.load(controller)
             manager.configure(controller.name)
         except ControllerError as error:
+            if settings.spawn_only:
+                manager.refusals.append(f"controller '{controller.name}' is not loaded: {error}")
+                continue
             where = settings.locate('controllers', controller.name)
             problems.append(Problem(f"controller '{controller.name}': {error}", where))
     if problems:
         raise ConfigError(problems)
     spawned = [name for name in settings.spawn if name in manager.controllers]
+    if settings.spawn_only:
+        for name in spawned:
+            result = manager.switch(activate=[name], strictness=Strictness.STRICT)
+            if not result.ok:
+                manager.refusals.append(f"controller '{name}' stays inactive: {result.message}")
+        return manager
     result = manager.switch(activate=spawned, strictness=Strictness.STRICT)
     if not result.ok:
         raise ConfigError(Problem(f'the controllers cannot start: {result.message}'))
@@ -100,7 +125,34 @@ def build_managers(cell: Cell, hardware: HardwareInterface) -> dict[str, Control
     return managers
 
 
-def as_one(managers: Mapping[str, ControllerManager]) -> ControllerManager | ManagerGroup:
+class Control(NamedTuple):
+    """
+    What commands a simulation.
+
+    :param managers: robot -> its controller manager.
+    :param controllers: all of them, as a control loop runs them.
+    :param faults: makes joints fail; None where ``fault_injection`` does not ask for it.
+    """
+
+    managers: dict[str, ControllerManager]
+    controllers: ControllerManager | ManagerGroup | FaultyControllers
+    faults: FaultInjector | None
+
+
+def build_control(cell: Cell, simulation: Simulation) -> Control:
+    """
+    Return the controller managers of all robots on a simulation.
+
+    :raises ConfigError: every controller that cannot run on its robot; names file and line.
+    """
+    faults = FaultInjector(simulation) if cell.settings.simulation.fault_injection else None
+    managers = build_managers(cell, faults or simulation)
+    controllers = _as_one(managers)
+    return Control(managers, FaultyControllers(controllers, faults) if faults else controllers,
+                   faults)
+
+
+def _as_one(managers: Mapping[str, ControllerManager]) -> ControllerManager | ManagerGroup:
     """Return what a control loop runs: the only manager itself, or a group of them."""
     group = tuple(managers.values())
     return group[0] if len(group) == 1 else ManagerGroup(group)

@@ -4,6 +4,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
+from armsim_ros.config.simulation import checked_factor
+
 
 class SimClock:
     """
@@ -15,7 +19,9 @@ class SimClock:
     :param step_ns: time of one physics step [ns].
     :param start_ns: time at the start [ns].
     :param paused: whether the world stands still.
-    :param real_time_factor: simulated time per wall time.
+    :param real_time_factor: simulated time per wall time; 0 is as fast as it goes.
+
+    ``on_change`` is called, in the thread that does it, when the pace or the pause change.
     """
 
     def __init__(
@@ -26,11 +32,11 @@ class SimClock:
         paused: bool = False,
         real_time_factor: float = 1.0,
     ) -> None:
-        """Start the clock."""
         if step_ns <= 0:
             raise ValueError(f'step_ns must be positive, not {step_ns}')
         self.step_ns = step_ns
         self.start_ns = start_ns
+        self.on_change: Callable[[], object] = lambda: None
         self.paused = paused
         self.steps = 0
         self.real_time_factor = real_time_factor
@@ -41,24 +47,33 @@ class SimClock:
         return self.start_ns + self.steps * self.step_ns
 
     @property
+    def paused(self) -> bool:
+        """Whether the world stands still."""
+        return self._paused
+
+    @paused.setter
+    def paused(self, paused: bool) -> None:
+        self._paused = paused
+        self.on_change()
+
+    @property
     def real_time_factor(self) -> float:
-        """Simulated time per wall time that is wanted."""
+        """Simulated time per wall time that is wanted; 0 is as fast as it goes."""
         return self._real_time_factor
 
     @real_time_factor.setter
     def real_time_factor(self, factor: float) -> None:
-        if not 0.0 < factor <= 100.0:
-            raise ValueError(f'the real time factor must be above 0 and up to 100, not {factor}')
-        self._real_time_factor = factor
+        self._real_time_factor = checked_factor(factor)
+        self.on_change()
 
     @property
     def wall_step_ns(self) -> float:
-        """Wall time that one physics step shall take [ns]."""
-        return self.step_ns / self._real_time_factor
+        """Wall time that one physics step shall take [ns]; 0 where it shall not be waited."""
+        return self.step_ns / self._real_time_factor if self._real_time_factor else 0.0
 
-    def advance(self) -> None:
-        """Move on by one physics step."""
-        self.steps += 1
+    def advance(self, steps: int = 1) -> None:
+        """Move on by some physics steps."""
+        self.steps += steps
 
     def reset(self, start_ns: int = 0) -> None:
         """Go to another time [ns]; pause and factor stay as they are."""

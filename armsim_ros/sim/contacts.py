@@ -14,7 +14,7 @@ START_OVERLAP = 1e-3
 
 
 @dataclass(frozen=True, slots=True)
-class Contact:
+class BodyContact:
     """
     Two bodies that touch.
 
@@ -26,13 +26,13 @@ class Contact:
     depth: float
 
 
-def contacts(model: Any, data: Any) -> tuple[Contact, ...]:
+def contacts(model: Any, data: Any) -> tuple[BodyContact, ...]:
     """Return the contacts of the last step, the deepest first."""
     found = []
     for contact in data.contact[: data.ncon]:
         owners = (int(model.geom_bodyid[geom]) for geom in contact.geom)
         first, second = (model.body(owner).name for owner in owners)
-        found.append(Contact((first, second), -float(contact.dist)))
+        found.append(BodyContact((first, second), -float(contact.dist)))
     return tuple(sorted(found, key=lambda contact: -contact.depth))
 
 

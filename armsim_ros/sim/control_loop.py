@@ -8,29 +8,29 @@ from collections import deque
 from collections.abc import Callable
 from concurrent.futures import Future
 import threading
-from typing import Any, Protocol, TypeVar
+from typing import Any, TypeVar
 
+from armsim_ros.control.faults import Controllers
+from armsim_ros.control.mailbox import Mailbox
 from armsim_ros.errors import ControllerError, SimulationError
-from armsim_ros.sim.pacer import Pacer, PaceStatistics
+from armsim_ros.sim.pacer import Alarm, Pacer, PaceStatistics
 from armsim_ros.sim.realtime import prioritize_thread
-from armsim_ros.sim.simulation import Simulation
+from armsim_ros.sim.simulation import MOST_PLANNED, Simulation
 
 Result = TypeVar('Result')
 
 #: Requests served in one tick, so that a burst of them does not delay the physics.
 REQUESTS_PER_TICK = 8
+#: Physics steps done in one go at most, so that whoever waits for them does not wait long.
+MOST_FREE_STEPS = 1000
+#: Physics steps between two looks at requests where no pace is kept.
+UNPACED_STEPS = 40
+#: Fewer updates are not worth a plan.
+LEAST_PLANNED = 3
+#: Wall time for which the loop dozes at most while nobody asks for anything [ns].
+LONGEST_DOZE_NS = 20_000_000
 #: Faults that are kept until somebody asks.
 KEPT_FAULTS = 100
-
-
-class Controllers(Protocol):
-    """What the loop needs of a controller manager."""
-
-    def update(self, time_ns: int, period: float, /) -> object:
-        """Read states and write commands for the next period [s]."""
-
-    def process_requests(self, time_ns: int, /) -> object:
-        """Take up switches, goals and cancels without moving time."""
 
 
 class _Listener:
@@ -40,6 +40,12 @@ class _Listener:
 
     def __init__(self, period_ns: int, function: Callable[[int], object]) -> None:
         self.period_ns, self.function, self.due_ns = period_ns, function, 0
+
+    def steps_until_due(self, now_ns: int, step_ns: int) -> int:
+        """Return after how many steps from now it is called, at least 1."""
+        if now_ns < self.due_ns - self.period_ns:
+            return 1
+        return max(1, -((now_ns - self.due_ns) // step_ns))
 
     def tick(self, now_ns: int) -> None:
         """Call the function where it is due; after a jump of time at once."""
@@ -54,6 +60,10 @@ class ControlLoop:
 
     One tick is one physics step; the controllers run first where their period begins. Only the
     thread that ticks may touch simulation and clock; others hand it a function by ``call``.
+
+    While drives rest and no update matters, steps are done many at once, and ``run`` dozes until
+    the next of them that somebody observes, or until it is asked for something. That changes no
+    result: whoever looks sees an update made for him.
 
     :param simulation: the plant.
     :param controllers: the controller manager.
@@ -73,7 +83,6 @@ class ControlLoop:
         pacer: Pacer | None = None,
         priority: int = 0,
     ) -> None:
-        """Prepare; nothing runs yet."""
         self.simulation = simulation
         self.clock = simulation.clock
         self.steps_per_update = steps_per_update(self.clock.step_ns, update_rate)
@@ -82,9 +91,13 @@ class ControlLoop:
         self._step_in_period = 0
         self._pacer = pacer
         self._priority = priority
-        self._requests: deque[tuple[Callable[[], Any], Future[Any]]] = deque()
+        self._alarm: Alarm | None = None
+        self._requests: Mailbox[tuple[Callable[[], Any], Future[Any]]] = Mailbox(self._wake)
+        controllers.wake_with(self._wake)
+        self.clock.on_change = self._wake
         self._listeners: tuple[_Listener, ...] = ()
         self._faults: deque[str] = deque(maxlen=KEPT_FAULTS)
+        self._most_planned = MOST_PLANNED
         self.has_priority = False
 
     def call(self, function: Callable[[], Result]) -> Future[Result]:
@@ -94,7 +107,7 @@ class ControlLoop:
         :returns: its result or its exception; done within a few ticks.
         """
         future: Future[Result] = Future()
-        self._requests.append((function, future))
+        self._requests.post((function, future))
         return future
 
     def every(self, period_ns: int, function: Callable[[int], object]) -> None:
@@ -106,6 +119,10 @@ class ControlLoop:
         """
         self._listeners = (*self._listeners, _Listener(period_ns, function))
 
+    def forget(self, function: Callable[[int], object]) -> None:
+        """Call a function of ``every`` no more; only from the thread that ticks."""
+        self._listeners = tuple(one for one in self._listeners if one.function != function)
+
     def tick(self) -> None:
         """Serve requests; unless paused, do one physics step with all that belongs to it."""
         self._serve()
@@ -114,38 +131,208 @@ class ControlLoop:
         else:
             self.advance()
 
-    def advance(self) -> None:
+    def advance(self, steps: int = 1, until: Callable[[], bool] | None = None) -> bool:
         """
-        Do one physics step even while paused; only from the thread that ticks.
+        Do physics steps even while paused; only from the thread that ticks.
 
         When the physics becomes unstable the plant goes back to where it last was stable, the
-        clock is paused, and the reason is kept for ``poll_faults``.
+        clock is paused, and the reason is kept for ``poll_faults``; that ends it early.
+
+        :param until: ends it after the step in which it becomes true; it may look at what
+            controllers do, such as the end of a goal, but not at what moves.
+        :returns: whether the physics stayed stable.
         """
-        simulation = self.simulation
-        if self._step_in_period == 0:
-            self._controllers.update(self.clock.now_ns, self._period)
-            simulation.write(self.steps_per_update)
-        self._step_in_period = (self._step_in_period + 1) % self.steps_per_update
-        try:
-            simulation.step()
-        except SimulationError as error:
-            simulation.recover()
-            self.clock.paused = True
-            self._faults.append(f'{error}. The simulation is paused in the last stable state')
-        now_ns = self.clock.now_ns
-        for listener in self._listeners:
-            listener.tick(now_ns)
+        end = self.clock.steps + steps
+        stable = True
+        while stable and self.clock.steps < end:
+            free = self._free_steps(end - self.clock.steps)
+            glanced = free == 0 and self._glance(end - self.clock.steps)
+            if glanced:
+                free = max(self._free_steps(end - self.clock.steps), self.steps_per_update)
+            if free > 0:
+                left_out = free - (-self._step_in_period % self.steps_per_update)
+                stable = self._step(free)
+                if left_out > 0:
+                    updates = left_out // self.steps_per_update - glanced
+                    self._controllers.skip(updates, self._period)
+            elif flown := self._fly(end - self.clock.steps):
+                stable = flown > 0
+            else:
+                if self._step_in_period == 0:
+                    self._controllers.update(self.clock.now_ns, self._period)
+                    self.simulation.write(self.steps_per_update)
+                stable = self._step(1)
+                now_ns = self.clock.now_ns
+                for listener in self._listeners:
+                    listener.tick(now_ns)
+                if until is not None and until():
+                    break
+        return stable
+
+    def restart(self, reason: str) -> None:
+        """
+        Put robot and world back to the start; only from the thread that ticks.
+
+        Goals are aborted, controllers stay active and hold the start, time goes on.
+
+        :param reason: for those who wait for a goal.
+        """
+        self._controllers.interrupt(self.clock.now_ns, reason)
+        self.simulation.reset()
+        self._controllers.resume(self.clock.now_ns)
 
     def run(self, stop: threading.Event) -> None:
-        """Tick in the wall clock's rhythm until ``stop`` is set; returns within a tick."""
+        """Tick in the wall clock's rhythm until ``stop`` is set; returns within a doze."""
         pacer = self._pacer or Pacer()
-        self._pacer = pacer
+        self._pacer, self._alarm = pacer, pacer.alarm
         self.has_priority = prioritize_thread(self._priority)
         pacer.start()
         while not stop.is_set():
-            pacer.wait(self.clock.wall_step_ns)
-            self.tick()
-        self._refuse_requests()
+            pacer.alarm.clear()
+            if not (self.clock.wall_step_ns or self.clock.paused):
+                self._serve()
+                if not self.clock.paused:
+                    self.advance(UNPACED_STEPS)
+                pacer.breathe()
+                continue
+            ticks = self._unobserved_ticks()
+            if ticks > 1:
+                ticks = pacer.doze(self._wall_step_ns(), ticks)
+                if self.clock.paused:
+                    self.tick()
+                elif ticks:
+                    self.advance(ticks)
+            else:
+                pacer.wait(self._wall_step_ns())
+                self.tick()
+        for _, future in self._requests.take_all():
+            future.cancel()
+
+    def _wall_step_ns(self) -> float:
+        """Return the wall time of a tick [ns]; of a pause without a pace, that of a step."""
+        return self.clock.wall_step_ns or self.clock.step_ns
+
+    def _unobserved_ticks(self) -> int:
+        """Return how many ticks can be made together when the last of them is due."""
+        if self._requests:
+            return 0
+        longest = int(LONGEST_DOZE_NS // self._wall_step_ns())
+        if self.clock.paused:
+            return longest
+        free = self._free_steps(longest) if self.simulation.resting else 0
+        return free + 1 if free else 0
+
+    def _free_steps(self, limit: int) -> int:
+        """
+        Return how many steps can be done in one go from now on, none where the next one counts.
+
+        The last step before the limit, and before a listener is called, counts always.
+        """
+        simulation = self.simulation
+        if limit < 2 or not simulation.ready_steps:
+            return 0
+        now_ns, step_ns = self.clock.now_ns, self.clock.step_ns
+        free = min(limit, MOST_FREE_STEPS) - 1
+        for listener in self._listeners:
+            free = min(free, listener.steps_until_due(now_ns, step_ns) - 1)
+        steps = self.steps_per_update
+        rest_of_period = -self._step_in_period % steps
+        if not simulation.resting:
+            return min(free, rest_of_period, simulation.ready_steps)
+        if free <= rest_of_period:
+            return free
+        update_ns = now_ns + rest_of_period * step_ns
+        due_ns = self._controllers.next_update(update_ns)
+        # An update that matters is the first at or after its time.
+        updates = -((update_ns - due_ns) // (steps * step_ns)) if due_ns > update_ns else 0
+        return rest_of_period + min(updates, (free - rest_of_period) // steps) * steps
+
+    def _glance(self, limit: int) -> bool:
+        """
+        Do an update that commands nothing, only reads states; return whether it was one.
+
+        The last update before the limit, and before a listener is called, is a whole one.
+        """
+        steps, now_ns = self.steps_per_update, self.clock.now_ns
+        if self._step_in_period or limit <= steps or not self.simulation.resting:
+            return False
+        for listener in self._listeners:
+            if listener.steps_until_due(now_ns, self.clock.step_ns) <= steps:
+                return False
+        if not self._controllers.only_looks(now_ns):
+            return False
+        self._controllers.glance(now_ns, self._period)
+        return True
+
+    def _fly(self, limit: int) -> int:
+        """
+        Do steps whose commands the controllers know beforehand.
+
+        Before each update it is looked at whether the joints are where they should be; the first
+        update that could be another one than planned is made. The last update before the limit,
+        and before a listener is called, is not among them.
+
+        :returns: steps done, 0 where there is no plan, -1 where the physics became unstable.
+        """
+        simulation, controllers, steps = self.simulation, self._controllers, self.steps_per_update
+        if self._step_in_period or limit <= LEAST_PLANNED * steps:
+            return 0
+        now_ns, step_ns = self.clock.now_ns, self.clock.step_ns
+        for listener in self._listeners:
+            limit = min(limit, listener.steps_until_due(now_ns, step_ns))
+        most = min((limit - 1) // steps, self._most_planned)
+        if most < LEAST_PLANNED or not simulation.can_plan(steps):
+            return 0
+        simulation.begin_plan()
+        planned = controllers.plan(most, now_ns, self._period)
+        if not planned:
+            return 0
+        simulation.take_plan(planned, steps)
+        begin = self.clock.steps
+        stable = self._guarded(lambda: self._follow_plan(planned))
+        flown = simulation.land()
+        controllers.land(flown)
+        # What cannot be foreseen, such as a joint that is held up, is not planned far ahead.
+        self._most_planned = min(2 * flown + LEAST_PLANNED, MOST_PLANNED)
+        done = self.clock.steps - begin
+        self._step_in_period = done % steps
+        if not stable:
+            simulation.recover()
+            return -1
+        return done
+
+    def _follow_plan(self, planned: int) -> None:
+        """Do the steps of planned updates until one could be another one than planned."""
+        controllers = self._controllers
+        done = controllers.next_look(0, planned)
+        going_on = self.simulation.fly(done)
+        while going_on and done < planned and controllers.look(done):
+            done = controllers.next_look(done + 1, planned)
+            going_on = self.simulation.fly(done)
+
+    def _step(self, count: int) -> bool:
+        """Do physics steps in one go; return False where the physics became unstable."""
+        begin = self.clock.steps
+        stable = self._guarded(lambda: self.simulation.step(count))
+        done = self._step_in_period + self.clock.steps - begin
+        self._step_in_period = done % self.steps_per_update
+        return stable
+
+    def _guarded(self, move: Callable[[], object]) -> bool:
+        """Move time on; return False, and pause, where the physics became unstable."""
+        try:
+            move()
+        except SimulationError as error:
+            self.simulation.recover()
+            self.clock.paused = True
+            self._faults.append(f'{error}. The simulation is paused in the last stable state')
+            return False
+        return True
+
+    def _wake(self) -> None:
+        """End a doze; from any thread."""
+        if self._alarm is not None:
+            self._alarm.set()
 
     def statistics(self) -> PaceStatistics | None:
         """Return how well ``run`` keeps its deadlines; None where it never ran."""
@@ -159,18 +346,15 @@ class ControlLoop:
         return faults
 
     def _serve(self) -> None:
-        for _ in range(min(len(self._requests), REQUESTS_PER_TICK)):
-            function, future = self._requests.popleft()
+        if not self._requests:
+            return
+        for function, future in self._requests.take(REQUESTS_PER_TICK):
             if not future.set_running_or_notify_cancel():
                 continue
             try:
                 future.set_result(function())
             except Exception as error:  # noqa: BLE001 - it belongs to the one who asked
                 future.set_exception(error)
-
-    def _refuse_requests(self) -> None:
-        while self._requests:
-            self._requests.popleft()[1].cancel()
 
 
 def steps_per_update(step_ns: int, update_rate: float) -> int:

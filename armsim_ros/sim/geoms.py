@@ -9,8 +9,8 @@ from typing import Any
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
+from armsim_ros.arrays import Matrix
 from armsim_ros.errors import SimulationError
 from armsim_ros.model.geometry import (
     Box,
@@ -27,8 +27,6 @@ from armsim_ros.model.transforms import (
     pose_from_parts,
     quat_wxyz_from_matrix,
 )
-
-Matrix = NDArray[np.float64]
 
 #: Geom groups, as MuJoCo's viewers show and hide them.
 WORLD_GROUP, VISUAL_GROUP, COLLISION_GROUP = 0, 2, 3

@@ -7,12 +7,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from armsim_ros.arrays import Matrix, Vector
 from armsim_ros.model.robot_model import JointType, RobotModel
 from armsim_ros.sim.robot_spec import bound_or_infinite
-
-Vector = NDArray[np.float64]
 
 #: A servo follows references this much faster than the joint's rated velocity, so that a
 #: trajectory at the limit does not fall behind where its splines swing over it.
@@ -46,3 +44,27 @@ class DrivenLimits:
         velocity = [bound_or_infinite(joint.limits.velocity) for joint in joints]
         effort = [bound_or_infinite(joint.limits.effort) for joint in joints]
         return cls(lower, upper, VELOCITY_HEADROOM * np.array(velocity), np.array(effort))
+
+    def bounded(self, start: Vector, wanted: Matrix, longest: Vector, weights: Vector) -> Matrix:
+        """
+        Return a reference that goes where it is wanted, as far as the limits allow.
+
+        :param start: (n,) where it is now [rad or m].
+        :param wanted: (k, n) where it is wanted after each step.
+        :param longest: (n,) ways in one step [rad or m].
+        :param weights: (n,) 1 by ``longest``.
+        :returns: (k + 1, n), the start first.
+        """
+        references = np.empty((len(wanted) + 1, wanted.shape[1]))
+        references[0] = start
+        np.maximum(wanted, self.lower, out=references[1:])
+        np.minimum(references[1:], self.upper, out=references[1:])
+        shares = (references[1:] - references[:-1]) * weights
+        # Where the squares of all shares do not add up to one, none is above it.
+        if float(np.vdot(shares, shares)) < 1.0 or not (np.abs(shares) > 1.0).any():
+            return references
+        for i in range(1, len(references)):
+            way = references[i] - references[i - 1]
+            if (np.abs(way * weights) > 1.0).any():
+                references[i] = references[i - 1] + np.clip(way, -longest, longest)
+        return references

@@ -9,13 +9,21 @@ from typing import Any
 
 import mujoco
 
-from armsim_ros.config.simulation import SimulationSettings
-from armsim_ros.errors import SimulationError
+from armsim_ros.config.simulation import SimulationSettings, VacuumGripperSettings
+from armsim_ros.errors import nearest, SimulationError
 from armsim_ros.model.robot_model import RobotModel
 from armsim_ros.model.transforms import quat_wxyz_from_matrix
 from armsim_ros.model.world_objects import WorldObject
-from armsim_ros.sim.geoms import add_geom, PLANE_HALF_SIZE, TOUCHING, volume, WORLD_GROUP
-from armsim_ros.sim.robot_spec import RobotSpec
+from armsim_ros.sim.geoms import (
+    add_geom,
+    COLLISION_GROUP,
+    PLANE_HALF_SIZE,
+    SEEN_ONLY,
+    TOUCHING,
+    volume,
+    WORLD_GROUP,
+)
+from armsim_ros.sim.robot_spec import RobotSpec, set_inertial
 
 _INTEGRATORS = {
     'implicitfast': mujoco.mjtIntegrator.mjINT_IMPLICITFAST,
@@ -24,9 +32,27 @@ _INTEGRATORS = {
 }
 
 
+#: Radius of the mark at the rim of a vacuum gripper [m].
+CUP_SIZE = 1e-4
+#: How stiffly it holds, see the mimic constraints.
+WELD_SOLIMP = (0.99, 0.999, 0.001, 0.5, 2.0)
+#: The MuJoCo geom at z = 0.
+FLOOR_NAME = 'floor'
+
+
 def object_body_name(name: str) -> str:
     """Return the MuJoCo body of a world object."""
     return f'object/{name}'
+
+
+def cup_name(gripper: str) -> str:
+    """Return the MuJoCo geom that marks the rim of a vacuum gripper."""
+    return f'vacuum/{gripper}'
+
+
+def weld_name(gripper: str, thing: str) -> str:
+    """Return the MuJoCo constraint by which a vacuum gripper holds an object."""
+    return f'vacuum/{gripper}/{thing}'
 
 
 class PlantSpec:
@@ -43,11 +69,13 @@ class PlantSpec:
     def __init__(
         self, model: RobotModel, settings: SimulationSettings, *, contacts: bool = True
     ) -> None:
-        """Set the options and add the robot."""
         self.spec = mujoco.MjSpec()
         self.spec.compiler.degree = False
         self._set_options(settings, contacts)
         self._robot = RobotSpec(self.spec, model, settings, contacts=contacts)
+        self._grippers = settings.vacuum_grippers if contacts else {}
+        for name, gripper in self._grippers.items():
+            self._add_cup(name, gripper)
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -58,10 +86,44 @@ class PlantSpec:
         """Return the MuJoCo name of a link or joint of the robot."""
         return self._robot.name(element)
 
-    def add_floor(self) -> None:
-        """Add a floor at z = 0."""
+    def _add_cup(self, name: str, gripper: VacuumGripperSettings) -> None:
+        """Mark the rim of a vacuum gripper; the mark touches nothing."""
+        link = self.spec.body(self.name(gripper.link))
+        if link is None:
+            links = tuple(self._robot.model.links)
+            raise SimulationError(
+                f"vacuum gripper '{name}': the robot has no link '{gripper.link}' "
+                f'{nearest(gripper.link, links)}'.rstrip())
+        link.add_geom(
+            name=cup_name(name), type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[CUP_SIZE, 0.0, 0.0],
+            pos=list(gripper.xyz), mass=0.0, group=COLLISION_GROUP, rgba=[0.0, 0.0, 0.0, 0.0],
+            **SEEN_ONLY)
+
+    def _add_welds(self, thing: WorldObject) -> None:
+        """Add what a vacuum gripper may hold an object by; none of it acts at first."""
+        for name, gripper in self._grippers.items():
+            weld = self.spec.add_equality(
+                name=weld_name(name, thing.name),
+                type=mujoco.mjtEq.mjEQ_WELD,
+                objtype=mujoco.mjtObj.mjOBJ_BODY,
+                name1=self.name(gripper.link),
+                name2=object_body_name(thing.name),
+            )
+            weld.active = 0
+            weld.solref = [2.0 * self.spec.option.timestep, 1.0]
+            weld.solimp = list(WELD_SOLIMP)
+
+    def set_floor(self, wanted: bool) -> None:
+        """Have a floor at z = 0, or none."""
+        floor = self.spec.geom(FLOOR_NAME)
+        if floor is None and wanted:
+            self._add_floor()
+        elif floor is not None and not wanted:
+            self.spec.delete(floor)
+
+    def _add_floor(self) -> None:
         self.spec.worldbody.add_geom(
-            name='floor',
+            name=FLOOR_NAME,
             type=mujoco.mjtGeom.mjGEOM_PLANE,
             size=[PLANE_HALF_SIZE, PLANE_HALF_SIZE, 0.1],
             rgba=[0.5, 0.5, 0.5, 1.0],
@@ -86,7 +148,11 @@ class PlantSpec:
         volumes = [1.0] * len(thing.parts)
         if thing.mass is not None:
             body.add_freejoint(name=name)
+            self._add_welds(thing)
             volumes = [volume(part.geometry) for part in thing.parts]
+        if thing.mass is not None and thing.inertial is not None:
+            body.explicitinertial = True
+            set_inertial(body, thing.inertial)
         for i, part in enumerate(thing.parts):
             add_geom(
                 self.spec,
@@ -110,6 +176,10 @@ class PlantSpec:
         body = self.spec.body(object_body_name(name))
         if body is None:
             raise SimulationError(f"the world has no object '{name}'")
+        for gripper in self._grippers:
+            weld = self.spec.equality(weld_name(gripper, name))
+            if weld is not None:
+                self.spec.delete(weld)
         self.spec.delete(body)
         for mesh in list(self.spec.meshes):
             if mesh.name.startswith(f'{object_body_name(name)}/'):
@@ -135,6 +205,8 @@ class PlantSpec:
         option.integrator = _INTEGRATORS[settings.integrator]
         # An instability shall be reported, not papered over by a silent reset.
         option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
+        # What lies still costs nothing until something touches or moves it.
+        option.enableflags |= int(mujoco.mjtEnableBit.mjENBL_SLEEP)
         if not contacts:
             option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONSTRAINT)
 
@@ -153,8 +225,7 @@ def build_plant(
     :param floor: whether there is a floor at z = 0.
     """
     plant = PlantSpec(model, settings)
-    if floor:
-        plant.add_floor()
+    plant.set_floor(floor)
     for thing in objects:
         plant.add_object(thing)
     return plant

@@ -7,12 +7,16 @@ from __future__ import annotations
 from array import array
 from collections.abc import Callable
 from dataclasses import dataclass
+import threading
 import time
+from typing import Protocol
 
 import numpy as np
 
 #: Waits whose lateness is kept for the percentiles; to sort more would hold up other threads.
 HISTORY = 10_000
+#: Wall time that a loop without a pace leaves to others in between [ns].
+BREATH = 100_000
 #: Wall time over which the pace is measured [ns].
 PACE_WINDOW_NS = 1_000_000_000
 
@@ -22,7 +26,7 @@ class PaceStatistics:
     """
     How well the deadlines were kept.
 
-    :param ticks: waits so far.
+    :param ticks: deadlines so far.
     :param p50_ns: median lateness of the recent waits [ns].
     :param p99_ns: 99th percentile of it [ns].
     :param max_ns: largest lateness of the recent waits [ns].
@@ -40,6 +44,19 @@ class PaceStatistics:
     pace: float
 
 
+class Alarm(Protocol):
+    """What ends a doze before its time; ``threading.Event`` is one."""
+
+    def wait(self, timeout: float, /) -> bool:
+        """Wait so long at most [s]; return whether it was set."""
+
+    def set(self) -> None:
+        """End the present wait, or the next one."""
+
+    def clear(self) -> None:
+        """Take note of it."""
+
+
 class Pacer:
     """
     Waits for deadlines that lie one period apart.
@@ -51,6 +68,7 @@ class Pacer:
     :param sleep: sleeps for a time [s].
     :param spin_ns: last part of each wait spent polling the clock [ns].
     :param catch_up_ns: delay that is made up [ns].
+    :param alarm: ends a ``doze`` when another thread sets it.
     """
 
     def __init__(
@@ -60,8 +78,9 @@ class Pacer:
         sleep: Callable[[float], None] = time.sleep,
         spin_ns: int = 0,
         catch_up_ns: int = 100_000_000,
+        alarm: Alarm | None = None,
     ) -> None:
-        """Begin now."""
+        self.alarm: Alarm = alarm or threading.Event()
         self._clock = clock
         self._sleep = sleep
         self._spin_ns = spin_ns
@@ -72,10 +91,15 @@ class Pacer:
     def start(self) -> None:
         """Put the next deadline one period from now and forget the statistics."""
         self._deadline = float(self._clock())
-        self._ticks = self._overruns = 0
+        self._ticks = self._waits = self._overruns = 0
         self._dropped_ns = 0.0
         self._pace = 1.0
         self._window_wall, self._window_paced = self._clock(), 0.0
+
+    def breathe(self) -> None:
+        """Let others run for a moment, where no pace is kept; the next deadline counts from it."""
+        self._sleep(BREATH * 1e-9)
+        self._deadline = float(self._clock())
 
     def wait(self, period_ns: float) -> int:
         """
@@ -99,7 +123,8 @@ class Pacer:
                 self._deadline += excess
         now = self._clock()
         late = max(0, int(now - self._deadline))
-        self._lateness[self._ticks % HISTORY] = late
+        self._lateness[self._waits % HISTORY] = late
+        self._waits += 1
         self._ticks += 1
         self._window_paced += period_ns
         if now - self._window_wall >= PACE_WINDOW_NS:
@@ -107,13 +132,32 @@ class Pacer:
             self._window_wall, self._window_paced = now, 0.0
         return late
 
+    def doze(self, period_ns: float, count: int) -> int:
+        """
+        Wait for the last of some deadlines in one go, or until the alarm is set.
+
+        :param period_ns: wall time of one period [ns].
+        :param count: deadlines to wait for.
+        :returns: how many of them have come; all, where the alarm was not set.
+        """
+        ahead = self._deadline + count * period_ns - self._clock()
+        if ahead <= period_ns or not self.alarm.wait((ahead - self._spin_ns) * 1e-9):
+            self.wait(count * period_ns)
+            self._ticks += count - 1
+            return count
+        come = min(count, max(0, int((self._clock() - self._deadline) // period_ns)))
+        self._deadline += come * period_ns
+        self._ticks += come
+        self._window_paced += come * period_ns
+        return come
+
     def statistics(self) -> PaceStatistics:
         """Return how well the deadlines were kept; from any thread."""
-        ticks = self._ticks
-        recent = np.array(self._lateness[: min(ticks, HISTORY)] or [0], dtype=np.int64)
+        waits = min(self._waits, HISTORY)
+        recent = np.array(self._lateness[:waits] or [0], dtype=np.int64)
         p50, p99 = np.percentile(recent, (50, 99))
         return PaceStatistics(
-            ticks,
+            self._ticks,
             int(p50),
             int(p99),
             int(recent.max()),

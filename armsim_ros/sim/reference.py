@@ -5,10 +5,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-Vector = NDArray[np.float64]
-Mask = NDArray[np.bool_]
+from armsim_ros.arrays import Mask, Matrix, Vector
 
 
 class CommandInterpolator:
@@ -23,13 +21,10 @@ class CommandInterpolator:
     """
 
     def __init__(self, positions: Vector) -> None:
-        """Start at rest at the given positions."""
-        count = len(positions)
         self._end = positions.copy()
-        self._end_velocity = np.zeros(count)
-        self._end_acceleration = np.zeros(count)
-        self._coefficients: Vector | None = None
-        self._steps, self._step = 1, 1
+        self._end_velocity = np.zeros(len(positions))
+        self._end_acceleration = np.zeros(len(positions))
+        self._ends = (self._end[None],) * 3
 
     def restart(self, positions: Vector, which: Mask) -> None:
         """
@@ -41,15 +36,12 @@ class CommandInterpolator:
         self._end = np.where(which, positions, self._end)
         self._end_velocity = np.where(which, 0.0, self._end_velocity)
         self._end_acceleration = np.where(which, 0.0, self._end_acceleration)
-        if self._coefficients is not None:
-            self._coefficients[:, which] = 0.0
-            self._coefficients[0, which] = positions[which]
 
     def command(
         self, target: Vector, velocity: Vector, acceleration: Vector, steps: int, period: float
-    ) -> None:
+    ) -> Matrix:
         """
-        Take the command of one control period.
+        Return the references of one control period (steps, n), the last one is the command.
 
         :param target: (n,) where to be at its end [rad or m].
         :param velocity: (n,) at its end, NaN where not known [rad/s or m/s].
@@ -57,57 +49,72 @@ class CommandInterpolator:
         :param steps: physics steps in the period.
         :param period: time of the period [s].
         """
-        self._steps, self._step = steps, 0
         if steps == 1:
-            self._end = target.copy()
-            self._end_velocity = np.zeros_like(target)
-            self._end_acceleration = np.full_like(target, np.nan)
-            self._coefficients = None
-            return
-        distance = target - self._end
-        end_velocity = np.where(np.isfinite(velocity), velocity, distance / period)
-        self._coefficients = _segment(
-            self._end,
-            distance,
-            self._end_velocity * period,
-            end_velocity * period,
-            self._end_acceleration * period**2,
-            acceleration * period**2,
-        )
-        self._end = target.copy()
-        self._end_velocity, self._end_acceleration = end_velocity, acceleration.copy()
+            self._end = target
+            return target[None]
+        rows = self.preview(target[None], velocity[None], acceleration[None], steps, period)
+        self.go_on(1)
+        return rows
 
-    def advance(self) -> Vector:
-        """Return the reference (n,) one physics step later; past the end it stays there."""
-        self._step += 1
-        if self._coefficients is None or self._step >= self._steps:
-            return self._end
-        s = self._step / self._steps
-        value: Vector = self._coefficients[5]
+    def preview(
+        self, targets: Matrix, velocities: Matrix, accelerations: Matrix, steps: int, period: float
+    ) -> Matrix:
+        """
+        Return the references of some control periods (k * steps, n); ``go_on`` follows them.
+
+        :param targets: (k, n) where to be at the end of each; the others as for ``command``.
+        """
+        if steps == 1:
+            self._ends = (targets, targets[:0], targets[:0])
+            return targets
+        starts = np.concatenate((self._end[None], targets[:-1]))
+        distance = targets - starts
+        end_velocity = np.where(np.isfinite(velocities), velocities, distance / period)
+        coefficients = _segment(
+            starts,
+            distance,
+            np.concatenate((self._end_velocity[None], end_velocity[:-1])) * period,
+            end_velocity * period,
+            np.concatenate((self._end_acceleration[None], accelerations[:-1])) * period**2,
+            accelerations * period**2,
+        )
+        self._ends = (targets, end_velocity, accelerations)
+        s = (np.arange(1, steps + 1) / steps)[:, None]
+        rows: Matrix = coefficients[5][:, None] * np.ones_like(s)
         for power in (4, 3, 2, 1, 0):
-            value = value * s + self._coefficients[power]
-        return value
+            rows *= s
+            rows += coefficients[power][:, None]
+        rows[:, -1] = targets
+        return rows.reshape(-1, targets.shape[1])
+
+    def go_on(self, periods: int) -> None:
+        """Be at the end of so many of the periods of the last ``preview``."""
+        targets, velocities, accelerations = self._ends
+        self._end = targets[periods - 1].copy()
+        if len(velocities):
+            self._end_velocity = velocities[periods - 1].copy()
+            self._end_acceleration = accelerations[periods - 1].copy()
 
 
 def _segment(p0: Vector, d: Vector, v0: Vector, v1: Vector, a0: Vector, a1: Vector) -> Vector:
     """
-    Return polynomial coefficients (6, n) over s in 0..1.
+    Return polynomial coefficients (6, n) or (6, k, n) over s in 0..1.
 
     Quintic Hermite where both accelerations are finite, else cubic Hermite; derivatives are by
     s.
     """
-    quintic = np.isfinite(a0) & np.isfinite(a1)
-    a0, a1 = np.where(quintic, a0, 0.0), np.where(quintic, a1, 0.0)
-    zero = np.zeros_like(p0)
-    cubic_form = np.stack([p0, v0, 3 * d - 2 * v0 - v1, v0 + v1 - 2 * d, zero, zero])
-    quintic_form = np.stack(
-        [
-            p0,
-            v0,
-            0.5 * a0,
-            10 * d - 6 * v0 - 4 * v1 - 1.5 * a0 + 0.5 * a1,
-            -15 * d + 8 * v0 + 7 * v1 + 1.5 * a0 - a1,
-            6 * d - 3 * (v0 + v1) - 0.5 * a0 + 0.5 * a1,
-        ]
-    )
-    return np.where(quintic, quintic_form, cubic_form)
+    c = np.zeros((6, *p0.shape))
+    c[0], c[1] = p0, v0
+    quintic = np.isfinite(a0 + a1)
+    if quintic.all():
+        c[2] = 0.5 * a0
+        c[3] = 10 * d - 6 * v0 - 4 * v1 - 1.5 * a0 + 0.5 * a1
+        c[4] = -15 * d + 8 * v0 + 7 * v1 + 1.5 * a0 - a1
+        c[5] = 6 * d - 3 * (v0 + v1) - 0.5 * a0 + 0.5 * a1
+        return c
+    c[2] = 3 * d - 2 * v0 - v1
+    c[3] = v0 + v1 - 2 * d
+    if quintic.any():
+        some = (part[quintic] for part in (p0, d, v0, v1, a0, a1))
+        c[:, quintic] = _segment(*some)
+    return c

@@ -8,9 +8,8 @@ import math
 from typing import Any
 
 import mujoco
-import numpy as np
-from numpy.typing import NDArray
 
+from armsim_ros.arrays import Matrix
 from armsim_ros.config.simulation import SimulationSettings
 from armsim_ros.errors import SimulationError
 from armsim_ros.model.robot_model import Inertial, Joint, JointType, Link, RobotModel
@@ -22,8 +21,6 @@ from armsim_ros.sim.geoms import (
     TOUCHING,
     VISUAL_GROUP,
 )
-
-Matrix = NDArray[np.float64]
 
 #: What a link gets that moves though it and all that is fixed to it weigh nothing.
 LEAST_MASS, LEAST_INERTIA = 1e-3, 1e-6
@@ -51,7 +48,6 @@ class RobotSpec:
     def __init__(
         self, spec: Any, model: RobotModel, settings: SimulationSettings, *, contacts: bool = True
     ) -> None:
-        """Add bodies and joints, then motors, mimic constraints and exclusions."""
         self.spec = spec
         self.model = model
         self.settings = settings
@@ -89,7 +85,7 @@ class RobotSpec:
         # All mass is the URDF's: shapes weigh nothing.
         body.explicitinertial = True
         if link.inertial is not None:
-            _set_inertial(body, link.inertial)
+            set_inertial(body, link.inertial)
         elif self._moves_without_mass(link):
             body.mass, body.ipos = LEAST_MASS, [0.0, 0.0, 0.0]
             body.inertia = [LEAST_INERTIA] * 3
@@ -143,6 +139,9 @@ class RobotSpec:
         limited = joint.type is not JointType.CONTINUOUS and all(
             math.isfinite(bound) for bound in (limits.lower, limits.upper)
         )
+        if not self._moved_by_another(joint):
+            # Robots do not fall asleep, not even those that only mimic others.
+            body.sleep = mujoco.mjtSleepPolicy.mjSLEEP_NEVER
         body.add_joint(
             name=self.name(joint.name),
             type=mujoco.mjtJoint.mjJNT_SLIDE if sliding else mujoco.mjtJoint.mjJNT_HINGE,
@@ -154,6 +153,15 @@ class RobotSpec:
             armature=self.settings.armature_linear if sliding else self.settings.armature,
         )
 
+    def _moved_by_another(self, joint: Joint) -> bool:
+        """Whether a joint lies beyond another movable one."""
+        above = self.model.parent_joint.get(joint.parent)
+        while above is not None:
+            if self.model.joints[above].movable:
+                return True
+            above = self.model.parent_joint.get(self.model.joints[above].parent)
+        return False
+
     def _add_motors(self) -> None:
         for name in self.model.active_joints:
             effort = bound_or_infinite(self.model.joints[name].limits.effort)
@@ -163,6 +171,8 @@ class RobotSpec:
                 trntype=mujoco.mjtTrn.mjTRN_JOINT,
             )
             motor.set_to_motor()
+            # Stiffness and damping of the drive come with its gains.
+            motor.biastype = mujoco.mjtBias.mjBIAS_AFFINE
             if math.isfinite(effort):
                 motor.forcelimited, motor.forcerange = 1, [-effort, effort]
 
@@ -213,7 +223,7 @@ def _sorted_pair(first: str, second: str) -> tuple[str, str]:
     return (first, second) if first < second else (second, first)
 
 
-def _set_inertial(body: Any, inertial: Inertial) -> None:
+def set_inertial(body: Any, inertial: Inertial) -> None:
     """Write mass and inertia about the centre of mass, turned into the link's axes."""
     rotation = inertial.origin[:3, :3]
     turned = rotation @ inertial.inertia @ rotation.T

@@ -6,39 +6,46 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 import hashlib
+import math
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
+from armsim_ros.arrays import Matrix, Vector
 from armsim_ros.config.pid_gains import PidGains
 from armsim_ros.config.simulation import SimulationSettings
 from armsim_ros.config.world import WorldSettings
 from armsim_ros.control.hardware_interface import (
-    ACCELERATION,
     COMMAND_INTERFACES,
-    EFFORT,
     HardwareInterface,
     JointArrays,
     POSITION,
-    VELOCITY,
+    UpdatePlan,
 )
 from armsim_ros.errors import nearest, SimulationError
 from armsim_ros.model.initial_state import initial_positions
 from armsim_ros.model.robot_model import RobotModel
 from armsim_ros.model.world_objects import world_objects
 from armsim_ros.sim.clock import SimClock
-from armsim_ros.sim.contacts import Contact, contacts, start_overlaps
+from armsim_ros.sim.contacts import BodyContact, contacts, start_overlaps
+from armsim_ros.sim.interfaces import offered_commands, offered_states
+from armsim_ros.sim.links import SimulatedLinks
+from armsim_ros.sim.mock_commands import MockCommands
 from armsim_ros.sim.mujoco_model import build_plant
 from armsim_ros.sim.plant import Plant, selector
+from armsim_ros.sim.sensors import Sensors, sensors_of
 from armsim_ros.sim.servo import Servo
+from armsim_ros.sim.vacuum_gripper import VacuumGripper
 from armsim_ros.sim.world_scene import WorldScene
 
-Vector = NDArray[np.float64]
-Matrix = NDArray[np.float64]
+#: Updates that can be planned ahead.
+MOST_PLANNED = 100
+#: More steps than anybody asks for.
+MOST_READY = 2**31
 
 
-class Simulation(HardwareInterface):
+class Simulation(SimulatedLinks, HardwareInterface):
     """
     One robot in its world, moved by MuJoCo in fixed steps.
 
@@ -62,29 +69,42 @@ class Simulation(HardwareInterface):
         gains: Mapping[str, PidGains] | None = None,
         clock: SimClock | None = None,
     ) -> None:
-        """Build the physics and put the robot into its initial state."""
         super().__init__(model.movable_joints)
         self.model = model
         self.settings = settings or SimulationSettings()
         self.clock = clock or SimClock(self.settings.timestep_ns)
         world = world or WorldSettings()
-        spec = build_plant(model, self.settings, world_objects(world), floor=world.floor)
+        things = world_objects(world)
+        spec = build_plant(model, self.settings, things, floor=world.floor)
         start = model.complete(initial_positions(model, self.settings))
         self._initial = np.array([start[name] for name in self.joint_names])
-        self._servo = Servo(model, self.settings, gains or {})
+        inputs = np.full((8, len(self.joint_names)), np.nan)
+        self.command, self.feedforward = JointArrays(*inputs[:4]), JointArrays(*inputs[4:])
+        self._inputs, self._written = inputs, (b'', 0)
+        self.plan = UpdatePlan.empty(MOST_PLANNED, len(self.joint_names))
+        self._unchecked = np.zeros(len(self.joint_names))
+        self._flown, self._planned_steps = 0, 1
         self._active = selector([self.index[name] for name in model.active_joints])
-        self._plant = Plant(spec, self.joint_names)
-        self.world = WorldScene(self._plant)
-        self._command_interfaces = {
-            name: COMMAND_INTERFACES if model.joints[name].active else ()
-            for name in self.joint_names
+        self._driven_views = None
+        if isinstance(self._active, slice):
+            self._driven_views = (
+                _part(self.command, self._active), _part(self.feedforward, self._active)
+            )  # fmt: skip
+        self._plant = Plant(spec, self.joint_names, self.state, self._active)
+        self._servo = Servo(model, self.settings, gains or {}, self._plant.tune)
+        self.world = WorldScene(self._plant, things, floor=world.floor)
+        self.vacuum_grippers = {
+            name: VacuumGripper(name, one, self._plant, self.world)
+            for name, one in self.settings.vacuum_grippers.items()
         }
-        self._state_interfaces = {
-            name: (POSITION, VELOCITY, ACCELERATION, EFFORT)
-            if model.joints[name].active
-            else (POSITION, VELOCITY, ACCELERATION)
-            for name in self.joint_names
-        }
+        self._command_interfaces = {name: offered_commands(model, name)
+                                    for name in self.joint_names}
+        self._state_interfaces = {name: offered_states(model, name) for name in self.joint_names}
+        self._sensors = Sensors(
+            model, self._plant, sensors_of(self.settings.sensors, model))
+        self._mock = MockCommands.of(model)
+        self.other_commands = {name: math.nan for system in model.hardware
+                               for name in system.other_commands}
         self.reset()
         self._start_overlaps = start_overlaps(self._plant.model, self._plant.data, model.name)
 
@@ -97,6 +117,17 @@ class Simulation(HardwareInterface):
     def state_interfaces(self) -> Mapping[str, tuple[str, ...]]:
         """Joint -> interfaces that can be read; a mimic joint has no effort."""
         return self._state_interfaces
+
+    @property
+    def other_states(self) -> Mapping[str, float]:
+        """Interface of a sensor or gpio -> its value: commanded, else measured, else initial."""
+        found = {name: value for system in self.model.hardware
+                 for name, value in system.other_states.items()}
+        found.update(self._sensors.read())
+        found.update((name, value) for name, value in self.other_commands.items()
+                     if name in found and not math.isnan(value))
+        found.update(self.given_states)
+        return found
 
     @property
     def time_ns(self) -> int:
@@ -113,16 +144,38 @@ class Simulation(HardwareInterface):
         )
 
     @property
-    def contacts(self) -> tuple[Contact, ...]:
+    def contacts(self) -> tuple[BodyContact, ...]:
         """What touched what in the last step, the deepest first."""
         return contacts(self._plant.model, self._plant.data)
+
+    def touching(self) -> tuple[NDArray[np.int32], Vector]:
+        """
+        Return the contacts of the last step as they are, for those who look often.
+
+        :returns: (n, 2) bodies, whose names are in ``body_names``, and (n,) overlaps [m],
+            negative where there is still a gap.
+        """
+        model, data = self._plant.model, self._plant.data
+        found = data.contact
+        return model.geom_bodyid[found.geom[: data.ncon]], -found.dist[: data.ncon]
+
+    @property
+    def body_names(self) -> tuple[str, ...]:
+        """Names of all bodies by number: ``world``, ``robot/link``, ``object/name``."""
+        model = self._plant.model
+        return tuple(model.body(i).name for i in range(model.nbody))
+
+    def body_poses(self) -> tuple[Matrix, Matrix]:
+        """Return where all bodies are in the world: (n, 3) [m] and (n, 4) quaternions wxyz."""
+        return self._plant.data.xpos.copy(), self._plant.data.xquat.copy()
 
     def perform_command_mode_switch(self, claimed: Mapping[str, frozenset[str]]) -> None:
         """
         Take over a change of claims.
 
         A joint that is let go holds its last position command, which stays readable; commands
-        of other interfaces are forgotten, and the position too once something else drives.
+        of other interfaces are forgotten, and the position too once something else drives. One
+        that followed velocities rests where its drive's reference is, as if commanded there.
 
         :param claimed: joint -> interfaces claimed from now on; the others hold their position.
         :raises SimulationError: a joint that cannot be driven, or interfaces that it cannot
@@ -131,7 +184,7 @@ class Simulation(HardwareInterface):
         for name, interfaces in claimed.items():
             if interfaces and not self._command_interfaces.get(name):
                 raise SimulationError(self._undriven(name))
-        self._servo.switch(claimed)
+        left = dict(zip(self.model.active_joints, self._servo.switch(claimed), strict=True))
         for name, i in self.index.items():
             claim = claimed.get(name, frozenset())
             kept = claim or {POSITION}
@@ -140,37 +193,129 @@ class Simulation(HardwareInterface):
                     self.command.of(interface)[i] = np.nan
                 if POSITION not in claim:
                     self.feedforward.of(interface)[i] = np.nan
+            if POSITION in kept and np.isfinite(left.get(name, np.nan)):
+                self.command.position[i] = left[name]
+
+    def set_gains(self, gains: Mapping[str, PidGains]) -> None:
+        """Take over gains of position commands."""
+        self._servo.set_gains(gains)
 
     def write(self, steps: int = 1) -> None:
         """Take the commands over; they are for the time after ``steps`` physics steps."""
-        active = self._active
-        self._servo.write(_part(self.command, active), _part(self.feedforward, active), steps)
+        written = self._inputs.tobytes(), steps
+        if self._servo.resting and written == self._written:
+            return
+        self._written = written
+        self._servo.write(*self._driven(), steps)
 
-    def step(self) -> None:
-        """
-        Do one physics step and refresh ``state``.
+    @property
+    def resting(self) -> bool:
+        """Whether the drives have nothing to do as long as no command changes."""
+        return self._servo.resting
 
-        :raises SimulationError: the physics became unstable; ``state`` is still the last good
-            one, ``recover`` puts the plant back to it.
+    def can_plan(self, steps: int) -> bool:
+        """Return whether commands of the periods ahead, of so many steps, can be planned."""
+        servo = self._servo
+        return self._mock is None and not servo.resting and servo.can_plan(steps)
+
+    def begin_plan(self) -> None:
+        """Let controllers write what they know of the updates ahead into ``plan``."""
+        self.plan.begin(self.command, self.feedforward)
+
+    def take_plan(self, updates: int, steps: int) -> None:
         """
-        state, active = self.state, self._active
-        torques = self._servo.torques(state.position[active], state.velocity[active])
-        culprit = self._plant.step(torques)
-        self.clock.advance()
+        Take the planned commands over; ``fly`` moves along them, ``land`` ends it.
+
+        :param updates: that are planned.
+        :param steps: physics steps in the period of each.
+        """
+        plan, active = self.plan, self._active
+        self._servo.plan(
+            plan.position[:updates, active],
+            plan.velocity[:updates, active],
+            plan.acceleration[:updates, active],
+            steps,
+        )
+        self._flown, self._planned_steps = 0, steps
+
+    def fly(self, updates: int) -> bool:
+        """
+        Do all steps of some planned updates, and refresh ``state`` after them.
+
+        :param updates: the number of the first one, counted from the plan's start, that is not
+            done any more.
+        :returns: whether they were done; False where the joints are not where the plan expects
+            them.
+        :raises SimulationError: as ``step``.
+        """
+        servo, plan, steps = self._servo, self.plan, self._planned_steps
+        whole, culprit = True, ''
+        while whole and not culprit and self._flown < updates:
+            leg = min(updates - self._flown, servo.planned_steps // steps)
+            done, culprit = self._plant.follow(
+                servo.planned(leg * steps),
+                steps,
+                plan.expected[self._flown : self._flown + leg],
+                plan.weights,
+            )
+            servo.pass_steps(done)
+            self.clock.advance(done)
+            self._flown += done // steps
+            whole = done == leg * steps
+        self._end_steps(0, culprit)
+        return whole
+
+    def land(self) -> int:
+        """End the plan; return how many of its updates were done."""
+        self._servo.end_plan()
+        return self._flown
+
+    @property
+    def ready_steps(self) -> int:
+        """Steps for which the drives' inputs are known."""
+        return MOST_READY if self._servo.resting else self._servo.planned_steps
+
+    def step(self, count: int = 1) -> None:
+        """
+        Do physics steps and refresh ``state``.
+
+        :param count: more than one in one go only if so many are ready.
+        :raises SimulationError: the physics became unstable; ``state`` is still a good one,
+            ``recover`` puts the plant back to where it was stable.
+        """
+        plant, servo = self._plant, self._servo
+        if count > 1 and not servo.resting:
+            nowhere = self.plan.expected[:1]
+            done, culprit = plant.follow(servo.planned(count), count, nowhere, self._unchecked)
+            servo.pass_steps(done)
+            self._end_steps(done, culprit)
+            return
+        if not servo.resting:
+            state, active = self.state, self._active
+            plant.drive(servo.next_inputs(state.position[active], state.velocity[active]))
+        self._end_steps(*plant.step(count))
+
+    def _end_steps(self, done: int, culprit: str) -> None:
+        self.clock.advance(done)
         if culprit:
             raise SimulationError(
                 f'the physics became unstable at {self.time_ns / 1e9:.3f} s: {culprit}; lower '
                 "the joint's gains or the timestep, or raise the armature"
             )
-        self._plant.read(state, active)
+        self._plant.read()
 
     def reset(self) -> None:
         """Put robot and objects back to the start; time goes on, claims stay."""
+        for gripper in self.vacuum_grippers.values():
+            gripper.switch_off()
+        self.world.return_to_start()
         self._plant.reset(self._initial)
         self._settle_in()
 
     def recover(self) -> None:
         """Put everything at rest where it last was stable, after ``step`` has raised."""
+        for gripper in self.vacuum_grippers.values():
+            gripper.release()
         self._plant.restore()
         self._settle_in()
 
@@ -182,32 +327,13 @@ class Simulation(HardwareInterface):
         :raises SimulationError: a joint that is not there or that follows another.
         """
         for name in positions:
-            if not self._command_interfaces.get(name):
+            joint = self.model.joints.get(name)
+            if joint is None or not joint.active:
                 raise SimulationError(self._undriven(name))
         now = dict(zip(self.joint_names, self.state.position, strict=True))
         full = self.model.complete({**now, **positions})
         self._plant.place(np.array([full[name] for name in self.joint_names]))
         self._settle_in()
-
-    def apply_wrench(
-        self, link: str, force: ArrayLike = (0, 0, 0), torque: ArrayLike = (0, 0, 0)
-    ) -> None:
-        """
-        Push a link until another wrench is set.
-
-        :param force: (3,) at its centre of mass, world axes [N].
-        :param torque: (3,) world axes [N*m].
-        :raises SimulationError: a link that is not there.
-        """
-        self._plant.push(self._link_body(link), force, torque)
-
-    def link_pose(self, link: str) -> Matrix:
-        """
-        Return where a link is in the world (4, 4).
-
-        :raises SimulationError: a link that is not there.
-        """
-        return self._plant.pose(self._link_body(link))
 
     @property
     def mujoco_model(self) -> Any:
@@ -231,20 +357,18 @@ class Simulation(HardwareInterface):
         parts.update(self.time_ns.to_bytes(16, 'little', signed=True))
         return parts.hexdigest()
 
-    def _settle_in(self) -> None:
-        for interface in COMMAND_INTERFACES:
-            self.command.of(interface)[:] = np.nan
-            self.feedforward.of(interface)[:] = np.nan
-        self._plant.read(self.state, self._active)
-        self._servo.restart(self.state.position[self._active])
+    def _driven(self) -> tuple[JointArrays, JointArrays]:
+        """Return commands and feed-forward of the joints with drives."""
+        views = self._driven_views or (
+            _part(self.command, self._active), _part(self.feedforward, self._active))
+        if self._mock is None:
+            return views
+        return self._mock.arriving(views[0]), self._mock.arriving(views[1])
 
-    def _link_body(self, link: str) -> int:
-        if link not in self.model.links:
-            raise SimulationError(
-                f"robot '{self.model.name}' has no link '{link}'; "
-                + (nearest(link, tuple(self.model.links)) or 'see its URDF')
-            )
-        return self._plant.body(link)
+    def _settle_in(self) -> None:
+        self._inputs[:] = np.nan
+        self._plant.read()
+        self._servo.restart(self.state.position[self._active])
 
     def _undriven(self, name: str) -> str:
         joint = self.model.joints.get(name)

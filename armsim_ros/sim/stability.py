@@ -9,9 +9,8 @@ from typing import Any
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
-Vector = NDArray[np.float64]
+from armsim_ros.arrays import Vector
 
 #: No joint of a robot moves as fast [rad/s or m/s].
 VELOCITY_LIMIT = 1000.0
@@ -33,7 +32,6 @@ class Checkpoints:
     """
 
     def __init__(self, model: Any, data: Any) -> None:
-        """Keep the present state."""
         self._signature = int(mujoco.mjtState.mjSTATE_FULLPHYSICS)
         size = mujoco.mj_stateSize(model, self._signature)
         self._older, self._newer = np.empty(size), np.empty(size)
@@ -44,12 +42,12 @@ class Checkpoints:
     @staticmethod
     def stable(velocity: Vector) -> bool:
         """Return False where a velocity is huge or no number; quick, for each step."""
-        return bool(velocity @ velocity < VELOCITY_LIMIT**2)
+        return float(velocity.dot(velocity)) < VELOCITY_LIMIT**2
 
-    def step(self, model: Any, data: Any) -> None:
-        """Count a good step; keep its state when it is time."""
-        self._countdown -= 1
-        if self._countdown == 0:
+    def step(self, model: Any, data: Any, count: int = 1) -> None:
+        """Count good steps; keep the state after them when it is time."""
+        self._countdown -= count
+        if self._countdown <= 0:
             self._countdown = CHECKPOINT_STEPS
             self._older, self._newer = self._newer, self._older
             mujoco.mj_getState(model, data, self._newer, self._signature)

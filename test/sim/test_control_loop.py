@@ -10,6 +10,7 @@ import pytest
 from armsim_ros.errors import ControllerError, SimulationError
 from armsim_ros.sim.control_loop import ControlLoop, steps_per_update
 from armsim_ros.sim.pacer import Pacer
+from armsim_ros.sim.simulation import Simulation
 
 
 class Recorder:
@@ -18,12 +19,29 @@ class Recorder:
     def __init__(self):
         self.updates = []
         self.requests = []
+        self.due_ns = 0
+        self.skipped = 0
 
     def update(self, time_ns, period):
         self.updates.append((time_ns, period))
 
     def process_requests(self, time_ns):
         self.requests.append(time_ns)
+
+    def next_update(self, time_ns):
+        return max(time_ns, self.due_ns)
+
+    def plan(self, updates, time_ns, period):
+        return 0
+
+    def only_looks(self, time_ns):
+        return False
+
+    def skip(self, updates, period):
+        self.skipped += updates
+
+    def wake_with(self, wake):
+        self.wake = wake
 
 
 @pytest.fixture
@@ -134,3 +152,121 @@ def test_runs_in_a_thread_until_told_to_stop(simulation, controllers):
     thread.join(20.0)
     assert not thread.is_alive()
     assert loop.statistics().ticks >= 50
+
+
+def test_updates_that_do_not_matter_are_left_out(simulation, controllers, loop):
+    """Steps at rest are done in one go up to the update that matters, and the last one."""
+    loop.advance(3)
+    controllers.updates.clear()
+    controllers.due_ns = 40_000_000
+    loop.advance(97)
+    assert [time_ns for time_ns, _ in controllers.updates] == [
+        *range(40_000_000, 100_000_000, 1_000_000)
+    ]
+    assert (controllers.skipped, simulation.time_ns) == (37, 100_000_000)
+    controllers.due_ns = 10**12
+    loop.advance(50)
+    assert controllers.updates[-1] == (149_000_000, 0.001)
+    assert controllers.skipped == 37 + 49
+
+
+def test_who_looks_finds_an_update_made_for_him(simulation, controllers, loop):
+    """Before a listener is called the controllers are updated, whatever else is left out."""
+    loop.advance(3)
+    controllers.due_ns = 10**12
+    seen = []
+    loop.every(10_000_000, lambda time_ns: seen.append((time_ns, controllers.updates[-1][0])))
+    loop.advance(37)
+    assert seen[1:] == [(t, t - 1_000_000) for t in (10_000_000, 20_000_000, 30_000_000,
+                                                     40_000_000)]  # fmt: skip
+
+
+@pytest.mark.parametrize('rate', [1000, 250, 100])
+def test_steps_in_one_go_keep_the_controllers_rhythm(simulation, controllers, rate):
+    """Updates stay at the multiples of their period."""
+    loop = ControlLoop(simulation, controllers, rate)
+    for due_ns, steps in ((0, 5), (33_000_000, 41), (10**12, 17), (0, 24)):
+        controllers.due_ns = due_ns
+        loop.advance(steps)
+    period = 1_000_000_000 // rate
+    assert all(time_ns % period == 0 for time_ns, _ in controllers.updates)
+    assert len(controllers.updates) + controllers.skipped == -(-87_000_000 // period)
+
+
+def test_a_fault_in_many_steps_is_told_as_in_single_ones(arm, settings, controllers):
+    """What becomes unstable while the arm rests is found at the step where it happens."""
+    told = []
+    for steps in ([1] * 500, [500]):
+        simulation = Simulation(arm, settings)
+        loop = ControlLoop(simulation, controllers, 1000)
+        loop.advance(3)
+        controllers.due_ns = 10**12
+        simulation.apply_wrench('hand', force=(3e5, 0.0, 0.0))
+        for count in steps:
+            if not simulation.clock.paused:
+                loop.advance(count)
+        told.append((loop.poll_faults(), simulation.time_ns))
+    assert told[0][0]
+    assert told[0] == told[1]
+
+
+class InventedAlarm:
+    """An alarm that goes off at a time of the invented clock, if at all."""
+
+    def __init__(self, clock):
+        self.clock, self.at = clock, None
+
+    def wait(self, timeout):
+        end = self.clock.now + round(timeout * 1e9)
+        goes_off = self.at is not None and self.at <= end
+        self.clock.now = max(self.clock.now, self.at) if goes_off else end
+        return goes_off
+
+    def set(self):
+        self.at = self.clock.now
+
+    def clear(self):
+        if self.at is not None and self.at <= self.clock.now:
+            self.at = None
+
+
+class InventedClock:
+    """Time that passes only by sleeping."""
+
+    now = 0
+
+    def __call__(self):
+        return self.now
+
+    def sleep(self, seconds):
+        self.now += round(seconds * 1e9)
+
+
+def test_a_request_ends_a_doze_and_is_served_at_the_next_tick(simulation, controllers):
+    """While nobody looks the loop sleeps; what is asked for is done within a millisecond."""
+    clock = InventedClock()
+    alarm = InventedAlarm(clock)
+    loop = ControlLoop(
+        simulation, controllers, 1000, pacer=Pacer(clock=clock, sleep=clock.sleep, alarm=alarm)
+    )
+    loop.advance(3)
+    controllers.due_ns = 10**12
+    stop = threading.Event()
+    alarm.at = 7_400_000
+    served = []
+
+    def request_at_the_alarm(time_ns):
+        if not served:
+            loop.call(lambda: served.append((clock.now, simulation.time_ns)))
+        if clock.now > 60_000_000:
+            stop.set()
+
+    controllers.process_requests = controllers.skip = lambda *_: None
+    loop.every(7_000_000, request_at_the_alarm)
+    loop.run(stop)
+    asked, (wall_ns, simulated_ns) = 7_400_000, served[0]
+    assert wall_ns <= asked + 1_000_000
+    assert simulated_ns - 3_000_000 == wall_ns - wall_ns % 1_000_000 - 1_000_000
+    # From then on the simulation has kept up with the wall clock in a few long naps.
+    assert simulation.time_ns - 3_000_000 == clock.now
+    assert len(controllers.updates) < 30

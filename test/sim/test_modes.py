@@ -62,12 +62,26 @@ def test_holds_the_last_command_when_released(simulation):
 
 
 def test_a_position_command_is_forgotten_once_something_else_drives(simulation, claim):
-    """C3: a controller that comes back after a velocity controller finds no stale command."""
+    """C3: a controller that comes back after another one finds no stale command."""
     simulation.command.position[:] = 0.2
     run(simulation, 5)
-    claim(simulation, 'velocity')
+    claim(simulation, 'effort')
     simulation.perform_command_mode_switch({})
     assert np.isnan(simulation.command.position).all()
+
+
+def test_a_velocity_ends_where_the_reference_is(simulation, claim):
+    """Who commands positions after a velocity goes on from the drive's reference."""
+    simulation.command.position[:] = 0.2
+    run(simulation, 500)
+    claim(simulation, 'velocity')
+    assert np.isnan(simulation.command.position).all()
+    simulation.command.velocity[:] = 0.5
+    run(simulation, 100)
+    reference = simulation.reference_positions.copy()
+    assert reference.min() > 0.22
+    simulation.perform_command_mode_switch({})
+    np.testing.assert_allclose(simulation.command.position, reference)
 
 
 def test_velocity_commands_move_at_their_velocity(simulation, claim):
@@ -160,3 +174,20 @@ def test_a_mimic_joint_cannot_be_claimed(mimic_arm):
     """G7: a claim of a mimic joint says which joint it follows."""
     with pytest.raises(SimulationError, match="follows 'shoulder'"):
         Simulation(mimic_arm).perform_command_mode_switch({'wrist': frozenset({'position'})})
+
+
+def test_effort_that_is_not_given_holds(simulation, claim):
+    """A joint whose effort is claimed and NaN is held against gravity, also after an effort."""
+    claim(simulation, 'effort')
+    start = simulation.state.position.copy()
+    simulation.command.effort[:] = np.nan
+    run(simulation, 300)
+    np.testing.assert_allclose(simulation.state.position, start, atol=1e-3)
+    simulation.command.effort[:] = 0.5
+    run(simulation, 100)
+    simulation.command.effort[:] = np.nan
+    run(simulation, 500)
+    held = simulation.state.position.copy()
+    assert np.abs(held - start).max() > 0.01
+    run(simulation, 300)
+    np.testing.assert_allclose(simulation.state.position, held, atol=1e-3)

@@ -5,7 +5,7 @@
 import numpy as np
 import pytest
 
-from armsim_ros.config.simulation import ServoSettings, SimulationSettings
+from armsim_ros.config.simulation import JointServoSettings, SimulationSettings
 from armsim_ros.sim.simulation import Simulation
 
 GOAL = (1.0, -0.8, 1.2)
@@ -76,7 +76,7 @@ def test_holds_under_gravity(arm, settings):
 def test_without_feedforward_the_gains_alone_carry_the_arm(arm):
     """With p 1000 and no feed-forward the arm sags by its weight's torque over the gain."""
     settings = SimulationSettings(
-        servo=ServoSettings(feedforward=False), initial_positions={'shoulder': np.pi / 2}
+        servo=JointServoSettings(feedforward=False), initial_positions={'shoulder': np.pi / 2}
     )
     simulation = Simulation(arm, settings)
     for _ in range(3000):

@@ -1,0 +1,142 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What sensors on links measure, computed when somebody reads it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+import mujoco
+import numpy as np
+
+from armsim_ros.arrays import Vector
+from armsim_ros.config.simulation import SensorSettings
+from armsim_ros.errors import nearest, SimulationError
+from armsim_ros.model.robot_model import HardwareSensor, JointType, RobotModel
+from armsim_ros.model.transforms import inverse_pose, quat_xyzw_from_matrix
+from armsim_ros.sim.plant import Plant
+
+_LOAD, _MOTION = ('force', 'torque'), ('angular_velocity', 'linear_acceleration')
+#: Kind of a sensor in simulation.yaml -> what it measures.
+_KINDS: Mapping[str, tuple[tuple[str, str], ...]] = {
+    'force_torque': (('force', 'xyz'), ('torque', 'xyz')),
+    'imu': (('orientation', 'xyzw'), ('angular_velocity', 'xyz'), ('linear_acceleration', 'xyz')),
+    'pose': (('position', 'xyz'), ('orientation', 'xyzw')),
+}
+
+
+class Sensors:
+    """
+    The sensors of a robot.
+
+    A force and its torque are those that everything beyond the frame exerts on the arm, as a
+    sensor in a wrist has them: the weight of what hangs there pulls. The linear acceleration is
+    that of an accelerometer, which at rest points upwards with 9.81 m/s^2. The orientation is
+    that of the frame in the world; beside a position both are those in the robot's root link.
+    All vectors are in the axes of the frame.
+
+    :param model: declares them.
+    :param plant: is measured.
+    :param more: further ones.
+    """
+
+    def __init__(
+        self, model: RobotModel, plant: Plant, more: Iterable[HardwareSensor] = ()
+    ) -> None:
+        self._plant = plant
+        self._root = model.root_link
+        self._sensors = [
+            (one, _carrier(model, one.frame), {name.partition('.')[0] for name in one.states})
+            for one in (*(one for system in model.hardware for one in system.sensors), *more)
+        ]
+
+    def read(self) -> dict[str, float]:
+        """Return ``sensor/interface`` -> value of the last physics step [N, N*m, rad/s, m/s^2]."""
+        if not self._sensors:
+            return {}
+        mujoco.mj_rnePostConstraint(self._plant.model, self._plant.data)
+        found: dict[str, float] = {}
+        for sensor, carrier, kinds in self._sensors:
+            frame = self._plant.body(sensor.frame)
+            values: dict[str, float] = {}
+            if kinds.intersection(_LOAD):
+                _add(values, _LOAD, self._load(frame, self._plant.body(carrier)))
+            if kinds.intersection(_MOTION):
+                _add(values, _MOTION, self._motion(frame))
+            if 'position' in kinds:
+                root = self._plant.pose(self._plant.body(self._root))
+                pose = inverse_pose(root) @ self._plant.pose(frame)
+                values.update(zip((f'position.{axis}' for axis in 'xyz'),
+                                  pose[:3, 3].tolist(), strict=True))
+                values.update(zip((f'orientation.{axis}' for axis in 'xyzw'),
+                                  quat_xyzw_from_matrix(pose).tolist(), strict=True))
+            elif 'orientation' in kinds:
+                quat_wxyz = self._plant.data.xquat[frame]
+                values.update(zip((f'orientation.{axis}' for axis in 'wxyz'),
+                                  quat_wxyz.tolist(), strict=True))
+            found.update({f'{sensor.name}/{name}': values[name] for name in sensor.states})
+        return found
+
+    def _load(self, frame: int, carrier: int) -> Vector:
+        """Return force and torque (6,) on the frame's origin, in its axes."""
+        model, data = self._plant.model, self._plant.data
+        # MuJoCo has (torque, force) of the parent on the body, at the centre of mass of the tree.
+        torque, force = -data.cfrc_int[carrier, :3], -data.cfrc_int[carrier, 3:]
+        arm = data.subtree_com[model.body_rootid[carrier]] - data.xpos[frame]
+        axes = data.xmat[frame].reshape(3, 3)
+        return np.concatenate([axes.T @ force, axes.T @ (torque + np.cross(arm, force))])
+
+    def _motion(self, frame: int) -> Vector:
+        """Return angular velocity and linear acceleration (6,) of the frame, in its axes."""
+        model, data = self._plant.model, self._plant.data
+        velocity, acceleration = np.zeros(6), np.zeros(6)
+        body = mujoco.mjtObj.mjOBJ_XBODY
+        mujoco.mj_objectVelocity(model, data, body, frame, velocity, 1)
+        mujoco.mj_objectAcceleration(model, data, body, frame, acceleration, 1)
+        return np.concatenate([velocity[:3], acceleration[3:]])
+
+
+def sensors_of(
+    settings: Mapping[str, SensorSettings], model: RobotModel
+) -> tuple[HardwareSensor, ...]:
+    """
+    Return the sensors that simulation.yaml names.
+
+    :raises SimulationError: one is on a link that is not there.
+    """
+    for name, one in settings.items():
+        if one.link not in model.links:
+            raise SimulationError(
+                f"sensor '{name}' sits on '{one.link}', which is no link of robot "
+                f"'{model.name}'; " + (nearest(one.link, tuple(model.links)) or 'see its URDF')
+            )
+    return tuple(
+        HardwareSensor(name, one.link, tuple(
+            f'{quantity}.{axis}' for quantity, axes in _KINDS[one.type] for axis in axes))
+        for name, one in settings.items()
+    )  # fmt: skip
+
+
+def _add(values: dict[str, float], kinds: tuple[str, str], pair: Vector) -> None:
+    names = (f'{kind}.{axis}' for kind in kinds for axis in 'xyz')
+    values.update(zip(names, pair.tolist(), strict=True))
+
+
+def _carrier(model: RobotModel, frame: str) -> str:
+    """Return the link at whose joint the load of a frame is felt: a bare frame carries none."""
+    link = frame
+    while not _weighs(model, link):
+        joint = model.parent_joint.get(link)
+        if joint is None or model.joints[joint].type is not JointType.FIXED:
+            break
+        link = model.joints[joint].parent
+    return link
+
+
+def _weighs(model: RobotModel, link: str) -> bool:
+    """Return whether a link, or what is attached to it, has mass or can be touched."""
+    one = model.links[link]
+    if one.collisions or (one.inertial is not None and one.inertial.mass > 0.0):
+        return True
+    return any(_weighs(model, joint.child) for joint in model.joints.values()
+               if joint.parent == link)

@@ -1,0 +1,93 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What a file or text of a world gave, or why it gave nothing."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from enum import Enum
+
+from armsim_ros.errors import SimulationError
+from armsim_ros.model.world_objects import WorldObject
+
+
+class Fault(Enum):
+    """Why a resource cannot be used; the names of simulation_interfaces' result codes."""
+
+    UNSUPPORTED_FORMAT = 'unsupported format'
+    NO_RESOURCE = 'no resource'
+    RESOURCE_PARSE_ERROR = 'parse error'
+    MISSING_ASSETS = 'missing assets'
+    UNSUPPORTED_ASSETS = 'unsupported assets'
+
+
+class ResourceFaultError(SimulationError):
+    """
+    A file or text of a world cannot be used.
+
+    :param fault: what kind of mistake it is.
+    :param text: what is wrong, where, and what is allowed.
+    """
+
+    def __init__(self, fault: Fault, text: str) -> None:
+        super().__init__(text)
+        self.fault = fault
+
+
+class Unused:
+    """Collects what of a file has no effect here, each once."""
+
+    def __init__(self) -> None:
+        self._lines: dict[str, None] = {}
+
+    def add(self, line: str) -> None:
+        """Note one thing."""
+        self._lines[line] = None
+
+    @property
+    def lines(self) -> tuple[str, ...]:
+        """All of them, in the order in which they were found."""
+        return tuple(self._lines)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LoadedObject:
+    """
+    An object that was read.
+
+    :param thing: the object; its pose is what the file says.
+    :param unused: what of the file has no effect here, a line each.
+    """
+
+    thing: WorldObject
+    unused: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LoadedWorld:
+    """
+    A world that was read.
+
+    :param floor: whether there is a floor at z = 0.
+    :param unused: what of the file has no effect here, a line each.
+    """
+
+    name: str
+    things: tuple[WorldObject, ...]
+    floor: bool = False
+    unused: tuple[str, ...] = ()
+
+
+def check_names(things: Iterable[WorldObject]) -> None:
+    """
+    Refuse a world with two objects of one name.
+
+    :raises ResourceFaultError: names it.
+    """
+    seen: set[str] = set()
+    for thing in things:
+        if thing.name in seen:
+            raise ResourceFaultError(
+                Fault.RESOURCE_PARSE_ERROR, f"two objects have the name '{thing.name}'")
+        seen.add(thing.name)

@@ -1,0 +1,250 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""
+Objects and worlds in MJCF, MuJoCo's own format: bodies, geoms, free joints, materials.
+
+MuJoCo itself reads the text, so defaults and orientations mean what they mean there. It gets no
+files: meshes are read here, from the folders that are allowed, and handed over.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from armsim_ros.arrays import Matrix
+from armsim_ros.errors import ModelError, SimulationError
+from armsim_ros.model.geometry import Box, Capsule, Cylinder, Geometry, Mesh, Plane, Sphere
+from armsim_ros.model.inertia import combined
+from armsim_ros.model.robot_model import Inertial, LinkGeometry
+from armsim_ros.model.transforms import inverse_pose, matrix_from_quat_wxyz, pose_from_parts
+from armsim_ros.model.world_objects import WorldObject
+from armsim_ros.model.xml_tree import parse_xml, xml_text, XmlElement
+from armsim_ros.sim.compiler import compile_model
+from armsim_ros.sim.world_files.loaded import (
+    check_names,
+    Fault,
+    LoadedObject,
+    LoadedWorld,
+    ResourceFaultError,
+    Unused,
+)
+
+MeshReader = Callable[[str, tuple[float, float, float]], Mesh]
+
+#: Elements at the top that shape what is read.
+_READ = ('compiler', 'default', 'asset', 'worldbody')
+_IN_ASSET = ('mesh', 'material')
+_PATHS = ('meshdir', 'texturedir', 'assetdir', 'strippath')
+_KINDS = mujoco.mjtGeom
+
+
+def mjcf_object(text: str, file: str, read_mesh: MeshReader) -> LoadedObject:
+    """
+    Return the first body of an MJCF text as one object.
+
+    :raises ResourceFaultError: the text is wrong, or it has no body.
+    """
+    model, unused = _compiled(text, file, read_mesh)
+    reader = _Reader(model, unused)
+    tops = [body for body in range(1, model.nbody) if model.body_parentid[body] == 0]
+    if not tops:
+        raise ResourceFaultError(Fault.RESOURCE_PARSE_ERROR, f'{file}: it has no <body>')
+    for body in tops[1:]:
+        unused.add(f"body '{model.body(body).name}': an object is one body")
+    return LoadedObject(reader.thing(tops[0]), unused.lines)
+
+
+def mjcf_world(text: str, file: str, read_mesh: MeshReader) -> LoadedWorld:
+    """
+    Return the world of an MJCF text.
+
+    :raises ResourceFaultError: the text is wrong.
+    """
+    model, unused = _compiled(text, file, read_mesh)
+    reader = _Reader(model, unused)
+    things = [reader.thing(body) for body in range(1, model.nbody)
+              if model.body_parentid[body] == 0]
+    fixed = reader.geoms(0, np.eye(4))
+    floor = any(isinstance(part.geometry, Plane) and np.allclose(part.origin, np.eye(4))
+                for _, part in fixed)
+    for name, part in fixed:
+        if isinstance(part.geometry, Plane) and np.allclose(part.origin, np.eye(4)):
+            continue
+        things.append(WorldObject(name, part.origin, (
+            LinkGeometry(part.geometry, np.eye(4), rgba=part.rgba),)))
+    check_names(things)
+    return LoadedWorld(_model_name(text, file), tuple(things), floor, unused.lines)
+
+
+class _Reader:
+    """Takes a compiled model apart; it stands in its first pose."""
+
+    def __init__(self, model: Any, unused: Unused) -> None:
+        self._model, self._unused = model, unused
+        self._data = mujoco.MjData(model)
+        mujoco.mj_kinematics(model, self._data)
+
+    def thing(self, top: int) -> WorldObject:
+        """Return a body at the top with all that hangs on it as one object."""
+        model = self._model
+        name = model.body(top).name or f'body_{top}'
+        inside = [body for body in range(top, model.nbody)
+                  if model.body_rootid[body] == top]
+        free = False
+        for body in inside:
+            start = int(model.body_jntadr[body])
+            for joint in range(start, start + int(model.body_jntnum[body])):
+                if body == top and model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_FREE:
+                    free = True
+                else:
+                    self._unused.add(f"joint '{model.joint(joint).name}' of body '{name}': its "
+                                     'bodies hold together')
+        pose = self._body_pose(top)
+        to_top = inverse_pose(pose)
+        found = [geom for body in inside for geom in self.geoms(body, to_top)]
+        if not found:
+            raise ResourceFaultError(
+                Fault.RESOURCE_PARSE_ERROR, f"body '{name}' has no <geom> that touches anything")
+        parts = tuple(part for _, part in found)
+        friction = float(model.geom_friction[int(model.body_geomadr[inside[0]]), 0])
+        if not free:
+            return WorldObject(name, pose, parts, None, friction)
+        masses = [self._inertial(body, to_top) for body in inside if model.body_mass[body] > 0.0]
+        if not masses:
+            raise ResourceFaultError(
+                Fault.RESOURCE_PARSE_ERROR, f"body '{name}' is free and has no mass")
+        whole = combined(masses)
+        return WorldObject(name, pose, parts, whole.mass, friction, whole)
+
+    def geoms(self, body: int, frame: Matrix) -> list[tuple[str, LinkGeometry]]:
+        """
+        Return the shapes of a body that touch, with their names.
+
+        :param frame: (4, 4) from the world to what they are told in.
+        """
+        model, found = self._model, []
+        start = int(model.body_geomadr[body])
+        for geom in range(start, start + int(model.body_geomnum[body])):
+            name = model.geom(geom).name or f'geom_{geom}'
+            if not (model.geom_contype[geom] or model.geom_conaffinity[geom]):
+                self._unused.add(f"geom '{name}': it touches nothing")
+                continue
+            geometry = self._geometry(geom)
+            if geometry is None:
+                self._unused.add(f"geom '{name}' of type {_KINDS(model.geom_type[geom]).name}")
+                continue
+            pose = pose_from_parts(
+                self._data.geom_xpos[geom], self._data.geom_xmat[geom].reshape(3, 3))
+            red, green, blue, alpha = (float(value) for value in model.geom_rgba[geom])
+            material = int(model.geom_matid[geom])
+            if material >= 0:
+                red, green, blue, alpha = (float(v) for v in model.mat_rgba[material])
+            found.append((name, LinkGeometry(
+                geometry, frame @ pose, rgba=(red, green, blue, alpha))))
+        return found
+
+    def _geometry(self, geom: int) -> Geometry | None:
+        model, kind = self._model, int(self._model.geom_type[geom])
+        x, y, z = (float(value) for value in model.geom_size[geom])
+        if kind == _KINDS.mjGEOM_BOX:
+            return Box((2.0 * x, 2.0 * y, 2.0 * z))
+        if kind == _KINDS.mjGEOM_SPHERE:
+            return Sphere(x)
+        if kind == _KINDS.mjGEOM_CYLINDER:
+            return Cylinder(x, 2.0 * y)
+        if kind == _KINDS.mjGEOM_CAPSULE:
+            return Capsule(x, 2.0 * y)
+        if kind == _KINDS.mjGEOM_PLANE:
+            return Plane(0.0, 0.0, 1.0, 0.0)
+        if kind != _KINDS.mjGEOM_MESH:
+            return None
+        mesh = int(model.geom_dataid[geom])
+        first, count = int(model.mesh_vertadr[mesh]), int(model.mesh_vertnum[mesh])
+        face, faces = int(model.mesh_faceadr[mesh]), int(model.mesh_facenum[mesh])
+        return Mesh(np.array(model.mesh_vert[first:first + count], dtype=np.float64),
+                    np.array(model.mesh_face[face:face + faces], dtype=np.int64))
+
+    def _body_pose(self, body: int) -> Matrix:
+        return pose_from_parts(
+            self._data.xpos[body], matrix_from_quat_wxyz(self._data.xquat[body]))
+
+    def _inertial(self, body: int, frame: Matrix) -> Inertial:
+        pose = pose_from_parts(
+            self._data.xipos[body], self._data.ximat[body].reshape(3, 3))
+        return Inertial(float(self._model.body_mass[body]), frame @ pose,
+                        np.diag(self._model.body_inertia[body]))
+
+
+def _compiled(text: str, file: str, read_mesh: MeshReader) -> tuple[Any, Unused]:
+    """Return the ``MjModel`` of a text without what is not read, and what that was."""
+    try:
+        root = parse_xml(text, file)
+    except ModelError as error:
+        raise ResourceFaultError(Fault.RESOURCE_PARSE_ERROR, str(error)) from None
+    unused, meshes = Unused(), list[tuple[str, Mesh]]()
+    for child in list(root.children):
+        if child.tag not in _READ:
+            unused.add(f'<{child.tag}>' + (
+                ': the simulation keeps its own, see simulation.yaml'
+                if child.tag == 'option' else ''))
+            root.children.remove(child)
+    folder = ''
+    for compiler in root.all('compiler'):
+        folder = compiler.get('meshdir') or compiler.get('assetdir') or folder
+        for word in _PATHS:
+            compiler.attributes.pop(word, None)  # type: ignore[attr-defined]
+    for asset in root.all('asset'):
+        _take_meshes(asset, folder, read_mesh, meshes, unused)
+    _clean(root, unused)
+    try:
+        spec = mujoco.MjSpec.from_string(xml_text(root))
+        for name, mesh in meshes:
+            added = spec.add_mesh(name=name)
+            added.uservert = np.asarray(mesh.vertices, dtype=np.float64).ravel()
+            added.userface = np.asarray(mesh.triangles, dtype=np.int32).ravel()
+            added.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_CONVEX
+        return compile_model(spec), unused
+    except (ValueError, RuntimeError, mujoco.FatalError, SimulationError) as error:
+        text = ' '.join(str(error).split())
+        raise ResourceFaultError(Fault.RESOURCE_PARSE_ERROR, f'{file}: {text}') from None
+
+
+def _take_meshes(asset: XmlElement, folder: str, read_mesh: MeshReader,
+                 meshes: list[tuple[str, Mesh]], unused: Unused) -> None:
+    for child in list(asset.children):
+        if child.tag not in _IN_ASSET:
+            unused.add(f"<{child.tag} name='{child.get('name')}'>")
+            asset.children.remove(child)
+        elif child.tag == 'mesh' and child.get('file'):
+            file = child.get('file')
+            name = child.get('name') or file.rsplit('/', 1)[-1].rsplit('.', 1)[0]
+            words = child.get('scale', '1 1 1').split()
+            try:
+                x, y, z = (float(word) for word in words)
+            except ValueError:
+                raise ResourceFaultError(
+                    Fault.RESOURCE_PARSE_ERROR,
+                    f"{child.where}: scale is '{' '.join(words)}'; allowed: 3 numbers") from None
+            meshes.append((name, read_mesh(f'{folder}/{file}' if folder else file, (x, y, z))))
+            asset.children.remove(child)
+
+
+def _clean(element: XmlElement, unused: Unused) -> None:
+    """Take out all that would have MuJoCo read a file or load a library."""
+    for child in list(element.children):
+        if child.tag in ('include', 'plugin', 'replicate', 'composite', 'flexcomp', 'attach'):
+            unused.add(f'<{child.tag}>')
+            element.children.remove(child)
+            continue
+        for word in ('texture', 'file'):
+            if child.attributes.pop(word, None):  # type: ignore[attr-defined]
+                unused.add(f'{word} of <{child.tag}>')
+        _clean(child, unused)
+
+
+def _model_name(text: str, file: str) -> str:
+    return parse_xml(text, file).get('model') or 'world'

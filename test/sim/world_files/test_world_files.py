@@ -1,0 +1,188 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Objects and worlds in every format, as plain values."""
+
+import numpy as np
+import pytest
+
+from armsim_ros.model.geometry import Box, Cylinder, Mesh, Plane, Sphere
+from armsim_ros.sim.world_files.loaded import Fault, ResourceFaultError
+from armsim_ros.sim.world_files.resources import WorldResources
+from armsim_ros.sim.world_files.shapes import shape_object
+
+TETRAHEDRON = """solid t
+facet normal 0 0 0 outer loop vertex 0 0 0 vertex 1 0 0 vertex 0 1 0 endloop endfacet
+facet normal 0 0 0 outer loop vertex 0 0 0 vertex 0 1 0 vertex 0 0 1 endloop endfacet
+facet normal 0 0 0 outer loop vertex 0 0 0 vertex 0 0 1 vertex 1 0 0 endloop endfacet
+facet normal 0 0 0 outer loop vertex 1 0 0 vertex 0 0 1 vertex 0 1 0 endloop endfacet
+endsolid t
+"""
+
+
+def model(inside, name='m', more=''):
+    """Return an SDF text with one model."""
+    return f'<sdf version="1.9"><model name="{name}">{more}{inside}</model></sdf>'
+
+
+def link(shape, name='l', pose='0 0 0 0 0 0', more=''):
+    """Return an SDF link with one collision."""
+    return (f'<link name="{name}"><pose>{pose}</pose>{more}<collision name="c"><geometry>{shape}'
+            '</geometry></collision></link>')
+
+
+BOX = '<box><size>0.1 0.2 0.3</size></box>'
+BALL = '<sphere><radius>0.05</radius></sphere>'
+
+
+@pytest.fixture
+def resources(tmp_path):
+    """Return what may read below a folder of the user's."""
+    return WorldResources([tmp_path])
+
+
+def read(resources, text):
+    """Return the object of a text."""
+    return resources.object('', text, 'x')
+
+
+def test_a_shape_of_an_address():
+    """Measures, mass, friction and colour; three numbers make an opaque colour."""
+    thing = shape_object('box', 'size=0.1,0.2,0.3&mass=0.3&color=1,0,0&friction=0.5').thing
+    part = thing.parts[0]
+    assert (part.geometry, part.rgba) == (Box((0.1, 0.2, 0.3)), (1.0, 0.0, 0.0, 1.0))
+    assert (thing.mass, thing.friction) == (0.3, 0.5)
+    assert shape_object('sphere', 'radius=0.1').thing.mass is None
+
+
+@pytest.mark.parametrize(('query', 'words'), [
+    ('siez=1,1,1', "did you mean 'size'"), ('size=1,1', '3 finite numbers'),
+    ('size=1,1,-1', 'greater than 0'), ('mass=nan', 'a finite number'), ('color=2,0,0', 'less'),
+])
+def test_a_wrong_address_says_what_is_allowed(query, words):
+    """Misspelt words, missing numbers, impossible values."""
+    with pytest.raises(ResourceFaultError, match=words):
+        shape_object('box', query)
+
+
+def test_links_of_a_model_hold_together(resources):
+    """Each shape stands where its link does; masses add up, and the centre lies between."""
+    weight = '<inertial><mass>{}</mass><inertia><ixx>1</ixx></inertia></inertial>'
+    text = model(link(BOX, 'a', more=weight.format(1)) + link(
+        BALL, 'b', '0 0 1 0 0 0', more=weight.format(3))
+        + '<joint name="j" type="revolute"/>')
+    loaded = read(resources, text)
+    thing = loaded.thing
+    assert [type(part.geometry) for part in thing.parts] == [Box, Sphere]
+    assert thing.parts[1].origin[2, 3] == 1.0
+    assert thing.mass == 4.0
+    assert thing.inertial.origin[2, 3] == pytest.approx(0.75)
+    assert any("joint 'j'" in line for line in loaded.unused)
+
+
+def test_a_static_model_and_one_without_inertial(resources):
+    """Static ones have no mass; the others 1 kg unless they say otherwise."""
+    assert read(resources, model(link(BOX), more='<static>true</static>')).thing.mass is None
+    assert read(resources, model(link(BOX))).thing.mass == 1.0
+
+
+def test_friction_and_colour(resources):
+    """The first mu counts; the colour is the visual's."""
+    text = model('<link name="l"><visual name="v"><material><diffuse>1 0 0 1</diffuse></material>'
+                 '</visual><collision name="c"><geometry>' + BOX + '</geometry><surface><friction>'
+                 '<ode><mu>0.3</mu></ode></friction></surface></collision></link>')
+    thing = read(resources, text).thing
+    assert (thing.friction, thing.parts[0].rgba) == (0.3, (1.0, 0.0, 0.0, 1.0))
+
+
+def test_poses_relative_to_other_frames(resources):
+    """Links, frames and models of the scope; degrees where they are said."""
+    text = model(
+        '<frame name="f"><pose degrees="true">0 0 1 0 0 90</pose></frame>' + link(
+            BALL, 'a', '1 0 0 0 0 0').replace('<pose>', '<pose relative_to="f">', 1))
+    np.testing.assert_allclose(
+        read(resources, text).thing.parts[0].origin[:3, 3], (0, 1, 1), atol=1e-12)
+
+
+@pytest.mark.parametrize(('text', 'words'), [
+    (model(link(BALL).replace('<pose>', '<pose relative_to="g">', 1)), "'g' names no frame"),
+    (model('<frame name="f"><pose relative_to="f"/></frame>' + link(BALL).replace(
+        '<pose>', '<pose relative_to="f">', 1)), 'relative to itself'),
+    (model(''), 'no <collision>'),
+    (model(link('<plane/>')), 'not static'),
+    (model(link('<sphere><radius>zero</radius></sphere>')), "<radius> is 'zero'"),
+    ('<sdf version="1.9"/>', 'no <model>'),
+])
+def test_a_wrong_model_is_a_mistake_with_its_line(resources, text, words):
+    """Nothing is guessed."""
+    with pytest.raises(ResourceFaultError, match=words) as caught:
+        read(resources, text)
+    assert caught.value.fault is Fault.RESOURCE_PARSE_ERROR
+
+
+def test_models_inside_of_models(resources, tmp_path):
+    """Nested and included models are parts; an include may be placed and renamed."""
+    folder = tmp_path / 'cup'
+    folder.mkdir()
+    (folder / 'cup.stl').write_text(TETRAHEDRON)
+    text = model(link(BOX) + '<include><uri>model://cup</uri><pose>0 0 2 0 0 0</pose></include>')
+    (tmp_path / 'tray.sdf').write_text(text)
+    for mesh in ('cup.stl', 'model://cup/cup.stl'):
+        (folder / 'model.sdf').write_text(model(link(f'<mesh><uri>{mesh}</uri></mesh>'), 'cup'))
+        thing = resources.object(str(tmp_path / 'tray.sdf'), '', '').thing
+        assert [type(part.geometry) for part in thing.parts] == [Box, Mesh]
+        assert thing.parts[1].origin[2, 3] == 2.0
+
+
+def test_a_world_in_sdf(resources):
+    """Models stand where they say; a plane is one of a static model."""
+    text = ('<sdf version="1.9"><world name="w"><plugin name="p"/><model name="ground"><static>1'
+            '</static>' + link('<plane><normal>0 0 1</normal></plane>') + '</model>'
+            + model(link(BALL), 'ball', '<pose>1 2 3 0 0 0</pose>')[len('<sdf version="1.9">'):-6]
+            + '</world></sdf>')
+    world = resources.world('', text)
+    assert [thing.name for thing in world.things] == ['ground', 'ball']
+    assert isinstance(world.things[0].parts[0].geometry, Plane)
+    np.testing.assert_allclose(world.things[1].pose[:3, 3], (1, 2, 3))
+    assert any('plugin' in line for line in world.unused)
+
+
+def test_mjcf_means_what_mujoco_makes_of_it(resources):
+    """Defaults, degrees, materials; 1000 kg/m^3 without an inertial."""
+    text = """<mujoco model="w"><default><geom rgba="0 1 0 1"/></default><worldbody>
+      <geom type="plane" size="1 1 1"/>
+      <body name="post" pos="1 0 0" euler="0 90 0"><geom type="cylinder" size="0.1 0.5"/></body>
+      <body name="cube" pos="0 1 1"><freejoint/><geom type="box" size="0.05 0.05 0.05"/></body>
+    </worldbody></mujoco>"""
+    world = resources.world('', text)
+    post, cube = world.things
+    assert (world.name, world.floor) == ('w', True)
+    assert (post.mass, post.parts[0].geometry) == (None, Cylinder(0.1, 1.0))
+    np.testing.assert_allclose(post.pose[:3, 2], (1, 0, 0), atol=1e-12)
+    assert cube.mass == pytest.approx(1.0)
+    assert cube.parts[0].rgba == (0.0, 1.0, 0.0, 1.0)
+
+
+def test_mjcf_reads_files_of_the_users_folders_only(resources, tmp_path):
+    """Meshes are read here; an include is left out and said."""
+    (tmp_path / 't.stl').write_text(TETRAHEDRON)
+    text = """<mujoco><compiler meshdir="{}"/><include file="/etc/passwd"/>
+      <asset><mesh name="t" file="t.stl" scale="0.1 0.1 0.1"/></asset><worldbody><body name="b">
+      <freejoint/><geom type="mesh" mesh="t"/></body></worldbody></mujoco>"""
+    file = tmp_path / 'b.xml'
+    file.write_text(text.format('.'))
+    loaded = resources.object(str(file), '', '')
+    assert isinstance(loaded.thing.parts[0].geometry, Mesh)
+    assert '<include>' in loaded.unused
+    file.write_text(text.format('/etc'))
+    with pytest.raises(ResourceFaultError) as caught:
+        resources.object(str(file), '', '')
+    assert caught.value.fault is Fault.MISSING_ASSETS
+
+
+def test_a_link_that_leads_elsewhere_is_not_followed(resources, tmp_path):
+    """Where a symbolic link leads counts, not where it lies."""
+    (tmp_path / 'x.sdf').symlink_to('/etc/passwd')
+    with pytest.raises(ResourceFaultError) as caught:
+        resources.object(str(tmp_path / 'x.sdf'), '', '')
+    assert caught.value.fault is Fault.NO_RESOURCE
+    assert 'root:' not in str(caught.value)
