@@ -10,12 +10,9 @@ from enum import Enum
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from armsim_ros.arrays import Matrix, Vector
 from armsim_ros.kinematics.levenberg_marquardt import LevenbergMarquardt
-
-Vector = NDArray[np.float64]
-Matrix = NDArray[np.float64]
 
 
 def _identity() -> Matrix:
@@ -83,7 +80,6 @@ class SearchRecord:
     """
 
     def __init__(self, clock: Callable[[], float] | None, deadline: float | None) -> None:
-        """Begin with nothing seen."""
         self._clock = clock
         self._deadline = deadline
         self.rejected = 0

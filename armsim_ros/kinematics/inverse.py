@@ -4,21 +4,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 import math
 
 import numpy as np
 from numpy.typing import NDArray
 import pinocchio as pin
 
+from armsim_ros.arrays import Vector
 from armsim_ros.kinematics.ik_result import IKFailure, IKResult, IKTarget, SearchRecord
 from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.kinematics.levenberg_marquardt import Convergence, LevenbergMarquardt, PoseTask
 from armsim_ros.kinematics.start_table import StartTable
 from armsim_ros.model.transforms import inverse_pose
-
-Vector = NDArray[np.float64]
-Matrix = NDArray[np.float64]
 
 #: Solutions that differ by less in every joint [rad or m] count as one.
 DISTINCT = 0.05
@@ -92,6 +90,28 @@ class InverseKinematics:
             0 the answer is in the seed's own basin, which is searched with patience.
         :raises PlanningError: INVALID_LINK_NAME for an unknown link.
         """
+        tries = self.tries(
+            targets, seed, is_valid=is_valid, rng=rng, clock=clock, deadline=deadline,
+            max_starts=max_starts)
+        while True:
+            try:
+                next(tries)
+            except StopIteration as end:
+                result: IKResult = end.value
+                return result
+
+    def tries(
+        self,
+        targets: Sequence[IKTarget],
+        seed: Vector,
+        *,
+        is_valid: Callable[[Vector], bool] | None = None,
+        rng: np.random.Generator | None = None,
+        clock: Callable[[], float] | None = None,
+        deadline: float | None = None,
+        max_starts: int | None = None,
+    ) -> Generator[None, None, IKResult]:
+        """Do as :meth:`solve`, and yield after each start that led nowhere."""
         refused = self._refusal(targets)
         if refused is not None:
             return refused
@@ -101,15 +121,15 @@ class InverseKinematics:
         for start in self._starts(targets, seed, rng, search, max_starts):
             found = descent.descend(seed, start, patient=only_seed)
             search.note(descent, found is not None)
-            if found is None:
-                continue
-            solution = self._unwind(found, seed)
-            if is_valid is None or is_valid(solution):
-                return IKResult(
-                    solution, None, '', descent.position_error, descent.orientation_error,
-                    search.rejected,
-                )
-            search.rejected += 1
+            if found is not None:
+                solution = self._unwind(found, seed)
+                if is_valid is None or is_valid(solution):
+                    return IKResult(
+                        solution, None, '', descent.position_error, descent.orientation_error,
+                        search.rejected,
+                    )
+                search.rejected += 1
+            yield
         return search.result(self.group, targets)
 
     def solve_batch(

@@ -12,13 +12,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 import pinocchio as pin
 
-from armsim_ros.errors import nearest, PlanningError
+from armsim_ros.arrays import Matrix, Vector
+from armsim_ros.errors import MoveItErrorCode, nearest, PlanningError
 from armsim_ros.kinematics.kinematic_tree import KinematicTree, mimic_rules, position_bounds
 from armsim_ros.model.robot_model import RobotModel
-from armsim_ros.planning.error_codes import MoveItErrorCode
 
-Vector = NDArray[np.float64]
-Matrix = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 
@@ -35,7 +33,6 @@ class KinematicModel:
     """
 
     def __init__(self, robot: RobotModel) -> None:
-        """Build the kinematic tree from the robot model."""
         self.robot = robot
         self.names: tuple[str, ...] = robot.movable_joints
         self.n = len(self.names)
@@ -121,11 +118,12 @@ class KinematicModel:
         if found is None:
             known = tuple(self.robot.semantic.groups)
             if group not in known:
+                hint = nearest(group, known)
                 raise PlanningError(
                     MoveItErrorCode.INVALID_GROUP_NAME,
                     f"planning group '{group}' is not in the SRDF of robot "
-                    f"'{self.robot.name}'; known groups: {', '.join(known) or 'none'} "
-                    f'{nearest(group, known)}'.rstrip(),
+                    f"'{self.robot.name}'; known groups: {', '.join(known) or 'none'}"
+                    f'{hint and "; "}{hint}',
                 )
             names = self.robot.semantic.groups[group].active_joints
             found = np.array([self._indices[name] for name in names], dtype=np.int64)

@@ -8,12 +8,10 @@ import math
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 import pinocchio as pin
 
+from armsim_ros.arrays import Matrix
 from armsim_ros.model.robot_model import Joint, JointType, RobotModel
-
-Matrix = NDArray[np.float64]
 
 
 class KinematicTree:
@@ -27,7 +25,6 @@ class KinematicTree:
     """
 
     def __init__(self, robot: RobotModel) -> None:
-        """Build the tree from the root link down."""
         self.model: Any = pin.Model()
         #: Link -> (number of the joint that carries it, its pose (4, 4) on that joint).
         self.places: dict[str, tuple[int, Matrix]] = {}

@@ -8,13 +8,10 @@ from dataclasses import dataclass
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 import pinocchio as pin
 
+from armsim_ros.arrays import Matrix, Vector
 from armsim_ros.kinematics.kinematic_model import KinematicModel
-
-Vector = NDArray[np.float64]
-Matrix = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -80,7 +77,6 @@ class LevenbergMarquardt:
         tasks: tuple[PoseTask, ...],
         convergence: Convergence,
     ) -> None:
-        """Keep what all starts share."""
         self._kinematics = kinematics
         self._indices = kinematics.group_indices(group)
         self._lower = kinematics.lower[self._indices]

@@ -7,13 +7,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from armsim_ros.arrays import Matrix, Vector
 from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.model.transforms import inverse_pose
-
-Vector = NDArray[np.float64]
-Matrix = NDArray[np.float64]
 
 
 class StartTable:
@@ -34,7 +31,6 @@ class StartTable:
     def __init__(
         self, kinematics: KinematicModel, group: str, links: tuple[str, ...], size: int
     ) -> None:
-        """Sample the group's variables and store the links' poses."""
         self._kinematics = kinematics
         self._links = links
         self._base = base_link(kinematics, group)

@@ -9,14 +9,14 @@ from contextlib import contextmanager
 
 from armsim_ros.kinematics.inverse import IKTarget, InverseKinematics
 from armsim_ros.kinematics.kinematic_model import KinematicModel
-from armsim_ros.planning.collision import CollisionChecker
-from armsim_ros.planning.constraints import ConstraintSet
-from armsim_ros.planning.limits import LimitTable
+from armsim_ros.planning.budget import nothing, Poll
+from armsim_ros.planning.collision.collision_model import CollisionChecker
+from armsim_ros.planning.collision.state_validity import StateValidity
+from armsim_ros.planning.constraints.path_constraints import ConstraintSet
 from armsim_ros.planning.log import default_log, Log
-from armsim_ros.planning.poll import nothing, Poll
-from armsim_ros.planning.scene import PlanningScene
+from armsim_ros.planning.scene.planning_scene import PlanningScene
 from armsim_ros.planning.settings import PlanningSettings
-from armsim_ros.planning.state_validity import StateValidity
+from armsim_ros.planning.timing.limits import LimitTable
 
 
 class PlanningContext:
@@ -32,7 +32,6 @@ class PlanningContext:
         self, scene: PlanningScene, settings: PlanningSettings | None = None,
         log: Log | None = None,
     ) -> None:
-        """Build the collision model, which later scenes update."""
         self.model: KinematicModel = scene.kinematic_model
         self.settings = settings or PlanningSettings()
         self.log = log or default_log()

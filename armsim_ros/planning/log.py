@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-from functools import cache
 import logging
 from typing import Protocol
 
@@ -20,15 +19,6 @@ class Log(Protocol):
 
     def error(self, message: str, /) -> object:
         """Say what failed."""
-
-
-@cache
-def silent_log() -> Log:
-    """Return a logger that says nothing."""
-    log = logging.getLogger('armsim_ros.planning.silent')
-    log.addHandler(logging.NullHandler())
-    log.propagate = False
-    return log
 
 
 def default_log() -> Log:

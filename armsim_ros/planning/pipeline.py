@@ -4,35 +4,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
-from numpy.typing import NDArray
 
-from armsim_ros.errors import PlanningError
-from armsim_ros.planning.anytime import shortest_in_time
-from armsim_ros.planning.constraints import ConstraintSet, merged
+from armsim_ros.arrays import Matrix
+from armsim_ros.errors import MoveItErrorCode, PlanningError
+from armsim_ros.planning.budget import Budget
+from armsim_ros.planning.constraints.path_constraints import ConstraintSet, merged
 from armsim_ros.planning.context import PlanningContext
-from armsim_ros.planning.error_codes import MoveItErrorCode
-from armsim_ros.planning.goal_sampling import GoalSampler
-from armsim_ros.planning.ompl_space import seed_search
-from armsim_ros.planning.path_timing import time_rough_path, time_waypoints
 from armsim_ros.planning.pilz.commands import PIPELINE as PILZ
 from armsim_ros.planning.pilz.commands import run_command
-from armsim_ros.planning.quintic import QuinticMotion
 from armsim_ros.planning.request import Constraints, MotionPlanRequest
 from armsim_ros.planning.request_checks import RequestChecks
-from armsim_ros.planning.scene import PlanningScene
-from armsim_ros.planning.search import Budget, find_rough_path, mended, SearchProblem
-from armsim_ros.planning.smoothing import path_length
-from armsim_ros.planning.start_repairs import joined, StartRepairs
-from armsim_ros.planning.start_state import bounded_start, check_start
-from armsim_ros.trajectory import JointTrajectory, TrajectoryPoint
-
-Vector = NDArray[np.float64]
+from armsim_ros.planning.scene.planning_scene import PlanningScene
+from armsim_ros.planning.search.goal_sampling import GoalSampler
+from armsim_ros.planning.search.ompl_interface import seed_search
+from armsim_ros.planning.search.path_search import SearchProblem
+from armsim_ros.planning.search.shortening import path_length
+from armsim_ros.planning.search.stages import find_motion, Motion, shortest_motion
+from armsim_ros.planning.start_state import bounded_start, check_start, StartRepairs
+from armsim_ros.planning.timing.path_timing import time_waypoints
+from armsim_ros.planning.timing.quintic import QuinticMotion
+from armsim_ros.trajectory import joined, JointTrajectory
 
 _AT_REST = 1e-6
-_FINER = (1.0, 0.5, *(0.25 for _ in range(10)))
 
 
 def run_pipeline(
@@ -69,41 +63,24 @@ def run_pipeline(
     sampler = GoalSampler(context.model, context.inverse(group), validity, scene.q, rng)
     states = sampler.sample(_goal_sets(context, request, scene), budget)
     if float(np.max(np.abs(states[0] - start))) < _AT_REST:
-        return joined([*first, _standing(start, validity.joint_names)]), 0.0
+        standing = QuinticMotion.at_rest(start).trajectory(validity.joint_names)
+        return joined([*first, standing]), 0.0
 
     speed_limit = checks.speed_limit(request, validity, group)
     planner = context.settings.planners.choose(request.planner_id, group, context.log)
-    attempts = checks.attempts(request)
+    problem = SearchProblem(
+        validity, start, tuple(states), planner, rng, budget, context.log,
+        context.settings.fine_step, checks.attempts(request),
+    )
 
-    def search(step: float) -> tuple[Vector, QuinticMotion]:
-        problem = SearchProblem(validity, start, tuple(states), planner, rng, step)
-        path, exact = find_rough_path(problem, budget, attempts, context.log)
-        motion = None if exact else time_rough_path(path, validity, limits, speed_limit, step)
-        if motion is None:
-            path = path if exact else mended(path, problem, budget, context.log)
-            motion = time_waypoints(path, validity, limits, speed_limit, step)
-        budget.check('ValidateSolution')
-        return path, motion
+    def timed(path: Matrix, step: float, rough: bool) -> QuinticMotion:
+        return time_waypoints(path, validity, limits, speed_limit, step, rough)
 
-    path, motion = _with_finer_steps(search, context.settings.fine_step, budget)
-    if planner.anytime and len(path) > 2:
-        path, motion = shortest_in_time(
-            (path, motion), lambda: search(context.settings.fine_step), budget)
+    def find() -> Motion:
+        return find_motion(problem, timed)
+
+    path, motion = shortest_motion(problem, find) if planner.anytime else find()
     return joined([*first, motion.trajectory(validity.joint_names)]), path_length(path)
-
-
-def _with_finer_steps(
-    search: Callable[[float], tuple[Vector, QuinticMotion]], step: float, budget: Budget
-) -> tuple[Vector, QuinticMotion]:
-    """Search again, in finer steps, where the motion that was found is not free."""
-    for finer in _FINER:
-        try:
-            return search(step * finer)
-        except PlanningError as error:
-            if error.code != MoveItErrorCode.INVALID_MOTION_PLAN or budget.spent():
-                raise
-            failure = error
-    raise failure
 
 
 def requested_scene(
@@ -142,8 +119,3 @@ def _goal_sets(
             'goal constraints',
         )
     return usable
-
-
-def _standing(start: Vector, joint_names: tuple[str, ...]) -> JointTrajectory:
-    zero = np.zeros(len(start))
-    return JointTrajectory(joint_names, (TrajectoryPoint(0.0, start, zero, zero),))

@@ -4,16 +4,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Generator, Iterator, Sequence
+from contextlib import contextmanager
 import threading
 
-from armsim_ros.errors import PlanningError
-from armsim_ros.planning.cartesian_path import CartesianRequest
-from armsim_ros.planning.cartesian_planning import CartesianResponse, plan_cartesian
-from armsim_ros.planning.constraints import ConstraintSet
+from armsim_ros.arrays import Vector
+from armsim_ros.errors import MoveItErrorCode, PlanningError
+from armsim_ros.planning.budget import Budget
+from armsim_ros.planning.cartesian.cartesian_path import (
+    CartesianRequest,
+    CartesianResponse,
+    plan_cartesian,
+)
+from armsim_ros.planning.collision.contacts import Contact
+from armsim_ros.planning.constraints.path_constraints import ConstraintSet
 from armsim_ros.planning.context import PlanningContext
-from armsim_ros.planning.error_codes import MoveItErrorCode
 from armsim_ros.planning.log import Log
 from armsim_ros.planning.pilz.sequence import join, plan_items, SequenceItem, SequenceResponse
 from armsim_ros.planning.pilz.sequence import SOURCE as SEQUENCE
@@ -28,12 +33,10 @@ from armsim_ros.planning.queries import (
 )
 from armsim_ros.planning.request import Constraints, MotionPlanRequest, MotionPlanResponse
 from armsim_ros.planning.request_checks import RequestChecks
-from armsim_ros.planning.scene import PlanningScene
-from armsim_ros.planning.search import Budget
-from armsim_ros.planning.second_attempt import SecondProcess
+from armsim_ros.planning.scene.planning_scene import PlanningScene
 from armsim_ros.planning.settings import PlanningSettings
-from armsim_ros.planning.time_parameterization import warm_up
-from armsim_ros.trajectory import JointTrajectory, Vector
+from armsim_ros.planning.timing.time_parameterization import warm_up
+from armsim_ros.trajectory import JointTrajectory
 
 __all__ = ['MotionPlanner', 'never', 'warm_up']
 
@@ -52,42 +55,38 @@ class MotionPlanner:
     :param scene: any scene of the robot; each request brings its own, which is not changed.
     :param settings: what the user set.
     :param log: hears warnings, and the reason of every failure.
-    :param second_attempt_delay: a request that takes longer than this [s] is planned in another
-        process, too, unless a seed makes it repeatable; 0 for never. See :meth:`close`.
     """
 
     def __init__(
         self, scene: PlanningScene, *, settings: PlanningSettings | None = None,
-        log: Log | None = None, second_attempt_delay: float = 0.0,
+        log: Log | None = None,
     ) -> None:
-        """Build what lives longer than a request."""
         self._context = PlanningContext(scene, settings, log)
-        self._second = SecondProcess(scene.robot, second_attempt_delay, self._context.log)
+        self._settings = self._context.settings
         self._lock = threading.Lock()
 
     @property
     def settings(self) -> PlanningSettings:
         """What the user set; a request takes the value it has when it begins."""
-        return self._context.settings
+        return self._settings
 
     @settings.setter
     def settings(self, settings: PlanningSettings) -> None:
+        # One reference, swapped: whoever sets it must not wait for the plan of another.
+        self._settings = settings
+
+    @contextmanager
+    def _request(self) -> Iterator[PlanningContext]:
+        """Wait for the turn of a request, and begin it with the settings of now."""
         with self._lock:
-            self._context.settings = settings
+            self._context.settings = self._settings
+            yield self._context
 
     def prepare(self) -> None:
         """Do now what the first requests would wait for: imports and tables (about 1 s)."""
         warm_up()
-        with self._lock:
-            self._context.prepare()
-
-    def close(self) -> None:
-        """End the other process, unless it is at work; with this one it ends in any case."""
-        if self._lock.acquire(blocking=False):
-            try:
-                self._second.close()
-            finally:
-                self._lock.release()
+        with self._request() as context:
+            context.prepare()
 
     def plan(
         self, request: MotionPlanRequest, scene: PlanningScene, *,
@@ -100,30 +99,25 @@ class MotionPlanner:
         :param clock: returns the time [s] that ``allowed_planning_time`` is measured in.
         :param cancelled: polled often; True ends the search.
         """
-        with self._lock:
-            context = self._context
+        with self._request() as context:
             began = clock()
             positions: dict[str, float] = {}
             checks = RequestChecks(context.model, context.settings, context.log)
             seconds = checks.planning_time(request)
-            with self._second.race(
-                request, scene.content, context.settings, seconds, cancelled
-            ) as race:
-                budget = Budget(clock, began + seconds, race.over)
-                try:
-                    started = requested_scene(context, request, scene)
-                    positions = context.model.positions(started.q)
-                    with context.polled(lambda: budget.check('planning pipeline')):
-                        trajectory, length = run_pipeline(context, request, started, budget)
-                except PlanningError as error:
-                    if race.answer is not None:
-                        return replace(race.answer, planning_time=clock() - began)
-                    source = error.source or 'planning pipeline'
-                    context.log.error(f'{source}: {error}')
-                    return MotionPlanResponse(
-                        MoveItErrorCode(error.code), str(error), source, JointTrajectory(()),
-                        positions, request.group_name, clock() - began,
-                    )
+            budget = Budget(clock, began + seconds, cancelled)
+            try:
+                started = requested_scene(context, request, scene)
+                positions = context.model.positions(started.q)
+                with context.polled(lambda: budget.check('planning pipeline')):
+                    trajectory, length = run_pipeline(context, request, started, budget)
+            except PlanningError as error:
+                source = error.source or 'planning pipeline'
+                context.log.error(f'{source}: {error}')
+                return MotionPlanResponse(
+                    MoveItErrorCode(error.code), str(error), source, JointTrajectory(()),
+                    positions, request.group_name, clock() - began,
+                    contacts=tuple(one for one in error.contacts if isinstance(one, Contact)),
+                )
             return MotionPlanResponse(
                 MoveItErrorCode.SUCCESS, '', '', trajectory, positions, request.group_name,
                 max(clock() - began, 1e-9), length,
@@ -143,10 +137,10 @@ class MotionPlanner:
         began = clock()
         try:
             requests, answers = plan_items(
-                items, lambda one: self.plan(one, scene, clock=clock, cancelled=cancelled)
+                items, lambda request: self.plan(request, scene, clock=clock, cancelled=cancelled)
             )
-            with self._lock:
-                runs = join(self._context, items, requests, answers, scene)
+            with self._request() as context:
+                runs = join(context, items, requests, answers, scene)
         except PlanningError as error:
             source = error.source or SEQUENCE
             self._context.log.error(f'{source}: {error}')
@@ -165,15 +159,35 @@ class MotionPlanner:
         cancelled: Callable[[], bool] = never,
     ) -> CartesianResponse:
         """Return the part of a Cartesian path that can be followed, timed."""
-        with self._lock:
-            return plan_cartesian(self._context, request, scene, cancelled)
+        with self._request() as context:
+            return plan_cartesian(context, request, scene, cancelled)
 
     def compute_ik(
         self, request: IKRequest, scene: PlanningScene, *, clock: Callable[[], float]
     ) -> IKResponse:
         """Return joint positions that put links where they are wanted."""
-        with self._lock:
-            return solve_ik(self._context, request, scene, clock)
+        turns = self.ik_in_turns(request, scene, clock=clock)
+        while True:
+            try:
+                next(turns)
+            except StopIteration as end:
+                response: IKResponse = end.value
+                return response
+
+    def ik_in_turns(
+        self, request: IKRequest, scene: PlanningScene, *, clock: Callable[[], float]
+    ) -> Generator[None, None, IKResponse]:
+        """Do as :meth:`compute_ik`, and yield between tries: others may ask meanwhile."""
+        with self._request() as context:
+            tries = solve_ik(context, request, scene, clock)
+        while True:
+            with self._request():
+                try:
+                    next(tries)
+                except StopIteration as end:
+                    response: IKResponse = end.value
+                    return response
+            yield
 
     def check_state(
         self, scene: PlanningScene, q: Vector, group: str = '',
@@ -185,29 +199,29 @@ class MotionPlanner:
         :param q: (n,) full robot state.
         :param group: only links that this group moves; '' for all.
         """
-        with self._lock:
-            return check_state(self._context, scene, q, group, constraints or Constraints())
+        with self._request() as context:
+            return check_state(context, scene, q, group, constraints or Constraints())
 
     def path_fault(
         self, trajectory: JointTrajectory, from_time: float, scene: PlanningScene,
-        group: str = '', path_constraints: Constraints | None = None,
+        group: str, path_constraints: Constraints | None = None,
     ) -> str:
         """
         Return why the rest of a trajectory cannot be run in a scene; '' where it can.
 
         :param from_time: [s] of the trajectory; what comes before is not looked at.
         """
-        with self._lock:
+        with self._request() as context:
             return path_fault(
-                self._context, trajectory, from_time, scene, group,
+                context, trajectory, from_time, scene, group,
                 path_constraints or Constraints(),
             )
 
     def goal_reached(self, request: MotionPlanRequest, scene: PlanningScene) -> bool:
         """Return whether the scene's robot state satisfies one of a request's goals already."""
-        with self._lock:
+        with self._request() as context:
             sets = (
-                ConstraintSet(goal, scene, self._context.log)
+                ConstraintSet(goal, scene, context.log)
                 for goal in request.goal_constraints
             )
             return any(

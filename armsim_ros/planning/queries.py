@@ -4,30 +4,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Generator, Mapping
 from dataclasses import dataclass, field
-import math
 
 import numpy as np
-from numpy.typing import NDArray
 
-from armsim_ros.errors import PlanningError
+from armsim_ros.arrays import Matrix, Vector
+from armsim_ros.errors import MoveItErrorCode, PlanningError
 from armsim_ros.kinematics.inverse import IKTarget
-from armsim_ros.planning.collision import Contact
-from armsim_ros.planning.constraint_terms import ConstraintResult
-from armsim_ros.planning.constraints import ConstraintSet
+from armsim_ros.planning.collision.collision_model import Contact
+from armsim_ros.planning.constraints.path_constraints import ConstraintSet
+from armsim_ros.planning.constraints.regions import is_place
+from armsim_ros.planning.constraints.terms import ConstraintResult
 from armsim_ros.planning.context import PlanningContext
-from armsim_ros.planning.error_codes import MoveItErrorCode
-from armsim_ros.planning.regions import is_place
-from armsim_ros.planning.request import Constraints, StartState
-from armsim_ros.planning.scene import PlanningScene
+from armsim_ros.planning.request import Constraints
+from armsim_ros.planning.scene.planning_scene import PlanningScene
+from armsim_ros.planning.scene.update import StartState
+from armsim_ros.planning.timing.path_timing import first_fault
+from armsim_ros.planning.timing.quintic import QuinticMotion
 from armsim_ros.trajectory import JointTrajectory
-
-Matrix = NDArray[np.float64]
-Vector = NDArray[np.float64]
 
 DEFAULT_IK_TIMEOUT = 0.05
 """Time for inverse kinematics [s] where the request gives none, and kinematics.yaml no more."""
+
+LONGEST_IK_TIMEOUT = 10.0
+"""The most that a request gets [s]: nobody can cancel a service."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,7 +48,7 @@ class StateReport:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class PoseTarget:
+class LinkPose:
     """
     A pose that a link shall have.
 
@@ -70,7 +71,7 @@ class IKRequest:
     """
 
     group_name: str
-    targets: tuple[PoseTarget, ...]
+    targets: tuple[LinkPose, ...]
     start_state: StartState = field(default_factory=StartState)
     constraints: Constraints = field(default_factory=Constraints)
     avoid_collisions: bool = False
@@ -117,10 +118,14 @@ def check_state(
 def solve_ik(
     context: PlanningContext, request: IKRequest, scene: PlanningScene,
     clock: Callable[[], float],
-) -> IKResponse:
-    """Return joint positions that put links where they are wanted, or why there are none."""
+) -> Generator[None, None, IKResponse]:
+    """
+    Return joint positions that put links where they are wanted, or why there are none.
+
+    It yields between tries; the collision checker may serve others meanwhile.
+    """
     try:
-        return _solve_ik(context, request, scene, clock)
+        return (yield from _solve_ik(context, request, scene, clock))
     except PlanningError as error:
         context.log.error(f'compute_ik: {error}')
         return IKResponse(MoveItErrorCode(error.code), str(error))
@@ -129,7 +134,7 @@ def solve_ik(
 def _solve_ik(
     context: PlanningContext, request: IKRequest, scene: PlanningScene,
     clock: Callable[[], float],
-) -> IKResponse:
+) -> Generator[None, None, IKResponse]:
     group = request.group_name
     model = context.model
     inverse = context.inverse(group)
@@ -140,34 +145,45 @@ def _solve_ik(
     if not targets:
         raise PlanningError(MoveItErrorCode.INVALID_LINK_NAME, 'the request has no pose')
     kept = ConstraintSet(request.constraints, scene, context.log)
-    context.checker.use(scene)
     colliding: list[Vector] = []
 
     def valid(q: Vector) -> bool:
+        context.checker.use(scene)
         if request.avoid_collisions and context.checker.in_collision(q, group):
             colliding.append(q)
             return False
         return kept.satisfied(q)
 
-    timeout = request.timeout if request.timeout > 0.0 else max(
-        context.settings.ik_timeouts.get(group, 0.0), DEFAULT_IK_TIMEOUT
-    )
-    result = inverse.solve(
-        targets, scene.q, is_valid=valid, clock=clock, deadline=clock() + timeout,
+    result = yield from inverse.tries(
+        targets, scene.q, is_valid=valid, clock=clock,
+        deadline=clock() + _ik_timeout(context, request),
         rng=np.random.default_rng(max(context.settings.seed, 0)),
     )
     if result.q is not None:
         return IKResponse(MoveItErrorCode.SUCCESS, '', model.positions(result.q))
     message = result.message
     if colliding:
+        context.checker.use(scene)
         pairs = context.checker.contacts(colliding[0], group)
         message += f'; the first one collides: {"; ".join(str(pair) for pair in pairs[:3])}'
     context.log.info(f'compute_ik: {message}')
     return IKResponse(MoveItErrorCode.NO_IK_SOLUTION, message)
 
 
+def _ik_timeout(context: PlanningContext, request: IKRequest) -> float:
+    """Return the time for inverse kinematics [s]."""
+    if not request.timeout > 0.0:
+        return max(context.settings.ik_timeouts.get(request.group_name, 0.0), DEFAULT_IK_TIMEOUT)
+    if request.timeout > LONGEST_IK_TIMEOUT:
+        context.log.warning(
+            f'compute_ik: a timeout of {request.timeout:g} s is asked for; '
+            f'using {LONGEST_IK_TIMEOUT:g} s'
+        )
+    return min(request.timeout, LONGEST_IK_TIMEOUT)
+
+
 def _target(
-    context: PlanningContext, scene: PlanningScene, group: str, target: PoseTarget
+    context: PlanningContext, scene: PlanningScene, group: str, target: LinkPose
 ) -> IKTarget:
     name = target.link_name or context.tip(group)
     base = scene.frame_pose(target.frame_id, scene.q)
@@ -190,30 +206,13 @@ def path_fault(
     """
     Return why the rest of a trajectory cannot be run in a scene; '' where it can.
 
-    :param from_time: [s] of the trajectory; the point before it is looked at too.
-    :param group: only links that this group moves; '' for all.
+    :param trajectory: with velocities and accelerations.
+    :param from_time: [s] of the trajectory; what comes before is not looked at.
+    :param group: planning group whose motion it is.
     """
-    context.checker.use(scene)
-    kept = ConstraintSet(path_constraints, scene, context.log)
-    model = context.model
-    last: Vector | None = None
-    for k, point in enumerate(trajectory.points):
-        following = trajectory.points[min(k + 1, len(trajectory.points) - 1)]
-        if following.time_from_start < from_time:
-            continue
-        named = dict(zip(trajectory.joint_names, point.positions.tolist(), strict=True))
-        q = model.vector(named, scene.q)
-        moved = 0.0 if last is None else context.checker.displacement_bound(
-            last, q, group or None
-        )
-        parts = max(1, math.ceil(moved / context.settings.fine_step))
-        for part in range(1, parts + 1):
-            between = q if last is None else last + (part / parts) * (q - last)
-            if context.checker.in_collision(between, group or None):
-                pair = next(iter(context.checker.contacts(between, group or None)), None)
-                return f'at {point.time_from_start:.2f} s: {pair or "a collision"}'
-            wrong = kept.violation(between)
-            if wrong:
-                return f'at {point.time_from_start:.2f} s: {wrong}'
-        last = q
-    return ''
+    on_path = ConstraintSet(path_constraints, scene, context.log)
+    validity = context.validity(scene, group, on_path)
+    start = context.model.extract(scene.q, group)
+    motion = QuinticMotion.of(trajectory, dict(zip(validity.joint_names, start, strict=True)))
+    return first_fault(
+        motion, validity, context.settings.fine_step, since=max(from_time, 0.0))

@@ -14,19 +14,17 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import IntEnum
-from typing import TYPE_CHECKING
 
-import numpy as np
-from numpy.typing import NDArray
-
-from armsim_ros.model.geometry import Geometry
-from armsim_ros.planning.error_codes import MoveItErrorCode
+from armsim_ros.arrays import Matrix
+from armsim_ros.errors import MoveItErrorCode
+from armsim_ros.model.geometry import Geometry, Sphere
+from armsim_ros.model.transforms import quat_xyzw_from_matrix
+from armsim_ros.planning.collision.contacts import Contact
+from armsim_ros.planning.scene.update import StartState
 from armsim_ros.trajectory import JointTrajectory
 
-if TYPE_CHECKING:
-    from armsim_ros.planning.scene_update import AttachedObjectUpdate
-
-Matrix = NDArray[np.float64]
+JOINT_TOLERANCE, POSITION_TOLERANCE, ORIENTATION_TOLERANCE = 1e-4, 1e-3, 1e-2
+"""Tolerances of goals that are made of numbers: [rad or m], [m], [rad]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,6 +111,42 @@ class Constraints:
     visibility_constraints: tuple[VisibilityConstraint, ...] = ()
     name: str = ''
 
+    @classmethod
+    def of_joints(
+        cls, positions: Mapping[str, float], tolerance: float = JOINT_TOLERANCE
+    ) -> Constraints:
+        """
+        Return a goal in joint space.
+
+        :param positions: joint -> [rad or m].
+        :param tolerance: to either side [rad or m].
+        """
+        return cls(tuple(
+            JointConstraint(name, position, tolerance, tolerance)
+            for name, position in positions.items()))
+
+    @classmethod
+    def of_pose(
+        cls, link_name: str, pose: Matrix, frame_id: str = '', *,
+        position_tolerance: float = POSITION_TOLERANCE,
+        orientation_tolerance: float = ORIENTATION_TOLERANCE,
+    ) -> Constraints:
+        """
+        Return a goal for the pose of a link.
+
+        :param pose: (4, 4) in the frame.
+        :param frame_id: a link, an object or the model frame, which has to be named.
+        :param position_tolerance: radius of a sphere [m].
+        :param orientation_tolerance: about each axis [rad].
+        """
+        x, y, z, w = quat_xyzw_from_matrix(pose).tolist()
+        region = Region(Sphere(position_tolerance), pose)
+        return cls(
+            position_constraints=(PositionConstraint(link_name, (region,), frame_id),),
+            orientation_constraints=(OrientationConstraint(
+                link_name, (x, y, z, w), (orientation_tolerance,) * 3, frame_id),),
+        )
+
     @property
     def empty(self) -> bool:
         """Whether nothing is asked."""
@@ -122,30 +156,6 @@ class Constraints:
             or self.orientation_constraints
             or self.visibility_constraints
         )
-
-
-@dataclass(frozen=True, slots=True)
-class StartState:
-    """
-    Where a motion begins.
-
-    :param joint_names: joints that differ from the monitored state.
-    :param positions: [rad or m], one a joint name.
-    :param is_diff: whether attached objects of the monitored scene stay.
-    :param attached_objects: objects to attach for this request.
-    :param velocities: [rad/s or m/s] of the joints; may be empty.
-    """
-
-    joint_names: tuple[str, ...] = ()
-    positions: tuple[float, ...] = ()
-    is_diff: bool = True
-    attached_objects: tuple[AttachedObjectUpdate, ...] = ()
-    velocities: tuple[float, ...] = ()
-
-    @classmethod
-    def from_positions(cls, positions: Mapping[str, float]) -> StartState:
-        """Return the monitored state with these joints [rad or m] laid over it."""
-        return cls(tuple(positions), tuple(positions.values()))
 
 
 @dataclass(frozen=True, slots=True)
@@ -207,6 +217,7 @@ class MotionPlanResponse:
     :param trajectory_start: joint -> position [rad or m] of all movable joints.
     :param planning_time: [s] search and shortening.
     :param path_length: [rad or m] sum of the joint-space distances along the path.
+    :param contacts: what touches in the start or goal that was refused for it.
     """
 
     error_code: MoveItErrorCode
@@ -217,6 +228,7 @@ class MotionPlanResponse:
     group_name: str = ''
     planning_time: float = 0.0
     path_length: float = 0.0
+    contacts: tuple[Contact, ...] = ()
 
     @property
     def success(self) -> bool:

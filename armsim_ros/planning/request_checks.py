@@ -8,22 +8,21 @@ from collections.abc import Sequence
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
-from armsim_ros.errors import nearest, PlanningError
+from armsim_ros.arrays import Vector
+from armsim_ros.errors import MoveItErrorCode, nearest, PlanningError
 from armsim_ros.kinematics.kinematic_model import KinematicModel
-from armsim_ros.planning.error_codes import MoveItErrorCode
-from armsim_ros.planning.limits import LimitTable, MotionLimits, scaling_factor
+from armsim_ros.planning.collision.state_validity import StateValidity
 from armsim_ros.planning.log import Log
 from armsim_ros.planning.request import MotionPlanRequest
 from armsim_ros.planning.settings import PlanningSettings
-from armsim_ros.planning.state_validity import StateValidity
-from armsim_ros.planning.time_parameterization import SpeedLimit
-
-Vector = NDArray[np.float64]
+from armsim_ros.planning.timing.limits import LimitTable, MotionLimits, scaling_factor
+from armsim_ros.planning.timing.time_parameterization import SpeedLimit
 
 _SOURCE = 'planning pipeline'
 _DEFAULT_TIME = 1.0
+LONGEST_PLANNING_TIME = 600.0
+"""The most that a request gets [s]."""
 
 
 class RequestChecks:
@@ -36,7 +35,6 @@ class RequestChecks:
     """
 
     def __init__(self, model: KinematicModel, settings: PlanningSettings, log: Log) -> None:
-        """Keep the parts."""
         self._model = model
         self._settings = settings
         self._log = log
@@ -68,8 +66,15 @@ class RequestChecks:
 
     def planning_time(self, request: MotionPlanRequest) -> float:
         """Return the time for the search [s]."""
-        if request.allowed_planning_time > 0.0 and math.isfinite(request.allowed_planning_time):
-            return request.allowed_planning_time
+        wanted = request.allowed_planning_time
+        if LONGEST_PLANNING_TIME < wanted < math.inf:
+            self._log.warning(
+                f'allowed_planning_time is {wanted:g} s: using {LONGEST_PLANNING_TIME:g} s, as '
+                'others wait meanwhile'
+            )
+            return LONGEST_PLANNING_TIME
+        if 0.0 < wanted < math.inf:
+            return wanted
         self._log.info(
             f'allowed_planning_time is {request.allowed_planning_time:g}: using {_DEFAULT_TIME} s'
         )

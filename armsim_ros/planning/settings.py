@@ -12,8 +12,8 @@ from armsim_ros.config.cartesian_limits import CartesianLimits
 from armsim_ros.config.kinematics import KinematicsSettings
 from armsim_ros.config.ompl_planning import OmplSettings
 from armsim_ros.config.planning_parameters import PlanningParameters
-from armsim_ros.planning.planners import PlannerTable
-from armsim_ros.planning.state_validity import FINE_STEP
+from armsim_ros.planning.collision.state_validity import FINE_STEP
+from armsim_ros.planning.search.planners import PlannerTable
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,19 +1,34 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Whether a motion can begin where it is asked to begin."""
+"""Whether a motion can begin where it is asked to begin, and what to do where it cannot."""
 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from armsim_ros.errors import PlanningError
-from armsim_ros.planning.error_codes import MoveItErrorCode
+from armsim_ros.arrays import Matrix, Vector
+from armsim_ros.errors import MoveItErrorCode, PlanningError
+from armsim_ros.planning.budget import Budget
+from armsim_ros.planning.collision.state_validity import StateValidity
+from armsim_ros.planning.constraints.path_constraints import ConstraintSet
+from armsim_ros.planning.context import PlanningContext
 from armsim_ros.planning.log import Log
-from armsim_ros.planning.scene import PlanningScene
-from armsim_ros.planning.state_validity import StateValidity
+from armsim_ros.planning.pilz.profile import point_to_point
+from armsim_ros.planning.request import MotionPlanRequest
+from armsim_ros.planning.scene.planning_scene import PlanningScene
+from armsim_ros.planning.search.goal_sampling import GoalSampler
+from armsim_ros.planning.search.path_search import SearchProblem
+from armsim_ros.planning.search.planners import PlannerChoice
+from armsim_ros.planning.search.stages import find_motion
+from armsim_ros.planning.timing.limits import MotionLimits
+from armsim_ros.planning.timing.path_timing import time_waypoints
+from armsim_ros.planning.timing.quintic import QuinticMotion
+from armsim_ros.trajectory import JointTrajectory
 
-Vector = NDArray[np.float64]
+COLLISION = 'FixStartStateCollision'
+PATH_CONSTRAINTS = 'FixStartStatePathConstraints'
+
+_STEP = 0.1  # [s] between two points of the way out
 
 ROUNDING = 1e-5
 """How far [rad or m] a measured position may lie beyond a limit without a word."""
@@ -66,7 +81,7 @@ def check_start(validity: StateValidity, start: Vector) -> None:
             MoveItErrorCode.START_STATE_IN_COLLISION,
             f'the start state collides: {validity.touching(start)}; move the robot or the '
             'object, or allow the pair in the allowed collision matrix',
-            'CheckStartStateCollision',
+            'CheckStartStateCollision', validity.contacts(start),
         )
     if not validity.constrained(start):
         raise PlanningError(
@@ -75,3 +90,96 @@ def check_start(validity: StateValidity, start: Vector) -> None:
             'a state that keeps them first, or widen them',
             'CheckStartStatePathConstraints',
         )
+
+
+class StartRepairs:
+    """
+    Motions from a start that is not valid to one that is.
+
+    ROS 1's request adapters FixStartStateCollision and FixStartStatePathConstraints; they act
+    only where the user names them in ``request_adapters``.
+
+    :param context: what the user set, and the solvers.
+    :param request: the motion that is to begin.
+    :param limits: of the group's joints, scaled.
+    """
+
+    def __init__(
+        self, context: PlanningContext, request: MotionPlanRequest, limits: MotionLimits,
+        rng: np.random.Generator, budget: Budget,
+    ) -> None:
+        self._context = context
+        self._request = request
+        self._limits = limits
+        self._rng = rng
+        self._budget = budget
+
+    def run(
+        self, scene: PlanningScene, validity: StateValidity, start: Vector
+    ) -> tuple[list[JointTrajectory], Vector]:
+        """
+        Return what to do first, and where that ends.
+
+        :param start: (m,) the group's values.
+        :returns: an empty list where nothing had to be, or could be repaired.
+        """
+        motions: list[JointTrajectory] = []
+        wanted = self._context.settings.start_repairs
+        if COLLISION in wanted and validity.collides(start):
+            free = self._jiggled(validity, start)
+            if free is not None:
+                motion = point_to_point(start, free, self._limits, _STEP)
+                motions.append(motion.trajectory(validity.joint_names))
+                start = free
+        if PATH_CONSTRAINTS in wanted and not validity.constrained(start):
+            states = self._to_constraints(scene, validity, start)
+            motions.append(states)
+            start = states.points[-1].positions
+        return motions, start
+
+    def _jiggled(self, validity: StateValidity, start: Vector) -> Vector | None:
+        """Return a free state near a colliding one, None where chance finds none."""
+        settings, log = self._context.settings, self._context.log
+        low = np.where(np.isfinite(validity.lower), validity.lower, start - np.pi)
+        high = np.where(np.isfinite(validity.upper), validity.upper, start + np.pi)
+        reach = settings.jiggle_fraction * (high - low)
+        for _ in range(settings.max_sampling_attempts):
+            near = np.clip(start + self._rng.uniform(-reach, reach), low, high)
+            if validity.free(near):
+                log.warning(
+                    f'the start state collides ({validity.touching(start)}): moving out of it '
+                    f'first, by at most {float(np.max(np.abs(near - start))):.4f} in a joint'
+                )
+                return near
+        log.warning(
+            f'the start state collides and none of {settings.max_sampling_attempts} states '
+            f'within {settings.jiggle_fraction:g} of the joint ranges is free'
+        )
+        return None
+
+    def _to_constraints(
+        self, scene: PlanningScene, validity: StateValidity, start: Vector
+    ) -> JointTrajectory:
+        """Return a motion to the nearest state found that keeps the path constraints."""
+        context, group = self._context, self._request.group_name
+        unbound = context.validity(scene, group)
+        began = context.model.insert(scene.q, group, start)
+        kept = ConstraintSet(self._request.path_constraints, scene, context.log)
+        sampler = GoalSampler(
+            context.model, context.inverse(group), unbound, began, self._rng
+        )
+        goals = sampler.sample([kept], self._budget)
+        problem = SearchProblem(
+            unbound, start, tuple(goals), PlannerChoice(), self._rng, self._budget, context.log,
+            context.settings.fine_step,
+        )
+
+        def timed(path: Matrix, step: float, rough: bool) -> QuinticMotion:
+            return time_waypoints(path, unbound, self._limits, None, step, rough)
+
+        _, motion = find_motion(problem, timed)
+        context.log.warning(
+            f'the start state breaks the path constraints ({validity.why_not(start)}): moving '
+            'to a state that keeps them first'
+        )
+        return motion.trajectory(validity.joint_names)

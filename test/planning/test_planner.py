@@ -47,11 +47,18 @@ def test_around_a_wall(wall, plan_for, clock, seed):
     judge(response, wall.robot, [(WALL[0], pose_matrix(WALL[1]))])
 
 
-@pytest.mark.parametrize('planner', ['RRT', 'KPIECE', 'LBKPIECE', 'PRM', 'BITstar', 'RRTstar'])
-def test_other_planners(wall, plan_for, clock, planner):
-    """OMP-1: planners of other kinds solve it too."""
+@pytest.mark.parametrize(('planner', 'seconds'), [
+    *((name, 0.1) for name in (
+        'BiEST', 'BiTRRT', 'BITstar', 'BKPIECE', 'EST', 'KPIECE', 'LazyPRM', 'LazyPRMstar',
+        'LazyRRT', 'LBKPIECE', 'LBTRRT', 'PDST', 'PRM', 'PRMstar', 'ProjEST', 'RRT', 'RRTConnect',
+        'RRTstar', 'SBL', 'SPARS', 'SPARStwo', 'STRIDE', 'TRRT',
+    )),
+    ('BFMT', 1.0), ('FMT', 1.0),
+])
+def test_planners_of_all_types(wall, plan_for, clock, planner, seconds):
+    """OMP-1: each of them finds a way round a wall."""
     response = plan_for(wall).plan(
-        request(joint_goal(RIGHT), planner_id=planner, allowed_planning_time=0.1), wall,
+        request(joint_goal(RIGHT), planner_id=planner, allowed_planning_time=seconds), wall,
         clock=clock)
     assert response.success, response.message
     judge(response, wall.robot, [(WALL[0], pose_matrix(WALL[1]))], samples=60)
@@ -85,6 +92,21 @@ def test_seed_of_the_settings(wall, plan_for, clock):
         plan_for(wall, settings).plan(request(joint_goal(RIGHT), seed=-1), wall, clock=clock)
         for _ in range(2))
     assert np.array_equal(first.trajectory.positions(), second.trajectory.positions())
+
+
+def test_settings_can_be_set_while_another_plans(wall, plan_for, clock):
+    """Whoever sets them does not wait for the plan, which keeps those that it began with."""
+    planner = plan_for(wall, PlanningSettings(seed=3))
+    expected = planner.plan(request(joint_goal(RIGHT), seed=-1), wall, clock=clock)
+
+    def set_another():
+        planner.settings = PlanningSettings(seed=4, default_pipeline='nobody')
+        return False
+
+    answer = planner.plan(
+        request(joint_goal(RIGHT), seed=-1), wall, clock=clock, cancelled=set_another)
+    assert np.array_equal(answer.trajectory.positions(), expected.trajectory.positions())
+    assert planner.plan(request(joint_goal(RIGHT)), wall, clock=clock).error_code == 99999
 
 
 def test_best_of_several_attempts(wall, plan_for, clock):

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from armsim_ros.model.transforms import pose_matrix
-from armsim_ros.planning.queries import IKRequest, PoseTarget
-from armsim_ros.planning.request import Constraints, JointConstraint, StartState
+from armsim_ros.planning.queries import IKRequest, LinkPose
+from armsim_ros.planning.request import Constraints, JointConstraint
+from armsim_ros.planning.scene.update import StartState
 
 SIX = tuple(f'axis{k}' for k in range(1, 7))
 BENT = (0.3, 0.7, 1.2, 0.2, 0.9, 0.1)
@@ -25,7 +26,7 @@ def wanted(six):
 def test_pose_is_reached(six, six_scene, plan_for, clock, wanted):
     """SRV-6: forward kinematics of the answer gives the pose; all joints are in it."""
     response = plan_for(six_scene).compute_ik(
-        IKRequest('arm', (PoseTarget('', wanted),)), six_scene, clock=clock)
+        IKRequest('arm', (LinkPose('', wanted),)), six_scene, clock=clock)
     assert response.error_code == 1
     assert set(response.positions) == set(SIX)
     assert six.link_pose(six.vector(response.positions), 'tool') == pytest.approx(
@@ -35,7 +36,7 @@ def test_pose_is_reached(six, six_scene, plan_for, clock, wanted):
 def test_seed_state_is_tried_first(six_scene, plan_for, clock, wanted):
     """SRV-2: a seed that already fits comes back."""
     response = plan_for(six_scene).compute_ik(
-        IKRequest('arm', (PoseTarget('tool', wanted),), StartState(SIX, BENT)), six_scene,
+        IKRequest('arm', (LinkPose('tool', wanted),), StartState(SIX, BENT)), six_scene,
         clock=clock)
     assert list(response.positions.values()) == pytest.approx(BENT, abs=1e-5)
 
@@ -45,7 +46,7 @@ def test_pose_in_another_frame(six, six_scene, add_box, plan_for, clock, wanted)
     add_box(six_scene, 'table', (0.1, 0.1, 0.1), (0.9, 0.5, 0.0), (0.0, 0.0, 0.7))
     local = np.linalg.inv(six_scene.frame_pose('table')) @ wanted
     response = plan_for(six_scene).compute_ik(
-        IKRequest('arm', (PoseTarget('tool', local, 'table'),)), six_scene, clock=clock)
+        IKRequest('arm', (LinkPose('tool', local, 'table'),)), six_scene, clock=clock)
     assert six.link_pose(six.vector(response.positions), 'tool') == pytest.approx(
         wanted, abs=1e-4)
 
@@ -57,7 +58,7 @@ def test_collisions_are_avoided(six, six_scene, add_box, plan_for, clock, wanted
     add_box(six_scene, 'knot', (0.06, 0.06, 0.06), at_elbow)
     seed = StartState(SIX, BENT)
     free = planner.compute_ik(
-        IKRequest('arm', (PoseTarget('tool', wanted),), seed, avoid_collisions=True,
+        IKRequest('arm', (LinkPose('tool', wanted),), seed, avoid_collisions=True,
                   timeout=0.5), six_scene, clock=clock)
     assert free.error_code == 1, free.message
     q = six.vector(free.positions)
@@ -72,18 +73,18 @@ def test_constraints_are_kept(six, six_scene, plan_for, clock):
     wanted = six.link_pose(six.vector(start), 'tool')
     keep = Constraints((JointConstraint('axis4', -2.9, 2.0, 0.0),))
     response = plan_for(six_scene).compute_ik(
-        IKRequest('arm', (PoseTarget('tool', wanted),), StartState.from_positions(start), keep,
+        IKRequest('arm', (LinkPose('tool', wanted),), StartState.from_positions(start), keep,
                   timeout=0.5), six_scene, clock=clock)
     assert response.error_code == 1, response.message
     assert response.positions['axis4'] < -0.9
 
 
 @pytest.mark.parametrize(('group', 'target', 'code'), [
-    ('amr', PoseTarget('tool', np.eye(4)), -15),
-    ('arm', PoseTarget('toll', np.eye(4)), -18),
-    ('arm', PoseTarget('tool', np.eye(4), 'nowhere'), -21),
-    ('arm', PoseTarget('tool', pose_matrix((3.0, 0.0, 0.0))), -31),
-    ('arm', PoseTarget('tool', np.full((4, 4), math.nan)), -31),
+    ('amr', LinkPose('tool', np.eye(4)), -15),
+    ('arm', LinkPose('toll', np.eye(4)), -18),
+    ('arm', LinkPose('tool', np.eye(4), 'nowhere'), -21),
+    ('arm', LinkPose('tool', pose_matrix((3.0, 0.0, 0.0))), -31),
+    ('arm', LinkPose('tool', np.full((4, 4), math.nan)), -31),
 ])
 def test_wrong_requests(six_scene, plan_for, clock, group, target, code):
     """E21: each mistake has its code and a sentence."""

@@ -14,12 +14,9 @@ from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.model.transforms import (
     pose_matrix,
 )
-from armsim_ros.planning.request import (
-    Constraints,
-    JointConstraint,
-    StartState,
-)
-from armsim_ros.planning.scene import PlanningScene
+from armsim_ros.planning.request import Constraints, JointConstraint
+from armsim_ros.planning.scene.planning_scene import PlanningScene
+from armsim_ros.planning.scene.update import StartState
 from armsim_ros.planning.settings import PlanningSettings
 
 

@@ -11,16 +11,12 @@ from armsim_ros.config.loading import load_robot_settings
 from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.model.loading import load_robot_model
 from armsim_ros.model.transforms import pose_matrix
-from armsim_ros.planning.cartesian_path import CartesianRequest
-from armsim_ros.planning.collision import CollisionChecker
+from armsim_ros.planning.cartesian.cartesian_path import CartesianRequest
+from armsim_ros.planning.collision.collision_model import CollisionChecker
 from armsim_ros.planning.planner import MotionPlanner
-from armsim_ros.planning.request import (
-    Constraints,
-    JointConstraint,
-    MotionPlanRequest,
-    StartState,
-)
-from armsim_ros.planning.scene import PlanningScene
+from armsim_ros.planning.request import Constraints, JointConstraint, MotionPlanRequest
+from armsim_ros.planning.scene.planning_scene import PlanningScene
+from armsim_ros.planning.scene.update import StartState
 from armsim_ros.planning.settings import settings_from_config
 
 GROUP = 'manipulator'
@@ -125,7 +121,7 @@ def test_an_object_in_the_way(planner, scene, request_for, add_box, clock):
 
 def test_attached_object_is_planned_with(planner, scene, request_for, add_box, clock):
     """SCN-10: an attached object takes part in collision checks of the plan."""
-    from armsim_ros.planning.scene_update import AttachedObjectUpdate, CollisionObjectUpdate
+    from armsim_ros.planning.scene.update import AttachedObjectUpdate, CollisionObjectUpdate
     tip = scene.robot.semantic.groups[GROUP].tips[-1]
     scene.set_positions(scene.robot.semantic.named_states[GROUP]['scan_food'])
     place = scene.frame_pose(tip) @ pose_matrix((0.0, 0.0, 0.0))

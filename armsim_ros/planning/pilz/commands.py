@@ -8,27 +8,23 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from armsim_ros.errors import nearest, PlanningError
-from armsim_ros.planning.constraints import ConstraintSet
+from armsim_ros.errors import MoveItErrorCode, nearest, PlanningError
+from armsim_ros.planning.budget import Budget
+from armsim_ros.planning.cartesian.curve_follower import CurveFollower
+from armsim_ros.planning.cartesian.curves import Arc, Curve, Line
+from armsim_ros.planning.collision.state_validity import StateValidity
+from armsim_ros.planning.constraints.path_constraints import ConstraintSet
 from armsim_ros.planning.context import PlanningContext
-from armsim_ros.planning.error_codes import MoveItErrorCode
-from armsim_ros.planning.path_timing import first_fault
-from armsim_ros.planning.pilz.curves import Arc, Curve, Line
-from armsim_ros.planning.pilz.goal import check_scaling, Goal, point_of, read_goal
-from armsim_ros.planning.pilz.link_path import follow
-from armsim_ros.planning.pilz.profile import point_to_point, TrapezoidalProfile
-from armsim_ros.planning.quintic import QuinticMotion
+from armsim_ros.planning.pilz.goal import check_scaling, CommandGoal, point_of, read_goal
+from armsim_ros.planning.pilz.profile import along_curve, point_to_point, TrapezoidalProfile
 from armsim_ros.planning.request import Constraints, MotionPlanRequest
 from armsim_ros.planning.request_checks import link_speed_limit
-from armsim_ros.planning.scene import PlanningScene
-from armsim_ros.planning.search import Budget
+from armsim_ros.planning.scene.planning_scene import PlanningScene
 from armsim_ros.planning.start_state import check_start
-from armsim_ros.planning.state_validity import StateValidity
-from armsim_ros.trajectory import JointTrajectory, TrajectoryPoint
-
-Vector = NDArray[np.float64]
+from armsim_ros.planning.timing.path_timing import first_fault
+from armsim_ros.planning.timing.quintic import QuinticMotion
+from armsim_ros.trajectory import JointTrajectory
 
 PIPELINE = 'pilz_industrial_motion_planner'
 COMMANDS = ('CIRC', 'LIN', 'PTP')
@@ -70,9 +66,7 @@ def run_command(
     goal = read_goal(context, request, scene)
     end = context.model.extract(goal.q, group)
     if float(np.max(np.abs(end - start))) < _AT_REST:
-        zero = np.zeros(len(start))
-        point = TrajectoryPoint(0.0, start, zero, zero)
-        return JointTrajectory(validity.joint_names, (point,)), 0.0
+        return QuinticMotion.at_rest(start).trajectory(validity.joint_names), 0.0
     if command == 'PTP':
         limits = context.limits.limits(validity.joint_names)
         motion = point_to_point(start, end, limits.scaled(
@@ -80,9 +74,9 @@ def run_command(
         ), SAMPLING_TIME)
     else:
         curve = _curve(command, context, request, scene, goal)
-        motion = follow(
-            context, validity, start, goal.frame, curve, _profile(context, request, curve),
-            SAMPLING_TIME, lambda: budget.check(command),
+        motion = along_curve(
+            CurveFollower(context, validity, goal.frame), start, curve,
+            _profile(context, request, curve), SAMPLING_TIME, lambda: budget.check(command),
         )
         _check_limits(context, motion, validity.joint_names, command)
     motion = _slow_enough(context, request, validity, motion)
@@ -115,7 +109,7 @@ def _profile(
 
 def _curve(
     command: str, context: PlanningContext, request: MotionPlanRequest, scene: PlanningScene,
-    goal: Goal,
+    goal: CommandGoal,
 ) -> Curve:
     first = context.model.link_pose(scene.q, goal.frame.link) @ goal.frame.offset
     if command == 'LIN':

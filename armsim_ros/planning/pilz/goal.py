@@ -7,26 +7,23 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from armsim_ros.errors import PlanningError
+from armsim_ros.arrays import Vector
+from armsim_ros.errors import MoveItErrorCode, PlanningError
 from armsim_ros.kinematics.inverse import IKTarget
 from armsim_ros.model.transforms import matrix_from_quat_xyzw, pose_from_parts
-from armsim_ros.planning.constraint_terms import Frame
+from armsim_ros.planning.constraints.regions import is_place, region_fault
+from armsim_ros.planning.constraints.terms import Frame
 from armsim_ros.planning.context import PlanningContext
-from armsim_ros.planning.error_codes import MoveItErrorCode
-from armsim_ros.planning.regions import is_place, region_fault
 from armsim_ros.planning.request import Constraints, MotionPlanRequest, PositionConstraint
-from armsim_ros.planning.scene import PlanningScene
-
-Vector = NDArray[np.float64]
+from armsim_ros.planning.scene.planning_scene import PlanningScene
 
 _SOURCE = 'Pilz goal'
 _LEAST_SCALING = 1e-4
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Goal:
+class CommandGoal:
     """
     Where a command ends.
 
@@ -54,7 +51,7 @@ def check_scaling(request: MotionPlanRequest) -> None:
 
 def read_goal(
     context: PlanningContext, request: MotionPlanRequest, scene: PlanningScene
-) -> Goal:
+) -> CommandGoal:
     """
     Return the goal of a request.
 
@@ -78,7 +75,7 @@ def read_goal(
 
 def _joint_goal(
     context: PlanningContext, group: str, goal: Constraints, scene: PlanningScene
-) -> Goal:
+) -> CommandGoal:
     model = context.model
     names = [model.names[index] for index in model.group_indices(group)]
     values: dict[str, float] = {}
@@ -96,12 +93,12 @@ def _joint_goal(
         raise _error('the goal has no joint, position or orientation constraint')
     q = model.vector(values, scene.q)
     frame = Frame(context.tip(group), np.eye(4))
-    return Goal(q, frame, model.link_pose(q, frame.link))
+    return CommandGoal(q, frame, model.link_pose(q, frame.link))
 
 
 def _pose_goal(
     context: PlanningContext, group: str, goal: Constraints, scene: PlanningScene
-) -> Goal:
+) -> CommandGoal:
     if len(goal.position_constraints) != 1 or len(goal.orientation_constraints) != 1:
         raise _error(f'the goal has {len(goal.position_constraints)} position and '
                      f'{len(goal.orientation_constraints)} orientation constraints; a pose is '
@@ -135,7 +132,7 @@ def _pose_goal(
             f'{np.round(pose[:3, 3], 4).tolist()} m in the model frame: {result.message}',
             _SOURCE,
         )
-    return Goal(result.q, frame, pose)
+    return CommandGoal(result.q, frame, pose)
 
 
 def point_of(position: PositionConstraint, scene: PlanningScene) -> Vector:

@@ -1,22 +1,29 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""How a motion gathers speed, keeps it, and comes to rest."""
+"""How a motion gathers speed, keeps it, and comes to rest: point to point, along a curve."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from itertools import pairwise
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
-from armsim_ros.planning.limits import MotionLimits
-from armsim_ros.planning.quintic import QuinticMotion
-
-Vector = NDArray[np.float64]
+from armsim_ros.arrays import Vector
+from armsim_ros.errors import MoveItErrorCode, PlanningError
+from armsim_ros.planning.cartesian.curve_follower import CurveFollower
+from armsim_ros.planning.cartesian.curves import Curve
+from armsim_ros.planning.timing.limits import MotionLimits
+from armsim_ros.planning.timing.quintic import QuinticMotion
 
 ROUNDING = 0.05
 """Time [s] over which the acceleration changes from one value to the next."""
+
+PRECISION = 5e-4
+"""Largest distance [m] of a link from its curve between two points."""
+
+_MOST_HALVINGS = 5
 
 
 class TrapezoidalProfile:
@@ -32,7 +39,6 @@ class TrapezoidalProfile:
     """
 
     def __init__(self, speed: float, acceleration: float, deceleration: float) -> None:
-        """Lay the three phases one after the other."""
         peak = min(speed, math.sqrt(
             2.0 * acceleration * deceleration / (acceleration + deceleration)
         ))
@@ -109,3 +115,66 @@ def point_to_point(
     times = profile.times(step)
     place, speed, rate = (values[:, None] for values in profile.sample(times))
     return QuinticMotion(times, start + place * way, speed * way, rate * way)
+
+
+def along_curve(
+    follower: CurveFollower, start: Vector, curve: Curve, profile: TrapezoidalProfile,
+    step: float, check: Callable[[], None],
+) -> QuinticMotion:
+    """
+    Return the joint motion that takes a frame along a curve.
+
+    :param start: (m,) the group's values at the curve's beginning.
+    :param profile: when the frame is where.
+    :param step: largest time between two points [s]; smaller ones are taken where the link
+        would leave the curve by more than :data:`PRECISION`.
+    :param check: called now and then; raises where the request was cancelled.
+    :raises PlanningError: FAILURE where the arm cannot follow.
+    """
+    for _ in range(_MOST_HALVINGS):
+        check()
+        motion = _sampled(follower, start, curve, profile, profile.times(step))
+        middles = 0.5 * (motion.times[1:] + motion.times[:-1])
+        places = profile.sample(middles)[0]
+        if all(
+            follower.distance(values, curve.pose(float(place)))[0] <= PRECISION
+            for place, values in zip(places, motion.sample(middles), strict=True)
+        ):
+            return motion
+        step *= 0.5
+    raise PlanningError(
+        MoveItErrorCode.FAILURE,
+        f"the joints would have to jump for '{follower.frame.link}' to stay on its path; begin "
+        'in another posture, or keep away from the singularity', 'link path',
+    )
+
+
+def _sampled(
+    follower: CurveFollower, start: Vector, curve: Curve, profile: TrapezoidalProfile,
+    times: Vector,
+) -> QuinticMotion:
+    place, speed, rate = profile.sample(times)
+    states, slopes = [], []
+    values = start
+    for s in map(float, place):
+        found, result = follower.solve(curve.pose(s), values)
+        if found is None:
+            raise PlanningError(
+                MoveItErrorCode.FAILURE,
+                f"'{follower.frame.link}' cannot follow its path beyond {s:.0%} of it: "
+                f'{result.message}', 'link path',
+            )
+        values = found
+        states.append(values)
+        slopes.append(follower.slope(values, curve.twist(s)))
+    slope = np.array(slopes)
+    distinct = np.concatenate([[True], np.diff(place) > 1e-9])
+    bend = np.zeros_like(slope)
+    if np.count_nonzero(distinct) > 2:
+        bend[distinct] = np.gradient(slope[distinct], place[distinct], axis=0)
+    return QuinticMotion(
+        times,
+        np.array(states),
+        slope * speed[:, None],
+        bend * speed[:, None] ** 2 + slope * rate[:, None],
+    )

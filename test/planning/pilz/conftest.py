@@ -17,7 +17,6 @@ from armsim_ros.model.loading import load_robot_model
 from armsim_ros.model.transforms import pose_from_parts, quat_xyzw_from_matrix
 from armsim_ros.planning.pilz.sequence import SequenceItem
 from armsim_ros.planning.planner import MotionPlanner
-from armsim_ros.planning.quintic import QuinticMotion
 from armsim_ros.planning.request import (
     Constraints,
     JointConstraint,
@@ -26,7 +25,8 @@ from armsim_ros.planning.request import (
     PositionConstraint,
     Region,
 )
-from armsim_ros.planning.scene import PlanningScene
+from armsim_ros.planning.scene.planning_scene import PlanningScene
+from armsim_ros.planning.timing.quintic import QuinticMotion
 
 GROUP, TIP = 'manipulator', 'tool0'
 START = (0.3, -0.9, 1.2, 0.2, 0.9, 0.1)

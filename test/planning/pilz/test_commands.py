@@ -10,18 +10,13 @@ from typing import Any
 import numpy as np
 import pytest
 
+from armsim_ros.errors import MoveItErrorCode
 from armsim_ros.model.geometry import Box
 from armsim_ros.model.transforms import pose_from_parts
-from armsim_ros.planning.error_codes import MoveItErrorCode
 from armsim_ros.planning.pilz.profile import TrapezoidalProfile
-from armsim_ros.planning.quintic import QuinticMotion
-from armsim_ros.planning.request import (
-    Constraints,
-    JointConstraint,
-    MotionPlanRequest,
-    StartState,
-)
-from armsim_ros.planning.scene_update import CollisionObjectUpdate
+from armsim_ros.planning.request import Constraints, JointConstraint, MotionPlanRequest
+from armsim_ros.planning.scene.update import CollisionObjectUpdate, StartState
+from armsim_ros.planning.timing.quintic import QuinticMotion
 
 GROUP, TIP = 'manipulator', 'tool0'
 START = (0.3, -0.9, 1.2, 0.2, 0.9, 0.1)

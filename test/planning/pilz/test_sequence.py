@@ -10,13 +10,16 @@ from typing import Any
 import numpy as np
 import pytest
 
+from armsim_ros.errors import MoveItErrorCode
 from armsim_ros.model.geometry import Sphere
 from armsim_ros.model.transforms import pose_from_parts
-from armsim_ros.planning.error_codes import MoveItErrorCode
 from armsim_ros.planning.pilz.sequence import SequenceItem
-from armsim_ros.planning.quintic import QuinticMotion
-from armsim_ros.planning.request import StartState
-from armsim_ros.planning.scene_update import AttachedObjectUpdate, CollisionObjectUpdate
+from armsim_ros.planning.scene.update import (
+    AttachedObjectUpdate,
+    CollisionObjectUpdate,
+    StartState,
+)
+from armsim_ros.planning.timing.quintic import QuinticMotion
 
 CORNERS = ((0.0, 0.15, 0.0), (0.0, 0.15, 0.12), (0.0, 0.0, 0.12))
 RADIUS = 0.05

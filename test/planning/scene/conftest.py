@@ -19,7 +19,7 @@ from armsim_ros.model.robot_model import (
     VirtualJoint,
 )
 from armsim_ros.model.transforms import pose_matrix
-from armsim_ros.planning.scene import PlanningScene
+from armsim_ros.planning.scene.planning_scene import PlanningScene
 
 Z = np.array([0.0, 0.0, 1.0])
 
@@ -96,3 +96,14 @@ def make_robot():
 def make_mesh():
     """Return the function that makes a cube of triangles."""
     return cube_mesh
+
+
+@pytest.fixture(scope='session')
+def mesh_kinematics(make_robot, make_mesh):
+    """Return the planar arm with a mesh for its upper link."""
+    from armsim_ros.model.geometry import Mesh as MeshShape
+
+    cube = make_mesh(0.1)
+    bar = MeshShape(cube.vertices * np.array([3.0, 0.5, 0.5]), cube.triangles)
+    pairs = (('base', 'upper'), ('upper', 'fore'), ('fore', 'finger'))
+    return KinematicModel(make_robot(pairs, upper_shape=bar))

@@ -2,23 +2,20 @@
 # SPDX-License-Identifier: Apache-2.0
 """Collision checks: truth, rules, and edits that are followed."""
 
-import itertools
 import math
 
-import coal
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from collision_truth import clutter, states, thing, truth
 import numpy as np
 import pytest
 
 from armsim_ros.errors import PlanningError
 from armsim_ros.kinematics.kinematic_model import KinematicModel
-from armsim_ros.model.geometry import Box, Capsule, Cone, Cylinder, Mesh, Plane, Sphere
+from armsim_ros.model.geometry import Box, Cylinder, Mesh, Plane, Sphere
 from armsim_ros.model.transforms import pose_matrix
-from armsim_ros.planning.collision import CollisionChecker
-from armsim_ros.planning.contacts import BodyType
-from armsim_ros.planning.scene import PlanningScene
-from armsim_ros.planning.scene_update import (
+from armsim_ros.planning.collision.collision_model import CollisionChecker
+from armsim_ros.planning.collision.contacts import BodyType
+from armsim_ros.planning.scene.planning_scene import PlanningScene
+from armsim_ros.planning.scene.update import (
     AttachedObjectUpdate,
     CollisionObjectUpdate,
     ObjectOperation,
@@ -26,104 +23,6 @@ from armsim_ros.planning.scene_update import (
 )
 
 ADD, REMOVE, APPEND, MOVE = ObjectOperation
-
-
-def shape_of(geometry):
-    """Return a coal shape, made independently of the package."""
-    if isinstance(geometry, Mesh):
-        model = coal.BVHModelOBBRSS()
-        model.beginModel(len(geometry.triangles), len(geometry.vertices))
-        model.addVertices(geometry.vertices)
-        model.addTriangles(geometry.triangles)
-        model.endModel()
-        return model
-    if isinstance(geometry, Box):
-        return coal.Box(*geometry.size)
-    if isinstance(geometry, Sphere):
-        return coal.Sphere(geometry.radius)
-    if isinstance(geometry, Plane):
-        normal = np.array([geometry.a, geometry.b, geometry.c])
-        return coal.Halfspace(normal / np.linalg.norm(normal),
-                              -geometry.d / np.linalg.norm(normal))
-    kind = {Cylinder: coal.Cylinder, Cone: coal.Cone, Capsule: coal.Capsule}[type(geometry)]
-    return kind(geometry.radius, geometry.length)
-
-
-def truth(scene, q):
-    """Return the pairs of names that touch, by every shape against every other."""
-    kinematics = scene.kinematic_model
-    bodies = []
-    for link in kinematics.robot.links.values():
-        at = kinematics.link_pose(q, link.name)
-        shapes = [(shape_of(c.geometry), at @ c.origin) for c in link.collisions]
-        bodies.append((link.name, link.name, (), shapes))
-    for item in scene.attached.values():
-        at = kinematics.link_pose(q, item.link_name) @ item.object.pose
-        shapes = [(shape_of(s.geometry), at @ s.pose) for s in item.object.shapes]
-        bodies.append((item.id, item.link_name, item.touch_links, shapes))
-    for item in scene.objects.values():
-        shapes = [(shape_of(s.geometry), item.pose @ s.pose) for s in item.shapes]
-        bodies.append((item.id, '', (), shapes))
-    found = set()
-    for (a, la, ta, sa), (b, lb, tb, sb) in itertools.combinations(bodies, 2):
-        if not (la or lb) or scene.acm.allowed(a, b):
-            continue
-        if la and lb and (b in ta or a in tb or (la == lb and a != la and b != lb)):
-            continue
-        if any(touch(*one, *other) for one in sa for other in sb):
-            found.add(tuple(sorted((a, b))))
-    return found
-
-
-def touch(shape_1, pose_1, shape_2, pose_2):
-    """Return whether two placed coal shapes touch."""
-    result = coal.CollisionResult()
-    coal.collide(
-        shape_1, coal.Transform3s(pose_1[:3, :3], pose_1[:3, 3]),
-        shape_2, coal.Transform3s(pose_2[:3, :3], pose_2[:3, 3]),
-        coal.CollisionRequest(), result)
-    return result.isCollision()
-
-
-def states(scene, count, seed=0):
-    """Return random robot states."""
-    rng = np.random.default_rng(seed)
-    model = scene.kinematic_model
-    return rng.uniform(model.lower, model.upper, (count, model.n))
-
-
-def thing(id_, geometry, at, rpy=(0, 0, 0), operation=ADD):
-    """Return an update with one shape."""
-    kind = 'primitives'
-    if isinstance(geometry, Mesh):
-        kind = 'meshes'
-    elif isinstance(geometry, Plane):
-        kind = 'planes'
-    return CollisionObjectUpdate(id_, operation, pose=pose_matrix(at, rpy), **{kind: (geometry,)})
-
-
-def clutter(scene, make_mesh):
-    """Fill a scene with one object of every kind."""
-    scene.apply_object(thing('box', Box((0.1, 0.2, 0.3)), (0.5, 0.4, 0.1), (0.2, 0.1, 0.5)))
-    scene.apply_object(thing('ball', Sphere(0.08), (-0.5, 0.3, 0.05)))
-    scene.apply_object(thing('can', Cylinder(0.06, 0.2), (0.1, -0.6, 0.0), (1.0, 0.2, 0.0)))
-    scene.apply_object(thing('hat', Cone(0.1, 0.2), (-0.4, -0.5, 0.0)))
-    scene.apply_object(thing('cube', make_mesh(0.15), (0.75, -0.2, 0.02), (0.3, 0.3, 0.3)))
-    scene.apply_object(thing('wall', Plane(1.0, 0.2, 0.0, 0.75), (0, 0, 0)))
-    scene.apply_attached(AttachedObjectUpdate(
-        'finger', thing('held', Capsule(0.02, 0.1), (0.95, 0.05, 0.0), (0, 1.57, 0)),
-        ('finger',)))
-
-
-@pytest.fixture(scope='session')
-def mesh_kinematics(make_robot, make_mesh):
-    """Return the planar arm with a mesh for its upper link."""
-    from armsim_ros.model.geometry import Mesh as MeshShape
-
-    cube = make_mesh(0.1)
-    bar = MeshShape(cube.vertices * np.array([3.0, 0.5, 0.5]), cube.triangles)
-    pairs = (('base', 'upper'), ('upper', 'fore'), ('fore', 'finger'))
-    return KinematicModel(make_robot(pairs, upper_shape=bar))
 
 
 @pytest.mark.parametrize('kind', ['kinematics', 'mesh_kinematics'])
@@ -142,100 +41,6 @@ def test_answers_equal_brute_force(kind, request, make_mesh):
         assert checker.maybe_in_collision(q) or not expected
         assert (checker.distance(q) <= 1e-6) == bool(expected)
     assert 40 < hits < 360
-
-
-SHAPES = st.one_of(
-    st.tuples(*[st.floats(0.05, 0.3)] * 3).map(Box),
-    st.floats(0.03, 0.15).map(Sphere),
-    st.builds(Cylinder, st.floats(0.03, 0.1), st.floats(0.05, 0.3)),
-    st.builds(Plane, st.floats(0.1, 1), st.floats(0.1, 1), st.just(0.0), st.floats(0.6, 1.0)),
-)
-PLACES = st.tuples(st.floats(-0.8, 0.8), st.floats(-0.8, 0.8), st.floats(-0.1, 0.1))
-IDS = st.sampled_from(['a', 'b', 'c', 'd', 'fore'])
-LINKS = st.sampled_from(['fore', 'finger', 'tool'])
-BODIES = st.sampled_from(['base', 'upper', 'fore', 'finger', 'a', 'b', 'c'])
-EDITS = st.one_of(
-    st.builds(lambda i, g, p: ('object', thing(i, g, p)), IDS, SHAPES, PLACES),
-    st.builds(lambda i, p: ('object', CollisionObjectUpdate(i, MOVE, pose=pose_matrix(p))),
-              IDS, PLACES),
-    st.builds(lambda i, g, p: ('object', thing(i, g, p, operation=APPEND)), IDS, SHAPES, PLACES),
-    st.builds(lambda i: ('object', CollisionObjectUpdate(i, REMOVE)), IDS),
-    st.builds(lambda i, link, t: ('attached', AttachedObjectUpdate(
-        link, CollisionObjectUpdate(i), tuple(t))), IDS, LINKS, st.lists(BODIES, max_size=2)),
-    st.builds(lambda i: ('attached', AttachedObjectUpdate('', CollisionObjectUpdate(i, REMOVE))),
-              IDS),
-    st.builds(lambda a, b, v: ('acm', (a, b, v)), BODIES, BODIES, st.booleans()),
-    st.builds(lambda link, v: ('padding', {link: v}), st.sampled_from(['upper', 'fore']),
-              st.sampled_from([0.0, 0.03])),
-    st.builds(lambda link, v: ('scale', {link: v}), st.sampled_from(['upper', 'fore']),
-              st.sampled_from([1.0, 1.2])),
-    st.builds(lambda v: ('state', v), st.floats(-1, 1)),
-    st.builds(lambda g: ('ask', g), st.sampled_from([None, 'arm', 'hand'])),
-)
-
-
-def apply_edit(scene, checker, kind, what):
-    """Apply an edit, or ask something in between; a refused edit is none."""
-    try:
-        if kind == 'object':
-            scene.apply_object(what)
-        elif kind == 'attached':
-            scene.apply_attached(what)
-        elif kind == 'acm' and what[0] != what[1]:
-            scene.set_acm(scene.acm.with_pair(*what))
-        elif kind == 'padding':
-            scene.apply(SceneUpdate(link_padding=what))
-        elif kind == 'scale':
-            scene.apply(SceneUpdate(link_scale=what))
-        elif kind == 'state':
-            scene.set_positions({'shoulder': what})
-        elif kind == 'ask':
-            checker.in_collision(scene.q, what)
-    except PlanningError:
-        pass
-
-
-@settings(max_examples=120, deadline=None)
-@given(edits=st.lists(EDITS, max_size=25))
-def test_followed_edits_equal_a_new_checker(mesh_kinematics, edits):
-    """After any edits the answers are those of a new checker, and the truth."""
-    scene = PlanningScene(mesh_kinematics)
-    checker = CollisionChecker(scene)
-    for item in edits:
-        apply_edit(scene, checker, *item)
-    fresh = CollisionChecker(scene)
-    for q in states(scene, 12, seed=len(edits)):
-        for group in (None, 'arm', 'hand'):
-            assert checker.in_collision(q, group) == fresh.in_collision(q, group)
-            assert checker.maybe_in_collision(q, group) == fresh.maybe_in_collision(q, group)
-        if not any(scene.link_padding.values()) and set(scene.link_scale.values()) == {1.0}:
-            assert checker.in_collision(q) == bool(truth(scene, q))
-        assert checker.displacement_bound(scene.q, q) == fresh.displacement_bound(scene.q, q)
-        names = [
-            sorted((c.body1, c.body2) for c in one.contacts(q)) for one in (checker, fresh)
-        ]
-        assert {tuple(sorted(p)) for p in names[0]} == {tuple(sorted(p)) for p in names[1]}
-
-
-def test_use_switches_between_scenes(scene):
-    """One checker serves the scene and its overlays in turn."""
-    checker = CollisionChecker(scene)
-    overlay, _ = scene.with_update(SceneUpdate(objects=(
-        thing('box', Box((0.1, 0.1, 0.1)), (0.6, 0, 0)),)))
-    for _ in range(3):
-        assert not checker.in_collision(scene.q)
-        checker.use(overlay)
-        assert checker.in_collision(scene.q)
-        checker.use(scene)
-
-
-def test_many_edits_do_not_pile_up(scene):
-    """Objects that went are forgotten in the end."""
-    checker = CollisionChecker(scene)
-    for number in range(200):
-        scene.apply_object(thing('box', Box((0.1, 0.1, 0.1 + number * 1e-4)), (0.6, 0, 0)))
-        assert checker.in_collision(scene.q)
-    assert len(checker._tables.shapes) < 60
 
 
 def test_self_collision_is_found_and_the_default_state_is_free(scene):

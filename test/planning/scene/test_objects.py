@@ -10,14 +10,13 @@ import pytest
 from armsim_ros.errors import PlanningError
 from armsim_ros.model.geometry import Box, Cone, Cylinder, Mesh, Plane, Sphere
 from armsim_ros.model.transforms import pose_matrix
-from armsim_ros.planning.scene_update import (
-    AcmUpdate,
+from armsim_ros.planning.scene.update import (
     CollisionObjectUpdate,
     message_pose,
     ObjectOperation,
     SceneUpdate,
 )
-from armsim_ros.planning.world_object import ObjectType
+from armsim_ros.planning.scene.world_object import ObjectType
 
 ADD, REMOVE, APPEND, MOVE = ObjectOperation
 BOX = Box((0.1, 0.2, 0.3))
@@ -191,21 +190,3 @@ def test_refused_edit_leaves_the_scene_as_it_was(scene, what):
     assert len(str(caught.value)) > 20
     assert scene.content is before
     assert (scene.geometry_version, scene.state_version) == versions
-
-
-def test_message_with_one_refused_operation_does_the_others(scene):
-    """SRV-51: all operations are tried; each refusal has its sentence."""
-    refusals = scene.apply(SceneUpdate(objects=(
-        box('one'), CollisionObjectUpdate('ghost', REMOVE), box('two'))))
-    assert len(refusals) == 1
-    assert 'ghost' in refusals[0]
-    assert set(scene.objects) == {'one', 'two'}
-
-
-def test_matrix_that_does_not_fit_is_refused(scene):
-    """SCN-13a: the matrix stays, so that the SRDF's exemptions are not lost."""
-    before = scene.acm
-    for acm in (AcmUpdate(('a', 'b'), ((True,),)), AcmUpdate(('a',), ((False,),), ('x',), ())):
-        refusals = scene.apply(SceneUpdate(acm=acm))
-        assert len(refusals) == 1
-    assert scene.acm is before

@@ -1,0 +1,182 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Lines and arcs that a link follows."""
+
+from __future__ import annotations
+
+import math
+from typing import Protocol
+
+import numpy as np
+
+from armsim_ros.arrays import Vector
+from armsim_ros.errors import MoveItErrorCode, PlanningError
+from armsim_ros.model.transforms import matrix_from_axis_angle, pose_from_parts
+from armsim_ros.planning.constraints.terms import rotation_vector
+
+_SOURCE = 'CIRC'
+_LEAST_RADIUS = 1e-6
+_COLINEAR = 1e-5
+_RADIUS_TOLERANCE = 1e-2
+
+
+class Curve(Protocol):
+    """A path of poses over a place 0..1, at even speed."""
+
+    @property
+    def length(self) -> float:
+        """Length of the path of the point [m]."""
+
+    @property
+    def angle(self) -> float:
+        """Turn from the first orientation to the last [rad]."""
+
+    def pose(self, place: float) -> Vector:
+        """Return the pose (4, 4) at a place."""
+
+    def twist(self, place: float) -> Vector:
+        """Return linear and angular velocity (6,) over the place, in the model frame."""
+
+
+class _Turn:
+    """An even rotation from one orientation to another."""
+
+    def __init__(self, first: Vector, last: Vector) -> None:
+        self._first = first[:3, :3]
+        turn = rotation_vector(self._first.T @ last[:3, :3])
+        self.angle = float(np.linalg.norm(turn))
+        self.velocity: Vector = self._first @ turn
+
+    def at(self, place: float) -> Vector:
+        if self.angle < 1e-12:
+            return self._first
+        axis = self.velocity / self.angle
+        rotated: Vector = matrix_from_axis_angle(axis, place * self.angle) @ self._first
+        return rotated
+
+
+class Line:
+    """
+    A straight line between two poses.
+
+    :param first: (4, 4).
+    :param last: (4, 4).
+    """
+
+    def __init__(self, first: Vector, last: Vector) -> None:
+        self._origin = first[:3, 3]
+        self._way: Vector = last[:3, 3] - first[:3, 3]
+        self._turn = _Turn(first, last)
+
+    @property
+    def length(self) -> float:
+        """Distance of the ends [m]."""
+        return float(np.linalg.norm(self._way))
+
+    @property
+    def angle(self) -> float:
+        """Turn between the ends [rad]."""
+        return self._turn.angle
+
+    def pose(self, place: float) -> Vector:
+        """Return the pose (4, 4) at a place 0..1."""
+        return pose_from_parts(self._origin + place * self._way, self._turn.at(place))
+
+    def twist(self, place: float) -> Vector:
+        """Return linear and angular velocity (6,), the same at every place."""
+        return np.concatenate([self._way, self._turn.velocity])
+
+
+class Arc:
+    """
+    An arc of a circle between two poses.
+
+    :param first: (4, 4).
+    :param last: (4, 4).
+    :param center: (3,) of the circle.
+    :param normal: (3,) axis about which the point turns to the right-hand side.
+    :param sweep: [rad] above 0.
+    """
+
+    def __init__(
+        self, first: Vector, last: Vector, center: Vector, normal: Vector, sweep: float
+    ) -> None:
+        self._center = center
+        self._x: Vector = first[:3, 3] - center
+        self._y: Vector = np.cross(normal, self._x)
+        self._sweep = sweep
+        self._turn = _Turn(first, last)
+
+    @classmethod
+    def around(cls, first: Vector, last: Vector, center: Vector) -> Arc:
+        """
+        Return the shorter arc about a centre.
+
+        :raises PlanningError: INVALID_MOTION_PLAN where both ends are not equally far from it,
+            or on a line with it.
+        """
+        a, b = first[:3, 3] - center, last[:3, 3] - center
+        radius, other = float(np.linalg.norm(a)), float(np.linalg.norm(b))
+        if min(radius, other) < _LEAST_RADIUS:
+            raise _error('the centre of the circle is where the motion starts or ends: its radius '
+                         'would be 0')
+        if abs(radius - other) > _RADIUS_TOLERANCE * max(radius, other):
+            raise _error(f'start and goal are {radius:.4f} m and {other:.4f} m from the centre; '
+                         'both have to be equally far from it')
+        normal = np.cross(a, b)
+        size = float(np.linalg.norm(normal))
+        if size < _COLINEAR * radius * other:
+            raise _error('start, centre and goal lie on one line: the plane of the circle is not '
+                         "determined; give a point of the arc with the name 'interim'")
+        sweep = math.atan2(size, float(a @ b))
+        return cls(first, last, center, normal / size, sweep)
+
+    @classmethod
+    def through(cls, first: Vector, last: Vector, interim: Vector) -> Arc:
+        """
+        Return the arc through a third point.
+
+        :raises PlanningError: INVALID_MOTION_PLAN where the three lie on a line.
+        """
+        a, b = interim - first[:3, 3], last[:3, 3] - first[:3, 3]
+        normal = np.cross(a, b)
+        size = float(np.linalg.norm(normal))
+        if size <= _COLINEAR * float(np.linalg.norm(a)) * float(np.linalg.norm(b)):
+            raise _error('start, interim point and goal lie on one line: no circle goes through '
+                         'them')
+        to_center = (
+            float(b @ b) * np.cross(normal, a) + float(a @ a) * np.cross(b, normal)
+        ) / (2.0 * size**2)
+        center = first[:3, 3] + to_center
+        axis = normal / size
+        start, end = first[:3, 3] - center, last[:3, 3] - center
+        sweep = math.atan2(float(axis @ np.cross(start, end)), float(start @ end)) % (
+            2.0 * math.pi
+        )
+        return cls(first, last, center, axis, sweep)
+
+    @property
+    def length(self) -> float:
+        """Length of the arc [m]."""
+        return float(np.linalg.norm(self._x)) * self._sweep
+
+    @property
+    def angle(self) -> float:
+        """Turn of the orientation between the ends [rad]."""
+        return self._turn.angle
+
+    def pose(self, place: float) -> Vector:
+        """Return the pose (4, 4) at a place 0..1."""
+        angle = place * self._sweep
+        point = self._center + math.cos(angle) * self._x + math.sin(angle) * self._y
+        return pose_from_parts(point, self._turn.at(place))
+
+    def twist(self, place: float) -> Vector:
+        """Return linear and angular velocity (6,) at a place."""
+        angle = place * self._sweep
+        linear = self._sweep * (math.cos(angle) * self._y - math.sin(angle) * self._x)
+        return np.concatenate([linear, self._turn.velocity])
+
+
+def _error(text: str) -> PlanningError:
+    return PlanningError(MoveItErrorCode.INVALID_MOTION_PLAN, text, _SOURCE)

@@ -1,0 +1,257 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Whether a robot state touches itself or the world."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from enum import Enum
+import math
+
+import numpy as np
+
+from armsim_ros.arrays import Mask, Matrix, Vector
+from armsim_ros.planning.budget import nothing, Poll
+from armsim_ros.planning.collision.bodies import BodyKey
+from armsim_ros.planning.collision.contacts import BodyType, Contact, PairDistance
+from armsim_ros.planning.collision.link_motion import LinkMotion
+from armsim_ros.planning.collision.scene_tables import SceneTables
+from armsim_ros.planning.collision.tables import CollisionTables
+from armsim_ros.planning.scene.planning_scene import PlanningScene
+
+#: Which of two touching bodies is named first.
+_ORDER = {BodyType.ROBOT_LINK: 0, BodyType.ROBOT_ATTACHED: 1, BodyType.WORLD_OBJECT: 2}
+
+
+class Exactly(Enum):
+    """
+    When shapes themselves are looked at, which takes many times as long as their hulls.
+
+    Hulls that are near tell as much as the shapes, unless they touch where the shapes do not.
+    """
+
+    NEVER = 'never'
+    WHERE_HULLS_TOUCH = 'where hulls touch'
+    ALWAYS = 'always'
+
+
+class CollisionChecker:
+    """
+    Checks robot states in a scene; follows the scene's edits at the next query.
+
+    A move sets one pose, and another group changes which pairs are looked at; for other edits
+    the tables that they concern are made anew. The robot's own shapes and all meshes are
+    prepared once. One thread at a time may use a checker.
+
+    :param scene: the scene to follow; :meth:`use` changes it.
+    """
+
+    def __init__(self, scene: PlanningScene) -> None:
+        self._scene = scene
+        self._kinematics = scene.kinematic_model
+        content = scene.content
+        self._tables = SceneTables(self._kinematics, content)
+        self._motion = LinkMotion(self._kinematics, content.attached)
+
+    @property
+    def scene(self) -> PlanningScene:
+        """The scene that is followed."""
+        return self._scene
+
+    def use(self, scene: PlanningScene) -> None:
+        """Follow another scene of the same robot; only what differs is taken over."""
+        if scene.kinematic_model is not self._kinematics:
+            raise ValueError('a collision checker serves scenes of one kinematic model')
+        self._scene = scene
+
+    # ---------------------------------------------------------------- questions
+
+    def in_collision(
+        self, q: Vector, group: str | None = None, clearance: float = 0.0
+    ) -> bool:
+        """
+        Return whether a state touches anything that it may not touch; exact.
+
+        :param q: (n,) robot state.
+        :param group: look only at links that this group moves, and at what they carry.
+        :param clearance: [m] nearer than this counts as touching.
+        :raises PlanningError: INVALID_GROUP_NAME for an unknown group.
+        """
+        return self.judge(group, clearance)(q)
+
+    def maybe_in_collision(
+        self, q: Vector, group: str | None = None, clearance: float = 0.0
+    ) -> bool:
+        """
+        Return False only where a state is surely free; meshes of the robot count as hulls.
+
+        Parameters are those of :meth:`in_collision`.
+        """
+        return self.judge(group, clearance, exact=False)(q)
+
+    def judge(
+        self, group: str | None = None, clearance: float = 0.0, exact: bool = True
+    ) -> Callable[[Vector], bool]:
+        """
+        Return the quickest form of a question about many states, to be asked at once.
+
+        It holds until another question or an edit. Parameters are those of :meth:`in_collision`.
+
+        :param exact: :meth:`in_collision`; else :meth:`maybe_in_collision`.
+        """
+        judges = []
+        for tables in self._followed():
+            if tables.rigid_hit(group):
+                return _always
+            judges.append(tables.judge(group, clearance, exact))
+        if len(judges) == 1:
+            return judges[0]
+        return lambda q: any(judge(q) for judge in judges)
+
+    def may_collide(
+        self, states: Matrix, reach: Matrix, group: str | None = None,
+        exact: Exactly = Exactly.ALWAYS, clearance: float = 0.0, poll: Poll = nothing,
+    ) -> Mask:
+        """
+        Return in which states anything may be within reach of something.
+
+        False is proof: from that state no joint can move by its reach and touch anything.
+
+        :param states: (k, n) robot states.
+        :param reach: (k, n) motion of every joint to either side [rad or m].
+        :param exact: when to judge by the shapes themselves where their hulls are near.
+        :param clearance: [m] that shall be left.
+        :param poll: called now and then; raises what ends the request.
+        """
+        found = np.zeros(len(states), dtype=bool)
+        for tables in self._followed():
+            if tables.rigid_hit(group):
+                return np.ones(len(states), dtype=bool)
+            asked = np.flatnonzero(~found)
+            found[asked] = self._may_collide(
+                tables, states[asked], reach[asked], group, exact, clearance, poll)
+        return found
+
+    def _may_collide(
+        self, tables: CollisionTables, states: Matrix, reach: Matrix, group: str | None,
+        exact: Exactly, clearance: float, poll: Poll,
+    ) -> Mask:
+        """Return what one table says to :meth:`may_collide`."""
+        def near(which: Mask | slice, surely: bool) -> Mask:
+            return tables.near(
+                states[which], reach[which], self._motion.relative, group, surely, clearance,
+                poll)
+
+        found = near(slice(None), surely=False)
+        if exact is Exactly.NEVER or tables.hull is None:
+            return found
+        asked = found.copy()
+        if exact is Exactly.WHERE_HULLS_TOUCH:
+            asked[found] = tables.touched(states[found], group, clearance, poll)
+        found[asked] = near(asked, surely=True)
+        return found
+
+    def contacts(
+        self, q: Vector, group: str | None = None, max_contacts: int | None = None
+    ) -> list[Contact]:
+        """
+        Return the deepest contact of every two bodies that touch, the deepest first.
+
+        Parameters are those of :meth:`in_collision`.
+
+        :param max_contacts: the most to return; None for all.
+        """
+        deepest: dict[tuple[BodyKey, BodyKey], Contact] = {}
+        for tables in self._followed():
+            tables.ready(True, group)
+            for first, second in tables.exact.touching(q):
+                contact = _contact(tables, first, second)
+                key = (tables.shapes[first].body.key, tables.shapes[second].body.key)
+                if key not in deepest or contact.depth > deepest[key].depth:
+                    deepest[key] = contact
+        found = sorted(deepest.values(), key=lambda contact: -contact.depth)
+        return found if max_contacts is None else found[:max_contacts]
+
+    def distance(self, q: Vector, group: str | None = None) -> float:
+        """
+        Return the smallest distance [m] of two bodies that may not touch.
+
+        It is negative where they overlap and infinite where no pair is checked; padding is
+        taken off. Parameters are those of :meth:`in_collision`.
+        """
+        smallest = math.inf
+        for tables in self._followed():
+            tables.ready(True, group)
+            for first, second, distance in tables.exact.distances(q):
+                smallest = min(smallest, distance - tables.margin(first, second))
+        return smallest
+
+    def pair_distances(
+        self, q: Vector, within: float, group: str | None = None
+    ) -> list[PairDistance]:
+        """
+        Return the distance of every two near shapes whose bodies may not touch.
+
+        Parameters are those of :meth:`in_collision`.
+
+        :param within: [m] farther apart than this is not near.
+        """
+        found = []
+        widest = max(self._scene.link_padding.values(), default=0.0)
+        for tables in self._followed():
+            tables.ready(True, group)
+            for first, second, distance in tables.exact.near(q, within + widest):
+                one, other = tables.shapes[first].body, tables.shapes[second].body
+                if (_ORDER[other.type], other.name) < (_ORDER[one.type], one.name):
+                    one, other = other, one
+                apart = distance - tables.margin(first, second)
+                found.append(
+                    PairDistance((one.name, other.name), (one.type, other.type), apart)
+                )
+        return found
+
+    def displacement_bound(self, q1: Vector, q2: Vector, group: str | None = None) -> float:
+        """
+        Return a distance [m] that no point of robot or load exceeds between two states.
+
+        It holds for every state of the straight segment in joint space.
+
+        :param group: look only at links that this group moves.
+        """
+        self._followed()
+        return self._motion.displacement_bound(q1, q2, group)
+
+    def _followed(self) -> list[CollisionTables]:
+        """Return the tables, with what the scene has changed since the last query."""
+        content, before = self._scene.content, self._tables.content
+        if content is not before:
+            self._tables.follow(content)
+            if content.attached is not before.attached:
+                self._motion = LinkMotion(self._kinematics, content.attached)
+        return self._tables.tables
+
+
+def _contact(tables: CollisionTables, first: int, second: int) -> Contact:
+    """Return the deepest contact of two shapes of a table, as its last query found them."""
+    one, other = tables.shapes[first].body, tables.shapes[second].body
+    if (_ORDER[other.type], other.name) < (_ORDER[one.type], one.name):
+        first, second, one, other = second, first, other, one
+    pose_1, pose_2 = tables.exact.pose(first), tables.exact.pose(second)
+    result = tables.collide(first, second, pose_1, pose_2)
+    best = min(
+        result.getContacts(), key=lambda contact: contact.penetration_depth, default=None
+    )
+    if best is None:  # the two just graze each other, and this time did not
+        position, normal, depth = pose_1[:3, 3], np.zeros(3), 0.0
+    else:
+        position = np.array(best.pos, dtype=np.float64).reshape(3)
+        normal = np.array(best.normal, dtype=np.float64).reshape(3)
+        depth = tables.margin(first, second) - float(best.penetration_depth)
+    return Contact(one.name, other.name, one.type, other.type, position, normal, depth)
+
+
+def _always(_q: Vector) -> bool:
+    return True
+
+
+__all__ = ['BodyType', 'CollisionChecker', 'Contact', 'Exactly', 'PairDistance']

@@ -1,0 +1,181 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Scene messages and start states laid over a draft of a scene."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+import math
+from types import MappingProxyType
+from typing import Any
+
+from armsim_ros.errors import MoveItErrorCode, nearest, PlanningError
+from armsim_ros.kinematics.kinematic_model import KinematicModel
+from armsim_ros.planning.scene.allowed_collision_matrix import AllowedCollisionMatrix
+from armsim_ros.planning.scene.attach_operations import apply_attached
+from armsim_ros.planning.scene.content import SceneContent
+from armsim_ros.planning.scene.draft import SceneDraft
+from armsim_ros.planning.scene.frames import frame_pose
+from armsim_ros.planning.scene.object_checks import check_pose, object_error
+from armsim_ros.planning.scene.object_operations import apply_object
+from armsim_ros.planning.scene.update import (
+    AcmUpdate,
+    Color,
+    FixedFrame,
+    ObjectOperation,
+    SceneUpdate,
+    StartState,
+)
+
+#: Refusals of one message that are told; what comes after them is not tried any more.
+MOST_REFUSALS = 10
+
+
+def apply_update(
+    kinematics: KinematicModel, draft: SceneDraft, update: SceneUpdate, initial: SceneContent
+) -> None:
+    """
+    Do all that a scene message asks for.
+
+    Every operation is tried, so that the error can name what is wrong with each.
+
+    :param draft: to be dropped where the update is refused.
+    :param initial: what a message that is no difference starts from; its allowed collision
+        matrix stays where such a message gives none.
+    :raises PlanningError: with the code of the first refusal and the sentences of all.
+    """
+    refusals: list[PlanningError] = []
+
+    def attempt(step: Callable[..., None], *arguments: Any) -> None:
+        if len(refusals) < MOST_REFUSALS:
+            try:
+                step(kinematics, draft, *arguments)
+            except PlanningError as error:
+                refusals.append(error)
+
+    if not update.is_diff:
+        draft.begin_anew(initial, keep_attached=update.robot_state.is_diff)
+    standing = draft.objects
+    if update.name:
+        draft.replace(name=update.name)
+    attempt(_set_frames, update.fixed_frames)
+    if update.robot_state.joint_names or update.robot_state.positions:
+        attempt(_set_joints, update.robot_state)
+        if not update.robot_state.is_diff:
+            draft.replace(attached=initial.attached)
+    for attached in update.robot_state.attached_objects:
+        attempt(apply_attached, attached)
+    attempt(_set_acm, update.acm)
+    attempt(_set_padding, update.link_padding)
+    attempt(_set_scale, update.link_scale)
+    attempt(_set_colors, update.object_colors)
+    for item in update.objects:
+        taken = item.id in standing and item.id not in draft.objects
+        if item.operation == ObjectOperation.REMOVE and taken and item.id in draft.attached:
+            continue  # the same message has attached it
+        attempt(apply_object, item)
+    if refusals:
+        raise _joined(refusals)
+
+
+def _joined(refusals: Sequence[PlanningError]) -> PlanningError:
+    """Return the errors of an update as one."""
+    first = refusals[0]
+    if len(refusals) == 1:
+        return first
+    text = '; '.join(map(str, refusals))
+    more = ', and perhaps more' if len(refusals) == MOST_REFUSALS else ''
+    return PlanningError(
+        first.code, f'{len(refusals)} parts{more}, are refused: {text}', first.source
+    )
+
+
+def apply_start_state(
+    kinematics: KinematicModel, draft: SceneDraft, start: StartState, *, strict: bool
+) -> None:
+    """
+    Take over a client's start state.
+
+    :raises PlanningError: INVALID_ROBOT_STATE, or what an attached object is refused for.
+    """
+    _set_joints(kinematics, draft, start)
+    given = bool(start.joint_names or start.attached_objects)
+    if strict and given and not start.is_diff:
+        draft.replace(attached=MappingProxyType({}))
+    for attached in start.attached_objects:
+        apply_attached(kinematics, draft, attached)
+
+
+def _set_joints(kinematics: KinematicModel, draft: SceneDraft, state: StartState) -> None:
+    names, positions = state.joint_names, state.positions
+    if len(names) != len(positions):
+        raise PlanningError(
+            MoveItErrorCode.INVALID_ROBOT_STATE,
+            f'the robot state has {len(names)} joint names but {len(positions)} positions',
+            'planning scene',
+        )
+    if names:
+        q = kinematics.vector(dict(zip(names, positions, strict=True)), draft.q)
+        q.setflags(write=False)
+        draft.replace(q=q)
+
+
+def _set_frames(
+    kinematics: KinematicModel, draft: SceneDraft, frames: Mapping[str, FixedFrame]
+) -> None:
+    draft.update('frames', {
+        name.lstrip('/'): replace(
+            frame, pose=check_pose(frame.pose, f"the pose of frame '{name}'")
+        )
+        for name, frame in frames.items()
+        if name.lstrip('/')
+    })
+    for name in frames:
+        frame_pose(kinematics, draft, name.lstrip('/'))
+
+
+def _set_acm(_: KinematicModel, draft: SceneDraft, acm: AcmUpdate | None) -> None:
+    if acm is None:
+        return
+    made = AllowedCollisionMatrix.from_update(acm)
+    if acm.entry_names:
+        draft.replace(acm=made)
+
+
+def _set_padding(
+    kinematics: KinematicModel, draft: SceneDraft, padding: Mapping[str, float]
+) -> None:
+    for link, value in padding.items():
+        _check_link(kinematics, link, 'padding')
+        if not (math.isfinite(value) and value >= 0.0):
+            raise object_error(f"padding {value} m of link '{link}'; allowed: 0 or more")
+    draft.update('link_padding', padding)
+
+
+def _set_scale(
+    kinematics: KinematicModel, draft: SceneDraft, scale: Mapping[str, float]
+) -> None:
+    for link, value in scale.items():
+        _check_link(kinematics, link, 'scale')
+        if not (math.isfinite(value) and value > 0.0):
+            raise object_error(f"scale {value} of link '{link}'; allowed: above 0")
+    draft.update('link_scale', scale)
+
+
+def _set_colors(_: KinematicModel, draft: SceneDraft, colors: Mapping[str, Color]) -> None:
+    for id_, color in colors.items():
+        if not all(math.isfinite(part) and 0.0 <= part <= 1.0 for part in color):
+            raise object_error(f"color {color} of object '{id_}'; allowed: 0 to 1 for r, g, b, a")
+    draft.update('colors', colors)
+
+
+def _check_link(kinematics: KinematicModel, link: str, what: str) -> None:
+    if not kinematics.has_link(link):
+        known = tuple(kinematics.robot.links)
+        raise PlanningError(
+            MoveItErrorCode.INVALID_LINK_NAME,
+            f"{what} is given for link '{link}', which robot '{kinematics.robot.name}' does "
+            f'not have {nearest(link, known)}'.rstrip(),
+            'planning scene',
+        )

@@ -1,0 +1,339 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The planning scene: robot state, world, attached objects, and what may touch what."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+import threading
+from types import MappingProxyType
+
+import numpy as np
+
+from armsim_ros.arrays import Matrix, Vector
+from armsim_ros.errors import MoveItErrorCode, PlanningError
+from armsim_ros.kinematics.kinematic_model import KinematicModel
+from armsim_ros.model.robot_model import RobotModel
+from armsim_ros.planning.scene import frames
+from armsim_ros.planning.scene.allowed_collision_matrix import AllowedCollisionMatrix
+from armsim_ros.planning.scene.attach_operations import apply_attached
+from armsim_ros.planning.scene.attached_object import AttachedObject
+from armsim_ros.planning.scene.content import SceneContent
+from armsim_ros.planning.scene.difference import full_update
+from armsim_ros.planning.scene.draft import SceneDraft
+from armsim_ros.planning.scene.merge import apply_start_state, apply_update
+from armsim_ros.planning.scene.object_operations import apply_object
+from armsim_ros.planning.scene.update import (
+    AttachedObjectUpdate,
+    CollisionObjectUpdate,
+    Color,
+    FixedFrame,
+    SceneUpdate,
+    StartState,
+)
+from armsim_ros.planning.scene.world_object import CollisionObject
+
+Listener = Callable[[SceneContent, SceneContent], None]
+
+
+class PlanningScene:
+    """
+    A scene that can be edited, one whole edit at a time.
+
+    All that it holds is one immutable :class:`SceneContent`; an edit is done in a draft, and
+    its content put in place, so a refused edit leaves everything as it was, and a reader in any
+    thread sees the scene before or after an edit, never between. Edits of several threads
+    follow one another; robot state and frames can be set while a long edit is being made.
+    Whoever needs the same scene for longer takes :meth:`snapshot`.
+
+    :param kinematics: the robot.
+    :param name: name of the scene.
+    :param link_padding: [m] default padding of every link against the world.
+    :param link_scale: default factor of every link's size against the world.
+    :param auto_disable_adjacent: where the SRDF disables no pair, let neighbours touch.
+    """
+
+    def __init__(
+        self,
+        kinematics: KinematicModel,
+        *,
+        name: str = '',
+        link_padding: float = 0.0,
+        link_scale: float = 1.0,
+        auto_disable_adjacent: bool = True,
+    ) -> None:
+        self.kinematic_model = kinematics
+        q = kinematics.default()
+        q.setflags(write=False)
+        solid = [link for link, item in kinematics.robot.links.items() if item.collisions]
+        self._initial = SceneContent(
+            q,
+            name,
+            acm=AllowedCollisionMatrix.from_robot(
+                kinematics.robot, auto_disable_adjacent=auto_disable_adjacent
+            ),
+            link_padding=MappingProxyType(dict.fromkeys(solid, link_padding)),
+            link_scale=MappingProxyType(dict.fromkeys(solid, link_scale)),
+        )
+        self._content = self._initial
+        #: Held while an edit is made, and while one is put in place.
+        self._editing, self._lock = threading.RLock(), threading.RLock()
+        self._listeners: list[Listener] = []
+        #: Count the edits of world, attached objects and rules; of the state; of the frames.
+        self.geometry_version = 0
+        self.state_version = 0
+        self.transform_version = 0
+
+    # ---------------------------------------------------------------- what it holds
+
+    @property
+    def content(self) -> SceneContent:
+        """All that the scene holds now, immutable."""
+        return self._content
+
+    @property
+    def robot(self) -> RobotModel:
+        """The robot."""
+        return self.kinematic_model.robot
+
+    @property
+    def model_frame(self) -> str:
+        """The frame of all poses without a frame."""
+        return self.robot.model_frame
+
+    @property
+    def name(self) -> str:
+        """Name of the scene."""
+        return self._content.name
+
+    @property
+    def q(self) -> Vector:
+        """Robot state (n,), read-only."""
+        return self._content.q
+
+    @property
+    def objects(self) -> Mapping[str, CollisionObject]:
+        """Objects in the world, by id."""
+        return self._content.objects
+
+    @property
+    def attached(self) -> Mapping[str, AttachedObject]:
+        """Objects on the robot, by id."""
+        return self._content.attached
+
+    @property
+    def acm(self) -> AllowedCollisionMatrix:
+        """Which pairs may touch."""
+        return self._content.acm
+
+    @property
+    def link_padding(self) -> Mapping[str, float]:
+        """Padding of links against the world [m]."""
+        return self._content.link_padding
+
+    @property
+    def link_scale(self) -> Mapping[str, float]:
+        """Factors of the links' size against the world."""
+        return self._content.link_scale
+
+    @property
+    def fixed_frames(self) -> Mapping[str, FixedFrame]:
+        """Further frames, each fixed to another one."""
+        return self._content.frames
+
+    @property
+    def colors(self) -> Mapping[str, Color]:
+        """Colours of objects, rgba in 0..1."""
+        return self._content.colors
+
+    # ---------------------------------------------------------------- frames
+
+    def frame_pose(self, frame: str, q: Vector | None = None) -> Matrix:
+        """
+        Return the pose (4, 4) of a link, object, ``object/subframe`` or fixed frame.
+
+        :param q: (n,) robot state; None for the scene's.
+        :raises PlanningError: FRAME_TRANSFORM_FAILURE for an unknown frame.
+        """
+        return frames.frame_pose(self.kinematic_model, self._content, frame, q)
+
+    def link_of_frame(self, frame: str) -> tuple[str, Matrix]:
+        """
+        Return the link that carries a frame and the frame's pose (4, 4) on that link.
+
+        Frames of the world belong to the root link, further frames too, where they are now.
+
+        :raises PlanningError: FRAME_TRANSFORM_FAILURE for an unknown frame.
+        """
+        return frames.link_of_frame(self.kinematic_model, self._content, frame)
+
+    def has_frame(self, frame: str) -> bool:
+        """Return whether a frame is known."""
+        try:
+            self.link_of_frame(frame)
+        except PlanningError:
+            return False
+        return True
+
+    # ---------------------------------------------------------------- edits
+
+    def set_state(self, q: Vector) -> None:
+        """
+        Set the robot state; attached objects move with their links.
+
+        :param q: (n,) all finite.
+        :raises PlanningError: INVALID_ROBOT_STATE.
+        """
+        state = self.kinematic_model.apply_mimic(np.asarray(q, dtype=np.float64))
+        if state.shape != (self.kinematic_model.n,) or not np.isfinite(state).all():
+            raise PlanningError(
+                MoveItErrorCode.INVALID_ROBOT_STATE,
+                f'a robot state needs {self.kinematic_model.n} finite numbers',
+                'planning scene',
+            )
+        state.setflags(write=False)
+        with self._lock:
+            self._commit(replace(self._content, q=state))
+
+    def set_positions(self, positions: Mapping[str, float]) -> None:
+        """Set some joints' positions [rad or m]; PlanningError for an unknown joint."""
+        with self._lock:
+            self.set_state(self.kinematic_model.vector(positions, self._content.q))
+
+    def set_frames(self, added: Mapping[str, FixedFrame]) -> None:
+        """Add or renew further frames; those that lead to no link are known to nobody."""
+        with self._lock:
+            known = MappingProxyType({**self._content.frames, **added})
+            self._commit(replace(self._content, frames=known))
+
+    def set_acm(self, acm: AllowedCollisionMatrix) -> None:
+        """Replace the allowed collision matrix."""
+        self._edit(lambda draft: draft.replace(acm=acm))
+
+    def apply_object(self, update: CollisionObjectUpdate) -> None:
+        """
+        Add, remove, extend or move a world object.
+
+        :raises PlanningError: with the reason; the scene is as it was then.
+        """
+        self._edit(lambda draft: apply_object(self.kinematic_model, draft, update))
+
+    def apply_attached(self, update: AttachedObjectUpdate) -> None:
+        """
+        Attach, extend or detach an object.
+
+        :raises PlanningError: with the reason; the scene is as it was then.
+        """
+        self._edit(lambda draft: apply_attached(self.kinematic_model, draft, update))
+
+    def apply(self, update: SceneUpdate) -> None:
+        """
+        Apply a scene message, all of it or nothing; listeners see it as one edit.
+
+        :raises PlanningError: with a sentence for every part that was refused; the scene is as
+            it was then.
+        """
+        self._edit(
+            lambda draft: apply_update(self.kinematic_model, draft, update, self._initial)
+        )
+
+    def clear(self) -> None:
+        """Take away all objects, and set rules, padding and colours to their beginning."""
+        def begin_anew(draft: SceneDraft) -> None:
+            draft.begin_anew(self._initial, keep_attached=False)
+            draft.replace(name=self._content.name)
+
+        self._edit(begin_anew)
+
+    def _edit(self, change: Callable[[SceneDraft], None]) -> None:
+        """Put a changed draft in place, unless the change raises."""
+        with self._editing:
+            base = self._content
+            draft = SceneDraft(base)
+            change(draft)
+            made = draft.content()
+            with self._lock:
+                now = self._content
+                if now is not base:  # the robot has moved meanwhile, or frames were told
+                    made = replace(
+                        made,
+                        q=now.q if made.q is base.q else made.q,
+                        frames=now.frames if made.frames is base.frames else made.frames,
+                    )
+                self._commit(made)
+
+    def _commit(self, content: SceneContent) -> None:
+        before, self._content = self._content, content
+        if before.q is not content.q or before.attached is not content.attached:
+            self.state_version += 1
+        if before.frames is not content.frames:
+            self.transform_version += 1
+        if any(
+            getattr(before, part) is not getattr(content, part)
+            for part in ('objects', 'attached', 'acm', 'link_padding', 'link_scale')
+        ):
+            self.geometry_version += 1
+        for listener in tuple(self._listeners):
+            listener(before, content)
+
+    # ---------------------------------------------------------------- copies and listeners
+
+    def snapshot(self) -> PlanningScene:
+        """Return a scene of its own with the same content; this costs next to nothing."""
+        copy = object.__new__(PlanningScene)
+        copy.kinematic_model = self.kinematic_model
+        with self._lock:
+            copy._initial, copy._content = self._initial, self._content
+        copy._editing, copy._lock = threading.RLock(), threading.RLock()
+        copy._listeners = []
+        copy.geometry_version = copy.state_version = copy.transform_version = 0
+        return copy
+
+    def holding(self, content: SceneContent) -> PlanningScene:
+        """Return a scene of its own that holds the content of another scene of this robot."""
+        copy = self.snapshot()
+        copy._content = content
+        return copy
+
+    def with_update(self, update: SceneUpdate) -> PlanningScene:
+        """Return a snapshot with a message applied to it; PlanningError where it is refused."""
+        overlay = self.snapshot()
+        overlay.apply(update)
+        return overlay
+
+    def with_start_state(self, start: StartState, *, strict: bool = False) -> PlanningScene:
+        """
+        Return a snapshot whose robot state is a client's start state.
+
+        :param start: joints that are not named keep the scene's state; its attached objects
+            are applied.
+        :param strict: a start state that is no difference drops the scene's attached objects.
+        :raises PlanningError: INVALID_ROBOT_STATE for an unknown joint or for names and
+            positions that do not match, or what an attached object is refused for.
+        """
+        overlay = self.snapshot()
+        overlay._edit(
+            lambda draft: apply_start_state(self.kinematic_model, draft, start, strict=strict)
+        )
+        return overlay
+
+    def full_update(self) -> SceneUpdate:
+        """Return all that the scene holds as the content of a message."""
+        return full_update(self.kinematic_model, self._content)
+
+    def add_listener(self, listener: Listener) -> Callable[[], None]:
+        """
+        Call a function with the contents before and after every edit, in the editing thread.
+
+        :returns: a function that ends it.
+        """
+        with self._lock:
+            self._listeners.append(listener)
+
+        def remove() -> None:
+            with self._lock:
+                if listener in self._listeners:
+                    self._listeners.remove(listener)
+
+        return remove

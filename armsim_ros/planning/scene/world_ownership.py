@@ -1,0 +1,213 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""
+Who an object of the scene belongs to: the simulated world that tells of it, or the user.
+
+The world owns the ids that it added. An object that was there before is the user's, and so is
+one of the world's that the user adds, moves or attaches; one that he removes stays away. That ends
+when the world deletes the object, or when it begins a new epoch: at its start, a reset, another
+world.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import replace
+import threading
+
+import numpy as np
+
+from armsim_ros.errors import PlanningError
+from armsim_ros.planning.scene.content import SceneContent
+from armsim_ros.planning.scene.planning_scene import PlanningScene
+from armsim_ros.planning.scene.update import (
+    AttachedObjectUpdate,
+    CollisionObjectUpdate,
+    ObjectOperation,
+    SceneUpdate,
+)
+from armsim_ros.planning.scene.world_object import ObjectType
+from armsim_ros.planning.scene.world_type import WORLD_TYPE
+
+Log = Callable[[str], object]
+
+
+def of_world(update: SceneUpdate) -> bool:
+    """Return whether it is a simulated world that tells something."""
+    attached = (one.object for one in update.robot_state.attached_objects)
+    kinds = [one.type.key for one in (*update.objects, *attached)]
+    return update.is_diff and bool(kinds) and set(kinds) == {WORLD_TYPE}
+
+
+class WorldOwnership:
+    """
+    Lets a simulated world tell of its objects, and keeps the user's from it.
+
+    :param scene: what both edit; each edit that does not come through here is the user's.
+    :param standing: links that no joint moves; the world's objects may touch them.
+    :param log: takes a line for each take-over.
+    """
+
+    def __init__(self, scene: PlanningScene, standing: Iterable[str], log: Log) -> None:
+        self._scene = scene
+        self._standing = tuple(standing)
+        self._log = log
+        self._epoch = ''
+        self._owned: dict[str, CollisionObjectUpdate] = {}
+        self._taken: set[str] = set()
+        self._removed: set[str] = set()
+        self._foreign: set[str] = set()
+        self._lock = threading.RLock()
+        self._telling = threading.local()
+        scene.add_listener(self._look)
+
+    @property
+    def owned(self) -> frozenset[str]:
+        """Ids that the world owns now."""
+        with self._lock:
+            return frozenset(self._owned)
+
+    def apply(self, update: SceneUpdate) -> None:
+        """
+        Do what the world tells, as far as the objects are its own.
+
+        :raises PlanningError: an object cannot be what it tells; the others are done.
+        """
+        problems = []
+        self._telling.active = True
+        try:
+            for item in update.objects:
+                try:
+                    self._tell(item, update)
+                except PlanningError as error:
+                    problems.append(error)
+            for attached in update.robot_state.attached_objects:
+                try:
+                    self._tell_attached(attached)
+                except PlanningError as error:
+                    problems.append(error)
+        finally:
+            self._telling.active = False
+        if problems:
+            raise problems[0]
+
+    def _tell(self, item: CollisionObjectUpdate, update: SceneUpdate) -> None:
+        self._begin_epoch(item.type, update)
+        if item.operation == ObjectOperation.ADD:
+            self._add(item, update)
+        elif item.operation == ObjectOperation.REMOVE:
+            self._remove(item.id)
+        elif item.id in self.owned and item.id in self._scene.objects:
+            self._move(item)
+
+    def _add(self, item: CollisionObjectUpdate, update: SceneUpdate) -> None:
+        known = self._owned.get(item.id)
+        if known is not None and item.id not in self._scene.attached:
+            if not _same(known, item):
+                self._put(item, update)
+            else:
+                self._move(item)
+        if known is not None:
+            return
+        if item.id in self._taken or item.id in self._removed:
+            return
+        if item.id in self._scene.objects or item.id in self._scene.attached:
+            if item.id not in self._foreign:
+                self._foreign.add(item.id)
+                self._log(f"object '{item.id}' is the user's; the one of the simulated world of "
+                          'that name stays out of the scene')
+            return
+        self._foreign.discard(item.id)
+        self._put(item, update)
+
+    def _move(self, item: CollisionObjectUpdate) -> None:
+        self._scene.apply_object(CollisionObjectUpdate(
+            item.id, ObjectOperation.MOVE, frame_id=item.frame_id, pose=item.pose))
+
+    def _put(self, item: CollisionObjectUpdate, update: SceneUpdate) -> None:
+        colors = {name: color for name, color in update.object_colors.items() if name == item.id}
+        plain = replace(item, type=ObjectType())
+        self._scene.apply(SceneUpdate(objects=(plain,), object_colors=colors))
+        if item.id not in self._owned and self._standing:
+            self._scene.set_acm(self._scene.acm.with_entry(item.id, True, self._standing))
+        with self._lock:
+            self._owned[item.id] = item
+
+    def _remove(self, id_: str) -> None:
+        with self._lock:
+            mine = self._owned.pop(id_, None) is not None
+            self._taken.discard(id_)
+            self._removed.discard(id_)
+        if not mine:
+            return
+        if id_ in self._scene.attached:
+            self._detach(id_)
+        if id_ in self._scene.objects:
+            self._scene.apply_object(CollisionObjectUpdate(id_, ObjectOperation.REMOVE))
+
+    def _tell_attached(self, item: AttachedObjectUpdate) -> None:
+        id_ = item.object.id
+        if id_ not in self.owned:
+            return
+        if item.object.operation == ObjectOperation.REMOVE:
+            if id_ in self._scene.attached:
+                self._detach(id_)
+        elif id_ in self._scene.objects:
+            self._scene.apply_attached(item)
+
+    def _detach(self, id_: str) -> None:
+        self._scene.apply_attached(AttachedObjectUpdate(
+            '', CollisionObjectUpdate(id_, ObjectOperation.REMOVE)))
+
+    def _begin_epoch(self, kind: ObjectType, update: SceneUpdate) -> None:
+        """Forget take-overs where the world begins anew; its first message tells all of it."""
+        if kind.key != WORLD_TYPE or kind.db == self._epoch:
+            return
+        with self._lock:
+            self._epoch = kind.db
+            old, taken = tuple(self._owned), tuple(self._taken)
+            self._taken, self._removed = set(), set()
+        told = {one.id for one in update.objects if one.operation == ObjectOperation.ADD}
+        for id_ in old:
+            if id_ not in told or id_ in self._scene.attached:
+                self._remove(id_)
+        for id_ in taken:
+            if id_ in told and id_ in self._scene.attached:
+                self._detach(id_)
+            if id_ in told and id_ in self._scene.objects:
+                self._scene.apply_object(CollisionObjectUpdate(id_, ObjectOperation.REMOVE))
+
+    def _look(self, before: SceneContent, after: SceneContent) -> None:
+        """Note what the user does to the world's objects; in the thread that edits."""
+        if getattr(self._telling, 'active', False) or not (self._owned or self._removed):
+            return
+        if before.objects is after.objects and before.attached is after.attached:
+            return
+        with self._lock:
+            again = {id_ for id_ in self._removed if id_ in after.objects}
+            self._removed -= again
+            self._taken |= again
+            for id_ in tuple(self._owned):
+                same = (before.objects.get(id_) is after.objects.get(id_)
+                        and before.attached.get(id_) is after.attached.get(id_))
+                if same:
+                    continue
+                del self._owned[id_]
+                there = id_ in after.objects or id_ in after.attached
+                (self._taken if there else self._removed).add(id_)
+                self._log(f"object '{id_}' of the simulated world was "
+                          + ('changed by the user and is his now' if there else
+                             'removed by the user and stays away')
+                          + ', until it is deleted there or the simulation is reset')
+
+
+def _same(first: CollisionObjectUpdate, second: CollisionObjectUpdate) -> bool:
+    """Return whether two tell of the same shapes; where they are does not count."""
+    def sizes(item: CollisionObjectUpdate) -> tuple[object, ...]:
+        return (item.primitives, tuple((mesh.vertices.tobytes(), mesh.triangles.tobytes())
+                                       for mesh in item.meshes))
+
+    def poses(item: CollisionObjectUpdate) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
+        return np.array([*item.primitive_poses, *item.mesh_poses])
+
+    return sizes(first) == sizes(second) and bool(np.allclose(poses(first), poses(second)))

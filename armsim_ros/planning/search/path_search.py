@@ -1,0 +1,235 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""One search for a path, as closely as a stage says; and the repair of a path's pieces."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+
+from armsim_ros.arrays import Matrix, Vector
+from armsim_ros.errors import MoveItErrorCode, PlanningError
+from armsim_ros.planning.budget import Budget
+from armsim_ros.planning.collision.state_validity import FINE_STEP, StateValidity
+from armsim_ros.planning.log import Log
+from armsim_ros.planning.search.joint_space import ConstrainedSpace, JointSpace
+from armsim_ros.planning.search.ompl_interface import solve_with_ompl
+from armsim_ros.planning.search.planners import PlannerChoice, settings_of
+from armsim_ros.planning.search.rrt_connect import RRTConnect
+from armsim_ros.planning.search.shortening import path_length, shortened, without_repeats
+
+_SOURCE = 'OMPL'
+_STRAIGHT_GOALS = 4
+_REPAIR_MOTIONS = 600
+# A path that took few motions to find and is so much longer than the straight line is searched
+# a second time: another one is often shorter, and costs less than it saves on the way.
+_CHEAP_MOTIONS = 600
+_DETOUR = 0.2
+_LAST_FAILURES = 4
+
+
+@dataclass(frozen=True, slots=True)
+class Stage:
+    """
+    How closely a search looks.
+
+    :param exact: at the shapes themselves, else at hulls of meshes, which is quicker.
+    :param clearance: what motions keep from everything [m].
+    :param step: largest motion of any point between two checks [m].
+    :param fine_step: the same where the path that was found is checked [m].
+    :param most_motions: looked at before it gives up; None for no end but the budget's.
+    :param straight: try the straight line only.
+    """
+
+    exact: bool
+    clearance: float
+    step: float
+    fine_step: float
+    most_motions: int | None = None
+    straight: bool = False
+
+    @property
+    def rough(self) -> bool:
+        """Whether a path that it finds has to be checked in finer steps."""
+        return self.step > self.fine_step and not self.straight
+
+    @property
+    def last(self) -> bool:
+        """Whether there is no path where it finds none."""
+        return self.most_motions is None and not self.straight
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SearchProblem:
+    """
+    What to search.
+
+    :param start: (m,) a free state [rad or m].
+    :param goals: (m,) free states, the preferred one first.
+    :param rng: source of chance beside OMPL's own.
+    :param fine_step: largest motion of any point between two checks of the result [m].
+    :param attempts: searches at a stage, of which the shortest path counts.
+    """
+
+    validity: StateValidity
+    start: Vector
+    goals: tuple[Vector, ...]
+    planner: PlannerChoice
+    rng: np.random.Generator
+    budget: Budget
+    log: Log
+    fine_step: float = FINE_STEP
+    attempts: int = 1
+
+    @property
+    def ends(self) -> tuple[Vector, ...]:
+        """Start and goals."""
+        return self.start, *self.goals
+
+    @property
+    def constrained(self) -> bool:
+        """Whether the pose of a link is constrained on the way."""
+        constraints = self.validity.path_constraints
+        return constraints is not None and bool(
+            constraints.positions or constraints.orientations)
+
+    def ends_free(self, exact: bool, clearance: float = 0.0) -> bool:
+        """Return whether start and goals are free."""
+        return all(self.validity.free(values, exact, clearance) for values in self.ends)
+
+    def space(self, stage: Stage) -> JointSpace:
+        """Return what a search moves in."""
+        kind = ConstrainedSpace if self.constrained else JointSpace
+        return kind(self.validity, self.start, stage.step, stage.exact, stage.clearance)
+
+
+def search(problem: SearchProblem, stage: Stage) -> Matrix | None:
+    """
+    Return the waypoints (k, m) of a path, the shortest of several attempts; None for none.
+
+    :raises PlanningError: PREEMPTED where the request is cancelled.
+    """
+    if stage.straight:
+        return _straight(problem, stage)
+    best: Matrix | None = None
+    attempt = 0
+    while True:
+        attempt += 1
+        space = problem.space(stage)
+        found = _solve(space, problem, stage.most_motions)
+        if found is not None and (best is None or path_length(found) < path_length(best)):
+            best = found
+        if found is None or best is None or problem.budget.spent():
+            return best
+        again = (
+            attempt == 1 and stage.rough and problem.planner.simplify
+            and space.motions < _CHEAP_MOTIONS and _is_detour(best)
+        )
+        if attempt >= problem.attempts and not again:
+            return best
+
+
+def _straight(problem: SearchProblem, stage: Stage) -> Matrix | None:
+    """Return the straight line to the nearest goal that can be reached so, or None."""
+    rough = problem.space(stage)
+    fine = problem.space(replace(
+        stage, exact=True, step=stage.fine_step, clearance=problem.validity.clearance))
+    for goal in problem.goals[:_STRAIGHT_GOALS]:
+        if problem.constrained or rough.motion_free(problem.start, goal):
+            between = fine.join(problem.start, goal)
+            if between is not None:
+                return np.concatenate([problem.start[None], between, goal[None]])
+    return None
+
+
+def _is_detour(waypoints: Matrix) -> bool:
+    straight = float(np.linalg.norm(waypoints[-1] - waypoints[0]))
+    return path_length(waypoints) > (1.0 + _DETOUR) * straight
+
+
+def _solve(
+    space: JointSpace, problem: SearchProblem, most_motions: int | None
+) -> Matrix | None:
+    """Return a shortened path, None where none was found; PREEMPTED where cancelled."""
+    planner, budget = problem.planner, problem.budget
+
+    def given_up() -> bool:
+        return most_motions is not None and space.motions > most_motions
+
+    def stop() -> bool:
+        return given_up() or budget.spent()
+
+    if planner.own_search or problem.constrained:
+        extension = space.extension
+        if planner.own_search:
+            extension = float(settings_of(planner, problem.log).get('setRange', extension))
+        trees = RRTConnect(space.low, space.high, space.steer, extension, problem.rng)
+        found = trees.find(problem.start, problem.goals, stop)
+    else:
+        found = solve_with_ompl(
+            space, planner, problem.start, problem.goals, given_up, budget.spent, problem.log)
+    budget.check(_SOURCE)
+    if found is None:
+        return None
+    found[0] = problem.start
+    found = without_repeats(found)
+    if not planner.simplify:
+        return found
+    return shortened(found, space, problem.rng, budget.spent)
+
+
+def repaired(waypoints: Matrix, problem: SearchProblem, stage: Stage) -> Matrix:
+    """
+    Return the path with every piece free on exact geometry, in fine steps.
+
+    :param waypoints: (k, m) from start to goal; what is not free of it is searched again.
+    :raises PlanningError: INVALID_MOTION_PLAN where a piece stays blocked; PREEMPTED.
+    """
+    validity, planner = problem.validity, problem.planner
+    closely = replace(stage, exact=True, step=stage.fine_step, clearance=validity.clearance)
+    pieces: list[Matrix] = [waypoints[:1]]
+    changed = False
+    for a, b in pairwise(waypoints):
+        part = replace(problem, start=a, goals=(b,), planner=planner.for_repairs())
+        space = part.space(closely)
+        if space.motion_free(a, b):
+            pieces.append(b[None])
+            continue
+        detour = None
+        if validity.free(b, clearance=validity.clearance) and not problem.budget.spent():
+            detour = _solve(space, part, _REPAIR_MOTIONS)
+        if detour is None:
+            raise PlanningError(
+                MoveItErrorCode.INVALID_MOTION_PLAN,
+                f'the path is blocked between {np.round(a, 3).tolist()} and '
+                f'{np.round(b, 3).tolist()}', _SOURCE)
+        pieces.append(detour[1:])
+        changed = True
+    path = without_repeats(np.concatenate(pieces))
+    if changed and planner.simplify:
+        path = shortened(
+            path, problem.space(closely), problem.rng, problem.budget.spent,
+            _LAST_FAILURES)
+    return without_repeats(path)
+
+
+def no_path(problem: SearchProblem) -> PlanningError:
+    """Return what to say where no stage found a path."""
+    count = len(problem.goals)
+    goals = 'one goal configuration' if count == 1 else f'{count} goal configurations'
+    where = np.round(problem.goals[0], 3).tolist()
+    if problem.budget.spent():
+        return PlanningError(
+            MoveItErrorCode.TIMED_OUT,
+            f'{problem.planner.name} found no path to {goals} (nearest {where}) within the '
+            'allowed time; raise allowed_planning_time, or check that no object blocks the way',
+            _SOURCE,
+        )
+    return PlanningError(
+        MoveItErrorCode.PLANNING_FAILED,
+        f'{problem.planner.name} gave up before the allowed time was over; no path to {goals} '
+        f'(nearest {where}); try the planner RRTConnect',
+        _SOURCE,
+    )

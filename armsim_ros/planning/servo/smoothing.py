@@ -1,0 +1,136 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Filters between the streamed positions and what is sent."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections import deque
+import math
+
+import numpy as np
+
+from armsim_ros.arrays import Vector
+
+
+class SmoothingFilter(ABC):
+    """Smooths the positions of n joints, one cycle at a time."""
+
+    @abstractmethod
+    def restart(self, positions: Vector) -> None:
+        """Rest at positions (n,) [rad or m]."""
+
+    @abstractmethod
+    def smooth(self, positions: Vector) -> Vector:
+        """Return the positions (n,) to send for those that are wanted [rad or m]."""
+
+
+class NoFilter(SmoothingFilter):
+    """Passes positions through."""
+
+    def restart(self, positions: Vector) -> None:
+        """Do nothing."""
+
+    def smooth(self, positions: Vector) -> Vector:
+        """Return the positions themselves."""
+        return positions
+
+
+class ButterworthFilter(SmoothingFilter):
+    """
+    First-order low pass: ``y = (x0 + x1 - (1 - k) y1) / (1 + k)``.
+
+    :param coefficient: k, greater than 1; greater is smoother and later.
+    """
+
+    def __init__(self, coefficient: float) -> None:
+        """Keep the coefficient."""
+        self._k = coefficient
+        self._last_input = self._last_output = np.zeros(0)
+
+    def restart(self, positions: Vector) -> None:
+        """Rest at positions."""
+        self._last_input = self._last_output = positions
+
+    def smooth(self, positions: Vector) -> Vector:
+        """Return the next output."""
+        rest = positions + self._last_input - 2.0 * self._last_output
+        output: Vector = self._last_output + rest / (1.0 + self._k)
+        self._last_input, self._last_output = positions, output
+        return output
+
+
+class AccelerationFilter(SmoothingFilter):
+    """
+    Follows with bounded velocity and acceleration.
+
+    Each cycle it goes as far towards the target as the bounds allow and still lets it come to
+    rest there; where they do not, it brakes.
+
+    :param velocity: (n,) [rad/s or m/s].
+    :param acceleration: (n,) [rad/s^2 or m/s^2].
+    :param period: of a cycle [s].
+    """
+
+    def __init__(self, velocity: Vector, acceleration: Vector, period: float) -> None:
+        """Keep the bounds."""
+        self._fastest = velocity
+        self._change = acceleration * period
+        self._acceleration = acceleration
+        self._period = period
+        self.restart(np.zeros(len(velocity)))
+
+    def restart(self, positions: Vector) -> None:
+        """Rest at positions."""
+        self._position = positions
+        self._velocity = np.zeros_like(positions)
+
+    def smooth(self, positions: Vector) -> Vector:
+        """Return the next output."""
+        distance = positions - self._position
+        way = np.abs(distance)
+        # From v it comes to rest in v * T + (v - a * T) * T + ..., that is v^2 / 2a + v * T / 2.
+        half = 0.5 * self._change
+        braking = np.sqrt(half * half + 2.0 * self._acceleration * way) - half
+        speed = np.minimum(np.minimum(self._fastest, braking), way / self._period)
+        wanted = np.copysign(speed, distance)
+        self._velocity = np.clip(
+            wanted, self._velocity - self._change, self._velocity + self._change
+        )
+        self._position = self._position + self._velocity * self._period
+        return self._position
+
+
+class JerkFilter(SmoothingFilter):
+    """
+    Follows with bounded velocity, acceleration and jerk.
+
+    The mean of the last positions of an acceleration-limited motion: over a time of 2 a / j the
+    acceleration can change by no more than j allows (L. Biagiotti, C. Melchiorri, "FIR filters
+    for online trajectory planning with time- and frequency-domain specifications", 2012).
+
+    :param acceleration: (n,) [rad/s^2 or m/s^2].
+    :param jerk: (n,) [rad/s^3 or m/s^3].
+    """
+
+    def __init__(
+        self, velocity: Vector, acceleration: Vector, jerk: Vector, period: float
+    ) -> None:
+        """Keep the bounds."""
+        self._inner = AccelerationFilter(velocity, acceleration, period)
+        count = math.ceil(float(np.max(2.0 * acceleration / jerk)) / period)
+        self._past: deque[Vector] = deque(maxlen=max(1, count))
+        self.restart(np.zeros(len(velocity)))
+
+    def restart(self, positions: Vector) -> None:
+        """Rest at positions."""
+        self._inner.restart(positions)
+        self._past.extend([positions] * (self._past.maxlen or 1))
+
+    def smooth(self, positions: Vector) -> Vector:
+        """Return the next output."""
+        self._past.append(self._inner.smooth(positions))
+        # Means of differences: what does not move is passed on as it is.
+        newest = self._past[-1]
+        mean: Vector = newest + np.mean([one - newest for one in self._past], axis=0)
+        return mean

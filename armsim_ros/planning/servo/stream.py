@@ -1,0 +1,171 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""One cycle after the other: commands become joint positions that move within all bounds."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from armsim_ros.arrays import Vector
+from armsim_ros.config.servo import ServoParameters
+from armsim_ros.planning.servo.commands import Command, Twist
+from armsim_ros.planning.servo.joint_bounds import JointBounds
+from armsim_ros.planning.servo.proximity import Proximity
+from armsim_ros.planning.servo.smoothing import SmoothingFilter
+from armsim_ros.planning.servo.status import Finding
+from armsim_ros.planning.servo.target_velocity import TargetVelocity
+
+LOOKS_A_SECOND = 50.0
+"""So often at least it is looked for collisions [Hz]."""
+SETTLED = 1e-6
+"""Nearer to rest than this is at rest [rad or m, a cycle]."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Cycle:
+    """
+    What came of one cycle.
+
+    :param positions: (m,) to send [rad or m].
+    :param velocities: (m,) with which they change [rad/s or m/s].
+    :param at_rest: whether they have come to rest.
+    :param findings: what is to be said.
+    """
+
+    positions: Vector
+    velocities: Vector
+    at_rest: bool
+    findings: tuple[Finding, ...] = field(default=())
+
+
+class ServoStream:
+    """
+    Integrates joint velocities from where the controller's reference is.
+
+    :param target: turns commands into velocities.
+    :param bounds: of the group's joints.
+    :param smoothing: the filter of what is sent.
+    :param proximity: slows motion down near collisions.
+    """
+
+    def __init__(
+        self,
+        target: TargetVelocity,
+        bounds: JointBounds,
+        smoothing: SmoothingFilter,
+        proximity: Proximity,
+    ) -> None:
+        """Start idle."""
+        self.target = target
+        self.bounds = bounds
+        self._smoothing = smoothing
+        self._proximity = proximity
+        self.streaming = False
+        self._factor = 1.0
+        self._collision: Finding | None = None
+        self._cycles_to_look = 0
+
+    def warm_up(self, q: Vector, parameters: ServoParameters) -> None:
+        """Do once what takes long the first time: tables of collisions, linear algebra."""
+        twist = Twist(self.target.base, np.array([0.01, 0.0, 0.0]), np.zeros(3))
+        self.start(q[self.target.indices])
+        self.step(twist, q, parameters)
+        self._proximity.factor(q, q)
+        self.stop()
+
+    def start(self, reference: Vector) -> None:
+        """Begin at rest at the controller's reference (m,) [rad or m]."""
+        self._position = reference.copy()
+        self._velocity = np.zeros(len(reference))
+        self._sent = reference.copy()
+        self._smoothing.restart(reference)
+        self._forget_collisions()
+        self.streaming = True
+
+    def stop(self) -> None:
+        """Send nothing more."""
+        self.streaming = False
+
+    def step(self, command: Command | None, q: Vector, parameters: ServoParameters) -> Cycle:
+        """
+        Go on by one period.
+
+        :param command: None brings the arm to rest.
+        :param q: (n,) the robot; the group's joints are taken from the stream itself.
+        :raises InvalidCommandError: the command makes no sense; nothing has changed.
+        """
+        q = q.copy()
+        q[self.target.indices] = self._position
+        velocity = np.zeros_like(self._velocity)
+        findings: list[Finding] = []
+        if command is not None:
+            wanted = self.target.wanted(command, q, parameters)
+            findings += wanted.findings
+            velocity = self._bounded(wanted.velocity, wanted.cartesian, q, parameters, findings)
+        period = parameters.publish_period
+        coming = self.bounds.accelerate(self._velocity, velocity, period)
+        self._velocity = self.bounds.brake_in_time(
+            self._position, self._velocity, coming, period)
+        self._position = self._position + self._velocity * period
+        before, self._sent = self._sent, self._smoothing.smooth(self._position)
+        moved = self._sent - before
+        at_rest = not self._velocity.any() and bool(
+            np.abs(moved).max(initial=0.0) < SETTLED
+            and np.abs(self._sent - self._position).max(initial=0.0) < 10.0 * SETTLED
+        )
+        return Cycle(self._sent, moved / period, at_rest, tuple(findings))
+
+    def _bounded(
+        self,
+        velocity: Vector,
+        cartesian: bool,
+        q: Vector,
+        parameters: ServoParameters,
+        findings: list[Finding],
+    ) -> Vector:
+        velocity = self.bounds.limit_speed(velocity, parameters.override_velocity_scaling_factor)
+        all_halt = (
+            parameters.halt_all_joints_in_cartesian_mode
+            if cartesian
+            else parameters.halt_all_joints_in_joint_mode
+        )
+        velocity, finding = self.bounds.limit_position(
+            self._position, velocity, parameters.publish_period, all_halt=all_halt
+        )
+        if finding is not None:
+            findings.append(finding)
+        if parameters.check_collisions and velocity.any():
+            factor = self._collision_factor(velocity, q, parameters)
+            if self._collision is not None:
+                findings.append(self._collision)
+            velocity = velocity * factor
+        return velocity
+
+    def _collision_factor(
+        self, velocity: Vector, q: Vector, parameters: ServoParameters
+    ) -> float:
+        """Look every few cycles at where the arm would come to rest."""
+        period = parameters.publish_period
+        if self._cycles_to_look > 0:
+            self._cycles_to_look -= 1
+            return self._factor
+        rate = max(LOOKS_A_SECOND, parameters.collision_check_rate)
+        self._cycles_to_look = max(0, int(1.0 / (rate * period) + 1e-9) - 1)
+        # What it does anyhow until it has braked, and what it would do until the next look.
+        coasting = 0.5 * self.bounds.braking_time(self._velocity) * self._velocity
+        share = max(self._factor, 0.05)
+        ahead = q.copy()
+        ahead[self.target.indices] += (
+            coasting + share * velocity * period * (2 + self._cycles_to_look)
+        )
+        self._factor, self._collision = self._proximity.factor(
+            q, self.target.complete(ahead)
+        )
+        return self._factor
+
+    def _forget_collisions(self) -> None:
+        self._factor = 1.0
+        self._collision = None
+        self._cycles_to_look = 0

@@ -1,0 +1,100 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The newest streamed points as a trajectory for a controller."""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass
+
+import numpy as np
+
+from armsim_ros.arrays import Matrix, Vector
+
+FEWEST = 3
+"""With less points than these nothing is held back."""
+_SLACK_NS = 20_000_000
+"""So long may a message take to the controller [ns]."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class StreamedPoints:
+    """
+    What is sent in one cycle.
+
+    :param stamp_ns: time of the first point [ns].
+    :param times: (k,) since then [s].
+    :param positions: (k, m) [rad or m].
+    :param velocities: (k, m) [rad/s or m/s]; the last is 0, so that the arm comes to rest
+        where nothing follows.
+    :param accelerations: (k, m) [rad/s^2 or m/s^2].
+    """
+
+    stamp_ns: int
+    times: Vector
+    positions: Matrix
+    velocities: Matrix
+    accelerations: Matrix
+
+
+class TrajectoryWindow:
+    """
+    The points that a controller still has to follow: from just before now to one latency ahead.
+
+    Upstream's servo sends as many of the past as well, which no controller looks at.
+
+    :param latency_ns: how far ahead points are stamped [ns].
+    """
+
+    def __init__(self, latency_ns: int) -> None:
+        """Start empty."""
+        self._latency_ns = latency_ns
+        self._points: deque[tuple[int, Vector]] = deque()
+
+    def start(self, now_ns: int, positions: Vector) -> None:
+        """Begin anew where the controller's reference rests (m,) [rad or m]."""
+        self._points = deque([(now_ns, positions)])
+
+    def add(self, now_ns: int, positions: Vector) -> None:
+        """Add the positions (m,) of this cycle; the past is forgotten."""
+        due = now_ns + self._latency_ns
+        while len(self._points) > 1 and self._points[-1][0] >= due:
+            self._points.pop()
+        self._points.append((due, positions))
+        # The last point before now stays: the controller is between it and the next.
+        while len(self._points) > FEWEST and self._points[1][0] <= now_ns - _SLACK_NS:
+            self._points.popleft()
+
+    def points(self) -> StreamedPoints | None:
+        """
+        Return all points but the newest, whose velocity is not known before the next one.
+
+        The first command of a stream goes out at once, though: it leads to rest anyhow. None
+        where there is no command yet.
+        """
+        if len(self._points) < FEWEST:
+            return self._first()
+        stamps = np.array([stamp for stamp, _ in self._points], dtype=np.int64)
+        times = (stamps - stamps[0]) * 1e-9
+        positions = np.array([values for _, values in self._points])
+        slopes = np.diff(positions, axis=0) / np.diff(times)[:, None]
+        velocities = np.zeros_like(positions)
+        before, after = slopes[:-1], slopes[1:]
+        smaller = np.where(np.abs(before) < np.abs(after), before, after)
+        velocities[1:-1] = np.where(before * after > 0.0, smaller, 0.0)
+        velocities = velocities[:-1]
+        times = times[:-1]
+        velocities[-1] = 0.0
+        accelerations = np.zeros_like(velocities)
+        if len(times) > 2:
+            accelerations[1:-1] = np.diff(velocities, axis=0)[:-1] / np.diff(times)[:-1, None]
+        return StreamedPoints(int(stamps[0]), times, positions[:-1], velocities, accelerations)
+
+    def _first(self) -> StreamedPoints | None:
+        if len(self._points) < 2:
+            return None
+        (start, begin), (due, end) = self._points
+        still = np.zeros((2, len(begin)))
+        return StreamedPoints(
+            start, np.array([0.0, (due - start) * 1e-9]), np.array([begin, end]), still, still
+        )

@@ -1,0 +1,110 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The speed and acceleration that a motion may have."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+import math
+
+import numpy as np
+
+from armsim_ros.arrays import Vector
+from armsim_ros.model.robot_model import RobotModel
+from armsim_ros.planning.log import Log
+
+DEFAULT_VELOCITY = 1.0
+"""Speed limit of a joint that has none [rad/s or m/s]."""
+
+DEFAULT_ACCELERATION = 1.0
+"""Acceleration limit of a joint that has none [rad/s^2 or m/s^2]."""
+
+LEAST_SCALING = 1e-9
+"""Smaller scaling factors count as this one: every motion lasts for years with both."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MotionLimits:
+    """
+    Limits of a group's joints, all finite but jerk.
+
+    :param velocity: (n,) [rad/s or m/s].
+    :param acceleration: (n,) [rad/s^2 or m/s^2].
+    :param jerk: (n,) [rad/s^3 or m/s^3], infinite where there is none.
+    """
+
+    velocity: Vector
+    acceleration: Vector
+    jerk: Vector
+
+    def scaled(self, velocity: float, acceleration: float) -> MotionLimits:
+        """
+        Return slower limits.
+
+        :param velocity: factor in (0, 1].
+        :param acceleration: factor in (0, 1].
+        """
+        return MotionLimits(
+            self.velocity * velocity, self.acceleration * acceleration, self.jerk
+        )
+
+
+def scaling_factor(value: float, name: str, log: Log) -> float:
+    """
+    Return a scaling factor that can be used: values outside (0, 1] count as 1.
+
+    :param value: what the client gave.
+    :param name: how the client calls it.
+    """
+    if 0.0 < value <= 1.0:
+        return max(value, LEAST_SCALING)
+    log.warning(f'{name} is {value:g}, which is not in (0, 1]: using 1.0')
+    return 1.0
+
+
+class LimitTable:
+    """
+    Speed and acceleration limits of every joint, with defaults where the files give none.
+
+    :param robot: the robot.
+    :param log: hears once a joint of a limit that had to be assumed.
+    """
+
+    def __init__(self, robot: RobotModel, log: Log) -> None:
+        self._robot = robot
+        self._log = log
+        self._told: set[str] = set()
+
+    def limits(self, joint_names: Iterable[str]) -> MotionLimits:
+        """Return the limits of these joints, in this order."""
+        names = tuple(joint_names)
+        found = [self._robot.joints[name].limits for name in names]
+        velocity = [self._usable(each.velocity, DEFAULT_VELOCITY) for each in found]
+        acceleration = [self._usable(each.acceleration, DEFAULT_ACCELERATION) for each in found]
+        self._tell(names, 'velocity', [each.velocity for each in found], DEFAULT_VELOCITY)
+        self._tell(
+            names, 'acceleration', [each.acceleration for each in found], DEFAULT_ACCELERATION
+        )
+        jerk = [each.jerk if each.jerk > 0.0 else math.inf for each in found]
+        return MotionLimits(np.array(velocity), np.array(acceleration), np.array(jerk))
+
+    @staticmethod
+    def _usable(value: float, default: float) -> float:
+        return value if math.isfinite(value) and value > 0.0 else default
+
+    def _tell(
+        self, names: Sequence[str], kind: str, values: Sequence[float], default: float
+    ) -> None:
+        lacking = [
+            name
+            for name, value in zip(names, values, strict=True)
+            if self._usable(value, -1.0) < 0.0 and f'{kind} {name}' not in self._told
+        ]
+        if lacking:
+            self._told.update(f'{kind} {name}' for name in lacking)
+            what = 'joint has' if len(lacking) == 1 else 'joints have'
+            self._log.warning(
+                f'{what} no {kind} limit: {", ".join(lacking)}; assuming {default:g}. Give '
+                f'has_{kind}_limits: true and max_{kind} of each in joint_limits.yaml'
+            )

@@ -1,0 +1,120 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""From free waypoints to a timed motion that was checked as a controller will run it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from armsim_ros.arrays import Vector
+from armsim_ros.errors import MoveItErrorCode, PlanningError
+from armsim_ros.planning.collision.motion_proof import first_blocked
+from armsim_ros.planning.collision.state_validity import StateValidity
+from armsim_ros.planning.timing.blended_path import BlendedPath
+from armsim_ros.planning.timing.limits import MotionLimits
+from armsim_ros.planning.timing.quintic import QuinticMotion
+from armsim_ros.planning.timing.time_parameterization import SpeedLimit, time_path
+
+MAX_DEVIATION = 0.05
+"""Largest distance [rad or m] in joint space between a corner and the blend that rounds it."""
+
+FINAL_SHARE = 0.6
+"""The last check's step as a share of that of the path's."""
+
+_LEAST_DEVIATION = 1e-4
+_SHRINK = 0.35
+_ATTEMPTS = 4
+_LOOKS = 4
+_SAMPLES = 9
+_NOTHING = 2e-4  # [m] by which a blend may leave a free corner unlooked at: the proof comes later
+_OVERSHOOT = 1e-3
+
+
+def time_waypoints(
+    waypoints: Vector, validity: StateValidity, limits: MotionLimits,
+    speed_limit: SpeedLimit | None, step: float, rough: bool = False, *,
+    max_deviation: float = MAX_DEVIATION,
+) -> QuinticMotion:
+    """
+    Return the fastest motion through free waypoints that is free itself.
+
+    Every blend shrinks until it is free; where the timed motion is not free yet, all shrink.
+
+    :param waypoints: (k, m) k >= 2.
+    :param step: largest motion of any point between two checks [m].
+    :param rough: the waypoints come of a search in larger steps: half of the clearance has to
+        be left, and blends are not made smaller, since the path itself may be blocked.
+    :param max_deviation: of a blend from its corner [rad or m].
+    :raises PlanningError: INVALID_MOTION_PLAN with time and cause where it stays blocked;
+        FAILURE where the limits cannot be kept.
+    """
+    deviation = np.full(len(waypoints) - 2, max_deviation)
+    _shrink_corners(waypoints, deviation, validity)
+    cause = ''
+    clearance = 0.5 * validity.clearance if rough else 0.0
+    for _ in range(1 if rough else _ATTEMPTS):
+        motion = time_path(BlendedPath(waypoints, deviation), limits, speed_limit)
+        cause = first_fault(motion, validity, FINAL_SHARE * step, clearance)
+        if not cause:
+            return motion
+        if not len(deviation):
+            break
+        deviation = np.maximum(deviation * _SHRINK**2, _LEAST_DEVIATION)
+    raise PlanningError(
+        MoveItErrorCode.INVALID_MOTION_PLAN,
+        f'the timed trajectory is not valid {cause}; plan again, or keep more room around '
+        'objects',
+        'ValidateSolution',
+    )
+
+
+def _shrink_corners(
+    waypoints: Vector, deviation: Vector, validity: StateValidity
+) -> None:
+    """Make the blend at every inner waypoint so small that it is free."""
+    steps = np.diff(waypoints, axis=0)
+    lengths = np.linalg.norm(steps, axis=1)
+    turns = np.linalg.norm(np.diff(steps / lengths[:, None], axis=0), axis=1)
+    cut = np.minimum(deviation, turns * np.minimum(lengths[:-1], lengths[1:]) / 8.0)
+    weight = float(np.linalg.norm(validity.displacement_weights))
+    for corner in np.flatnonzero(cut * weight > _NOTHING):
+        three = waypoints[corner:corner + 3]
+        while deviation[corner] > _LEAST_DEVIATION:
+            blend = BlendedPath(three, float(deviation[corner])).corner_samples(0, _SAMPLES)
+            if all(validity.free(q, clearance=0.5 * validity.clearance) for q in blend):
+                break
+            deviation[corner] = max(deviation[corner] * _SHRINK, _LEAST_DEVIATION)
+
+
+def first_fault(
+    motion: QuinticMotion, validity: StateValidity, step: float, clearance: float = 0.0,
+    since: float = 0.0,
+) -> str:
+    """
+    Return when and why a motion leaves the free states, as a phrase; '' for never.
+
+    :param motion: is followed between its points too.
+    :param step: largest motion [m] of any point between two looks at path constraints.
+    :param clearance: [m] that shall be left to everything.
+    :param since: time [s] before which nothing is looked at.
+    """
+    t = _blocked_at(motion, validity, step, clearance, since)
+    return '' if t is None else (
+        f'at {t:.3f} s: {validity.why_not(motion.sample(np.array([t]))[0])}')
+
+
+def _blocked_at(
+    motion: QuinticMotion, validity: StateValidity, step: float, clearance: float,
+    since: float,
+) -> float | None:
+    """Return the time [s] at which a motion leaves limits or free states, None for never."""
+    if len(motion.times) < 2 or since >= motion.duration:
+        return None
+    times = np.linspace(since, motion.duration, 1 + _LOOKS * (len(motion.times) - 1))
+    positions = motion.sample(times)
+    beyond = np.flatnonzero(np.any(
+        (positions < validity.lower - _OVERSHOOT) | (positions > validity.upper + _OVERSHOOT),
+        axis=1,
+    ))
+    return float(times[beyond[0]]) if len(beyond) else first_blocked(
+        positions, validity, step, times, clearance)

@@ -1,0 +1,136 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""A timed motion as a trajectory controller runs it: quintic splines between its points."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from armsim_ros.arrays import Matrix, Vector
+from armsim_ros.polynomials import hermite_coefficients, powers, QUINTIC, with_derivatives
+from armsim_ros.trajectory import JointTrajectory, TrajectoryPoint
+
+
+@dataclass(frozen=True, eq=False)
+class QuinticMotion:
+    """
+    Points with position, velocity and acceleration.
+
+    :param times: (k,) [s], increasing from 0.
+    :param positions: (k, n) [rad or m].
+    :param velocities: (k, n) [rad/s or m/s].
+    :param accelerations: (k, n) [rad/s^2 or m/s^2].
+    """
+
+    times: Vector
+    positions: Vector
+    velocities: Vector
+    accelerations: Vector
+
+    @cached_property
+    def _coefficients(self) -> Matrix:
+        """Of the positions (k - 1, 6, n)."""
+        states = np.stack([self.positions, self.velocities, self.accelerations])
+        h = np.diff(self.times)
+        return hermite_coefficients(h, np.full(len(h), QUINTIC), states[:, :-1], states[:, 1:])
+
+    @cached_property
+    def _derivatives(self) -> Matrix:
+        """Of positions, velocities and accelerations (k - 1, 6, 3n)."""
+        return with_derivatives(self._coefficients, np.diff(self.times))
+
+    @property
+    def duration(self) -> float:
+        """Time of the last point [s]."""
+        return float(self.times[-1])
+
+    @classmethod
+    def of(
+        cls, trajectory: JointTrajectory, standing: Mapping[str, float] | None = None
+    ) -> QuinticMotion:
+        """
+        Return a trajectory whose points have velocities and accelerations.
+
+        :param standing: joint -> where it stands [rad or m] if the trajectory does not move it;
+            gives the joints and their order. None for the joints of the trajectory.
+        """
+        points, names = trajectory.points, trajectory.joint_names
+        joints = standing or dict.fromkeys(names, 0.0)
+        columns = [list(joints).index(name) for name in names if name in joints]
+        chosen = [k for k, name in enumerate(names) if name in joints]
+        states = np.zeros((3, len(points), len(joints)))
+        states[0] = list(joints.values())
+        for k, point in enumerate(points):
+            states[:, k, columns] = np.array(
+                [point.positions, point.velocities, point.accelerations])[:, chosen]
+        return cls(trajectory.times(), *states)
+
+    @classmethod
+    def at_rest(cls, positions: Vector) -> QuinticMotion:
+        """Return one point (n,) in which nothing moves."""
+        return cls(np.zeros(1), positions[None], *(np.zeros((1, len(positions))),) * 2)
+
+    def sample(self, t: Vector) -> Vector:
+        """Return the positions (m, n) at times t (m,) [s]; the ends hold outside."""
+        part, u = self._places(t)
+        positions: Vector = np.einsum('mc,mcn->mn', powers(u), self._coefficients[part])
+        return positions
+
+    def states(self, t: Vector) -> tuple[Vector, Vector, Vector]:
+        """
+        Return positions, velocities and accelerations, (m, n) each, at times t (m,) [s].
+
+        Outside the joints stand where the motion ends.
+        """
+        part, u = self._places(t)
+        values = np.einsum('mc,mcn->mn', powers(u), self._derivatives[part])
+        position, velocity, acceleration = np.split(values, 3, axis=1)
+        moving = ((t >= 0.0) & (t <= self.duration))[:, None]
+        return position, np.where(moving, velocity, 0.0), np.where(moving, acceleration, 0.0)
+
+    def _places(self, t: Vector) -> tuple[NDArray[np.intp], Vector]:
+        """Return the part and the share 0..1 of it for each time."""
+        inside = np.clip(t, 0.0, self.duration)
+        last = len(self.times) - 2
+        part = np.clip(np.searchsorted(self.times, inside, side='right') - 1, 0, last)
+        h = self.times[part + 1] - self.times[part]
+        return part, (inside - self.times[part]) / h
+
+    def peaks(self, per_part: int = 10) -> tuple[Vector, Vector]:
+        """
+        Return the largest speed and acceleration of every joint, between the points too.
+
+        :param per_part: samples between two points.
+        :returns: (n,) [rad/s or m/s] and (n,) [rad/s^2 or m/s^2].
+        """
+        joints = self.positions.shape[1]
+        rates = np.abs(np.einsum(
+            'xc,scn->sxn', powers(np.linspace(0.0, 1.0, per_part + 1)),
+            self._derivatives[:, :, joints:])).max(axis=(0, 1))
+        return rates[:joints], rates[joints:]
+
+    def slowed(self, factor: float) -> QuinticMotion:
+        """Return the same motion with all times multiplied by a factor >= 1."""
+        return QuinticMotion(
+            self.times * factor,
+            self.positions,
+            self.velocities / factor,
+            self.accelerations / factor**2,
+        )
+
+    def trajectory(self, joint_names: Sequence[str]) -> JointTrajectory:
+        """Return the points as a trajectory of these joints."""
+        return JointTrajectory(
+            tuple(joint_names),
+            tuple(
+                TrajectoryPoint(float(t), p.copy(), v.copy(), a.copy())
+                for t, p, v, a in zip(
+                    self.times, self.positions, self.velocities, self.accelerations, strict=True
+                )
+            ),
+        )

@@ -1,0 +1,129 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Tests of the choice of controllers and of splitting trajectories."""
+
+import numpy as np
+import pytest
+
+from armsim_ros.config.moveit_controllers import MoveItControllerSettings
+from armsim_ros.errors import PlanningError
+from armsim_ros.execution.controller_selection import (
+    controlled_joints,
+    coverage_report,
+    select_controllers,
+    split_trajectory,
+)
+from armsim_ros.trajectory import JointTrajectory, TrajectoryPoint
+
+
+def controller(name, *joints, default=False):
+    """Return a FollowJointTrajectory controller."""
+    return MoveItControllerSettings(name=name, joints=joints, default=default)
+
+
+WHOLE = controller('whole', 'a', 'b', 'c')
+LEFT, RIGHT = controller('left', 'a', 'b'), controller('right', 'c')
+
+
+def names(selected):
+    """Return the names of controllers as a set."""
+    return {each.name for each in selected}
+
+
+def test_the_fewest_controllers():
+    """EXE-3: one controller that has all joints goes before two."""
+    assert names(select_controllers('abc', [LEFT, RIGHT, WHOLE])) == {'whole'}
+
+
+def test_several_controllers_together():
+    """EXE-3: two controllers together where none has all joints."""
+    assert names(select_controllers('abc', [LEFT, RIGHT])) == {'left', 'right'}
+
+
+def test_no_joint_twice():
+    """EXE-3: controllers that share a joint are not combined."""
+    with pytest.raises(PlanningError, match='share joints'):
+        select_controllers('abc', [LEFT, controller('other', 'b', 'c')])
+
+
+def test_default_goes_first():
+    """EXE-3: among equals the default controller."""
+    preferred = controller('preferred', 'a', 'b', 'c', default=True)
+    assert names(select_controllers('abc', [WHOLE, preferred])) == {'preferred'}
+
+
+def test_fewer_surplus_joints():
+    """EXE-3: then the one that has fewer joints beside those that are needed."""
+    assert names(select_controllers('ab', [WHOLE, LEFT])) == {'left'}
+
+
+def test_active_goes_first():
+    """EXE-3: then the one that is active."""
+    twin = controller('twin', 'a', 'b', 'c')
+    assert names(select_controllers('abc', [WHOLE, twin], active={'twin'})) == {'twin'}
+
+
+def test_no_controller_fits():
+    """SEED-9a: the message has the words that users search for, and the missing joint."""
+    with pytest.raises(PlanningError) as caught:
+        select_controllers('abd', [LEFT, RIGHT])
+    text = str(caught.value)
+    assert caught.value.code == -4
+    assert ('Unable to identify any set of controllers that can actuate the specified joints: '
+            '[ a b d ]') in text
+    assert 'Known controllers and their joints:' in text
+    assert "controller 'left' controls joints: a, b" in text
+    assert 'no controller has d' in text
+
+
+def test_named_controllers_only():
+    """ACT-12: controllers that are named explicitly are the only ones that are used."""
+    assert names(select_controllers('ab', [LEFT, WHOLE], names=('whole',))) == {'whole'}
+
+
+def test_unknown_name():
+    """ACT-12: a name that is not known is refused with the known ones."""
+    with pytest.raises(PlanningError, match="'lft' is not known; did you mean 'left'"):
+        select_controllers('ab', [LEFT], names=('lft',))
+
+
+def test_parts_have_their_joints_and_the_same_times():
+    """EXE-4: each controller gets its own joints, all get the same times."""
+    points = tuple(
+        TrajectoryPoint(0.5 * k, np.array([1.0, 2.0, 3.0]) * k, np.array([4.0, 5.0, 6.0]))
+        for k in range(3)
+    )
+    whole = JointTrajectory(('c', 'a', 'b'), points)
+    parts = {each.name: part for each, part in split_trajectory(whole, [LEFT, RIGHT])}
+    assert parts['left'].joint_names == ('a', 'b')
+    assert parts['left'].positions().tolist() == [[0, 0], [2, 3], [4, 6]]
+    assert parts['left'].points[1].velocities.tolist() == [5, 6]
+    assert parts['right'].positions().tolist() == [[0], [1], [2]]
+    assert parts['right'].points[1].accelerations.tolist() == []
+    assert parts['left'].times().tolist() == parts['right'].times().tolist() == [0, 0.5, 1]
+
+
+def test_fixed_joints_need_no_controller(planar):
+    """EXE-2: only joints that move by themselves are asked for."""
+    assert controlled_joints(('axis1', 'mount', 'axis2'), planar.robot) == ('axis1', 'axis2')
+
+
+def test_a_trajectory_of_unknown_joints(planar):
+    """ACT-13: an unknown joint is refused by name."""
+    with pytest.raises(PlanningError, match="'axis9', which robot 'planar' lacks"):
+        controlled_joints(('axis9',), planar.robot)
+
+
+def test_a_trajectory_without_movable_joints(planar):
+    """EXE-2: nothing that could be moved is refused."""
+    with pytest.raises(PlanningError, match='names no joint'):
+        controlled_joints(('mount',), planar.robot)
+
+
+def test_coverage_names_what_is_missing(planar):
+    """Each group whose joints no controller has is reported with the YAML to add."""
+    report = coverage_report(planar.robot, [controller('some', 'axis1', 'axis2')])
+    assert len(report) == 1
+    assert "group 'arm'" in report[0]
+    assert 'joints: [axis3]' in report[0]
+    assert not coverage_report(planar.robot, [controller('all', 'axis1', 'axis2', 'axis3')])

@@ -1,0 +1,232 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Tests of Cartesian paths."""
+
+import math
+
+import numpy as np
+import pytest
+
+from armsim_ros.model.transforms import pose_matrix, rotation_angle
+from armsim_ros.planning.cartesian.cartesian_path import CartesianRequest
+from armsim_ros.planning.request import Constraints, JointConstraint
+from armsim_ros.planning.scene.update import StartState
+
+SIX = tuple(f'axis{k}' for k in range(1, 7))
+BENT = (0.3, 0.7, 1.2, 0.2, 0.9, 0.1)
+
+
+@pytest.fixture
+def scene(six_scene):
+    """Return a scene with the arm bent, away from singularities."""
+    six_scene.set_positions(dict(zip(SIX, BENT, strict=True)))
+    return six_scene
+
+
+@pytest.fixture
+def tool(scene):
+    """Return the tool's pose at the start."""
+    return scene.frame_pose('tool')
+
+
+def moved(pose, xyz=(0.0, 0.0, 0.0), rpy=(0.0, 0.0, 0.0)):
+    """Return a pose shifted in the base frame and turned about its own axes."""
+    result = pose @ pose_matrix((0.0, 0.0, 0.0), rpy)
+    result[:3, 3] += xyz
+    return result
+
+
+def states(response, model):
+    """Return the full state at every point."""
+    return [model.vector(dict(zip(SIX, point.positions, strict=True)))
+            for point in response.trajectory.points]
+
+
+def test_straight_line(scene, tool, six, plan_for):
+    """SRV-32: the link stays on the line within 1 mm and reaches its end; fraction 1."""
+    goal = moved(tool, (0.0, 0.15, -0.1))
+    response = plan_for(scene).cartesian_path(CartesianRequest('arm', (goal,), 0.01), scene)
+    assert response.error_code == 1
+    assert response.fraction == pytest.approx(1.0)
+    line = goal[:3, 3] - tool[:3, 3]
+    length = np.linalg.norm(line)
+    for q in states(response, six):
+        off = six.link_pose(q, 'tool')[:3, 3] - tool[:3, 3]
+        assert np.linalg.norm(off - line * (off @ line) / length**2) < 1e-3
+    assert six.link_pose(q, 'tool') == pytest.approx(goal, abs=1e-5)
+
+
+@pytest.mark.parametrize('max_step', [0.2, 0.0025])
+def test_precision_does_not_depend_on_max_step(scene, tool, six, plan_for, max_step):
+    """SRV-32: steps are halved until the middle is within 1 mm, however large max_step is."""
+    goal = moved(tool, (-0.05, 0.2, 0.0))
+    response = plan_for(scene).cartesian_path(CartesianRequest('arm', (goal,), max_step), scene)
+    assert response.fraction == pytest.approx(1.0)
+    heights = [six.link_pose(q, 'tool')[2, 3] for q in states(response, six)]
+    assert len(heights) > 20
+    assert np.ptp(heights) < 2e-3
+
+
+def test_rotation_is_even(scene, tool, six, plan_for):
+    """SRV-32: orientation goes the short way from one to the other."""
+    goal = moved(tool, rpy=(0.3, -0.4, 0.2))
+    response = plan_for(scene).cartesian_path(CartesianRequest('arm', (goal,), 0.01), scene)
+    assert response.fraction == pytest.approx(1.0)
+    turn = rotation_angle(tool, goal)
+    for q in states(response, six):
+        here = six.link_pose(q, 'tool')
+        assert rotation_angle(tool, here) + rotation_angle(here, goal) == pytest.approx(
+            turn, abs=0.011)
+        assert np.linalg.norm(here[:3, 3] - tool[:3, 3]) < 1.5e-3
+
+
+def test_several_waypoints(scene, tool, six, plan_for):
+    """SRV-31: all waypoints are passed in their order."""
+    corners = [moved(tool, xyz) for xyz in ((0, 0.1, 0), (0, 0.1, -0.1), (0, 0, -0.1))]
+    response = plan_for(scene).cartesian_path(
+        CartesianRequest('arm', tuple(corners), 0.01), scene)
+    assert response.fraction == pytest.approx(1.0)
+    path = np.array([six.link_pose(q, 'tool')[:3, 3] for q in states(response, six)])
+    nearest = [np.linalg.norm(path - corner[:3, 3], axis=1) for corner in corners]
+    assert all(each.min() < 4e-3 for each in nearest)
+    order = [int(each.argmin()) for each in nearest]
+    assert order == sorted(order)
+
+
+def test_waypoints_relative_to_the_link(scene, tool, six, plan_for):
+    """SRV-31: with the link as frame each waypoint counts from where the link is then."""
+    step = pose_matrix((0.0, 0.0, -0.05))
+    response = plan_for(scene).cartesian_path(
+        CartesianRequest('arm', (step, step), 0.01, 'tool', 'tool'), scene)
+    assert response.fraction == pytest.approx(1.0)
+    end = six.link_pose(states(response, six)[-1], 'tool')
+    assert end == pytest.approx(tool @ step @ step, abs=1e-5)
+
+
+def test_other_link(scene, six, plan_for):
+    """SRV-30: another link of the group may be led."""
+    goal = moved(scene.frame_pose('segment6'), (0.0, 0.0, -0.05))
+    response = plan_for(scene).cartesian_path(
+        CartesianRequest('arm', (goal,), 0.01, 'segment6'), scene)
+    assert response.fraction == pytest.approx(1.0)
+    end = six.link_pose(states(response, six)[-1], 'segment6')
+    assert end[:3, 3] == pytest.approx(goal[:3, 3], abs=1e-5)
+
+
+def test_a_path_that_leaves_the_reach(scene, tool, plan_for):
+    """SRV-33: a path that cannot be finished is a success with its feasible part."""
+    goals = (moved(tool, (0.0, 0.1, 0.0)), moved(tool, (2.0, 0.1, 0.0)))
+    response = plan_for(scene).cartesian_path(CartesianRequest('arm', goals, 0.01), scene)
+    assert response.error_code == 1
+    assert 0.5 < response.fraction < 0.8
+    assert 'waypoint 2' in response.message
+    assert response.trajectory.points[0].positions == pytest.approx(BENT)
+
+
+def test_collision_ends_the_path(scene, tool, add_box, plan_for):
+    """SRV-33, SRV-36: an obstacle ends the path where collisions are avoided, and only there."""
+    centre = tool[:3, 3] + (0.0, 0.17, 0.0)
+    add_box(scene, 'block', (0.3, 0.02, 0.3), centre)
+    goal = moved(tool, (0.0, 0.2, 0.0))
+    planner = plan_for(scene)
+    response = planner.cartesian_path(CartesianRequest('arm', (goal,), 0.01), scene)
+    assert response.error_code == 1
+    assert 0.1 < response.fraction < 0.9
+    assert 'block' in response.message
+    through = planner.cartesian_path(
+        CartesianRequest('arm', (goal,), 0.01, avoid_collisions=False), scene)
+    assert through.fraction == pytest.approx(1.0)
+
+
+def test_path_constraints_end_the_path(scene, tool, plan_for):
+    """SRV-36: path constraints are kept whether collisions are avoided or not."""
+    keep = Constraints((JointConstraint('axis1', 0.3, 0.1, 0.1),))
+    response = plan_for(scene).cartesian_path(
+        CartesianRequest('arm', (moved(tool, (0.0, 0.3, 0.0)),), 0.01, path_constraints=keep,
+                         avoid_collisions=False), scene)
+    assert response.error_code == 1
+    assert 0.0 < response.fraction < 1.0
+    assert "'axis1'" in response.message
+
+
+@pytest.mark.parametrize('threshold', [0.5, 1.0, 1.5, 5.0])
+def test_any_relative_threshold_is_safe(scene, tool, plan_for, threshold):
+    """SRV-34: every value of jump_threshold gives an answer; a generous one the whole path."""
+    response = plan_for(scene).cartesian_path(
+        CartesianRequest('arm', (moved(tool, (0.0, 0.15, -0.1)),), 0.01,
+                         jump_threshold=threshold), scene)
+    assert response.error_code == 1
+    assert response.fraction == pytest.approx(1.0) if threshold == 5.0 else True
+
+
+def test_revolute_threshold(scene, tool, plan_for):
+    """SRV-34: the path ends before the first step that turns a joint by more."""
+    goal = moved(tool, (-0.05, 0.2, 0.0))
+    planner = plan_for(scene)
+    whole = planner.cartesian_path(CartesianRequest('arm', (goal,), 0.02), scene)
+    assert whole.fraction == pytest.approx(1.0)
+    cut = planner.cartesian_path(
+        CartesianRequest('arm', (goal,), 0.02, revolute_jump_threshold=1e-4), scene)
+    assert cut.error_code == 1
+    assert cut.fraction == 0.0
+    assert 'jump' in cut.message
+
+
+def test_timing(scene, tool, plan_for):
+    """SRV-35: timed with the scaling factors, from rest to rest, first point the start."""
+    goal = moved(tool, (0.0, 0.15, -0.1))
+    planner = plan_for(scene)
+    fast = planner.cartesian_path(CartesianRequest('arm', (goal,), 0.01), scene).trajectory
+    slow = planner.cartesian_path(
+        CartesianRequest('arm', (goal,), 0.01, max_velocity_scaling_factor=0.1), scene).trajectory
+    assert slow.duration > 2.0 * fast.duration
+    assert fast.points[0].positions == pytest.approx(BENT)
+    assert not np.any(fast.points[-1].velocities)
+    velocities = np.abs([point.velocities for point in slow.points])
+    assert velocities.max() <= 0.3 * 1.001
+
+
+def test_speed_of_the_link(scene, tool, six, plan_for):
+    """SRV-35: max_cartesian_speed is honoured."""
+    response = plan_for(scene).cartesian_path(
+        CartesianRequest('arm', (moved(tool, (0.0, 0.2, 0.0)),), 0.01, max_cartesian_speed=0.05),
+        scene)
+    places = np.array([six.link_pose(q, 'tool')[:3, 3] for q in states(response, six)])
+    speed = np.linalg.norm(np.diff(places, axis=0), axis=1) / np.diff(response.trajectory.times())
+    assert 0.048 < speed.max() <= 0.0505
+
+
+def test_start_state_is_used_and_returned(scene, tool, plan_for):
+    """SRV-35: the response names the start that was used."""
+    start = (0.5, *BENT[1:])
+    response = plan_for(scene).cartesian_path(
+        CartesianRequest('arm', (tool,), 0.01, start_state=StartState(('axis1',), (0.5,))), scene)
+    assert response.start == pytest.approx(dict(zip(SIX, start, strict=True)))
+    assert response.trajectory.points[0].positions == pytest.approx(start)
+
+
+def test_no_waypoints(scene, plan_for):
+    """SRV-31: nothing to do is a success with fraction 0 and no points."""
+    response = plan_for(scene).cartesian_path(CartesianRequest('arm', (), 0.01), scene)
+    assert (response.error_code, response.fraction, response.trajectory.points) == (1, 0.0, ())
+    assert not response.start
+
+
+@pytest.mark.parametrize(('changes', 'code'), [
+    ({'group_name': 'amr'}, -15),
+    ({'max_step': 0.0}, 99999),
+    ({'max_step': math.nan}, 99999),
+    ({'link_name': 'toll'}, -18),
+    ({'link_name': 'base'}, -18),
+    ({'frame_id': 'nowhere'}, -21),
+    ({'start_state': StartState(('axis9',), (0.0,))}, -17),
+    ({'waypoints': (np.full((4, 4), math.nan),)}, 99999),
+])
+def test_wrong_requests(scene, tool, plan_for, changes, code):
+    """E23: each mistake has its code and a sentence."""
+    given = {'group_name': 'arm', 'waypoints': (tool,), 'max_step': 0.01, **changes}
+    response = plan_for(scene).cartesian_path(CartesianRequest(**given), scene)
+    assert response.error_code == code
+    assert response.message
+    assert response.source
+    assert not response.trajectory.points

@@ -1,0 +1,221 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What the simulated world may do to the scene, and what is the user's."""
+
+import random
+
+import numpy as np
+import pytest
+
+from armsim_ros.model.geometry import Box
+from armsim_ros.model.transforms import pose_matrix
+from armsim_ros.planning.scene.update import (
+    AttachedObjectUpdate,
+    CollisionObjectUpdate,
+    ObjectOperation,
+    SceneUpdate,
+    StartState,
+)
+from armsim_ros.planning.scene.world_object import ObjectType
+from armsim_ros.planning.scene.world_ownership import of_world, WorldOwnership
+from armsim_ros.planning.scene.world_type import WORLD_TYPE
+from armsim_ros.stack import ArmSim
+
+ADD, REMOVE, MOVE = ObjectOperation.ADD, ObjectOperation.REMOVE, ObjectOperation.MOVE
+
+
+class Story:
+    """A scene, its owner, and both who edit it."""
+
+    def __init__(self, scene):
+        self.scene = scene
+        self.lines = []
+        self.ownership = WorldOwnership(scene, ['base_link'], self.lines.append)
+        self.epoch = '1'
+
+    def world(self, *items):
+        """Let the world tell: (id, operation, height) each."""
+        kind = ObjectType(WORLD_TYPE, self.epoch)
+        update = SceneUpdate(objects=tuple(item(*words, kind) for words in items))
+        assert of_world(update)
+        self.ownership.apply(update)
+
+    def user(self, name, operation, height=5.0):
+        """Let the user edit."""
+        self.scene.apply_object(item(name, operation, height, ObjectType()))
+
+    def heights(self):
+        """Return id -> height of all objects in the world."""
+        return {name: round(float(thing.pose[2, 3]), 6)
+                for name, thing in self.scene.objects.items()}
+
+
+def item(name, operation, height, kind):
+    """Return the update of a box at a height [m]."""
+    shapes = (Box((0.1, 0.1, 0.1)),) if operation == ADD else ()
+    return CollisionObjectUpdate(
+        name, operation, pose=pose_matrix((3.0, 0.0, height)), primitives=shapes, type=kind)
+
+
+@pytest.fixture(scope='module')
+def arm():
+    """Return an arm whose scene has nothing of the world."""
+    return ArmSim('sunday', overrides={'planning_parameters.scene_from_world': False})
+
+
+@pytest.fixture
+def story(arm):
+    """Return a story that begins with an empty scene."""
+    arm.scene.clear()
+    return Story(arm.scene.snapshot())
+
+
+def test_the_world_adds_moves_and_removes_its_own(story):
+    """Its objects have no type in the scene, and may touch what stands."""
+    story.world(('a', ADD, 1.0))
+    assert story.scene.objects['a'].type == ObjectType()
+    assert story.scene.acm.allowed('a', 'base_link')
+    story.world(('a', MOVE, 2.0))
+    assert story.heights() == {'a': 2.0}
+    story.world(('a', REMOVE, 0.0))
+    assert story.heights() == {}
+    assert story.lines == []
+
+
+def test_other_ids_are_never_touched(story):
+    """An object that the user had before stays as it is, whatever the world says."""
+    story.user('a', ADD)
+    for operation in (ADD, MOVE, REMOVE, ADD):
+        story.world(('a', operation, 1.0))
+    story.epoch = '2'
+    story.world(('a', ADD, 1.0))
+    assert story.heights() == {'a': 5.0}
+    assert len(story.lines) == 1
+
+
+def test_what_the_user_adds_is_his(story):
+    """The world stops writing it, until it deletes it or begins anew."""
+    story.world(('a', ADD, 1.0), ('b', ADD, 1.0))
+    story.user('a', ADD)
+    story.world(('a', MOVE, 2.0), ('a', ADD, 2.0), ('b', MOVE, 2.0))
+    assert story.heights() == {'a': 5.0, 'b': 2.0}
+    assert ['his now' in line for line in story.lines] == [True]
+    story.epoch = '2'
+    story.world(('a', ADD, 1.0), ('b', ADD, 1.0))
+    assert story.heights() == {'a': 1.0, 'b': 1.0}
+
+
+def test_a_users_object_outlives_that_of_the_world(story):
+    """Deleted in the simulation, his own of that name stays; a new one stays out."""
+    story.world(('a', ADD, 1.0))
+    story.user('a', ADD)
+    story.world(('a', REMOVE, 0.0))
+    story.world(('a', ADD, 1.0))
+    assert story.heights() == {'a': 5.0}
+
+
+def test_what_the_user_removes_stays_away(story):
+    """Also when all is told again; not after it was deleted and came anew."""
+    story.world(('a', ADD, 1.0))
+    story.user('a', REMOVE)
+    story.world(('a', MOVE, 2.0), ('a', ADD, 2.0))
+    assert story.heights() == {}
+    story.world(('a', REMOVE, 0.0), ('a', ADD, 3.0))
+    assert story.heights() == {'a': 3.0}
+
+
+def test_a_new_epoch_leaves_nothing_of_the_old_one(story):
+    """What the first message of an epoch does not name has gone."""
+    story.world(('a', ADD, 1.0), ('b', ADD, 1.0))
+    story.user('mine', ADD)
+    story.epoch = '2'
+    story.world(('b', ADD, 2.0))
+    assert story.heights() == {'b': 2.0, 'mine': 5.0}
+
+
+def test_what_the_user_attaches_is_his(story):
+    """And stays on the link while the world goes on telling of it."""
+    story.world(('a', ADD, 1.0))
+    story.scene.apply_attached(AttachedObjectUpdate('link_6', CollisionObjectUpdate('a')))
+    story.world(('a', MOVE, 2.0), ('a', ADD, 2.0))
+    assert set(story.scene.attached) == {'a'}
+    assert story.heights() == {}
+
+
+def test_the_world_attaches_and_lets_go(story):
+    """What it grasps goes with the link; let go it is in the world again, and still its own."""
+    story.world(('a', ADD, 1.0))
+    kind = ObjectType(WORLD_TYPE, '1')
+    for operation in (ADD, REMOVE):
+        attached = AttachedObjectUpdate(
+            'link_6', CollisionObjectUpdate('a', operation, type=kind), ('link_5',))
+        story.ownership.apply(SceneUpdate(robot_state=StartState(attached_objects=(attached,))))
+        assert (set(story.scene.attached) == {'a'}) is (operation == ADD)
+    story.world(('a', MOVE, 3.0))
+    assert story.heights() == {'a': 3.0}
+    assert story.lines == []
+
+
+def test_who_sends_a_scene_back_is_a_user(story):
+    """What was read from the scene has no mark; a whole scene is the user's in any case."""
+    story.world(('a', ADD, 1.0))
+    assert not of_world(story.scene.full_update())
+    marked = item('a', ADD, 1.0, ObjectType(WORLD_TYPE, '1'))
+    assert not of_world(SceneUpdate(is_diff=False, objects=(marked,)))
+    assert not of_world(SceneUpdate())
+
+
+def test_a_wrong_object_does_not_keep_the_others_out(story):
+    """The rest of the message is done, and the reason is raised."""
+    wrong = CollisionObjectUpdate('x', ADD, type=ObjectType(WORLD_TYPE, '1'))
+    good = item('b', ADD, 1.0, ObjectType(WORLD_TYPE, '1'))
+    with pytest.raises(Exception, match='no shape'):
+        story.ownership.apply(SceneUpdate(objects=(wrong, good)))
+    assert story.heights() == {'b': 1.0}
+
+
+@pytest.mark.parametrize('seed', range(4))
+def test_random_edits_of_both_sides_end_as_the_rules_say(story, seed):
+    """A thousand edits in four runs, against the rules written down a second time."""
+    chance, names = random.Random(seed), ['a', 'b', 'c', 'd']
+    world, mine, owner, height = {}, {}, {}, 1.0
+    for _ in range(250):
+        name, height = chance.choice(names), round(height + 0.001, 6)
+        step = chance.choice(['spawn', 'delete', 'move', 'add', 'add', 'remove', 'reset', 'again'])
+        if step == 'spawn' and name not in world:
+            world[name] = height
+            story.world((name, ADD, height))
+            if name not in mine:
+                owner[name] = 'world'
+        elif step == 'delete' and name in world:
+            del world[name]
+            story.world((name, REMOVE, 0.0))
+            owner.pop(name, None)
+        elif step == 'move' and name in world:
+            world[name] = height
+            story.world((name, MOVE, height))
+        elif step == 'add':
+            story.user(name, ADD, height)
+            mine[name] = height
+            if owner.get(name) in ('world', 'gone'):
+                owner[name] = 'taken'
+        elif step == 'remove' and name in story.scene.objects:
+            story.user(name, REMOVE)
+            mine.pop(name, None)
+            if owner.get(name) in ('world', 'taken'):
+                owner[name] = 'gone'
+        elif step in ('reset', 'again') and world:
+            story.epoch = str(int(story.epoch) + (step == 'reset'))
+            if step == 'reset':
+                for one, state in list(owner.items()):
+                    if state in ('taken', 'gone'):
+                        mine.pop(one, None)
+                        owner[one] = 'world'
+            for one in world:
+                if one not in owner and one not in mine:
+                    owner[one] = 'world'
+            story.world(*((one, ADD, at) for one, at in world.items()))
+        expected = {**mine, **{one: world[one] for one, state in owner.items()
+                               if state == 'world'}}
+        assert story.heights() == pytest.approx(expected)
+    assert np.isfinite(height)

@@ -1,0 +1,151 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Tests of goals for joints and links, and of what has to hold on the way to them."""
+
+import math
+
+import numpy as np
+import pytest
+from six_axis_requests import joint_goal, LEFT, pose_goal, request, RIGHT, SIX
+from trajectory_judge import between, poses
+
+from armsim_ros.kinematics.kinematic_model import KinematicModel
+from armsim_ros.model.geometry import Box, Sphere
+from armsim_ros.model.transforms import (
+    pose_matrix,
+)
+from armsim_ros.planning.request import (
+    Constraints,
+    JointConstraint,
+    MotionPlanRequest,
+    OrientationConstraint,
+    PositionConstraint,
+    Region,
+)
+from armsim_ros.planning.scene.planning_scene import PlanningScene
+from armsim_ros.planning.scene.update import StartState
+
+
+def test_pose_goal(six, six_scene, plan_for, clock):
+    """CON-7: a pose goal is reached within its tolerances, by forward kinematics of its own."""
+    wanted = poses(six.robot, dict(zip(SIX, (0.4, 0.9, 0.8, 0.3, 0.5, -0.2), strict=True)))['tool']
+    response = plan_for(six_scene).plan(request(pose_goal(wanted)), six_scene, clock=clock)
+    assert response.success, response.message
+    end = dict(zip(SIX, response.trajectory.points[-1].positions, strict=True))
+    reached = poses(six.robot, end)['tool']
+    assert np.linalg.norm(reached[:3, 3] - wanted[:3, 3]) < 1e-4
+    assert reached[:3, :3] == pytest.approx(wanted[:3, :3], abs=1e-3)
+
+
+def test_pose_goal_for_another_link(six, six_scene, plan_for, clock):
+    """CON-7: the constrained link may be any link fixed to the tip, or one before it."""
+    wanted = poses(six.robot, dict(zip(SIX, (0.4, 0.9, 0.8, 0.3, 0.5, 0.0), strict=True)))
+    response = plan_for(six_scene).plan(
+        request(pose_goal(wanted['segment6'], 'segment6')), six_scene, clock=clock)
+    assert response.success, response.message
+    end = dict(zip(SIX, response.trajectory.points[-1].positions, strict=True))
+    assert poses(six.robot, end)['segment6'] == pytest.approx(wanted['segment6'], abs=1e-3)
+
+
+def test_position_goal(six, six_scene, plan_for, clock):
+    """CON-7: a position alone leaves the orientation free."""
+    region = Region(Sphere(1e-3), pose_matrix((0.4, 0.2, 0.5)))
+    goal = Constraints(position_constraints=(PositionConstraint('tool', (region,), 'base'),))
+    response = plan_for(six_scene).plan(request(goal), six_scene, clock=clock)
+    assert response.success, response.message
+    end = dict(zip(SIX, response.trajectory.points[-1].positions, strict=True))
+    assert poses(six.robot, end)['tool'][:3, 3] == pytest.approx((0.4, 0.2, 0.5), abs=1e-3)
+
+
+def test_orientation_goal(six, six_scene, plan_for, clock):
+    """CON-7: an orientation alone leaves the position free."""
+    goal = Constraints(orientation_constraints=(
+        OrientationConstraint('tool', (1.0, 0.0, 0.0, 0.0), (0.01,) * 3, 'base'),))
+    response = plan_for(six_scene).plan(request(goal), six_scene, clock=clock)
+    assert response.success, response.message
+    end = dict(zip(SIX, response.trajectory.points[-1].positions, strict=True))
+    down = poses(six.robot, end)['tool'][:3, :3]
+    assert down == pytest.approx(np.diag([1.0, -1.0, -1.0]), abs=0.02)
+
+
+def test_goal_of_some_joints(six_scene, plan_for, clock):
+    """CON-7: joints that the goal does not name stay where they are if they can."""
+    response = plan_for(six_scene).plan(
+        request(joint_goal((0.5,), ('axis1',))), six_scene, clock=clock)
+    assert response.trajectory.points[-1].positions == pytest.approx((0.5, *LEFT[1:]), abs=1e-9)
+
+
+def test_wide_joint_goal_is_met_in_its_middle(six_scene, plan_for, clock):
+    """CON-7: a goal for all joints is met at its positions where these are free."""
+    response = plan_for(six_scene).plan(
+        request(joint_goal(RIGHT, tolerance=0.05)), six_scene, clock=clock)
+    assert response.trajectory.points[-1].positions == pytest.approx(RIGHT, abs=1e-9)
+
+
+def test_wide_joint_goal_with_its_middle_blocked(six_scene, add_box, plan_for, clock):
+    """CON-7: where the middle collides another state of the box is taken."""
+    planner = plan_for(six_scene)
+    model = six_scene.kinematic_model
+    middle = model.vector(dict(zip(SIX, RIGHT, strict=True)))
+    tip = model.link_pose(middle, 'tool')[:3, 3]
+    add_box(six_scene, 'block', (0.12, 0.12, 0.12), tip)
+    assert not planner.check_state(six_scene, middle, 'arm').valid
+    response = planner.plan(
+        request(joint_goal(RIGHT, tolerance=0.5)), six_scene, clock=clock)
+    assert response.success, response.message
+    assert np.abs(response.trajectory.points[-1].positions - np.array(RIGHT)).max() <= 0.5
+
+
+def test_goals_are_alternatives(wall, add_box, plan_for, clock):
+    """REQ-8: of several goals one that is free is enough."""
+    add_box(wall, 'block', (0.2, 0.2, 0.2), (0.45, 0.55, 0.4))
+    goals = (joint_goal((0.9, 1.2, 0.3, 0.0, 0.5, 0.0)), joint_goal((1.6, 0.4, 0.3, 0, 0.5, 0)))
+    response = plan_for(wall).plan(request(goals), wall, clock=clock)
+    assert response.success, response.message
+
+
+def test_continuous_joints_take_the_short_way(turning, plan_for, clock):
+    """CON-1: a continuous joint turns the short way to its goal, over half a turn if need be."""
+    scene = PlanningScene(KinematicModel(turning))
+    names = ('axis1', 'axis2', 'axis3')
+    response = plan_for(scene).plan(MotionPlanRequest(
+        'arm', (joint_goal((-3.0, 0.5, 0.0), names),), StartState(names, (3.0, 0.5, 0.0)), seed=1),
+        scene, clock=clock)
+    assert response.success, response.message
+    assert response.path_length == pytest.approx(2 * math.pi - 6.0, abs=1e-6)
+
+
+
+
+def test_orientation_is_kept_on_the_way(six, six_scene, plan_for, clock):
+    """REQ-9: a path constraint on orientation holds all along the trajectory."""
+    start = (-0.7, 0.6, 1.0, 0.0, math.pi - 1.6, 0.0)
+    goal = (0.8, 0.9, 0.9, 0.0, math.pi - 1.8, 0.0)
+    keep = Constraints(orientation_constraints=(
+        OrientationConstraint('tool', (0.0, 1.0, 0.0, 0.0), (0.05, 0.05, 3.1416), 'base'),))
+    response = plan_for(six_scene).plan(
+        request(joint_goal(goal), start, path_constraints=keep), six_scene, clock=clock)
+    assert response.success, response.message
+    for t in np.linspace(0.0, response.trajectory.duration, 200):
+        named = dict(zip(SIX, between(response.trajectory, t), strict=True))
+        tilt = poses(six.robot, named)['tool'][:3, 2]
+        assert math.acos(min(1.0, -tilt[2])) < 0.0725
+
+
+def test_start_that_breaks_path_constraints(six_scene, plan_for, clock):
+    """E5: a start that breaks the path constraints is refused with -11 and the constraint."""
+    keep = Constraints((JointConstraint('axis1', 0.0, 0.1, 0.1),))
+    response = plan_for(six_scene).plan(
+        request(joint_goal(RIGHT), path_constraints=keep), six_scene, clock=clock)
+    assert response.error_code == -11
+    assert "'axis1' is at -0.9000" in response.message
+
+
+def test_goal_that_breaks_path_constraints(six_scene, plan_for, clock):
+    """A goal pose that no state within the path constraints reaches is refused with -13."""
+    keep = Constraints(position_constraints=(PositionConstraint(
+        'tool', (Region(Box((2.0, 1.0, 2.0)), pose_matrix((0.0, -0.5, 0.5))),), 'base'),))
+    response = plan_for(six_scene).plan(
+        request(joint_goal(RIGHT), path_constraints=keep), six_scene, clock=clock)
+    assert response.error_code == -13
+    assert "'tool'" in response.message
