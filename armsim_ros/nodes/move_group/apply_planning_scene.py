@@ -18,14 +18,13 @@ class ApplyPlanningScene:
     """
 
     def __init__(self, context: Context) -> None:
-        """Make the server."""
         self._context = context
         context.serve(Service, 'apply_planning_scene', self._answer)
 
     async def _answer(
         self, request: Service.Request, response: Service.Response
     ) -> Service.Response:
-        response.success = apply_scene_message(
+        response.success = await apply_scene_message(
             self._context, request.scene, 'apply_planning_scene'
         )
         return response

@@ -5,15 +5,16 @@
 from __future__ import annotations
 
 from rclpy.executors import Executor
-from rclpy.node import Node
 
+from armsim_ros.execution.controller_selection import coverage_report
 from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.model.cell import Cell
 from armsim_ros.nodes.move_group.attach_hint import AttachHint
 from armsim_ros.nodes.move_group.attached_collision_object import AttachedCollisionObject
-from armsim_ros.nodes.move_group.capabilities import CAPABILITIES, Parts, wanted_capabilities
-from armsim_ros.nodes.move_group.collision_object import CollisionObject
+from armsim_ros.nodes.move_group.capabilities import ALL, Parts, wanted_capabilities
+from armsim_ros.nodes.move_group.collision_object import CollisionObjectTopic
 from armsim_ros.nodes.move_group.context import Context
+from armsim_ros.nodes.move_group.descriptions import Descriptions
 from armsim_ros.nodes.move_group.display_planned_path import DisplayPlannedPath
 from armsim_ros.nodes.move_group.fixed_parameters import declare_fixed, planning_parameters
 from armsim_ros.nodes.move_group.joint_states import StateMonitor
@@ -22,13 +23,17 @@ from armsim_ros.nodes.move_group.parameters import MoveGroupParameters
 from armsim_ros.nodes.move_group.planning_job import PlanningJob
 from armsim_ros.nodes.move_group.planning_scene import PlanningSceneTopics
 from armsim_ros.nodes.move_group.sequence_job import SequenceJob
-from armsim_ros.nodes.move_group.trajectory_execution import TrajectoryExecution
+from armsim_ros.nodes.move_group.simulation_sync import SimulationSync
+from armsim_ros.nodes.move_group.ticker import Ticker
+from armsim_ros.nodes.move_group.trajectory_execution import TrajectoryExecutionManager
 from armsim_ros.nodes.move_group.trajectory_execution_event import TrajectoryExecutionEvent
 from armsim_ros.nodes.move_group.transforms import Transforms
 from armsim_ros.nodes.move_group.worker import Worker
-from armsim_ros.planning.controller_selection import coverage_report
-from armsim_ros.planning.initial_scene import initial_scene
+from armsim_ros.nodes.polling_node import PollingNode
+from armsim_ros.planning.counting_clock import CountingClock
 from armsim_ros.planning.planner import MotionPlanner, warm_up
+from armsim_ros.planning.scene.initial_scene import initial_scene, links_that_stand
+from armsim_ros.planning.scene.world_ownership import WorldOwnership
 from armsim_ros.planning.settings import settings_from_config
 
 READY = 'You can start planning now!'
@@ -44,7 +49,7 @@ class MoveGroup:
     :param cell: the robot, or all robots of a cell.
     """
 
-    def __init__(self, node: Node, executor: Executor, cell: Cell) -> None:
+    def __init__(self, node: PollingNode, executor: Executor, cell: Cell) -> None:
         """Build the parts; the ready line comes when all of them answer."""
         settings, robot = cell.settings, cell.model
         model = KinematicModel(robot)
@@ -56,9 +61,7 @@ class MoveGroup:
         )
         planning = settings_from_config(parameters, settings.ompl, settings.kinematics)
         planner, query_planner = (
-            MotionPlanner(
-                scene, settings=planning, log=node.get_logger(), second_attempt_delay=delay)
-            for delay in (settings.ompl.second_attempt_delay, 0.0)
+            MotionPlanner(scene, settings=planning, log=node.get_logger()) for _ in range(2)
         )
         self._context = context = Context(
             node=node,
@@ -68,12 +71,18 @@ class MoveGroup:
             states=StateMonitor(node, scene, tuple(dict.fromkeys(topics))),
             planning=Worker('planning', executor),
             queries=Worker('queries', executor),
+            edits=Worker('edits', executor),
+            ticker=Ticker(node),
             planner=planner,
             query_planner=query_planner,
             planning_parameters=parameters,
             execution_settings=settings.trajectory_execution,
+            ownership=WorldOwnership(scene, links_that_stand(robot), node.get_logger().info),
             robots=tuple(frozenset(each.model.active_joints) for each in cell.robots),
         )
+        if settings.simulation.deterministic:
+            context.planning_clock = CountingClock
+            context.states.asks = SimulationSync(context)
         self._endpoints = endpoints(context)
         self._parameters = MoveGroupParameters(context)
         declare_fixed(node, settings, parameters, robot)
@@ -83,33 +92,45 @@ class MoveGroup:
         ready.add_done_callback(lambda _: context.logger.info(READY))
 
     @property
-    def execution(self) -> TrajectoryExecution:
+    def execution(self) -> TrajectoryExecutionManager:
         """What sends trajectories to the controllers."""
-        return next(item for item in self._endpoints if isinstance(item, TrajectoryExecution))
+        return next(
+            item for item in self._endpoints if isinstance(item, TrajectoryExecutionManager))
+
+    def catch_up(self) -> None:
+        """Bring clock, robot state and scene up to date; called before each callback."""
+        self._context.node.catch_up()
+        self._context.states.update_scene()
+
+    def end(self, sentence: str) -> None:
+        """Cancel what is planned and executed; their clients are told why."""
+        self._context.ending = sentence
+        self._context.ticker.wake()
 
     def close(self) -> None:
         """End the workers."""
         self._context.planning.close()
         self._context.queries.close()
-        self._context.planner.close()
+        self._context.edits.close()
 
 
 def endpoints(context: Context) -> tuple[object, ...]:
     """Make every endpoint; they live as long as the tuple does."""
     display = DisplayPlannedPath(context.node, context.robot.name)
     job = PlanningJob(context, display)
-    execution = TrajectoryExecution(context)
+    execution = TrajectoryExecutionManager(context)
     parts = Parts(context, job, execution, display, SequenceJob(context, job, display))
     wanted = wanted_capabilities(context.node, context.planning_parameters, context.logger)
     return (
         display,
         execution,
-        *(item for name in wanted for item in CAPABILITIES[name](parts)),
+        *(item for name in wanted for item in ALL[name](parts)),
         PlanningSceneTopics(context),
-        CollisionObject(context),
+        CollisionObjectTopic(context),
         AttachedCollisionObject(context),
         MonitoredPlanningScene(context),
         TrajectoryExecutionEvent(context, execution),
         Transforms(context),
+        Descriptions(context),
         AttachHint(context),
     )

@@ -5,8 +5,8 @@
 from __future__ import annotations
 
 from armsim_ros.nodes.move_group.context import Context
-from armsim_ros.planning.attached_object import AttachedObject
-from armsim_ros.planning.scene_content import SceneContent
+from armsim_ros.planning.scene.attached_object import AttachedObject
+from armsim_ros.planning.scene.content import SceneContent
 
 
 class AttachHint:
@@ -19,7 +19,6 @@ class AttachHint:
     """
 
     def __init__(self, context: Context) -> None:
-        """Listen to the scene."""
         self._context = context
         self._remove = context.scene.add_listener(self._changed)
 

@@ -19,11 +19,13 @@ class AttachedCollisionObject:
     """
 
     def __init__(self, context: Context) -> None:
-        """Subscribe."""
         self._context = context
         context.subscribe(Message, 'attached_collision_object', self._receive)
 
     def _receive(self, message: Message) -> None:
-        with reported(self._context.logger, 'attached_collision_object', None):
-            self._context.states.update_scene()
-            self._context.scene.apply_attached(attached_update_from_message(message))
+        def edit() -> None:
+            with reported(self._context.logger, 'attached_collision_object', None):
+                self._context.scene.apply_attached(attached_update_from_message(message))
+
+        self._context.states.update_scene()
+        self._context.edits.submit(edit)

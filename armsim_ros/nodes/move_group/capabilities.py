@@ -20,6 +20,7 @@ from armsim_ros.nodes.move_group.compute_fk import ComputeFk
 from armsim_ros.nodes.move_group.compute_ik import ComputeIk
 from armsim_ros.nodes.move_group.context import Context
 from armsim_ros.nodes.move_group.display_planned_path import DisplayPlannedPath
+from armsim_ros.nodes.move_group.execute_task_solution import ExecuteTaskSolution
 from armsim_ros.nodes.move_group.execute_trajectory import ExecuteTrajectory
 from armsim_ros.nodes.move_group.geometry_files import GeometryFiles
 from armsim_ros.nodes.move_group.get_planning_scene import GetPlanningScene
@@ -30,9 +31,10 @@ from armsim_ros.nodes.move_group.plan_sequence_path import PlanSequencePath
 from armsim_ros.nodes.move_group.planner_params import PlannerParams
 from armsim_ros.nodes.move_group.planning_job import PlanningJob
 from armsim_ros.nodes.move_group.query_planner_interface import QueryPlannerInterface
+from armsim_ros.nodes.move_group.scene_frames import SceneFrames
 from armsim_ros.nodes.move_group.sequence_job import SequenceJob
 from armsim_ros.nodes.move_group.sequence_move_group import SequenceMoveGroup
-from armsim_ros.nodes.move_group.trajectory_execution import TrajectoryExecution
+from armsim_ros.nodes.move_group.trajectory_execution import TrajectoryExecutionManager
 
 #: What programs of ROS 1 call the action.
 OLD_NAME = 'move_group'
@@ -44,7 +46,7 @@ class Parts:
 
     context: Context
     job: PlanningJob
-    execution: TrajectoryExecution
+    execution: TrajectoryExecutionManager
     display: DisplayPlannedPath
     sequence: SequenceJob
 
@@ -67,6 +69,9 @@ CAPABILITIES: Mapping[str, Callable[[Parts], tuple[object, ...]]] = {
     ),
     'move_group/MoveGroupExecuteTrajectoryAction': lambda parts: (
         ExecuteTrajectory(parts.context, parts.execution),
+    ),
+    'move_group/ExecuteTaskSolutionCapability': lambda parts: (
+        ExecuteTaskSolution(parts.context, parts.execution),
     ),
     'move_group/MoveGroupMoveAction': lambda parts: (
         MoveAction(parts.context, parts.job, parts.execution),
@@ -97,6 +102,12 @@ CAPABILITIES: Mapping[str, Callable[[Parts], tuple[object, ...]]] = {
     ),
 }
 
+#: Those that are off unless they are asked for.
+OPTIONAL: Mapping[str, Callable[[Parts], tuple[object, ...]]] = {
+    'move_group/TfPublisher': lambda parts: (SceneFrames(parts.context),),
+}
+ALL = {**CAPABILITIES, **OPTIONAL}
+
 
 def wanted_capabilities(node: Node, planning: PlanningParameters, logger: Any) -> list[str]:
     """
@@ -116,8 +127,8 @@ def wanted_capabilities(node: Node, planning: PlanningParameters, logger: Any) -
 
 def _known(names: Iterable[str], parameter: str, logger: Any) -> Iterable[str]:
     for name in names:
-        if name in CAPABILITIES:
+        if name in ALL:
             yield name
         else:
-            hint = nearest(name, tuple(CAPABILITIES)) or f"known: {', '.join(CAPABILITIES)}"
+            hint = nearest(name, tuple(ALL)) or f"known: {', '.join(ALL)}"
             logger.error(f"{parameter}: capability '{name}' is not known; {hint}")

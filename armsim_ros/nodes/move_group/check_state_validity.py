@@ -14,7 +14,7 @@ from armsim_ros.nodes.conversions.constraints import constraints_from_message
 from armsim_ros.nodes.conversions.robot_state import start_state_from_message
 from armsim_ros.nodes.move_group.context import Context
 from armsim_ros.nodes.move_group.failures import reported
-from armsim_ros.planning.collision import Contact
+from armsim_ros.planning.collision.collision_model import Contact
 
 
 class CheckStateValidity:
@@ -25,7 +25,6 @@ class CheckStateValidity:
     """
 
     def __init__(self, context: Context) -> None:
-        """Make the server."""
         self._context = context
         context.serve(Service, 'check_state_validity', self._answer)
 
@@ -39,8 +38,8 @@ class CheckStateValidity:
 
     async def _fill(self, request: Service.Request, response: Service.Response) -> None:
         context = self._context
-        context.states.update_scene()
-        scene = context.scene.with_start_state(start_state_from_message(request.robot_state))
+        present = await context.present_scene()
+        scene = present.with_start_state(start_state_from_message(request.robot_state))
         constraints = constraints_from_message(request.constraints)
         report = await context.queries.submit(
             lambda: context.query_planner.check_state(

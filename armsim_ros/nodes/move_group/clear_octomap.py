@@ -17,7 +17,6 @@ class ClearOctomap:
     """
 
     def __init__(self, context: Context) -> None:
-        """Make the server."""
         self._context = context
         context.serve(Empty, 'clear_octomap', self._answer)
 

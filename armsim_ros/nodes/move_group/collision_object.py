@@ -11,7 +11,7 @@ from armsim_ros.nodes.move_group.context import Context
 from armsim_ros.nodes.move_group.failures import reported
 
 
-class CollisionObject:
+class CollisionObjectTopic:
     """
     Adds, removes, extends and moves objects of the world.
 
@@ -19,10 +19,12 @@ class CollisionObject:
     """
 
     def __init__(self, context: Context) -> None:
-        """Subscribe."""
         self._context = context
         context.subscribe(Message, 'collision_object', self._receive)
 
     def _receive(self, message: Message) -> None:
-        with reported(self._context.logger, 'collision_object', None):
-            self._context.scene.apply_object(object_update_from_message(message))
+        def edit() -> None:
+            with reported(self._context.logger, 'collision_object', None):
+                self._context.scene.apply_object(object_update_from_message(message))
+
+        self._context.edits.submit(edit)

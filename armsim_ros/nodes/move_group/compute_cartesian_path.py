@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from moveit_msgs.srv import GetCartesianPath as Service
 
+from armsim_ros.errors import MoveItErrorCode
 from armsim_ros.nodes.conversions.constraints import constraints_from_message
 from armsim_ros.nodes.conversions.geometry import pose_from_message
 from armsim_ros.nodes.conversions.motion_plan_request import robot_trajectory_message
@@ -17,8 +18,7 @@ from armsim_ros.nodes.move_group.context import Context
 from armsim_ros.nodes.move_group.display_planned_path import DisplayPlannedPath
 from armsim_ros.nodes.move_group.failures import fill_error, reported
 from armsim_ros.nodes.move_group.planning_job import PlanningJob
-from armsim_ros.planning.cartesian_path import CartesianRequest
-from armsim_ros.planning.error_codes import MoveItErrorCode
+from armsim_ros.planning.cartesian.cartesian_path import CartesianRequest
 
 
 class ComputeCartesianPath:
@@ -31,7 +31,6 @@ class ComputeCartesianPath:
     """
 
     def __init__(self, context: Context, job: PlanningJob, display: DisplayPlannedPath) -> None:
-        """Make the server."""
         self._context = context
         self._job = job
         self._display = display
@@ -46,9 +45,7 @@ class ComputeCartesianPath:
 
     async def _fill(self, request: Service.Request, response: Service.Response) -> None:
         context = self._context
-        if request.start_state.is_diff or not request.start_state.joint_state.name:
-            await self._job.current_state()
-        scene = context.scene.snapshot()
+        scene = await self._job.scene(request.start_state)
         wanted = CartesianRequest(
             group_name=request.group_name,
             waypoints=tuple(pose_from_message(pose) for pose in request.waypoints),

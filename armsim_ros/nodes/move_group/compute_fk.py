@@ -9,13 +9,12 @@ from typing import Any
 from geometry_msgs.msg import PoseStamped
 from moveit_msgs.srv import GetPositionFK as Service
 
-from armsim_ros.errors import PlanningError
+from armsim_ros.errors import MoveItErrorCode, PlanningError
 from armsim_ros.model.transforms import inverse_pose
 from armsim_ros.nodes.conversions.geometry import pose_to_message
 from armsim_ros.nodes.conversions.robot_state import start_state_from_message
 from armsim_ros.nodes.move_group.context import Context
 from armsim_ros.nodes.move_group.failures import fill_error, reported
-from armsim_ros.planning.error_codes import MoveItErrorCode
 
 
 class ComputeFk:
@@ -26,7 +25,6 @@ class ComputeFk:
     """
 
     def __init__(self, context: Context) -> None:
-        """Make the server."""
         self._context = context
         context.serve(Service, 'compute_fk', self._answer)
 
@@ -43,8 +41,8 @@ class ComputeFk:
                 MoveItErrorCode.INVALID_LINK_NAME, 'no link names were given', 'compute_fk'
             )
         context = self._context
-        context.states.update_scene()
-        scene = context.scene.with_start_state(start_state_from_message(request.robot_state))
+        present = await context.present_scene()
+        scene = present.with_start_state(start_state_from_message(request.robot_state))
         frame = request.header.frame_id or context.frame
         to_frame = inverse_pose(scene.frame_pose(frame))
         unknown = []

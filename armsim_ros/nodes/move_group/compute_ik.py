@@ -8,7 +8,7 @@ from typing import Any
 
 from moveit_msgs.srv import GetPositionIK as Service
 
-from armsim_ros.errors import PlanningError
+from armsim_ros.errors import MoveItErrorCode, PlanningError
 from armsim_ros.nodes.conversions.constraints import constraints_from_message
 from armsim_ros.nodes.conversions.geometry import pose_from_message
 from armsim_ros.nodes.conversions.robot_state import (
@@ -18,8 +18,7 @@ from armsim_ros.nodes.conversions.robot_state import (
 from armsim_ros.nodes.conversions.time import seconds_from_duration
 from armsim_ros.nodes.move_group.context import Context
 from armsim_ros.nodes.move_group.failures import fill_error, reported
-from armsim_ros.planning.error_codes import MoveItErrorCode
-from armsim_ros.planning.queries import IKRequest, PoseTarget
+from armsim_ros.planning.queries import IKRequest, LinkPose
 
 
 class ComputeIk:
@@ -30,7 +29,6 @@ class ComputeIk:
     """
 
     def __init__(self, context: Context) -> None:
-        """Make the server."""
         self._context = context
         context.serve(Service, 'compute_ik', self._answer)
 
@@ -43,8 +41,7 @@ class ComputeIk:
 
     async def _fill(self, message: Any, response: Service.Response) -> None:
         context = self._context
-        context.states.update_scene()
-        scene = context.scene.snapshot()
+        scene = await context.present_scene()
         request = IKRequest(
             group_name=message.group_name,
             targets=self._targets(message),
@@ -53,14 +50,15 @@ class ComputeIk:
             avoid_collisions=bool(message.avoid_collisions),
             timeout=seconds_from_duration(message.timeout),
         )
+        clock = context.planning_clock()
         answer = await context.queries.submit(
-            lambda: context.query_planner.compute_ik(request, scene, clock=context.clock)
+            lambda: context.query_planner.ik_in_turns(request, scene, clock=clock)
         )
         fill_error(response.error_code, answer.error_code, answer.message, 'compute_ik')
         if answer.error_code == MoveItErrorCode.SUCCESS:
             response.solution = robot_state_to_message(answer.positions, context.frame)
 
-    def _targets(self, message: Any) -> tuple[PoseTarget, ...]:
+    def _targets(self, message: Any) -> tuple[LinkPose, ...]:
         """Return the targets; a link called '' is the group's tip."""
         if not message.pose_stamped_vector:
             return (self._target(message.ik_link_name, message.pose_stamped),)
@@ -78,7 +76,7 @@ class ComputeIk:
         )
 
     @staticmethod
-    def _target(link_name: str, message: Any) -> PoseTarget:
-        return PoseTarget(
+    def _target(link_name: str, message: Any) -> LinkPose:
+        return LinkPose(
             link_name, pose_from_message(message.pose), message.header.frame_id
         )

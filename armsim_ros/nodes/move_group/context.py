@@ -10,17 +10,20 @@ import time
 from typing import Any
 
 from rclpy.callback_groups import ReentrantCallbackGroup
-from rclpy.node import Node
 from rclpy.qos import QoSProfile
 
 from armsim_ros.config.planning_parameters import PlanningParameters
 from armsim_ros.config.robot_settings import RobotSettings
 from armsim_ros.config.trajectory_execution import TrajectoryExecutionSettings
+from armsim_ros.errors import MoveItErrorCode, PlanningError
 from armsim_ros.model.robot_model import RobotModel
 from armsim_ros.nodes.move_group.joint_states import StateMonitor
+from armsim_ros.nodes.move_group.ticker import Ticker
 from armsim_ros.nodes.move_group.worker import Worker
+from armsim_ros.nodes.polling_node import PollingNode
 from armsim_ros.planning.planner import MotionPlanner
-from armsim_ros.planning.scene import PlanningScene
+from armsim_ros.planning.scene.planning_scene import PlanningScene
+from armsim_ros.planning.scene.world_ownership import WorldOwnership
 
 
 @dataclass(eq=False)
@@ -29,32 +32,41 @@ class Context:
     The parts of move_group.
 
     Everything runs in the executor's thread, except what is handed to a worker: ``planning``
-    searches for motions and may be busy for seconds, ``queries`` answers at once. Each worker
-    has a planner (with a collision checker) of its own and works on snapshots of the scene.
+    searches for motions and may be busy for seconds, ``queries`` answers at once, ``edits``
+    changes the scene and writes it into messages. Planning and queries have each a planner
+    (with a collision checker) of their own and work on snapshots of the scene.
 
     :param node: has the endpoints.
     :param scene: the monitored scene.
     :param planning_parameters: what the robot's files and the command line say.
+    :param ownership: says what of the scene belongs to a simulated world.
     :param execution_settings: may be replaced while the program runs.
     :param robots: the joints of each robot; several where it is a cell.
+    :param ending: why the program ends; '' while it does not.
     :param record_frequency: states a second in executed_trajectory [Hz]; may be replaced too.
+    :param planning_clock: makes the clock by which one request's time is measured.
     """
 
-    node: Node
+    node: PollingNode
     settings: RobotSettings
     robot: RobotModel
     scene: PlanningScene
     states: StateMonitor
     planning: Worker
     queries: Worker
+    edits: Worker
+    ticker: Ticker
     planner: MotionPlanner
     query_planner: MotionPlanner
     planning_parameters: PlanningParameters
     execution_settings: TrajectoryExecutionSettings
+    ownership: WorldOwnership
     robots: tuple[frozenset[str], ...] = ()
     record_frequency: float = 0.0
+    ending: str = ''
     group: ReentrantCallbackGroup = field(default_factory=ReentrantCallbackGroup)
     clock: Callable[[], float] = time.monotonic
+    planning_clock: Callable[[], Callable[[], float]] = lambda: time.monotonic
     _warned: set[str] = field(default_factory=set)
 
     @property
@@ -67,6 +79,12 @@ class Context:
         """The model frame."""
         return self.robot.model_frame
 
+    async def present_scene(self) -> PlanningScene:
+        """Return a snapshot with all edits that came before, and the newest robot state."""
+        await self.edits.idle()
+        self.states.update_scene()
+        return self.scene.snapshot()
+
     def serve(self, kind: Any, name: str, answer: Callable[..., Any]) -> None:
         """Make a service; its coroutines may run side by side."""
         self.node.create_service(kind, name, answer, callback_group=self.group)
@@ -76,6 +94,19 @@ class Context:
     ) -> None:
         """Subscribe to a topic, reliable and 10 messages deep unless a profile is given."""
         self.node.create_subscription(kind, name, receive, profile, callback_group=self.group)
+
+    def or_ending(self, cancelled: Callable[[], bool]) -> Callable[[], bool]:
+        """Return what is true once a request is cancelled or the program ends."""
+        return lambda: bool(self.ending) or cancelled()
+
+    def check_ending(self, source: str) -> None:
+        """
+        Do nothing while the program goes on.
+
+        :raises PlanningError: it ends.
+        """
+        if self.ending:
+            raise PlanningError(MoveItErrorCode.FAILURE, self.ending, source)
 
     def warn_once(self, text: str) -> None:
         """Log a warning the first time that it is said."""

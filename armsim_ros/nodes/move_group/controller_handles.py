@@ -13,6 +13,7 @@ from control_msgs.action import FollowJointTrajectory, GripperCommand, ParallelG
 from rclpy.action import ActionClient
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.node import Node
+from rclpy.task import Future
 from sensor_msgs.msg import JointState
 
 from armsim_ros.config.moveit_controllers import MoveItControllerSettings
@@ -22,52 +23,88 @@ from armsim_ros.trajectory import JointTrajectory
 
 class ControllerRun:
     """
-    One goal that a controller has accepted.
+    One goal that was sent to a controller.
 
-    :param handle: the client's goal handle.
+    Cancelling works at any time: a goal whose answer is still to come is cancelled when it is
+    accepted after all.
+
+    :param sent: done with the client's goal handle when the controller answers.
     :param read: result message -> (whether it succeeded, sentence).
-    :param changed: called when the result is there.
+    :param changed: called when an answer or the result is there.
     """
 
     def __init__(
         self,
         name: str,
-        handle: Any,
+        sent: Future,
         read: Callable[[Any], tuple[bool, str]],
         changed: Callable[[], None],
     ) -> None:
-        """Ask for the result."""
         self.name = name
-        self._handle = handle
+        #: Whether the controller has refused the goal.
+        self.rejected = False
         self._read = read
-        self._result = handle.get_result_async()
-        self._result.add_done_callback(lambda _: changed())
+        self._changed = changed
+        self._handle: Any = None
+        self._result: Future | None = None
         self._cancelling = False
+        sent.add_done_callback(self._answered)
+
+    def _answered(self, sent: Future) -> None:
+        handle = sent.result()
+        if handle is None or not handle.accepted:
+            self.rejected = True
+        else:
+            self._handle = handle
+            self._result = handle.get_result_async()
+            self._result.add_done_callback(lambda _: self._changed())
+            if self._cancelling:
+                handle.cancel_goal_async()
+        self._changed()
+
+    @property
+    def answered(self) -> bool:
+        """Whether the controller has accepted or refused the goal."""
+        return self.rejected or self._handle is not None
 
     @property
     def done(self) -> bool:
-        """Whether the controller has given its result."""
-        return bool(self._result.done())
+        """Whether the goal has ended, or was never begun."""
+        return self.rejected or (self._result is not None and bool(self._result.done()))
+
+    @property
+    def failed(self) -> bool:
+        """Whether the goal has ended without success."""
+        return self.done and bool(self.failure)
 
     @property
     def canceled(self) -> bool:
         """Whether the goal ended because somebody cancelled it."""
-        return bool(self.done and self._result.result().status == GoalStatus.STATUS_CANCELED)
+        answer = self._answer()
+        return answer is not None and answer.status == GoalStatus.STATUS_CANCELED
 
     @property
     def failure(self) -> str:
-        """Why the goal did not succeed, '' when it did."""
-        answer = self._result.result()
+        """Why the goal did not succeed, '' when it did or has not ended."""
+        if self.rejected:
+            return 'the goal was rejected'
+        answer = self._answer()
+        if answer is None:
+            return ''
+        succeeded, text = self._read(answer.result)
         if answer.status == GoalStatus.STATUS_SUCCEEDED:
-            succeeded, text = self._read(answer.result)
             return '' if succeeded else text
-        return self._read(answer.result)[1] or f'goal status {answer.status}'
+        return text or f'goal status {answer.status}'
 
     def cancel(self) -> None:
         """Ask the controller to stop; asking twice does no harm."""
         if not self.done and not self._cancelling:
             self._cancelling = True
-            self._handle.cancel_goal_async()
+            if self._handle is not None:
+                self._handle.cancel_goal_async()
+
+    def _answer(self) -> Any:
+        return self._result.result() if self._result is not None and self.done else None
 
 
 class ControllerHandle(ABC):
@@ -84,7 +121,6 @@ class ControllerHandle(ABC):
     def __init__(
         self, node: Node, settings: MoveItControllerSettings, changed: Callable[[], None]
     ) -> None:
-        """Make the action client."""
         self.settings = settings
         self._changed = changed
         self._client = ActionClient(
@@ -99,12 +135,10 @@ class ControllerHandle(ABC):
         """Whether the action server is there."""
         return bool(self._client.server_is_ready())
 
-    async def send(self, trajectory: JointTrajectory) -> ControllerRun | None:
-        """Send a trajectory; None where the controller refuses it."""
-        handle = await self._client.send_goal_async(self.goal(trajectory))
-        if handle is None or not handle.accepted:
-            return None
-        return ControllerRun(self.settings.name, handle, self.read, self._changed)
+    def send(self, trajectory: JointTrajectory) -> ControllerRun:
+        """Send a trajectory; what became of it is told by what is returned."""
+        sent = self._client.send_goal_async(self.goal(trajectory))
+        return ControllerRun(self.settings.name, sent, self.read, self._changed)
 
     @abstractmethod
     def goal(self, trajectory: JointTrajectory) -> Any:

@@ -21,7 +21,6 @@ class DisplayPlannedPath:
     """
 
     def __init__(self, node: Node, model_id: str) -> None:
-        """Make the publisher."""
         self._model_id = model_id
         self._publisher = node.create_publisher(DisplayTrajectory, TOPIC, 10)
 

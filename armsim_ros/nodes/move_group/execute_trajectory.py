@@ -7,15 +7,15 @@ from __future__ import annotations
 from typing import Any
 
 from moveit_msgs.action import ExecuteTrajectory as Action
-from rclpy.action import ActionServer, CancelResponse
 from rclpy.action.server import ServerGoalHandle
 
+from armsim_ros.errors import MoveItErrorCode
 from armsim_ros.nodes.conversions.trajectory import trajectory_from_message
+from armsim_ros.nodes.move_group.action_server import MoveGroupActionServer
 from armsim_ros.nodes.move_group.context import Context
+from armsim_ros.nodes.move_group.execution import Watch
 from armsim_ros.nodes.move_group.failures import fill_error, reported
-from armsim_ros.nodes.move_group.goal_end import end_goal
-from armsim_ros.nodes.move_group.trajectory_execution import TrajectoryExecution, Watch
-from armsim_ros.planning.error_codes import MoveItErrorCode
+from armsim_ros.nodes.move_group.trajectory_execution import TrajectoryExecutionManager
 
 
 class ExecuteTrajectory:
@@ -26,18 +26,11 @@ class ExecuteTrajectory:
     :param execution: sends them to the controllers.
     """
 
-    def __init__(self, context: Context, execution: TrajectoryExecution) -> None:
+    def __init__(self, context: Context, execution: TrajectoryExecutionManager) -> None:
         """Make the server; every goal is accepted, every cancel too."""
         self._context = context
         self._execution = execution
-        self._server = ActionServer(
-            context.node,
-            Action,
-            'execute_trajectory',
-            self._execute,
-            callback_group=context.group,
-            cancel_callback=lambda goal: CancelResponse.ACCEPT,
-        )
+        self._server = MoveGroupActionServer(context, Action, 'execute_trajectory', self._execute)
 
     async def _execute(self, goal: ServerGoalHandle) -> Any:
         result = Action.Result()
@@ -55,5 +48,5 @@ class ExecuteTrajectory:
         sentence = result.error_code.message or 'Solution was found and executed.'
         goal.publish_feedback(Action.Feedback(state=sentence))
         goal.publish_feedback(Action.Feedback(state='IDLE'))
-        end_goal(goal, result.error_code.val)
+        self._server.end(goal, result.error_code.val)
         return result

@@ -11,8 +11,7 @@ from typing import Any
 
 from moveit_msgs.msg import MoveItErrorCodes
 
-from armsim_ros.errors import PlanningError
-from armsim_ros.planning.error_codes import MoveItErrorCode
+from armsim_ros.errors import MoveItErrorCode, PlanningError
 
 
 @contextmanager

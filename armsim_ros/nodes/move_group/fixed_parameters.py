@@ -70,7 +70,7 @@ def declare_fixed(
     node: Node, settings: RobotSettings, planning: PlanningParameters, robot: RobotModel
 ) -> None:
     """Declare what clients and tools look up; what is declared already stays."""
-    for name, value in _values(settings, planning, robot):
+    for name, value in _values(node, settings, planning, robot):
         if node.has_parameter(name):
             if name in _DESCRIPTIONS and node.get_parameter(name).value != value:
                 node.get_logger().warning(
@@ -85,16 +85,18 @@ def declare_fixed(
 
 
 def _values(
-    settings: RobotSettings, planning: PlanningParameters, robot: RobotModel
+    node: Node, settings: RobotSettings, planning: PlanningParameters, robot: RobotModel
 ) -> Iterator[tuple[str, Any]]:
     yield 'robot_description', robot.urdf
     yield 'robot_description_semantic', robot.srdf
-    for name in set(type(planning).model_fields) - {'cartesian_limits'}:
+    # A name may not be that of a value and begin that of others: no YAML file can hold both.
+    nested = node.has_parameter(_PIPELINE_NAMES)
+    apart = {'cartesian_limits', *(['planning_pipelines'] if nested else [])}
+    for name in set(type(planning).model_fields) - apart:
         value = getattr(planning, name)
         joined = name in ('capabilities', 'disable_capabilities')
         yield NAMES.get(name, name), ' '.join(value) if joined else value
     yield from _flat(_CARTESIAN_LIMITS, planning.cartesian_limits.model_dump())
-    yield _PIPELINE_NAMES, planning.planning_pipelines
     yield from _robot(settings)
     for pipeline in planning.planning_pipelines:
         yield from _pipeline(settings, pipeline)
@@ -130,9 +132,9 @@ def _pipeline(settings: RobotSettings, pipeline: str) -> Iterator[tuple[str, Any
             'planning_plugins': ompl.planning_plugins,
             'request_adapters': ompl.request_adapters,
             'response_adapters': ompl.response_adapters,
-            'progress_topic': 'pipeline_state',
+            'progress_topic': ompl.progress_topic,
             'display_path_topic': 'display_planned_path',
-            'display_contacts_topic': 'display_contacts',
+            'display_contacts_topic': ompl.display_contacts_topic,
             'fix_start_state': ompl.fix_start_state,
             'default_workspace_bounds': ompl.default_workspace_bounds,
             'start_state_max_bounds_error': ompl.start_state_max_bounds_error,

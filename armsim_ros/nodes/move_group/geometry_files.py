@@ -5,54 +5,84 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+import os
+from pathlib import Path
 from typing import Any
 
 from moveit_msgs.srv import LoadGeometryFromFile, SaveGeometryToFile
 
-from armsim_ros.errors import PlanningError
+from armsim_ros.errors import MoveItErrorCode, PlanningError
 from armsim_ros.nodes.move_group.context import Context
-from armsim_ros.planning.error_codes import MoveItErrorCode
-from armsim_ros.planning.scene_file import read_scene_file, write_scene_file
+from armsim_ros.nodes.move_group.failures import reported
+from armsim_ros.planning.scene.scene_file import read_scene_file, write_scene_file
 
 
 class GeometryFiles:
     """
     Writes the objects of the world to a file, or reads them from one.
 
+    Files are written below one folder only, that of the parameter ``geometry_folder``; a path
+    that is not absolute begins there.
+
     :param context: the parts of move_group.
     :param save: which of the two services to offer.
     """
 
     def __init__(self, context: Context, *, save: bool) -> None:
-        """Make the server."""
         self._context = context
+        self._folder = geometry_folder(context.planning_parameters.geometry_folder)
         if save:
             context.serve(SaveGeometryToFile, 'save_geometry_to_file', self._save)
         else:
             context.serve(LoadGeometryFromFile, 'load_geometry_from_file', self._load)
 
     async def _save(self, request: Any, response: Any) -> Any:
-        scene = self._context.scene.snapshot()
-        path = request.file_path_and_name
-        response.success = self._done('save', lambda: write_scene_file(path, scene))
+        scene = await self._context.present_scene()
+
+        def save() -> None:
+            path = self._below_folder(request.file_path_and_name)
+            write_scene_file(str(path), scene)
+
+        response.success = await self._done('save_geometry_to_file', save)
         return response
 
     async def _load(self, request: Any, response: Any) -> Any:
         def load() -> None:
-            update = read_scene_file(request.file_path_and_name)
-            _, refused = self._context.scene.with_update(update)
-            if refused:
-                raise PlanningError(MoveItErrorCode.FAILURE, '; '.join(refused))
-            self._context.scene.apply(update)
+            path = self._folder / request.file_path_and_name
+            self._context.scene.apply(read_scene_file(str(path)))
 
-        response.success = self._done('load', load)
+        response.success = await self._done('load_geometry_from_file', load)
         return response
 
-    def _done(self, what: str, work: Callable[[], None]) -> bool:
-        """Do all of it or nothing, and say why nothing."""
-        try:
-            work()
-        except (PlanningError, OSError) as error:
-            self._context.logger.error(f'{what} geometry: {error}')
+    def _below_folder(self, name: str) -> Path:
+        """Return the path of a file to write; PlanningError where that must not be."""
+        folder = self._folder.resolve()
+        path = (folder / name).resolve()
+        if not path.is_relative_to(folder):
+            raise PlanningError(
+                MoveItErrorCode.FAILURE,
+                f"'{path}' is not below '{self._folder}'; give a path in that folder, or start "
+                "move_group with another geometry_folder ('/' for anywhere)",
+            )
+        folder.mkdir(parents=True, exist_ok=True)
+        return path
+
+    async def _done(self, source: str, work: Callable[[], None]) -> bool:
+        """Do all of it or nothing in the worker of the scene, and say why nothing."""
+        def attempt() -> bool:
+            with reported(self._context.logger, source, None):
+                try:
+                    work()
+                except (OSError, ValueError) as error:
+                    raise PlanningError(MoveItErrorCode.FAILURE, str(error)) from None
+                return True
             return False
-        return True
+
+        return bool(await self._context.edits.submit(attempt))
+
+
+def geometry_folder(given: str) -> Path:
+    """Return the folder of scene files, that of the user where none is given."""
+    if given:
+        return Path(given).expanduser().absolute()
+    return Path(os.environ.get('ROS_HOME') or '~/.ros').expanduser().absolute() / 'scenes'

@@ -20,7 +20,6 @@ class GetPlanningScene:
     """
 
     def __init__(self, context: Context) -> None:
-        """Make the server."""
         self._context = context
         context.serve(Service, 'get_planning_scene', self._answer)
 
@@ -29,8 +28,10 @@ class GetPlanningScene:
     ) -> Service.Response:
         wanted = Component(request.components.components) or Component.ALL
         with reported(self._context.logger, 'get_planning_scene', None):
-            self._context.states.update_scene()
-            response.scene = scene_to_message(self._context.scene, wanted)
+            scene = await self._context.present_scene()
+            response.scene = await self._context.edits.submit(
+                lambda: scene_to_message(scene, wanted)
+            )
             self._add_velocities(response.scene.robot_state.joint_state)
         return response
 

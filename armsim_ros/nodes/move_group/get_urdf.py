@@ -8,9 +8,9 @@ from xml.etree import ElementTree
 
 from moveit_msgs.srv import GetGroupUrdf as Service
 
+from armsim_ros.errors import MoveItErrorCode
 from armsim_ros.nodes.move_group.context import Context
 from armsim_ros.nodes.move_group.failures import fill_error
-from armsim_ros.planning.error_codes import MoveItErrorCode
 
 
 class GetUrdf:
@@ -21,7 +21,6 @@ class GetUrdf:
     """
 
     def __init__(self, context: Context) -> None:
-        """Make the server."""
         self._context = context
         context.serve(Service, 'get_urdf', self._answer)
 

@@ -4,23 +4,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Awaitable, Callable, Sequence
 import math
 
 from rclpy.clock import Clock, ClockType
-from rclpy.node import Node
+from rclpy.qos import QoSProfile
 from rclpy.task import Future
 from sensor_msgs.msg import JointState
 
 from armsim_ros.nodes import qos
 from armsim_ros.nodes.conversions.time import ns_from_time
-from armsim_ros.planning.scene import PlanningScene
+from armsim_ros.nodes.overload import is_overloaded
+from armsim_ros.nodes.polling_node import PollingNode
+from armsim_ros.planning.scene.planning_scene import PlanningScene
 
-SCENE_PERIOD_NS = 30_000_000
 COMPLAINT_PERIOD_NS = 1_000_000_000
 #: The joints of several robots come one after the other; so long may it take [ns].
 COMPLETION_NS = 300_000_000
-SWEEP_PERIOD = 0.02
+#: States are looked at this often while somebody waits for one, and else [s].
+WAITING_PERIOD, IDLE_PERIOD = 0.005, 0.25
+#: Messages that may come in meanwhile on one topic.
+DEPTH = 250
 #: How long the first state is waited for [s]: who publishes it may just be starting.
 FIRST_STATE_TIMEOUT = 5.0
 AT_REST = 1e-3
@@ -35,21 +39,23 @@ class StateMonitor:
     state is as old as its oldest joint, passive ones aside. A message without a stamp counts
     with the time of its arrival.
 
+    Messages wake nobody: they are read before each callback of the executor, so that whoever
+    looks sees the newest state; a timer sees to it that there is such a callback.
+
     :param node: subscribes and tells the time.
-    :param scene: gets the positions, at most 33 times a second.
+    :param scene: gets the positions by ``update_scene``.
     :param topics: joint state topics; several may be given.
     :param steady: measures how long somebody waits; by default wall time.
     """
 
     def __init__(
         self,
-        node: Node,
+        node: PollingNode,
         scene: PlanningScene,
         topics: Sequence[str],
         *,
         steady: Clock | None = None,
     ) -> None:
-        """Subscribe, best effort, so that every publisher matches."""
         self._node = node
         self._scene = scene
         self.topics = tuple(topics)
@@ -59,6 +65,8 @@ class StateMonitor:
         self._timed = self._needed - set(robot.semantic.passive_joints)
         self.positions: dict[str, float] = {}
         self.velocities: dict[str, float] = {}
+        #: Asks whoever moves time how late it is [ns]; None where time goes by itself.
+        self.asks: Callable[[], Awaitable[int]] | None = None
         #: Whether messages about the present state carry velocities too.
         self.monitor_dynamics = False
         #: States in which every joint is newer than in the one before.
@@ -66,18 +74,21 @@ class StateMonitor:
         self._stamps: dict[str, int] = {}
         self._renewed: set[str] = set()
         self._first_ns: int | None = None
-        self._scene_ns = -SCENE_PERIOD_NS
+        self._scene_is_late = False
         self._complained: dict[str, int] = {}
         self._warned: set[str] = set()
         self._waiting: list[tuple[int, int, Future]] = []
-        self._subscriptions = [
-            node.create_subscription(JointState, topic, self._receive, qos.COMMAND)
-            for topic in self.topics
-        ]
+        profile = QoSProfile(
+            depth=DEPTH, reliability=qos.COMMAND.reliability, durability=qos.COMMAND.durability
+        )
+        for topic in self.topics:
+            node.poll(JointState, topic, self._receive, profile)
         # Patience is a matter of wall time: simulated time stands still in a pause, and jumps
         # from 0 to the present when the first message of /clock comes.
         self._steady = steady or Clock(clock_type=ClockType.STEADY_TIME)
-        self._sweeper = node.create_timer(SWEEP_PERIOD, self._sweep, clock=self._steady)
+        self._idler = node.create_timer(IDLE_PERIOD, lambda: None, clock=self._steady)
+        self._sweeper = node.create_timer(WAITING_PERIOD, self._sweep, clock=self._steady)
+        self._sweeper.cancel()
 
     @property
     def missing(self) -> tuple[str, ...]:
@@ -116,6 +127,8 @@ class StateMonitor:
         else:
             deadline = self._steady.now().nanoseconds + int(timeout * 1e9)
             self._waiting.append((time_ns, deadline, future))
+            if self._sweeper.is_canceled():
+                self._sweeper.reset()
         return future
 
     async def current(self, timeout: float = 1.0) -> bool:
@@ -127,17 +140,19 @@ class StateMonitor:
         :param timeout: [s] of wall time; the first state is waited for longer.
         :returns: False where no such state came; the scene then holds the last one.
         """
-        now = self.now_ns()
-        fresh = self.complete and self.at_rest and abs(now - self.stamp_ns) < 100_000_000
+        now, at_rest = self.now_ns(), self.at_rest
+        if self.asks is not None:
+            now, at_rest = await self.asks(), False
+        fresh = self.complete and at_rest and abs(now - self.stamp_ns) < 100_000_000
         patience = timeout if self.count else max(timeout, FIRST_STATE_TIMEOUT)
         recent = fresh or await self.newer_than(now, patience)
         self.update_scene()
         return bool(recent)
 
     def update_scene(self) -> None:
-        """Write the newest positions into the scene."""
-        self._scene_ns = max(self._stamps.values(), default=0)
-        if self.positions:
+        """Write the newest positions into the scene, where they are not there yet."""
+        if self._scene_is_late:
+            self._scene_is_late = False
             self._scene.set_positions(self.positions)
 
     def _receive(self, message: JointState) -> None:
@@ -156,6 +171,7 @@ class StateMonitor:
                 self._complain(f"joint state: position of '{name}' is {value}; not used")
                 continue
             self.positions[name] = value
+            self._scene_is_late = True
             if name in self._timed:
                 self._stamps[name] = stamp
                 self._renewed.add(name)
@@ -171,22 +187,25 @@ class StateMonitor:
                 f"joint states are incomplete: no position of {', '.join(self.missing)} on "
                 f"{', '.join(self.topics)}"
             )
-        if abs(stamp - self._scene_ns) >= SCENE_PERIOD_NS:
-            self.update_scene()
         self._notify()
 
     def _stamp(self, message: JointState) -> int:
         """Return the time that a message speaks of [ns]."""
         stamp = ns_from_time(message.header.stamp)
         now = self.now_ns()
-        if stamp == 0:
-            self._warn_once('joint states have no stamp; the time of their arrival is used')
+        if stamp == 0 and self.asks is None:
+            self._warn_once(
+                'stamp', 'joint states have no stamp; the time of their arrival is used'
+            )
             stamp = now
         elif now and abs(now - stamp) > CLOCK_MISMATCH_NS:
-            self._warn_once(
-                f'joint states are stamped {abs(now - stamp) / 1e9:.0f} s away from the clock of '
-                'this node: one of the two does not use sim time; set use_sim_time on both'
-            )
+            # Where a program starves, its messages are old though the clocks agree.
+            if not is_overloaded():
+                self._warn_once(
+                    'clocks',
+                    f'joint states are stamped {abs(now - stamp) / 1e9:.0f} s away from the clock '
+                    'of this node: one of the two does not use sim time; set use_sim_time on both',
+                )
             stamp = now
         return stamp
 
@@ -201,6 +220,7 @@ class StateMonitor:
 
     def _sweep(self) -> None:
         if not self._waiting:
+            self._sweeper.cancel()
             return
         now = self._steady.now().nanoseconds
         late = [entry for entry in self._waiting if now >= entry[1]]
@@ -214,8 +234,7 @@ class StateMonitor:
             self._complained[text] = now
             self._node.get_logger().warning(text)
 
-    def _warn_once(self, text: str) -> None:
-        key = text[:30]
+    def _warn_once(self, key: str, text: str) -> None:
         if key not in self._warned:
             self._warned.add(key)
             self._node.get_logger().warning(text)

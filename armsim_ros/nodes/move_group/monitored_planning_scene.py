@@ -8,6 +8,7 @@ from moveit_msgs.msg import CollisionObject as CollisionObjectMessage
 from moveit_msgs.msg import PlanningScene as PlanningSceneMessage
 from rclpy.clock import Clock, ClockType
 from rclpy.qos import QoSProfile
+from rclpy.task import Future
 
 from armsim_ros.nodes.conversions.collision_object import (
     attached_object_to_message,
@@ -24,7 +25,8 @@ from armsim_ros.nodes.conversions.planning_scene import (
 )
 from armsim_ros.nodes.conversions.robot_state import robot_state_to_message
 from armsim_ros.nodes.move_group.context import Context
-from armsim_ros.planning.scene import PlanningScene
+from armsim_ros.planning.scene.content import SceneContent
+from armsim_ros.planning.scene.planning_scene import PlanningScene
 
 TOPIC = 'monitored_planning_scene'
 DEPTH = 100
@@ -34,6 +36,10 @@ GEOMETRY = ('objects', 'attached', 'acm', 'link_padding', 'link_scale', 'colors'
 class MonitoredPlanningScene:
     """
     Publishes the scene: once in full, then what has changed.
+
+    An edit of objects and rules goes out at once, so that whoever moves the arm by it, such as
+    servo_node, knows of it; motion goes out some times a second. No message is made while nobody
+    listens.
 
     :param context: the parts of move_group.
     """
@@ -46,22 +52,45 @@ class MonitoredPlanningScene:
             PlanningSceneMessage, TOPIC, QoSProfile(depth=DEPTH)
         )
         self._published: PlanningScene | None = None
+        self._pending: Future | None = None
+        self._asked = False
         if self._parameters.publish_planning_scene:
             self._timer = context.node.create_timer(
                 1.0 / self._parameters.publish_planning_scene_hz,
-                self._publish,
+                self._look,
                 clock=Clock(clock_type=ClockType.STEADY_TIME),
             )
+            context.scene.add_listener(self._edited)
 
-    def _publish(self) -> None:
+    def _edited(self, before: SceneContent, now: SceneContent) -> None:
+        """Have the executor look soon; in the thread of the edit."""
+        if self._asked:
+            return
+        if any(getattr(before, part) is not getattr(now, part) for part in GEOMETRY):
+            self._asked = True
+            self._look_soon()
+
+    def _look_soon(self, _: object = None) -> None:
+        executor = self._context.node.executor
+        if self._asked and executor is not None:
+            executor.create_task(self._look)
+
+    def _look(self) -> None:
+        if self._pending is not None and not self._pending.done():
+            return
+        self._asked = False
+        heard = self._publisher.get_subscription_count()
+        if self._published is None and not heard:
+            return
         before, now = self._published, self._context.scene.snapshot()
         self._published = now
-        if before is None:
-            self._publisher.publish(scene_to_message(now))
-            return
-        if before.content is now.content:
-            return
-        message = self._difference(before, now)
+        if heard and (before is None or before.content is not now.content):
+            self._pending = self._context.edits.submit(lambda: self._publish(before, now))
+            # An edit meanwhile could not be looked at.
+            self._pending.add_done_callback(self._look_soon)
+
+    def _publish(self, before: PlanningScene | None, now: PlanningScene) -> None:
+        message = scene_to_message(now) if before is None else self._difference(before, now)
         if message is not None:
             self._publisher.publish(message)
 
@@ -86,7 +115,7 @@ class MonitoredPlanningScene:
         frames_changed = before.content.frames is not now.content.frames
         if wanted.publish_transforms_updates and frames_changed:
             changed = True
-            message.fixed_frame_transforms = transforms(now.model_frame, now.fixed_frames)
+            message.fixed_frame_transforms = transforms(now)
         return message if changed else None
 
 
@@ -95,7 +124,9 @@ def _fill_geometry(
 ) -> None:
     frame = now.model_frame
     message.world.collision_objects = [
-        removal_message(name, frame) for name in before.objects if name not in now.objects
+        removal_message(name, frame)
+        for name in (*before.objects, *before.attached)
+        if name not in now.objects and name not in now.attached
     ]
     message.world.collision_objects += [
         object_to_message(item, frame)

@@ -8,25 +8,21 @@ from typing import Any
 
 from moveit_msgs.action import MoveGroup as Action
 from moveit_msgs.msg import RobotState
-from rclpy.action import ActionServer, CancelResponse
 from rclpy.action.server import ServerGoalHandle
 
+from armsim_ros.errors import MoveItErrorCode
 from armsim_ros.nodes.conversions.motion_plan_request import (
     request_from_message,
     robot_trajectory_message,
 )
+from armsim_ros.nodes.move_group.action_server import MoveGroupActionServer
 from armsim_ros.nodes.move_group.context import Context
+from armsim_ros.nodes.move_group.execution import ExecutionOutcome, Watch
 from armsim_ros.nodes.move_group.failures import fill_error, reported
-from armsim_ros.nodes.move_group.goal_end import end_goal
 from armsim_ros.nodes.move_group.path_watch import PathWatch
 from armsim_ros.nodes.move_group.planning_job import Plan, PlanningJob
 from armsim_ros.nodes.move_group.state_recorder import StateRecorder
-from armsim_ros.nodes.move_group.trajectory_execution import (
-    Outcome,
-    TrajectoryExecution,
-    Watch,
-)
-from armsim_ros.planning.error_codes import MoveItErrorCode
+from armsim_ros.nodes.move_group.trajectory_execution import TrajectoryExecutionManager
 
 DEFAULT_REPLANS = 5
 PLAN_AGAIN = (
@@ -50,7 +46,7 @@ class MoveAction:
         self,
         context: Context,
         job: PlanningJob,
-        execution: TrajectoryExecution,
+        execution: TrajectoryExecutionManager,
         *,
         name: str = 'move_action',
     ) -> None:
@@ -58,14 +54,7 @@ class MoveAction:
         self._context = context
         self._job = job
         self._execution = execution
-        self._server = ActionServer(
-            context.node,
-            Action,
-            name,
-            self._execute,
-            callback_group=context.group,
-            cancel_callback=lambda goal: CancelResponse.ACCEPT,
-        )
+        self._server = MoveGroupActionServer(context, Action, name, self._execute)
 
     async def _execute(self, goal: ServerGoalHandle) -> Any:
         result = Action.Result()
@@ -79,7 +68,7 @@ class MoveAction:
             else:
                 await self._plan_and_execute(goal, result)
         goal.publish_feedback(Action.Feedback(state='IDLE'))
-        end_goal(goal, result.error_code.val)
+        self._server.end(goal, result.error_code.val)
         return result
 
     async def _plan(self, goal: ServerGoalHandle, request: Any) -> Plan:
@@ -129,9 +118,9 @@ class MoveAction:
         diff = goal.request.planning_options.planning_scene_diff
         if diff.world.collision_objects or diff.robot_state.attached_collision_objects:
             return False
-        await self._job.current_state()
+        scene = await self._job.scene()
         request = request_from_message(goal.request.request)
-        context, scene = self._context, self._context.scene.snapshot()
+        context = self._context
         return bool(
             await context.queries.submit(
                 lambda: context.query_planner.goal_reached(request, scene)
@@ -140,9 +129,9 @@ class MoveAction:
 
     async def _run(
         self, goal: ServerGoalHandle, plan: Plan, recorder: StateRecorder
-    ) -> Outcome:
+    ) -> ExecutionOutcome:
         if goal.is_cancel_requested:
-            return Outcome(MoveItErrorCode.PREEMPTED, 'cancelled before it moved')
+            return ExecutionOutcome(MoveItErrorCode.PREEMPTED, 'cancelled before it moved')
         goal.publish_feedback(Action.Feedback(state='MONITOR'))
         trajectory = plan.response.trajectory
         path = PathWatch(self._context, trajectory, plan.request)
@@ -158,7 +147,7 @@ class MoveAction:
     async def _pause(self, goal: ServerGoalHandle, seconds: float) -> None:
         end = self._context.clock() + min(max(seconds, 0.0), 60.0)
         while self._context.clock() < end and not goal.is_cancel_requested:
-            await self._execution.ticker.next()
+            await self._context.ticker.next()
 
 
 def plans_only(context: Context, source: str, *, wanted: bool) -> bool:

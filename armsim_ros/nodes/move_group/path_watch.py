@@ -29,7 +29,6 @@ class PathWatch:
     def __init__(
         self, context: Context, trajectory: JointTrajectory, request: MotionPlanRequest
     ) -> None:
-        """Take the present world as checked."""
         self._context = context
         self._trajectory = trajectory
         self._request = request

@@ -20,7 +20,6 @@ class PlanKinematicPath:
     """
 
     def __init__(self, context: Context, job: PlanningJob) -> None:
-        """Make the server."""
         self._context = context
         self._job = job
         context.serve(Service, 'plan_kinematic_path', self._answer)

@@ -20,7 +20,6 @@ class PlanSequencePath:
     """
 
     def __init__(self, context: Context, job: SequenceJob) -> None:
-        """Make the server."""
         self._context = context
         self._job = job
         context.serve(Service, 'plan_sequence_path', self._answer)

@@ -19,7 +19,6 @@ class PlannerParams:
     """
 
     def __init__(self, context: Context) -> None:
-        """Make the servers."""
         self._context = context
         context.serve(GetPlannerParams, 'get_planner_params', self._get)
         context.serve(SetPlannerParams, 'set_planner_params', self._set)

@@ -9,10 +9,11 @@ from dataclasses import dataclass
 from typing import Any
 
 from moveit_msgs.msg import MotionPlanRequest as RequestMessage
+from moveit_msgs.msg import MotionPlanResponse as ResponseMessage
 from moveit_msgs.msg import MoveItErrorCodes, RobotState, RobotTrajectory
 from moveit_msgs.msg import PlanningScene as SceneMessage
 
-from armsim_ros.errors import PlanningError
+from armsim_ros.errors import MoveItErrorCode, PlanningError
 from armsim_ros.nodes.conversions.motion_plan_request import (
     error_code_message,
     request_from_message,
@@ -21,10 +22,12 @@ from armsim_ros.nodes.conversions.motion_plan_request import (
 from armsim_ros.nodes.conversions.planning_scene import update_from_message
 from armsim_ros.nodes.conversions.robot_state import robot_state_to_message
 from armsim_ros.nodes.move_group.context import Context
+from armsim_ros.nodes.move_group.display_contacts import DisplayContacts
 from armsim_ros.nodes.move_group.display_planned_path import DisplayPlannedPath
-from armsim_ros.planning.error_codes import MoveItErrorCode
+from armsim_ros.nodes.move_group.pipeline_state import PipelineStates
+from armsim_ros.nodes.move_group.worker import AnyOf
 from armsim_ros.planning.request import MotionPlanRequest, MotionPlanResponse
-from armsim_ros.planning.scene import PlanningScene
+from armsim_ros.planning.scene.planning_scene import PlanningScene
 
 
 def never() -> bool:
@@ -58,9 +61,12 @@ class PlanningJob:
     """
 
     def __init__(self, context: Context, display: DisplayPlannedPath) -> None:
-        """Keep the parts."""
         self._context = context
         self._display = display
+        ompl = context.settings.ompl
+        self._states = PipelineStates(context.node, ompl)
+        self._contacts = DisplayContacts(
+            context.node, ompl.display_contacts_topic, context.frame)  # fmt: skip
 
     async def run(
         self,
@@ -78,21 +84,54 @@ class PlanningJob:
         """
         context = self._context
         request = request_from_message(message)
-        if message.start_state.is_diff or not message.start_state.joint_state.name:
-            await self.current_state()
-        scene = context.scene.snapshot()
+        self._states.begin(message)
+        scene = await self.scene(message.start_state)
         if scene_diff is not None:
             scene = overlay(scene, scene_diff)
-        planner, clock = context.planner, context.clock
-        response = await context.planning.submit(
-            lambda: planner.plan(request, scene, clock=clock, cancelled=cancelled)
+        planner, clock = context.planner, context.planning_clock()
+        cancelled = context.or_ending(cancelled)
+        response = await self.in_planner(
+            lambda: planner.plan(request, scene, clock=clock, cancelled=cancelled), cancelled
         )
+        context.check_ending('planning')
         plan = self._in_messages(request, response, scene)
         if response.success:
             self._display.publish(plan.start_message, plan.trajectory_message)
+        if response.contacts:
+            self._contacts.publish(response.contacts)
+        pipeline = request.pipeline_id or context.planning_parameters.default_planning_pipeline
+        self._states.end(message, _response_message(plan), pipeline)
         return plan
 
-    async def current_state(self) -> None:
+    async def in_planner(self, work: Callable[[], Any], cancelled: Callable[[], bool]) -> Any:
+        """
+        Have work done by the planner when its turn comes.
+
+        :raises PlanningError: PREEMPTED where it was cancelled while it waited for that.
+        """
+        job = self._context.planning.submit(work)
+        while not job.done():
+            if not job.begun and cancelled():
+                job.cancel()
+                self._context.check_ending('planning')
+                raise PlanningError(
+                    MoveItErrorCode.PREEMPTED, 'cancelled before its planning began', 'planning'
+                )
+            await AnyOf(job, self._context.ticker.next())
+        return job.result()
+
+    async def scene(self, start: RobotState | None = None) -> PlanningScene:
+        """
+        Return the scene to plan in.
+
+        :param start: of the request; one that names all joints needs no present state.
+        :raises PlanningError: no joint state ever came.
+        """
+        if start is None or start.is_diff or not start.joint_state.name:
+            await self._current_state()
+        return await self._context.present_scene()
+
+    async def _current_state(self) -> None:
         """
         Bring the scene to the present.
 
@@ -124,6 +163,16 @@ class PlanningJob:
         return Plan(request, response, scene, start, trajectory)
 
 
+def _response_message(plan: Plan) -> ResponseMessage:
+    return ResponseMessage(
+        trajectory_start=plan.start_message,
+        trajectory=plan.trajectory_message,
+        group_name=plan.request.group_name,
+        planning_time=plan.response.planning_time,
+        error_code=plan.error_code_message,
+    )
+
+
 def overlay(scene: PlanningScene, message: SceneMessage) -> PlanningScene:
     """
     Return a scene with a request's own changes.
@@ -133,9 +182,4 @@ def overlay(scene: PlanningScene, message: SceneMessage) -> PlanningScene:
     update = update_from_message(message)
     if update.is_diff and update.empty:
         return scene
-    changed, refused = scene.with_update(update)
-    if refused:
-        raise PlanningError(
-            MoveItErrorCode.INVALID_OBJECT_NAME, '; '.join(refused), 'planning_scene_diff'
-        )
-    return changed
+    return scene.with_update(update)

@@ -9,6 +9,8 @@ from moveit_msgs.msg import PlanningScene, PlanningSceneWorld
 from armsim_ros.nodes.conversions.planning_scene import update_from_message
 from armsim_ros.nodes.move_group.context import Context
 from armsim_ros.nodes.move_group.failures import reported
+from armsim_ros.nodes.move_group.worker import Job
+from armsim_ros.planning.scene.world_ownership import of_world
 
 
 class PlanningSceneTopics:
@@ -19,7 +21,6 @@ class PlanningSceneTopics:
     """
 
     def __init__(self, context: Context) -> None:
-        """Subscribe."""
         self._context = context
         context.subscribe(PlanningScene, 'planning_scene', self._receive)
         context.subscribe(PlanningSceneWorld, 'planning_scene_world', self._receive_world)
@@ -33,20 +34,27 @@ class PlanningSceneTopics:
         apply_scene_message(self._context, scene, 'planning_scene_world')
 
 
-def apply_scene_message(context: Context, message: PlanningScene, source: str) -> bool:
+def apply_scene_message(context: Context, message: PlanningScene, source: str) -> Job:
     """
     Change the scene as a message asks.
 
-    Every part is tried; a part that is refused changes nothing and is named in the log.
+    All of it or nothing: where a part is refused, the log says why, and nothing has changed.
 
     :param source: the endpoint that the message came by.
-    :returns: whether all parts were taken.
+    :returns: whether it was taken, when that is known.
     """
     if message.world.octomap.octomap.data:
         context.warn_once(f'{source}: octomaps are not supported; the rest of the scene is used')
-    refused: tuple[str, ...] = ('the message cannot be read',)
-    with reported(context.logger, source, None):
-        refused = context.scene.apply(update_from_message(message))
-        for sentence in refused:
-            context.logger.error(f'{source}: {sentence}')
-    return not refused
+
+    def edit() -> bool:
+        with reported(context.logger, source, None):
+            update = update_from_message(message)
+            if of_world(update):
+                context.ownership.apply(update)
+            else:
+                context.scene.apply(update)
+            return True
+        return False
+
+    context.states.update_scene()
+    return context.edits.submit(edit)

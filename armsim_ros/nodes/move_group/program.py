@@ -6,20 +6,33 @@ from __future__ import annotations
 
 from collections.abc import Callable
 import sys
+import time
 import traceback
 
 from rcl_interfaces.msg import ParameterDescriptor
 import rclpy
-from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.clock import Clock, ClockType
+from rclpy.executors import (
+    ConditionReachedException,
+    ExternalShutdownException,
+    SingleThreadedExecutor,
+)
+from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
+from rclpy.task import Future
 
 from armsim_ros.cli.arguments import ProgramArguments
 from armsim_ros.cli.environment import started_by_bringup
 from armsim_ros.cli.settings import cell_of
 from armsim_ros.nodes.move_group.assembly import MoveGroup
+from armsim_ros.nodes.polling_node import PollingNode
 
+#: Goals get this long to be told that the program ends, and answers to leave it [s].
+_END_TIME, _ANSWER_TIME = 1.0, 0.02
+#: A goal that has ended sends its result in a step of its own.
+_LAST_STEPS = 5
 #: The planner's thread hands the interpreter over this often, so that answers do not wait [s].
 _SWITCH_INTERVAL = 0.001
 
@@ -34,7 +47,6 @@ class MoveGroupProgram:
     """
 
     def __init__(self, arguments: ProgramArguments, stop_wanted: Callable[[], bool]) -> None:
-        """Read the files; no node exists yet."""
         self._arguments = arguments
         self._stop_wanted = stop_wanted
         self._executor: SingleThreadedExecutor | None = None
@@ -63,7 +75,7 @@ class MoveGroupProgram:
         )
         move_group: MoveGroup | None = None
         executor = self._executor = SingleThreadedExecutor()
-        node = Node(
+        node = PollingNode(
             'move_group',
             allow_undeclared_parameters=True,
             automatically_declare_parameters_from_overrides=True,
@@ -77,27 +89,58 @@ class MoveGroupProgram:
             node.get_logger().warning(text)
         try:
             move_group = MoveGroup(node, executor, self._cell)
-            self._spin(executor, node)
+            self._spin(executor, node, move_group)
         finally:
-            if move_group is not None:
-                move_group.close()
+            # First the endpoints, so that clients see them gone; workers may take a while.
             executor.shutdown(0.0)
             node.destroy_node()
             rclpy.try_shutdown()
+            if move_group is not None:
+                move_group.close()
         return 0
 
-    def _spin(self, executor: SingleThreadedExecutor, node: Node) -> None:
-        """Run callbacks until a stop is wanted; the timers end every wait within 20 ms."""
-        while not self._stop_wanted():
+    def _spin(
+        self, executor: SingleThreadedExecutor, node: Node, move_group: MoveGroup
+    ) -> None:
+        """Run callbacks until a stop is wanted, and a little longer where somebody waits."""
+        pending: set[Future] = set()
+        ending = False
+
+        def to_end() -> bool:
+            return self._stop_wanted() and not ending
+
+        def step() -> None:
+            """Run one callback, with the newest state and time."""
             try:
-                executor.spin_once()
-            except ExternalShutdownException:
+                # The same words every time: with others, what was ready already would be lost.
+                callback, *_ = executor.wait_for_ready_callbacks(None, None, to_end)
+                move_group.catch_up()
+                callback()
+                (pending.discard if callback.done() else pending.add)(callback)
+                callback.result()  # raises what the callback raised
+            except (ConditionReachedException, ExternalShutdownException):
                 return
+            except rclpy_implementation.RCLError as error:
+                node.get_logger().warning(f'an answer was not delivered: {error}')
             except Exception:  # noqa: BLE001 - no request may end the program
                 node.get_logger().error(
                     'a request failed inside the program; please report this:\n'
                     + traceback.format_exc()
                 )
+
+        while not self._stop_wanted() and rclpy.ok():
+            step()
+        if pending:
+            ending = True
+            move_group.end('move_group is shutting down')
+            node.create_timer(  # ends each wait
+                _ANSWER_TIME, lambda: None, clock=Clock(clock_type=ClockType.STEADY_TIME)
+            )
+            deadline, at_rest = time.monotonic() + _END_TIME, 0
+            while at_rest < _LAST_STEPS and time.monotonic() < deadline and rclpy.ok():
+                step()
+                at_rest = 0 if pending else at_rest + 1
+            time.sleep(_ANSWER_TIME)
 
 
 def name_with_dots(node: Node) -> None:

@@ -22,7 +22,6 @@ class QueryPlannerInterface:
     """
 
     def __init__(self, context: Context) -> None:
-        """Make the server."""
         self._context = context
         context.serve(Service, 'query_planner_interface', self._answer)
 

@@ -31,7 +31,6 @@ class SequenceJob:
     """
 
     def __init__(self, context: Context, job: PlanningJob, display: DisplayPlannedPath) -> None:
-        """Keep the parts."""
         self._context = context
         self._job = job
         self._display = display
@@ -54,16 +53,17 @@ class SequenceJob:
             for item in message.items
         ]
         context = self._context
-        if items:
-            await self._job.current_state()
-        scene = context.scene.snapshot()
+        cancelled = context.or_ending(cancelled)
+        scene = await (self._job.scene() if items else context.present_scene())
         if scene_diff is not None:
             scene = overlay(scene, scene_diff)
-        response = await context.planning.submit(
+        response = await self._job.in_planner(
             lambda: context.planner.plan_sequence(
-                items, scene, clock=context.clock, cancelled=cancelled
-            )
+                items, scene, clock=context.planning_clock(), cancelled=cancelled
+            ),
+            cancelled,
         )
+        context.check_ending('planning')
         answer.planning_time = response.planning_time
         fill_error(
             answer.error_code, response.error_code, response.message, response.source

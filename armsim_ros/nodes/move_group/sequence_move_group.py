@@ -7,17 +7,17 @@ from __future__ import annotations
 from typing import Any
 
 from moveit_msgs.action import MoveGroupSequence as Action
-from rclpy.action import ActionServer, CancelResponse
 from rclpy.action.server import ServerGoalHandle
 
+from armsim_ros.errors import MoveItErrorCode
+from armsim_ros.nodes.move_group.action_server import MoveGroupActionServer
 from armsim_ros.nodes.move_group.context import Context
+from armsim_ros.nodes.move_group.execution import Watch
 from armsim_ros.nodes.move_group.failures import fill_error, reported
-from armsim_ros.nodes.move_group.goal_end import end_goal
 from armsim_ros.nodes.move_group.move_action import plans_only
 from armsim_ros.nodes.move_group.path_watch import PathWatch
 from armsim_ros.nodes.move_group.sequence_job import SequenceJob
-from armsim_ros.nodes.move_group.trajectory_execution import TrajectoryExecution, Watch
-from armsim_ros.planning.error_codes import MoveItErrorCode
+from armsim_ros.nodes.move_group.trajectory_execution import TrajectoryExecutionManager
 from armsim_ros.planning.pilz.sequence import SequenceResponse
 
 
@@ -31,20 +31,13 @@ class SequenceMoveGroup:
     """
 
     def __init__(
-        self, context: Context, job: SequenceJob, execution: TrajectoryExecution
+        self, context: Context, job: SequenceJob, execution: TrajectoryExecutionManager
     ) -> None:
         """Make the server; every goal is accepted, every cancel too."""
         self._context = context
         self._job = job
         self._execution = execution
-        self._server = ActionServer(
-            context.node,
-            Action,
-            'sequence_move_group',
-            self._execute,
-            callback_group=context.group,
-            cancel_callback=lambda goal: CancelResponse.ACCEPT,
-        )
+        self._server = MoveGroupActionServer(context, Action, 'sequence_move_group', self._execute)
 
     async def _execute(self, goal: ServerGoalHandle) -> Any:
         result, options = Action.Result(), goal.request.planning_options
@@ -63,7 +56,7 @@ class SequenceMoveGroup:
             ):
                 await self._run(goal, plan, code)
         goal.publish_feedback(Action.Feedback(state='IDLE'))
-        end_goal(goal, code.val)
+        self._server.end(goal, code.val)
         return result
 
     async def _run(self, goal: ServerGoalHandle, plan: SequenceResponse, code: Any) -> None:

@@ -19,7 +19,6 @@ class StateRecorder:
     """
 
     def __init__(self, context: Context, joint_names: tuple[str, ...]) -> None:
-        """Begin with nothing."""
         self._states = context.states
         self._frequency = context.record_frequency
         self._joint_names = joint_names

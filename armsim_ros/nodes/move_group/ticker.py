@@ -16,23 +16,27 @@ class Ticker:
     """
     Wakes waiting coroutines every 20 ms of real time, and at once when told to.
 
+    The timer stands while nobody waits.
+
     :param node: its executor runs the timer.
     """
 
     def __init__(self, node: Node) -> None:
-        """Start the timer; it goes on while sim time stands still."""
         self._waiting: list[Future] = []
         self._timer = node.create_timer(
             PERIOD,
-            self.wake,
+            self._pulse,
             callback_group=ReentrantCallbackGroup(),
             clock=Clock(clock_type=ClockType.STEADY_TIME),
         )
+        self._timer.cancel()
 
     def next(self) -> Future:
         """Return a future that is done at the next pulse."""
         future = Future()
         self._waiting.append(future)
+        if self._timer.is_canceled():
+            self._timer.reset()
         return future
 
     def wake(self) -> None:
@@ -40,3 +44,9 @@ class Ticker:
         waiting, self._waiting = self._waiting, []
         for future in waiting:
             future.set_result(None)
+
+    def _pulse(self) -> None:
+        if self._waiting:
+            self.wake()
+        else:
+            self._timer.cancel()

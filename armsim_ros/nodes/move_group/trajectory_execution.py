@@ -1,321 +1,191 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Trajectories sent to their controllers and watched until they end."""
+"""Which trajectory is executed when."""
 
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
-from rclpy.task import Future
-
-from armsim_ros.config.moveit_controllers import MoveItControllerSettings
-from armsim_ros.errors import PlanningError
+from armsim_ros.errors import MoveItErrorCode, PlanningError
+from armsim_ros.execution.controller_selection import controlled_joints, select_controllers
 from armsim_ros.nodes.move_group.context import Context
-from armsim_ros.nodes.move_group.controller_handles import ControllerRun, HANDLES
-from armsim_ros.nodes.move_group.ticker import Ticker
-from armsim_ros.planning.controller_selection import (
-    controlled_joints,
-    select_controllers,
-    split_trajectory,
-)
-from armsim_ros.planning.error_codes import MoveItErrorCode
-from armsim_ros.planning.execution import (
-    allowed_duration,
-    check_sizes,
-    check_start,
-    settled,
-    unwound,
-)
+from armsim_ros.nodes.move_group.controller_handles import HANDLES
+from armsim_ros.nodes.move_group.execution import Execution, ExecutionOutcome, Watch
+from armsim_ros.planning.collision.collision_model import CollisionChecker
+from armsim_ros.planning.collision.meeting import meeting
+from armsim_ros.planning.scene.planning_scene import PlanningScene
 from armsim_ros.trajectory import JointTrajectory
 
-SOURCE = 'trajectory_execution'
-CONNECT_TICKS = 50
-LOST_TICKS = 100
-STOP_TICKS = 50
-SETTLE_TICKS = 50
-ARRIVED = 0.02
-LATE_RESULT = 2.0
 
-
-@dataclass(frozen=True, slots=True)
-class Outcome:
-    """How an execution ended."""
-
-    code: MoveItErrorCode
-    message: str = ''
-
-    @property
-    def success(self) -> bool:
-        """Whether the robot arrived."""
-        return self.code == MoveItErrorCode.SUCCESS
-
-
-@dataclass(slots=True)
-class Watch:
+@dataclass(frozen=True, slots=True, eq=False)
+class _Turn:
     """
-    What may end an execution before its time.
+    A trajectory that runs or waits.
 
-    :param cancelled: whether the client wants it to stop.
-    :param invalid: [s] since the start -> why the rest of the path is no longer valid, or ''.
-    :param observe: told [s] since the start, every 20 ms.
+    :param controllers: names of those that it needs; none where nobody can run it.
+    :param begin_ns: when it began to run [ns].
     """
 
-    cancelled: Callable[[], bool] = lambda: False
-    invalid: Callable[[float], str] = lambda elapsed: ''
-    observe: Callable[[float], None] = lambda elapsed: None
+    execution: Execution
+    trajectory: JointTrajectory
+    controllers: frozenset[str]
+    begin_ns: int = 0
 
 
-class TrajectoryExecution:
+class TrajectoryExecutionManager:
     """
-    Chooses controllers, sends each its part, waits for all of them.
+    Starts executions and stops them all.
+
+    Those that need other controllers run at once, where what they sweep does not meet; those
+    that share a controller run one at a time.
 
     :param context: the parts of move_group.
     """
 
     def __init__(self, context: Context) -> None:
-        """Make an action client for each controller."""
         self._context = context
-        self._ticker = Ticker(context.node)
         self._handles = {
-            settings.name: HANDLES[settings.type](context.node, settings, self._ticker.wake)
+            settings.name: HANDLES[settings.type](context.node, settings, context.ticker.wake)
             for settings in context.settings.moveit_controllers
         }
-        self._running: list[ControllerRun] = []
+        self._running: list[_Turn] = []
+        self._waiting: deque[_Turn] = deque()
         self._stops = 0
-        self._busy = False
-        self._queue: deque[Future] = deque()
+        self._checker: CollisionChecker | None = None
 
     @property
     def busy(self) -> bool:
         """Whether a trajectory is being executed."""
-        return self._busy
-
-    @property
-    def ticker(self) -> Ticker:
-        """The pulse that executions wait for."""
-        return self._ticker
+        return bool(self._running)
 
     def stop(self) -> bool:
         """Stop all motion, whoever asked for it; False where nothing moves."""
         self._stops += 1
-        self._ticker.wake()
-        return self._busy
+        for turn in self._running:
+            turn.execution.stop()
+        self._context.ticker.wake()
+        return self.busy
 
     async def queued(
         self, trajectory: JointTrajectory, watch: Watch, names: Sequence[str] = ()
-    ) -> Outcome:
-        """Run a trajectory as soon as those before it have ended."""
-        while self._busy:
-            turn = Future()
-            self._queue.append(turn)
-            await turn
-            if watch.cancelled():
-                self._next_in_queue()
-                return Outcome(MoveItErrorCode.PREEMPTED, 'cancelled while it waited its turn')
+    ) -> ExecutionOutcome:
+        """Run a trajectory as soon as those before it that share a controller have ended."""
+        turn, stops = self._turn(trajectory, watch, names), self._stops
+        self._waiting.append(turn)
+        try:
+            while True:
+                if watch.cancelled():
+                    return ExecutionOutcome(
+                        MoveItErrorCode.PREEMPTED, 'cancelled while it waited its turn'
+                    )
+                if self._stops != stops:
+                    return ExecutionOutcome(
+                        MoveItErrorCode.PREEMPTED, "stopped by a 'stop' event in the queue"
+                    )
+                if not (self._rivals(turn) or self._waits_behind(turn)):
+                    break
+                await self._context.ticker.next()
+        finally:
+            self._waiting.remove(turn)
         return await self.run(trajectory, watch, names)
 
     async def run(
         self, trajectory: JointTrajectory, watch: Watch, names: Sequence[str] = ()
-    ) -> Outcome:
+    ) -> ExecutionOutcome:
         """
         Run a trajectory now.
 
         :param trajectory: an empty one is a success at once.
         :param names: of the controllers to use; empty for a choice by joints.
-        :returns: CONTROL_FAILED while another one runs.
+        :returns: CONTROL_FAILED while another one runs that shares a controller with it, or that
+            it would meet.
         """
         if not trajectory.points:
-            return Outcome(MoveItErrorCode.SUCCESS)
-        if self._busy:
-            return Outcome(
+            return ExecutionOutcome(MoveItErrorCode.SUCCESS)
+        turn = self._turn(trajectory, watch, names)
+        if self._rivals(turn):
+            return ExecutionOutcome(
                 MoveItErrorCode.CONTROL_FAILED, 'another trajectory is being executed'
             )
-        self._busy = True
-        stops = self._stops
+        others = tuple(self._running)
+        self._running.append(turn)
         try:
-            parts = await self._prepare(trajectory, names)
-            runs = await self._start(parts)
-            outcome = await self._until_done(trajectory, runs, watch, stops)
-            if outcome.success:
-                await self._come_to_rest()
-            return outcome
-        except PlanningError as error:
-            return Outcome(MoveItErrorCode(error.code), str(error))
+            if others:
+                sentence = await self._meeting(turn, others)
+                if sentence:
+                    return ExecutionOutcome(MoveItErrorCode.CONTROL_FAILED, sentence)
+            return await turn.execution.run(trajectory, names)
         finally:
-            self._running = []
-            self._busy = False
-            self._next_in_queue()
+            self._running.remove(turn)
+            self._context.ticker.wake()
 
-    async def _prepare(
-        self, trajectory: JointTrajectory, names: Sequence[str]
-    ) -> list[tuple[MoveItControllerSettings, JointTrajectory]]:
-        context, settings = self._context, self._context.execution_settings
-        if not settings.allow_trajectory_execution:
-            raise PlanningError(
-                MoveItErrorCode.CONTROL_FAILED,
-                'trajectory execution is switched off: allow_trajectory_execution is false',
-                SOURCE,
+    def _turn(
+        self, trajectory: JointTrajectory, watch: Watch, names: Sequence[str]
+    ) -> _Turn:
+        context = self._context
+        try:
+            selected = select_controllers(
+                controlled_joints(trajectory.joint_names, context.robot),
+                context.settings.moveit_controllers,
+                names=tuple(names),
             )
-        check_sizes(trajectory)
-        selected = select_controllers(
-            controlled_joints(trajectory.joint_names, context.robot),
-            context.settings.moveit_controllers,
-            names=tuple(names),
-        )
-        if settings.allowed_start_tolerance > 0.0:
-            await context.states.newer_than(context.states.now_ns(), 1.0)
-            check_start(
-                trajectory,
-                context.states.positions,
-                context.robot,
-                settings.allowed_start_tolerance,
-                settings.allowed_start_tolerance_joints,
-            )
-        whole = unwound(trajectory, context.states.positions, context.robot)
-        return list(split_trajectory(whole, selected))
-
-    async def _start(
-        self, parts: Sequence[tuple[MoveItControllerSettings, JointTrajectory]]
-    ) -> list[ControllerRun]:
-        for info, _ in parts:
-            await self._connected(info.name)
-        self._running = []
-        for info, part in parts:
-            run = await self._handles[info.name].send(part)
-            if run is None:
-                await self._cancel_all()
-                raise PlanningError(
-                    MoveItErrorCode.CONTROL_FAILED,
-                    f"controller '{info.name}' rejected the trajectory; its log says why",
-                    SOURCE,
-                )
-            self._running.append(run)
-        return self._running
-
-    async def _connected(self, name: str) -> None:
-        handle = self._handles[name]
-        for _ in range(CONNECT_TICKS):
-            if handle.connected:
-                return
-            await self._ticker.next()
-        raise PlanningError(
-            MoveItErrorCode.CONTROL_FAILED,
-            f"action '{handle.settings.action_name}' of controller '{name}' is not connected; "
-            'is the controller active?',
-            SOURCE,
+        except PlanningError:
+            selected = ()  # the execution will say what is wrong
+        return _Turn(
+            Execution(context, self._handles, watch),
+            trajectory,
+            frozenset(controller.name for controller in selected),
+            context.states.now_ns(),
         )
 
-    async def _until_done(
-        self,
-        trajectory: JointTrajectory,
-        runs: Sequence[ControllerRun],
-        watch: Watch,
-        stops: int,
-    ) -> Outcome:
-        states = self._context.states
-        start_ns = states.now_ns()
-        limit = self._limit(trajectory, runs)
-        lost = 0
-        while not all(run.done for run in runs):
-            await self._ticker.next()
-            elapsed = (states.now_ns() - start_ns) * 1e-9
-            watch.observe(elapsed)
-            failed = next((run for run in runs if run.done and run.failure), None)
-            if failed is not None:
-                break
-            connected = all(self._handles[run.name].connected for run in runs)
-            lost = 0 if connected else lost + 1
-            late = limit + LATE_RESULT if self._arrived(trajectory) else limit
-            ending = self._ending(watch, stops, elapsed, late, lost)
-            if ending is not None:
-                await self._cancel_all()
-                return ending
-        failed = next((run for run in runs if run.done and run.failure), None)
-        if failed is None:
-            return Outcome(MoveItErrorCode.SUCCESS)
-        await self._cancel_all()
-        if failed.canceled:
-            return Outcome(
-                MoveItErrorCode.PREEMPTED, f"controller '{failed.name}': the goal was cancelled"
-            )
-        return Outcome(
-            MoveItErrorCode.CONTROL_FAILED, f"controller '{failed.name}': {failed.failure}"
-        )
+    def _rivals(self, turn: _Turn) -> bool:
+        """Return whether something runs that shares a controller."""
+        return any(turn.controllers & other.controllers for other in self._running)
 
-    def _ending(
-        self, watch: Watch, stops: int, elapsed: float, limit: float, lost: int
-    ) -> Outcome | None:
-        if watch.cancelled():
-            return Outcome(MoveItErrorCode.PREEMPTED, 'cancelled by the client')
-        if self._stops != stops:
-            return Outcome(MoveItErrorCode.PREEMPTED, "stopped by a 'stop' event")
-        if elapsed > limit:
-            return Outcome(
-                MoveItErrorCode.TIMED_OUT,
-                f'the controllers took longer than the {limit:.2f} s that are allowed '
-                '(duration * allowed_execution_duration_scaling + allowed_goal_duration_margin)',
-            )
-        if lost >= LOST_TICKS:
-            return Outcome(MoveItErrorCode.CONTROL_FAILED, 'a controller is gone')
-        invalid = watch.invalid(elapsed)
-        if invalid:
-            return Outcome(
-                MoveItErrorCode.MOTION_PLAN_INVALIDATED_BY_ENVIRONMENT_CHANGE, invalid
-            )
-        return None
+    def _waits_behind(self, turn: _Turn) -> bool:
+        """Return whether somebody came before who waits for the same controller."""
+        for other in self._waiting:
+            if other is turn:
+                return False
+            if turn.controllers & other.controllers:
+                return True
+        return False
 
-    def _limit(self, trajectory: JointTrajectory, runs: Sequence[ControllerRun]) -> float:
-        """Return how long [s] the slowest part may take."""
-        settings = self._context.execution_settings
-        if not settings.execution_duration_monitoring:
-            return float('inf')
-        limits = []
-        for run in runs:
-            own = self._handles[run.name].settings
-            scaling = own.allowed_execution_duration_scaling
-            margin = own.allowed_goal_duration_margin
-            limits.append(
-                allowed_duration(
-                    trajectory,
-                    settings.allowed_execution_duration_scaling if scaling is None else scaling,
-                    settings.allowed_goal_duration_margin if margin is None else margin,
-                )
-            )
-        return max(limits)
+    async def _meeting(self, turn: _Turn, others: Sequence[_Turn]) -> str:
+        """Return with whom a trajectory would collide that runs already, '' where with nobody."""
+        context = self._context
+        now = context.states.now_ns()
+        scene = context.scene.snapshot()
+        rests = [_rest(other, now) for other in others]
 
-    def _arrived(self, trajectory: JointTrajectory) -> bool:
-        """Return whether the robot is where a trajectory ends: then only the result is late."""
-        measured = self._context.states.positions
-        ends = zip(trajectory.joint_names, trajectory.points[-1].positions, strict=True)
-        return all(abs(measured.get(name, float('inf')) - end) < ARRIVED for name, end in ends)
+        def look() -> str:
+            checker = self._checker_of(scene)
+            for rest in rests:
+                contact = meeting(checker, scene.q, rest, turn.trajectory)
+                if contact is not None:
+                    return (
+                        'the trajectory would meet one that is being executed: '
+                        f"'{contact.body1}' and '{contact.body2}'; execute them one after the "
+                        'other'
+                    )
+            return ''
 
-    async def _cancel_all(self) -> None:
-        """Cancel what runs and wait, a second at most, until it has ended."""
-        for run in self._running:
-            run.cancel()
-        for _ in range(STOP_TICKS):
-            if all(run.done for run in self._running):
-                return
-            await self._ticker.next()
+        return str(await context.queries.submit(look))
 
-    async def _come_to_rest(self) -> None:
-        context, settings = self._context, self._context.execution_settings
-        if not settings.wait_for_trajectory_completion:
-            return
-        tolerance = settings.allowed_start_tolerance or 0.01
-        seen: deque[dict[str, float]] = deque(maxlen=3)
-        count = context.states.count
-        for _ in range(SETTLE_TICKS):
-            if context.states.count != count:
-                count = context.states.count
-                seen.append(dict(context.states.positions))
-                if len(seen) == seen.maxlen and settled(tuple(seen), tolerance):
-                    return
-            await self._ticker.next()
-        context.logger.warning('the robot still moves 1 s after the trajectory has ended')
+    def _checker_of(self, scene: PlanningScene) -> CollisionChecker:
+        """Return the checker in another scene; for the thread of the queries alone."""
+        if self._checker is None:
+            self._checker = CollisionChecker(scene)
+        self._checker.use(scene)
+        return self._checker
 
-    def _next_in_queue(self) -> None:
-        if self._queue and not self._busy:
-            self._queue.popleft().set_result(None)
+
+def _rest(turn: _Turn, now_ns: int) -> JointTrajectory:
+    """Return what is left of a trajectory, from the point before now on."""
+    elapsed = (now_ns - turn.begin_ns) * 1e-9
+    points = turn.trajectory.points
+    passed = sum(point.time_from_start < elapsed - 0.5 for point in points)
+    first = min(max(passed - 1, 0), len(points) - 1)
+    return JointTrajectory(turn.trajectory.joint_names, points[first:])

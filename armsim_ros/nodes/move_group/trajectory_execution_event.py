@@ -7,7 +7,7 @@ from __future__ import annotations
 from std_msgs.msg import String
 
 from armsim_ros.nodes.move_group.context import Context
-from armsim_ros.nodes.move_group.trajectory_execution import TrajectoryExecution
+from armsim_ros.nodes.move_group.trajectory_execution import TrajectoryExecutionManager
 
 
 class TrajectoryExecutionEvent:
@@ -18,8 +18,7 @@ class TrajectoryExecutionEvent:
     :param execution: what is stopped.
     """
 
-    def __init__(self, context: Context, execution: TrajectoryExecution) -> None:
-        """Subscribe."""
+    def __init__(self, context: Context, execution: TrajectoryExecutionManager) -> None:
         self._context = context
         self._execution = execution
         context.subscribe(String, 'trajectory_execution_event', self._receive)

@@ -4,84 +4,126 @@
 
 from __future__ import annotations
 
-from geometry_msgs.msg import TransformStamped
+from collections.abc import Callable
+from typing import Any, Protocol
+
 from rclpy.qos import QoSProfile
+from rclpy.serialization import deserialize_message
 from tf2_msgs.msg import TFMessage
 
 from armsim_ros.errors import PlanningError
+from armsim_ros.model.robot_model import RobotModel
+from armsim_ros.model.transforms import inverse_pose
 from armsim_ros.nodes import qos
-from armsim_ros.nodes.conversions.geometry import Matrix, pose_from_transform
-from armsim_ros.nodes.move_group.context import Context
-from armsim_ros.planning.scene_update import SceneUpdate
+from armsim_ros.nodes.conversions.frame_names import child_frame_ids
+from armsim_ros.nodes.conversions.geometry import pose_from_transform
+from armsim_ros.nodes.polling_node import PollingNode
+from armsim_ros.planning.scene.object_checks import check_pose
+from armsim_ros.planning.scene.planning_scene import PlanningScene
+from armsim_ros.planning.scene.update import FixedFrame
 
-LONGEST_CHAIN = 100
+#: Transforms that differ by less are the same.
+SAME = 1e-9
+#: Messages on /tf that may come in until the program looks.
+DEPTH = 500
+
+
+class FrameHost(Protocol):
+    """A program that wants to know frames."""
+
+    node: PollingNode
+    robot: RobotModel
+    scene: PlanningScene
+
+    def subscribe(
+        self, kind: Any, name: str, receive: Callable[[Any], None], profile: QoSProfile | int
+    ) -> None:
+        """Subscribe to a topic."""
+
+    def warn_once(self, text: str) -> None:
+        """Log a warning the first time that it is said."""
 
 
 class Transforms:
     """
-    Makes frames that others publish known to the planning scene.
+    Makes frames that others publish known to the planning scene, each with its parent.
 
-    Frames of the robot's own links come from its model and are left alone; a frame counts when
-    a chain of transforms leads from one of them to it.
+    Frames of the robot's own links come from its model and are left alone. Where a frame is,
+    is found out when a message or a request names it, as it stands then: what is mounted on a
+    link moves with it. Frames above the root link are turned about, so that what hangs on them
+    is known too.
 
-    :param context: the parts of move_group.
+    :param context: whose scene gets to know the frames.
     """
 
-    def __init__(self, context: Context) -> None:
-        """Subscribe."""
+    def __init__(self, context: FrameHost) -> None:
         self._context = context
-        self._parents: dict[str, tuple[str, Matrix]] = {}
-        self._placed: dict[str, Matrix] = {}
+        self._roots = {context.robot.root_link, context.robot.model_frame}
+        self._told: dict[str, FixedFrame] = {}
         static = QoSProfile(
             depth=100, reliability=qos.LATCHED.reliability, durability=qos.LATCHED.durability
         )
-        context.subscribe(TFMessage, '/tf', self._receive, qos.TF)
+        moving = QoSProfile(
+            depth=DEPTH, reliability=qos.COMMAND.reliability, durability=qos.COMMAND.durability
+        )
+        context.node.poll(TFMessage, '/tf', self._receive_moving, moving, raw=True)
         context.subscribe(TFMessage, '/tf_static', self._receive, static)
 
+    def _receive_moving(self, serialized: bytes) -> None:
+        """Take a message of /tf; those of the robot alone, which are most, are not unpacked."""
+        names = child_frame_ids(serialized)
+        links = self._context.robot.links
+        if names is None or not all(
+            name in links and name not in self._roots for name in map(strip, names)
+        ):
+            self._receive(deserialize_message(serialized, TFMessage))
+
     def _receive(self, message: TFMessage) -> None:
-        foreign = [item for item in message.transforms if not self._own(item)]
-        if not foreign:
-            return
-        for item in foreign:
-            try:
-                pose = pose_from_transform(item.transform)
-            except PlanningError as error:
-                self._context.warn_once(f"tf: frame '{item.child_frame_id}': {error}")
+        changed = False
+        for item in message.transforms:
+            child, parent = strip(item.child_frame_id), strip(item.header.frame_id)
+            if self._own(child) and (child not in self._roots or self._own(parent)):
                 continue
-            self._parents[strip(item.child_frame_id)] = (strip(item.header.frame_id), pose)
-        self._place()
-
-    def _own(self, item: TransformStamped) -> bool:
-        robot, child = self._context.robot, strip(item.child_frame_id)
-        return child in robot.links or child == robot.model_frame
-
-    def _place(self) -> None:
-        placed = {}
-        for frame in self._parents:
-            pose = self._pose(frame)
-            if pose is not None:
-                placed[frame] = pose
-        changed = {
-            frame: pose
-            for frame, pose in placed.items()
-            if frame not in self._placed or abs(pose - self._placed[frame]).max() > 1e-9
-        }
-        self._placed = placed
+            if not child or not parent:
+                self._context.warn_once(f"tf: frame '{child}' in '{parent}': a name is missing")
+                continue
+            try:
+                pose = check_pose(pose_from_transform(item.transform), 'its pose')
+                frame = FixedFrame(parent, pose)
+            except PlanningError as error:
+                self._context.warn_once(f"tf: frame '{child}': {error}")
+                continue
+            if _differ(frame, self._told.get(child)):
+                self._told[child] = frame
+                changed = True
         if changed:
-            self._context.scene.apply(SceneUpdate(fixed_frames=changed))
+            known = self._context.scene.fixed_frames
+            self._context.scene.set_frames({
+                name: frame
+                for name, frame in self._frames().items()
+                if _differ(frame, known.get(name))
+            })
 
-    def _pose(self, frame: str) -> Matrix | None:
-        """Return a frame's pose in the model frame, None where no chain leads there."""
-        robot, scene = self._context.robot, self._context.scene
-        pose: Matrix | None = None
-        for _ in range(LONGEST_CHAIN):
-            if frame in robot.links or frame == robot.model_frame:
-                return pose if pose is None else scene.frame_pose(frame) @ pose
-            if frame not in self._parents:
-                return None
-            frame, step = self._parents[frame]
-            pose = step if pose is None else step @ pose
-        return None
+    def _frames(self) -> dict[str, FixedFrame]:
+        """Return all frames that were told, as a tree whose root is the robot."""
+        frames = {name: frame for name, frame in self._told.items() if not self._own(name)}
+        for root in self._roots:
+            below, passed = root, {root}
+            while below in self._told and self._told[below].parent not in passed:
+                above = self._told[below].parent
+                frames[above] = FixedFrame(below, inverse_pose(self._told[below].pose))
+                below = above
+                passed.add(above)
+        return frames
+
+    def _own(self, name: str) -> bool:
+        return name in self._context.robot.links or name in self._roots
+
+
+def _differ(frame: FixedFrame, other: FixedFrame | None) -> bool:
+    if other is None or frame.parent != other.parent:
+        return True
+    return bool(abs(frame.pose - other.pose).max() > SAME)
 
 
 def strip(frame: str) -> str:

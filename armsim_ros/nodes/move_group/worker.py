@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Generator
 import queue
 import threading
 from typing import Any
@@ -13,42 +13,101 @@ from rclpy.executors import Executor
 from rclpy.task import Future
 
 
+class Job(Future):
+    """
+    Work that a worker does; the future gets its value or its exception.
+
+    A job that is cancelled before it has begun is not done, and one that takes turns ends at its
+    next turn.
+    """
+
+    def __init__(self, work: Callable[[], Any]) -> None:
+        super().__init__()
+        self.work: Callable[[], Any] | None = work
+        self.turns: Generator[None, None, Any] | None = None
+        #: Whether the worker has taken it.
+        self.begun = False
+
+
+class AnyOf:
+    """What a coroutine of the executor awaits until one of several futures is done."""
+
+    def __init__(self, *futures: Future) -> None:
+        self._futures = futures
+
+    def __await__(self) -> Generator[None, None, None]:
+        """Yield until one is done; the executor goes on with a coroutine whenever it wakes."""
+        while not any(future.done() for future in self._futures):
+            yield
+
+
 class Worker:
     """
-    One thread that runs jobs in the order of their arrival.
+    One thread that does jobs in the order of their arrival.
 
-    A coroutine of the executor awaits the future of a job; the executor goes on meanwhile.
+    A job may take turns: work that returns a generator is continued after the other jobs that
+    wait, whenever it yields. What it returns at last is its value.
+
+    A coroutine of the executor awaits a job; the executor goes on meanwhile.
 
     :param name: of the thread.
     :param executor: whose coroutines wait for the jobs.
     """
 
     def __init__(self, name: str, executor: Executor) -> None:
-        """Start the thread."""
         self._executor = executor
-        self._jobs: queue.SimpleQueue[tuple[Callable[[], Any], Future] | None]
-        self._jobs = queue.SimpleQueue()
+        self._jobs: queue.SimpleQueue[Job | None] = queue.SimpleQueue()
+        self._unfinished = 0
+        self._lock = threading.Lock()
         self._thread = threading.Thread(target=self._run, name=name, daemon=True)
         self._thread.start()
 
-    def submit(self, job: Callable[[], Any]) -> Future:
-        """Run a job in the thread; the future gets its value or its exception."""
-        future = Future()
-        self._jobs.put((job, future))
-        return future
+    def submit(self, work: Callable[[], Any]) -> Job:
+        """Have work done by the thread."""
+        job = Job(work)
+        with self._lock:
+            self._unfinished += 1
+        self._jobs.put(job)
+        return job
+
+    async def idle(self) -> None:
+        """Wait until all jobs that were submitted before are done."""
+        if self._unfinished:
+            await self.submit(lambda: None)
 
     def close(self, timeout: float = 1.0) -> None:
-        """End the thread after the job that it runs; wait [s] for that."""
+        """End the thread after the job that it does; wait [s] for that."""
         self._jobs.put(None)
         self._thread.join(timeout)
 
     def _run(self) -> None:
-        while (item := self._jobs.get()) is not None:
-            job, future = item
-            try:
-                future.set_result(job())
-            except Exception as error:  # noqa: BLE001 - raised where it is awaited
-                future.set_exception(error)
-            self._executor.wake()
+        while (job := self._jobs.get()) is not None:
+            if not job.cancelled() and not self._ends(job):
+                self._jobs.put(job)
+            else:
+                with self._lock:
+                    self._unfinished -= 1
+                self._executor.wake()
             # The next job may take seconds: its value must not keep the last one alive.
-            del item, job, future
+            del job
+
+    @staticmethod
+    def _ends(job: Job) -> bool:
+        """Do a job, or its next turn; return whether that was the end of it."""
+        job.begun = True
+        try:
+            if job.turns is None:
+                work, job.work = job.work, None
+                value = work() if work is not None else None
+                if not isinstance(value, Generator):
+                    job.set_result(value)
+                    return True
+                job.turns = value
+            next(job.turns)
+        except StopIteration as end:
+            job.set_result(end.value)
+        except Exception as error:  # noqa: BLE001 - raised where it is awaited
+            job.set_exception(error)
+        else:
+            return False
+        return True

@@ -66,13 +66,17 @@ class Stack:
 
     def send_move(self, state: str | dict[str, float], **options: Any) -> Any:
         """Send a goal to /move_action and return its handle."""
-        goal = MoveGroup.Goal(request=plan_request(self.target(state)))
+        goal = MoveGroup.Goal(request=self.request(state))
         goal.planning_options.plan_only = options.pop('plan_only', False)
         goal.planning_options.planning_scene_diff.is_diff = True
         for key, value in options.items():
             setattr(goal.request, key, value)
         assert self.move_action.wait_for_server(10.0)
         return self.client.result(self.move_action.send_goal_async(goal), 10.0, 'goal answer')
+
+    def request(self, state: str | dict[str, float]) -> Any:
+        """Return a planning request for a joint goal."""
+        return plan_request(self.target(state))
 
     def execute(self, trajectory: Any, names: tuple[str, ...] = ()) -> Any:
         """Send a goal to /execute_trajectory and return its handle."""
@@ -139,7 +143,8 @@ def running_stack(*words: str) -> Iterator[Stack]:
         private_domain() as domain,
         ClientNode(domain, 'move_group_tests') as client,
         Program.module(
-            'armsim_ros', 'bringup', *words, environment=ros_environment(domain)) as program,
+            'armsim_ros', 'bringup', 'scene_from_world:=false', *words,
+            environment=ros_environment(domain)) as program,
     ):
         program.wait_for_line(re.escape(READY), 60.0)
         yield Stack(client, program)

@@ -10,9 +10,30 @@ from sensor_msgs.msg import JointState
 from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.model.cell_loading import load_cell
 from armsim_ros.nodes.move_group.joint_states import StateMonitor
-from armsim_ros.planning.scene import PlanningScene
+from armsim_ros.planning.scene.planning_scene import PlanningScene
 
 START = 1_000_000_000
+
+
+class Timer:
+    """A timer that runs when a test says so, unless it is cancelled."""
+
+    def __init__(self, callback):
+        self.callback, self.cancelled = callback, False
+
+    def cancel(self):
+        self.cancelled = True
+
+    def reset(self):
+        self.cancelled = False
+
+    def is_canceled(self):
+        return self.cancelled
+
+    def run(self):
+        """Let the period pass."""
+        if not self.cancelled:
+            self.callback()
 
 
 class Node:
@@ -23,11 +44,13 @@ class Node:
         self.steady_ns = 0
         self.warnings = []
 
-    def create_subscription(self, kind, topic, receive, profile):
+    def poll(self, kind, topic, receive, profile):
         self.receive = receive
 
-    def create_timer(self, period, sweep, clock):
-        self.sweep = sweep
+    def create_timer(self, period, callback, clock):
+        timer = Timer(callback)
+        self.sweep = timer.run
+        return timer
 
     def get_clock(self):
         return SimpleNamespace(now=lambda: SimpleNamespace(nanoseconds=self.time_ns))
@@ -159,6 +182,7 @@ def test_both_arms_reach_the_scene(monitor, node):
     """Messages of one arm leave the other where it is."""
     node.hear('left', START, 0.2)
     node.hear('right', START + 100_000_000, 0.3)
+    monitor.update_scene()
     state = monitor._scene.snapshot()
     positions = state.kinematic_model.positions(state.q)
     assert (positions['left_joint2'], positions['right_joint2']) == (0.2, 0.3)
