@@ -20,7 +20,6 @@ class Activity:
     """
 
     def __init__(self, node: Node, manager: ControllerManager) -> None:
-        """Make the publisher."""
         self._manager = manager
         self._generation = -1
         self._publisher = node.create_publisher(

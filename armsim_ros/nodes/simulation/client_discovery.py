@@ -28,7 +28,6 @@ class ClientDiscovery:
     """
 
     def __init__(self, node: Node, dispatcher: Dispatcher, service: str) -> None:
-        """Keep the names under which requests and replies are seen in the graph."""
         self._node = node
         self._dispatcher = dispatcher
         self._service = node.resolve_service_name(service)

@@ -9,6 +9,7 @@ from rosgraph_msgs.msg import Clock as ClockMessage
 
 from armsim_ros.nodes import qos
 from armsim_ros.nodes.conversions.time import fill_time
+from armsim_ros.nodes.simulation.wanted_publisher import WantedPublisher
 
 
 class Clock:
@@ -16,18 +17,32 @@ class Clock:
     Publishes the simulation's time.
 
     :param node: the node that publishes.
+    :param period_ns: where it is given, every multiple of it that time has passed since the last
+        message has one of its own [ns].
     """
 
-    def __init__(self, node: Node) -> None:
-        """Make the publisher."""
-        self._publisher = node.create_publisher(ClockMessage, '/clock', qos.CLOCK)
+    def __init__(self, node: Node, period_ns: int = 0) -> None:
+        self._publisher = WantedPublisher(node, ClockMessage, '/clock', qos.CLOCK)
         self._message = ClockMessage()
+        self._period_ns = period_ns
+        self._last_ns = 0
 
     def publish(self, time_ns: int) -> None:
         """
-        Publish a time.
+        Publish a time, where anybody listens.
 
         :param time_ns: [ns] of the simulation.
         """
+        if self._publisher.wanted(time_ns):
+            period_ns = self._period_ns
+            if period_ns:
+                for between_ns in range(
+                    (self._last_ns // period_ns + 1) * period_ns, time_ns, period_ns
+                ):
+                    self._publish(between_ns)
+            self._publish(time_ns)
+        self._last_ns = time_ns
+
+    def _publish(self, time_ns: int) -> None:
         fill_time(self._message.clock, time_ns)
-        self._publisher.publish(self._message)
+        self._publisher.publish(self._message, time_ns)

@@ -22,7 +22,6 @@ class ClockHint:
     """
 
     def __init__(self, clock: SimClock, warn: Callable[[str], object]) -> None:
-        """Begin to compare."""
         self._clock = clock
         self._warn = warn
         self._said = False

@@ -29,7 +29,6 @@ class ControllerDescriptions:
     """
 
     def __init__(self, node: Node, settings: RobotSettings) -> None:
-        """Keep where to look."""
         self._node = node
         self._settings = settings
 

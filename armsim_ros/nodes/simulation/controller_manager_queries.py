@@ -38,7 +38,6 @@ class ControllerManagerQueries:
     """
 
     def __init__(self, node: Node, manager: ControllerManager, update_rate: float) -> None:
-        """Make the services."""
         self._node = node
         self._manager = manager
         self._update_rate = update_rate

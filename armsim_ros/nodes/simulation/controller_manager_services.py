@@ -57,7 +57,6 @@ class ControllerManagerServices:
         loader: ControllerLoader,
         dispatcher: Dispatcher,
     ) -> None:
-        """Make the services."""
         self._node = node
         self._manager = manager
         self._loader = loader

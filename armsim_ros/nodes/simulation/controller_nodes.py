@@ -8,17 +8,25 @@ from collections.abc import Callable
 from typing import Any
 
 from rclpy.node import Node
+from std_msgs.msg import Float64
 
 from armsim_ros.control.controller import Controller
+from armsim_ros.control.forward_command_controller import ForwardController
+from armsim_ros.control.gpio_command_controller import GpioCommandController
 from armsim_ros.control.gripper_controller import GripperController, ParallelGripperController
 from armsim_ros.control.joint_state_broadcaster import JointStateBroadcaster
 from armsim_ros.control.joint_trajectory_controller import JointTrajectoryController
+from armsim_ros.control.rate import Rate
+from armsim_ros.control.sensor_broadcaster import SensorBroadcaster
+from armsim_ros.control.stand_in import StandInController
 from armsim_ros.errors import ControllerError
 from armsim_ros.nodes.parameters import SettingsParameters
+from armsim_ros.nodes.simulation.commands import Commands
 from armsim_ros.nodes.simulation.controller_state import ControllerStatePublisher
 from armsim_ros.nodes.simulation.dispatcher import Dispatcher
 from armsim_ros.nodes.simulation.dynamic_joint_states import DynamicJointStates
 from armsim_ros.nodes.simulation.follow_joint_trajectory import FollowJointTrajectoryServer
+from armsim_ros.nodes.simulation.gpio_topics import GpioTopics
 from armsim_ros.nodes.simulation.gripper_cmd import (
     GripperCommandServer,
     ParallelGripperCommandServer,
@@ -27,7 +35,11 @@ from armsim_ros.nodes.simulation.joint_states import JointStates
 from armsim_ros.nodes.simulation.joint_trajectory import JointTrajectorySubscription
 from armsim_ros.nodes.simulation.query_state import QueryStateService
 from armsim_ros.nodes.simulation.rejected_goals import RejectedGoals
+from armsim_ros.nodes.simulation.sensor_topics import TOPICS
 from armsim_ros.nodes.simulation.speed_scaling_input import SpeedScalingInput
+
+#: What a robot at full speed publishes [%].
+FULL_SPEED = 100.0
 
 
 class ControllerNode:
@@ -57,6 +69,14 @@ class ControllerNode:
     def refused(self, reason: str) -> None:
         """Publish why a goal or trajectory was refused."""
 
+    @property
+    def pending(self) -> int:
+        """Goals without a result."""
+        return 0
+
+    def end(self, sentence: str) -> None:
+        """Abort what runs and take nothing more; only from the executor's thread."""
+
     def destroy(self) -> None:
         """Take the node and its endpoints away."""
         self.node.destroy_node()
@@ -76,14 +96,14 @@ class BroadcasterNode(ControllerNode):
     def __init__(
         self, controller: JointStateBroadcaster, node: Node, dispatcher: Dispatcher
     ) -> None:
-        """Make the publishers and ask the loop to wake us at every sample."""
         super().__init__(controller, node, dispatcher)
         local = controller.parameters.use_local_topics
         self._joint_states = JointStates(node, local=local)
         self._dynamic: DynamicJointStates | None = None
         if controller.parameters.publish_dynamic_joint_states:
             self._dynamic = DynamicJointStates(node, local=local)
-        controller.on_sample = lambda: dispatcher.post(self._publish_samples)
+        post = dispatcher.bounded(1)  # one call takes all samples
+        controller.on_sample = lambda: post(self._publish_samples)
 
     def destroy(self) -> None:
         """Take the node away and let the loop be."""
@@ -105,7 +125,6 @@ class TrajectoryControllerNode(ControllerNode):
     def __init__(
         self, controller: JointTrajectoryController, node: Node, dispatcher: Dispatcher
     ) -> None:
-        """Make the endpoints."""
         super().__init__(controller, node, dispatcher)
         self._action = FollowJointTrajectoryServer(node, controller, dispatcher)
         self._state = ControllerStatePublisher(node, controller)
@@ -126,6 +145,15 @@ class TrajectoryControllerNode(ControllerNode):
         """Publish why a goal or trajectory was refused."""
         self._rejected.publish(reason)
 
+    @property
+    def pending(self) -> int:
+        """Goals without a result."""
+        return len(self._action.running)
+
+    def end(self, sentence: str) -> None:
+        """Abort what runs and take nothing more."""
+        self._action.end(sentence)
+
     def destroy(self) -> None:
         """Take the action server and the node away."""
         self._action.destroy()
@@ -141,7 +169,6 @@ class GripperNode(ControllerNode):
         node: Node,
         dispatcher: Dispatcher,
     ) -> None:
-        """Make the action server."""
         super().__init__(controller, node, dispatcher)
         self._rejected = RejectedGoals(node)
         self._action: GripperCommandServer | ParallelGripperCommandServer
@@ -154,17 +181,85 @@ class GripperNode(ControllerNode):
         """Publish why a goal was refused."""
         self._rejected.publish(reason)
 
+    @property
+    def pending(self) -> int:
+        """Goals without a result."""
+        return len(self._action.running)
+
+    def end(self, sentence: str) -> None:
+        """Abort what runs and take nothing more."""
+        self._action.end(sentence)
+
     def destroy(self) -> None:
         """Take the action server and the node away."""
         self._action.destroy()
         super().destroy()
 
 
+class ForwardControllerNode(ControllerNode):
+    """A forward controller of any kind: its commands."""
+
+    def __init__(
+        self, controller: ForwardController, node: Node, dispatcher: Dispatcher
+    ) -> None:
+        super().__init__(controller, node, dispatcher)
+        self._commands = Commands(node, controller)
+
+
+class SensorBroadcasterNode(ControllerNode):
+    """A broadcaster of a sensor: publishes each sample as it comes from the loop."""
+
+    controller: SensorBroadcaster
+
+    def __init__(
+        self, controller: SensorBroadcaster, node: Node, dispatcher: Dispatcher
+    ) -> None:
+        super().__init__(controller, node, dispatcher)
+        if isinstance(controller, GpioCommandController):
+            self._topics: Any = GpioTopics(node, controller)
+        else:
+            self._topics = TOPICS[type(controller.parameters)](node, controller.parameters)
+        controller.on_sample = lambda: dispatcher.post(self._publish_samples)
+
+    def destroy(self) -> None:
+        """Take the node away and let the loop be."""
+        self.controller.on_sample = None
+        super().destroy()
+
+    def _publish_samples(self) -> None:
+        while (sample := self.controller.poll()) is not None:
+            self._topics.publish(sample)
+
+
+class StandInNode(ControllerNode):
+    """A stand-in for a vendor's controller; one for a speed scaling broadcaster publishes."""
+
+    controller: StandInController
+
+    def __init__(
+        self, controller: StandInController, node: Node, dispatcher: Dispatcher
+    ) -> None:
+        """Make the publisher, where there is something to publish."""
+        super().__init__(controller, node, dispatcher)
+        self._scaling = None
+        if controller.type.endswith('/SpeedScalingStateBroadcaster'):
+            self._scaling = node.create_publisher(Float64, '~/speed_scaling', 10)
+        self._rate = Rate(controller.parameters.state_publish_rate)
+
+    def publish(self, time_ns: int) -> None:
+        """Publish the full speed."""
+        if self._scaling is not None and self.controller.active and self._rate.due(time_ns):
+            self._scaling.publish(Float64(data=FULL_SPEED))
+
+
 _KINDS: tuple[tuple[type[Controller], Callable[..., ControllerNode]], ...] = (
     (JointTrajectoryController, TrajectoryControllerNode),
     (JointStateBroadcaster, BroadcasterNode),
     (GripperController, GripperNode),
+    (ForwardController, ForwardControllerNode),
     (ParallelGripperController, GripperNode),
+    (SensorBroadcaster, SensorBroadcasterNode),
+    (StandInController, StandInNode),
 )
 
 

@@ -7,7 +7,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from rclpy.executors import Executor
-from rclpy.node import Node
 
 from armsim_ros.control.controller import Controller
 from armsim_ros.control.controller_manager import ControllerManager
@@ -15,6 +14,7 @@ from armsim_ros.errors import ControllerError
 from armsim_ros.nodes.simulation.controller_descriptions import ControllerDescriptions
 from armsim_ros.nodes.simulation.controller_nodes import ControllerNode, create_controller_node
 from armsim_ros.nodes.simulation.dispatcher import Dispatcher
+from armsim_ros.nodes.simulation.sim_time import SimTime
 
 
 class ControllerRegistry(Mapping[str, ControllerNode]):
@@ -34,8 +34,9 @@ class ControllerRegistry(Mapping[str, ControllerNode]):
         executor: Executor,
         dispatcher: Dispatcher,
         namespace: str,
+        time: SimTime,
     ) -> None:
-        """Start without any."""
+        self._time = time
         self._manager = manager
         self._descriptions = descriptions
         self._executor = executor
@@ -57,7 +58,7 @@ class ControllerRegistry(Mapping[str, ControllerNode]):
 
     def add(self, controller: Controller) -> ControllerNode:
         """Give a loaded controller a node; its parameters are declared by the caller."""
-        node = Node(controller.name, namespace=self._namespace)
+        node = self._time.node(controller.name, namespace=self._namespace)
         side = create_controller_node(controller, node, self._dispatcher)
         self._sides = {**self._sides, controller.name: side}
         self._executor.add_node(node)
@@ -74,6 +75,7 @@ class ControllerRegistry(Mapping[str, ControllerNode]):
         self._sides = {key: value for key, value in self._sides.items() if key != name}
         if side is not None:
             self._executor.remove_node(side.node)
+            self._time.forget(side.node)
             self._dispatcher.post(side.destroy)
 
     @property

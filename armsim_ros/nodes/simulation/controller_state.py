@@ -10,6 +10,7 @@ from rclpy.node import Node
 from armsim_ros.control.joint_trajectory_controller import JointTrajectoryController
 from armsim_ros.nodes import qos
 from armsim_ros.nodes.conversions.controller_state import fill_controller_state
+from armsim_ros.nodes.simulation.wanted_publisher import WantedPublisher
 
 
 class ControllerStatePublisher:
@@ -23,12 +24,11 @@ class ControllerStatePublisher:
     """
 
     def __init__(self, node: Node, controller: JointTrajectoryController) -> None:
-        """Make the publisher."""
         self._controller = controller
         self._message = JointTrajectoryControllerState()
         self._published = -1
-        self._publisher = node.create_publisher(
-            JointTrajectoryControllerState, '~/controller_state', qos.STATE
+        self._publisher = WantedPublisher(
+            node, JointTrajectoryControllerState, '~/controller_state', qos.STATE
         )
 
     def publish_if_due(self, time_ns: int) -> None:
@@ -39,8 +39,10 @@ class ControllerStatePublisher:
         """
         if not self._controller.active or not self._controller.publish_due(time_ns):
             return
+        if not self._publisher.wanted(time_ns):
+            return
         snapshot = self._controller.snapshot()
         if snapshot is not None and snapshot.sequence != self._published:
             self._published = snapshot.sequence
             fill_controller_state(self._message, snapshot)
-            self._publisher.publish(self._message)
+            self._publisher.publish(self._message, time_ns)

@@ -38,7 +38,6 @@ class Diagnostics:
         faults: FaultInjector | None,
         joints: Collection[str],
     ) -> None:
-        """Make the publisher."""
         self._faults = faults
         self._joints = joints
         self._name = name
@@ -50,7 +49,9 @@ class Diagnostics:
         )
 
     def publish(self) -> None:
-        """Publish the state of now."""
+        """Publish the state of now, where anybody listens."""
+        if not self._publisher.get_subscription_count():
+            return
         message = DiagnosticArray(status=[self._controllers(), self._hardware(), self._pace()])
         if self._faults is not None:
             message.status.append(self._injected(self._faults))

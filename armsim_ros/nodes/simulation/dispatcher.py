@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable
 from queue import Empty, SimpleQueue
 import time
@@ -12,6 +13,37 @@ from armsim_ros.nodes.simulation.duty_limit import DutyLimit
 
 #: A wait is at most this long, so that deadlines are looked at [s].
 _LONGEST_WAIT = 0.05
+#: Messages of one source that wait, a second of /clock.
+MOST_WAITING = 100
+
+
+class _Bounded:
+    """
+    Calls of one source that wait, the oldest first, and as many or more turns for them.
+
+    Neither thread waits for the other: each counts for itself. A turn is counted as taken before
+    its call is, so that a call never stays without one; a turn that finds none is none.
+    """
+
+    def __init__(self, queue: SimpleQueue[Callable[[], None] | None], depth: int) -> None:
+        self._queue = queue
+        self._depth = depth
+        self._waiting: deque[Callable[[], None]] = deque(maxlen=depth)
+        self._given = self._taken = 0
+
+    def post(self, work: Callable[[], None]) -> None:
+        self._waiting.append(work)
+        if self._given - self._taken < self._depth:
+            self._given += 1
+            self._queue.put(self._turn)
+
+    def _turn(self) -> None:
+        self._taken += 1
+        try:
+            work = self._waiting.popleft()
+        except IndexError:
+            return
+        work()
 
 
 class Dispatcher:
@@ -19,11 +51,14 @@ class Dispatcher:
     A queue of small calls and the thread that makes them.
 
     An executor rebuilds its wait set at every wake-up, which costs ten times as much as to
-    publish a message; so what the loop has to say goes out through this queue instead.
+    publish a message; so what the loop has to say goes out through this queue instead. What it
+    says again and again is bounded, however late the thread is.
+
+    :param leaves_out: whether messages may be left out; not where each run is to be like the last.
     """
 
-    def __init__(self) -> None:
-        """Start empty."""
+    def __init__(self, *, leaves_out: bool = True) -> None:
+        self._leaves_out = leaves_out
         self._queue: SimpleQueue[Callable[[], None] | None] = SimpleQueue()
         self._deadlines: list[tuple[float, Callable[[], None]]] = []
         self._stopped = False
@@ -31,6 +66,16 @@ class Dispatcher:
     def post(self, work: Callable[[], None]) -> None:
         """Have something called soon, in order; never waits, from any thread."""
         self._queue.put(work)
+
+    def bounded(self, depth: int = MOST_WAITING) -> Callable[[Callable[[], None]], None]:
+        """
+        Return what posts the calls of one source, of which so many wait at most.
+
+        Of more than that the oldest are not made.
+        """
+        if not self._leaves_out:
+            return self.post
+        return _Bounded(self._queue, depth).post
 
     def post_later(self, delay: float, work: Callable[[], None]) -> None:
         """Have something called after ``delay`` [s] of wall time; from any thread."""

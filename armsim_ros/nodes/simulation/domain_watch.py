@@ -26,7 +26,6 @@ class DomainWatch:
     """
 
     def __init__(self, node: Node, found: Callable[[str], None]) -> None:
-        """Begin to look."""
         self._node = node
         self._found = found
         self._end = time.monotonic() + WATCH_TIME

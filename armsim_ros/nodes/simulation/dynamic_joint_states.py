@@ -10,6 +10,7 @@ from rclpy.node import Node
 from armsim_ros.control.joint_state_broadcaster import JointStateSnapshot
 from armsim_ros.nodes import qos
 from armsim_ros.nodes.conversions.joint_state import DynamicJointStateBuffer
+from armsim_ros.nodes.simulation.wanted_publisher import WantedPublisher
 
 
 class DynamicJointStates:
@@ -21,19 +22,21 @@ class DynamicJointStates:
     """
 
     def __init__(self, node: Node, *, local: bool = False) -> None:
-        """Make the publisher."""
         topic = '~/dynamic_joint_states' if local else 'dynamic_joint_states'
-        self._publisher = node.create_publisher(DynamicJointState, topic, qos.STATE)
+        self._publisher = WantedPublisher(node, DynamicJointState, topic, qos.STATE)
         self._interfaces: dict[str, tuple[str, ...]] = {}
         self._buffer = DynamicJointStateBuffer({})
 
     def publish(self, sample: JointStateSnapshot) -> None:
         """Publish a sample; nothing where the broadcaster does not sample interfaces."""
-        if sample.dynamic is None:
+        if not self._publisher.wanted(sample.time_ns):
             return
-        interfaces = {joint: names for joint, names, _ in sample.dynamic}
+        dynamic = sample.dynamic
+        if dynamic is None:
+            return
+        interfaces = {joint: names for joint, names, _ in dynamic}
         if interfaces != self._interfaces:
             self._interfaces = interfaces
             self._buffer = DynamicJointStateBuffer(interfaces, sample.frame_id)
-        values = [numbers for _, _, numbers in sample.dynamic]
-        self._publisher.publish(self._buffer.fill(sample.time_ns, values))
+        values = [numbers for _, _, numbers in dynamic]
+        self._publisher.publish(self._buffer.fill(sample.time_ns, values), sample.time_ns)

@@ -4,11 +4,13 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Mapping
 
 from rclpy.node import Node
 
 from armsim_ros.control.controller_manager import ControllerManager
+from armsim_ros.control.events import CAPACITY, ControllerEvent
 from armsim_ros.nodes.simulation.controller_nodes import ControllerNode
 
 _REFUSALS = ('goal_rejected', 'trajectory_rejected')
@@ -28,14 +30,16 @@ class EventLog:
         manager: ControllerManager,
         sides: Mapping[str, ControllerNode],
     ) -> None:
-        """Keep where events come from and where they go."""
         self._node = node
         self._manager = manager
         self._sides = sides
+        #: The last events, for recordings.
+        self.recent: deque[ControllerEvent] = deque(maxlen=CAPACITY)
 
     def drain(self) -> None:
         """Log all that has happened since the last call."""
         for event in self._manager.poll_events():
+            self.recent.append(event)
             side = self._sides.get(event.source)
             logger = (side.node if side is not None else self._node).get_logger()
             if event.level == 'error':

@@ -29,7 +29,6 @@ class FollowJointTrajectoryServer(GoalServer):
     def __init__(
         self, node: Node, controller: JointTrajectoryController, dispatcher: Dispatcher
     ) -> None:
-        """Make the action server."""
         self._controller = controller
         self._feedback = FollowJointTrajectory.Feedback()
         self._feedback_period_ns = round(1e9 / controller.parameters.action_monitor_rate)
@@ -67,4 +66,9 @@ class FollowJointTrajectoryServer(GoalServer):
         assert goal.result is not None
         return FollowJointTrajectory.Result(
             error_code=int(goal.result.code), error_string=goal.result.message
+        )
+
+    def _aborted(self, sentence: str) -> FollowJointTrajectory.Result:
+        return FollowJointTrajectory.Result(
+            error_code=FollowJointTrajectory.Result.INVALID_GOAL, error_string=sentence
         )

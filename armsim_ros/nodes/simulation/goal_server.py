@@ -51,12 +51,12 @@ class GoalServer(ABC):
     """
 
     def __init__(self, node: Node, dispatcher: Dispatcher, kind: type, name: str) -> None:
-        """Make the action server."""
         self._node = node
         self._dispatcher = dispatcher
         self._taken: tuple[Any, Any] | None = None
         self._discovery = ClientDiscovery(node, dispatcher, f'{name}/_action/send_goal')
         self._running: dict[bytes, RunningGoal] = {}
+        self._ending = ''
         self._server = ActionServer(
             node,
             kind,
@@ -76,6 +76,17 @@ class GoalServer(ABC):
         """The goals without a result; a preempted one stays until its result is out."""
         return tuple(self._running.values())
 
+    def end(self, sentence: str) -> None:
+        """
+        Abort what runs, refuse what comes; only from the executor's thread.
+
+        :param sentence: why, for the clients.
+        """
+        self._ending = sentence
+        for running in self.running:
+            if not running.done.done():
+                running.done.set_result(None)
+
     def destroy(self) -> None:
         """Take the action server away."""
         self._server.destroy()
@@ -92,9 +103,13 @@ class GoalServer(ABC):
     def _result(self, goal: Any) -> Any:
         """Return the result message of a goal that has ended."""
 
+    @abstractmethod
+    def _aborted(self, sentence: str) -> Any:
+        """Return the result message of a goal that the program aborts."""
+
     async def _decide(self, request: Any) -> GoalResponse:
         await self._discovery.completed()
-        goal = self._send(request)
+        goal = None if self._ending else self._send(request)
         if goal is None:
             return GoalResponse.REJECT
         self._taken = (request, goal)
@@ -113,7 +128,8 @@ class GoalServer(ABC):
         )
 
     def _end(self, running: RunningGoal) -> None:
-        running.done.set_result(None)
+        if not running.done.done():
+            running.done.set_result(None)
         self._node.executor.wake()
 
     def _cancel(self, handle: ServerGoalHandle) -> CancelResponse:
@@ -128,6 +144,9 @@ class GoalServer(ABC):
         await running.done
         del self._running[key]
         status = running.goal.status
+        if self._ending and not running.goal.done:
+            handle.abort()
+            return self._aborted(self._ending)
         if status == GoalStatus.SUCCEEDED:
             handle.succeed()
         elif status == GoalStatus.CANCELED:

@@ -25,7 +25,6 @@ class GripperCommandServer(GoalServer):
     def __init__(
         self, node: Node, controller: GripperController, dispatcher: Dispatcher
     ) -> None:
-        """Make the action server."""
         self._controller = controller
         super().__init__(node, dispatcher, GripperCommand, '~/gripper_cmd')
 
@@ -44,6 +43,9 @@ class GripperCommandServer(GoalServer):
             reached_goal=goal.result.reached_goal,
         )
 
+    def _aborted(self, sentence: str) -> GripperCommand.Result:
+        return GripperCommand.Result()  # it has no room for a sentence
+
 
 class ParallelGripperCommandServer(GoalServer):
     """
@@ -55,7 +57,6 @@ class ParallelGripperCommandServer(GoalServer):
     def __init__(
         self, node: Node, controller: ParallelGripperController, dispatcher: Dispatcher
     ) -> None:
-        """Make the action server."""
         self._controller = controller
         super().__init__(node, dispatcher, ParallelGripperCommand, '~/gripper_cmd')
 
@@ -78,3 +79,6 @@ class ParallelGripperCommandServer(GoalServer):
         return ParallelGripperCommand.Result(
             state=state, stalled=goal.result.stalled, reached_goal=goal.result.reached_goal
         )
+
+    def _aborted(self, sentence: str) -> ParallelGripperCommand.Result:
+        return ParallelGripperCommand.Result()  # it has no room for a sentence

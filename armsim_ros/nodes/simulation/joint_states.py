@@ -21,7 +21,6 @@ class JointStates:
     """
 
     def __init__(self, node: Node, *, local: bool = False) -> None:
-        """Make the publisher."""
         topic = '~/joint_states' if local else 'joint_states'
         self._publisher = node.create_publisher(JointState, topic, qos.STATE)
         self._names: tuple[str, ...] = ()

@@ -20,7 +20,6 @@ class JointTrajectorySubscription:
     """
 
     def __init__(self, node: Node, controller: JointTrajectoryController) -> None:
-        """Subscribe."""
         self._controller = controller
         self._subscription = node.create_subscription(
             JointTrajectory, '~/joint_trajectory', self._receive, qos.COMMAND

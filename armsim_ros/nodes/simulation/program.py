@@ -5,8 +5,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from functools import partial
 import sys
+import threading
 import time
 
 import rclpy
@@ -16,28 +18,37 @@ from rclpy.signals import SignalHandlerOptions
 
 from armsim_ros.cli.arguments import ProgramArguments, UsageError
 from armsim_ros.cli.settings import cell_of
-from armsim_ros.control.faults import FaultInjector, FaultyControllers
+from armsim_ros.control.events import ControllerEvent
 from armsim_ros.errors import USAGE_STATUS
 from armsim_ros.nodes.bringup.domain_lock import DomainLock, lock_domain
 from armsim_ros.nodes.simulation.clock import Clock
 from armsim_ros.nodes.simulation.clock_hint import ClockHint
 from armsim_ros.nodes.simulation.dispatcher import Dispatcher
+from armsim_ros.nodes.simulation.lockstep.digest import Digest
+from armsim_ros.nodes.simulation.lockstep.dump import Dump
+from armsim_ros.nodes.simulation.lockstep.sync import Sync
 from armsim_ros.nodes.simulation.robot_nodes import RobotNodes
 from armsim_ros.nodes.simulation.robot_state_publisher import RobotStatePublisher
-from armsim_ros.nodes.simulation.simulation_state import SimulationStateServices
+from armsim_ros.nodes.simulation.sim_time import IDLE_PERIOD, SimTime
 from armsim_ros.nodes.simulation.threads import (
     ControlThread,
     ExecutorThread,
     prioritize_process,
 )
-from armsim_ros.sim.assembly import as_one, build_managers, build_simulation
+from armsim_ros.nodes.simulation.world.server import WorldServer
+from armsim_ros.nodes.simulation.world.work import Work
+from armsim_ros.recording.flight_recorder import FlightRecorder
+from armsim_ros.sim.assembly import build_control, build_simulation
 from armsim_ros.sim.clock import SimClock
 from armsim_ros.sim.control_loop import ControlLoop
 from armsim_ros.sim.pacer import Pacer
 from armsim_ros.sim.realtime import prefer_latency
+from armsim_ros.sim.run_digest import run_digest
 
 #: How long each thread gets to end [s].
 _STOP_TIME = 0.3
+#: An answer takes this long at most to leave the process [s].
+_ANSWER_TIME = 0.02
 #: Events, the graph and the clocks are looked at this often, also while paused [s].
 _WATCH_PERIOD = 0.1
 _DIAGNOSTICS_PERIOD = 1.0
@@ -58,29 +69,29 @@ class SimulationProgram:
     """
 
     def __init__(self, arguments: ProgramArguments, stop_wanted: Callable[[], bool]) -> None:
-        """Read the files and build the robot; no node exists yet."""
         self._stop_wanted = stop_wanted
         self._ros_args = arguments.ros_args
         self._status = 0
-        self._dispatcher = Dispatcher()
+        self._dump: Dump | None = None
+        self._time = SimTime(used=arguments.use_sim_time)
         self._cell, self._warnings = cell_of(arguments)
         self._locks = self._lock_names()
         settings = self._cell.settings
         simulation = settings.simulation
+        self._dispatcher = Dispatcher(leaves_out=not simulation.deterministic)
         self._clock = SimClock(
             simulation.timestep_ns,
-            time.time_ns(),
+            0 if simulation.deterministic else time.time_ns(),
             paused=simulation.paused,
             real_time_factor=simulation.real_time_factor,
         )
+        self._time.now = lambda: self._clock.now_ns
         self._simulation = build_simulation(settings, self._cell.model, clock=self._clock)
-        self._faults = FaultInjector(self._simulation) if simulation.fault_injection else None
-        self._managers = build_managers(self._cell, self._faults or self._simulation)
-        controllers = as_one(self._managers)
+        self._managers, controllers, self._faults = build_control(self._cell, self._simulation)
         pace = simulation.pace
         self._loop = ControlLoop(
             self._simulation,
-            FaultyControllers(controllers, self._faults) if self._faults else controllers,
+            controllers,
             settings.controller_manager.update_rate,
             pacer=Pacer(
                 spin_ns=round(pace.spin * 1e9), catch_up_ns=round(pace.catch_up * 1e9)
@@ -100,31 +111,54 @@ class SimulationProgram:
         """
         if self._stop_wanted():
             return 0
-        prioritize_process(self._cell.settings.simulation.pace.priority)
+        simulation = self._cell.settings.simulation
+        prioritize_process(simulation.pace.priority)
         rclpy.init(
             args=['simulation', *self._ros_args], signal_handler_options=SignalHandlerOptions.NO
         )
         self._executor = SingleThreadedExecutor()
         self._control = ControlThread(self._loop)
+        nodes: list[Node] = []
         try:
             self._create_nodes()
             self._create_services()
             executor = ExecutorThread(self._executor, self._robots[0].node.get_logger())
             if not self._stop_wanted():
                 prefer_latency()
-                self._clock.reset(time.time_ns())
+                if not simulation.deterministic:
+                    self._clock.reset(time.time_ns())
+                self._time.tell()
                 self._control.start()
                 executor.start()
                 self._dispatcher.run()
+                self._end_goals()
+            nodes = self._executor.get_nodes()
             self._control.stop(_STOP_TIME)
             executor.stop(_STOP_TIME)
+            if self._dump is not None:
+                self._dump.close()
         finally:
-            for node in self._executor.get_nodes():
+            for node in nodes:
                 node.destroy_node()
             rclpy.try_shutdown()
             for lock in self._locks:
                 lock.release()
         return self._status
+
+    def _end_goals(self) -> None:
+        """Tell those who wait for a goal that the program ends, as far as time allows."""
+        if not any(nodes.pending for nodes in self._robots):
+            return
+        for nodes in self._robots:
+            self._executor.create_task(nodes.end, 'the simulation is shutting down')
+        deadline = time.monotonic() + _STOP_TIME
+        while any(nodes.pending for nodes in self._robots) and time.monotonic() < deadline:
+            time.sleep(_ANSWER_TIME)
+        for _ in range(2):  # a goal that has ended sends its result in a task of its own
+            done = threading.Event()
+            self._executor.create_task(done.set)
+            done.wait(_STOP_TIME)
+        time.sleep(_ANSWER_TIME)
 
     def _lock_names(self) -> list[DomainLock]:
         """Keep the namespace of each robot for us, as far as this machine goes."""
@@ -152,19 +186,26 @@ class SimulationProgram:
                 self._executor,
                 self._dispatcher,
                 self._faults,
+                self._time,
             )
             for robot in self._cell.robots
         ]
-        self._simulation_node = self._node('simulation', '/', start_parameter_services=False)
-        self._clock_publisher = Clock(self._simulation_node)
-        for text in (*self._warnings, *self._simulation.warnings):
+        self._simulation_node = self._node('simulation', '/')
+        settings = self._cell.settings
+        period_ns = self._loop.steps_per_update * self._clock.step_ns
+        self._clock_publisher = Clock(
+            self._simulation_node, period_ns if settings.simulation.deterministic else 0
+        )
+        refusals = [text for one in self._managers.values() for text in one.refusals]
+        for text in (*self._warnings, *refusals, *self._simulation.warnings):
             self._robots[0].node.get_logger().warning(text)
         RobotStatePublisher(
             self._node('robot_state_publisher', '/'), self._cell.model, self._simulation
         ).follow(self._loop, self._dispatcher)
+        post = self._dispatcher.bounded()
         self._loop.every(
-            round(1e9 / self._cell.settings.simulation.clock_rate),
-            lambda time_ns: self._dispatcher.post(partial(self._publish, time_ns)),
+            round(1e9 / settings.simulation.clock_rate),
+            lambda time_ns: post(partial(self._publish, time_ns)),
         )
 
     def _create_services(self) -> None:
@@ -182,13 +223,48 @@ class SimulationProgram:
             if robot.model is not self._cell.model and robot.settings.namespace:
                 nodes.publish_descriptions()
             self._dispatcher.every(_DIAGNOSTICS_PERIOD, nodes.publish_diagnostics)
-        SimulationStateServices(self._simulation_node, self._loop, self._dispatcher, self.stop)
+        self._world = WorldServer(
+            self._simulation_node, self._cell, self._loop, self._dispatcher,
+            self._publish_now, self.stop,
+        )
+        self._create_lockstep_services()
         logger = self._robots[0].node.get_logger()
         self._clock_hint = ClockHint(self._clock, logger.warning)
         self._dispatcher.every(_WATCH_PERIOD, self._watch)
+        self._dispatcher.every(IDLE_PERIOD, self._time.tell)
         logger.info(
             f"simulation of '{self._cell.model.name}' runs; controllers: {', '.join(states)}"
         )
+
+    def _create_lockstep_services(self) -> None:
+        node = self._simulation_node
+        work = Work(node, self._loop, self._dispatcher)
+        Sync(node, work, self._sync)
+        Digest(node, work, lambda: run_digest(self._simulation, self._managers))
+        settings = self._cell.settings.simulation.recorder
+        if not settings.seconds:
+            return
+        recorder = FlightRecorder(
+            self._cell, self._simulation, self._managers, seconds=settings.seconds
+        )
+        self._loop.every(recorder.period_ns, recorder.sample)
+        self._dump = Dump(node, work, recorder, settings, self._recent_events)
+
+    def _recent_events(self) -> list[ControllerEvent]:
+        events = [event for nodes in self._robots for event in nodes.recent_events]
+        return sorted(events, key=lambda event: event.time_ns)
+
+    def _sync(self) -> int:
+        """Hand what topics tell of the present over to the publishing thread; its time [ns]."""
+        for nodes in self._robots:
+            nodes.sample_joint_states(self._clock.now_ns)
+        return self._publish_now()
+
+    def _publish_now(self) -> int:
+        """Hand what is published at the rate of /clock over at once; return its time [ns]."""
+        now_ns = self._clock.now_ns
+        self._dispatcher.post(lambda: self._publish(now_ns))
+        return now_ns
 
     def _publish(self, time_ns: int) -> None:
         self._clock_publisher.publish(time_ns)
@@ -200,25 +276,30 @@ class SimulationProgram:
         if self._control.failed:
             self._fail(1, f'the control loop failed:\n{self._control.failure}')
         if self._clock.paused:
+            self._time.tell()
             self._clock_publisher.publish(self._clock.now_ns)
         for nodes in self._robots:
             nodes.watch(self._clock.now_ns)
         self._tell_faults()
-        self._clock_hint.look()
+        if not self._cell.settings.simulation.deterministic:
+            self._clock_hint.look()
 
     def _tell_faults(self) -> None:
         for fault in self._loop.poll_faults():
             self._simulation_node.get_logger().error(fault)
+            if self._dump is not None:
+                self._dump.write_soon('the fault of the physics')
 
     def _refuse(self, reason: str) -> None:
         self._fail(USAGE_STATUS, reason)
 
     def _fail(self, status: int, text: str) -> None:
-        print(f'simulation: {text}', file=sys.stderr, flush=True)
+        with suppress(OSError):  # a full pipe must not keep us
+            print(f'simulation: {text}', file=sys.stderr, flush=True)
         self._status = status
         self.stop()
 
     def _node(self, name: str, namespace: str, **options: bool) -> Node:
-        node = Node(name, namespace=namespace, **options)
+        node = self._time.node(name, namespace=namespace, **options)
         self._executor.add_node(node)
         return node

@@ -20,7 +20,6 @@ class QueryStateService:
     """
 
     def __init__(self, node: Node, controller: JointTrajectoryController) -> None:
-        """Make the service."""
         self._controller = controller
         self._service = node.create_service(
             QueryTrajectoryState, '~/query_state', self._answer, qos_profile=qos.SERVICES

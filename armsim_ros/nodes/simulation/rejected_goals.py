@@ -18,7 +18,6 @@ class RejectedGoals:
     """
 
     def __init__(self, node: Node) -> None:
-        """Make the publisher."""
         self._publisher = node.create_publisher(String, '~/rejected_goals', qos.EVENTS)
 
     def publish(self, reason: str) -> None:

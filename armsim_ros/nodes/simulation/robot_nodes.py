@@ -8,11 +8,13 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from rclpy.executors import Executor
-from rclpy.node import Node
 
 from armsim_ros.control.controller_manager import ControllerManager
+from armsim_ros.control.events import ControllerEvent
 from armsim_ros.control.faults import FaultInjector
+from armsim_ros.control.joint_state_broadcaster import JointStateBroadcaster
 from armsim_ros.model.cell import Robot
+from armsim_ros.nodes.latched_text import publish_descriptions
 from armsim_ros.nodes.parameters import SettingsParameters
 from armsim_ros.nodes.simulation.activity import Activity
 from armsim_ros.nodes.simulation.controller_descriptions import ControllerDescriptions
@@ -24,10 +26,7 @@ from armsim_ros.nodes.simulation.dispatcher import Dispatcher
 from armsim_ros.nodes.simulation.domain_watch import DomainWatch
 from armsim_ros.nodes.simulation.event_log import EventLog
 from armsim_ros.nodes.simulation.fault_parameters import FaultParameters
-from armsim_ros.nodes.simulation.robot_description import publish_robot_description
-from armsim_ros.nodes.simulation.robot_description_semantic import (
-    publish_robot_description_semantic,
-)
+from armsim_ros.nodes.simulation.sim_time import SimTime
 from armsim_ros.sim.control_loop import ControlLoop
 
 
@@ -40,6 +39,7 @@ class RobotNodes:
     :param loop: runs all managers.
     :param executor: serves the nodes.
     :param faults: makes joints fail, where that is possible.
+    :param time: makes the nodes, and tells them the time.
     """
 
     def __init__(
@@ -50,10 +50,11 @@ class RobotNodes:
         executor: Executor,
         dispatcher: Dispatcher,
         faults: FaultInjector | None,
+        time: SimTime,
     ) -> None:
         """Create what others must discover early: the manager and its controllers."""
         namespace = robot.settings.namespace or '/'
-        self.node = Node(
+        self.node = time.node(
             'controller_manager', namespace=namespace, allow_undeclared_parameters=True
         )
         executor.add_node(self.node)
@@ -69,6 +70,7 @@ class RobotNodes:
             executor,
             dispatcher,
             namespace,
+            time,
         )
         for controller in manager.controllers.values():
             self._registry.add(controller)
@@ -76,10 +78,8 @@ class RobotNodes:
 
     def publish_descriptions(self) -> None:
         """Publish URDF and SRDF of this robot beside those of the whole cell."""
-        self._kept = [
-            publish_robot_description(self.node, self._robot.model.urdf),
-            publish_robot_description_semantic(self.node, self._robot.model.srdf),
-        ]
+        model = self._robot.model
+        self._kept = publish_descriptions(self.node, model.urdf, model.srdf)
 
     def create_services(self, name: str, refuse: Callable[[str], None]) -> None:
         """
@@ -119,6 +119,27 @@ class RobotNodes:
         self._events.drain()
         self._activity.publish_if_changed(time_ns)
         self._watch_domain.look()
+
+    @property
+    def pending(self) -> int:
+        """Goals without a result."""
+        return sum(side.pending for side in self._registry.sides)
+
+    def end(self, sentence: str) -> None:
+        """Abort what runs and take nothing more; only from the executor's thread."""
+        for side in self._registry.sides:
+            side.end(sentence)
+
+    @property
+    def recent_events(self) -> tuple[ControllerEvent, ...]:
+        """What the controllers said lately."""
+        return tuple(self._events.recent)
+
+    def sample_joint_states(self, time_ns: int) -> None:
+        """Have the joint states of now [ns] published; in the control loop's thread."""
+        for controller in self._manager.controllers.values():
+            if isinstance(controller, JointStateBroadcaster) and controller.active:
+                controller.sample(time_ns)
 
     def publish_diagnostics(self) -> None:
         """Publish the health of the robot."""

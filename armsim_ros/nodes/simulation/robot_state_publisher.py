@@ -11,12 +11,9 @@ from rclpy.node import Node
 from armsim_ros.config.base import parameter, Settings
 from armsim_ros.model.robot_model import RobotModel
 from armsim_ros.model.transforms import matrix_from_rpy, pose_from_parts
+from armsim_ros.nodes.latched_text import publish_descriptions
 from armsim_ros.nodes.parameters import SettingsParameters
 from armsim_ros.nodes.simulation.dispatcher import Dispatcher
-from armsim_ros.nodes.simulation.robot_description import publish_robot_description
-from armsim_ros.nodes.simulation.robot_description_semantic import (
-    publish_robot_description_semantic,
-)
 from armsim_ros.nodes.simulation.tf import Tf
 from armsim_ros.sim.control_loop import ControlLoop
 from armsim_ros.sim.simulation import Simulation
@@ -41,7 +38,6 @@ class RobotStatePublisher:
     """
 
     def __init__(self, node: Node, model: RobotModel, simulation: Simulation) -> None:
-        """Publish what never changes."""
         parameters = SettingsParameters(
             node,
             RobotStatePublisherParameters(
@@ -54,15 +50,13 @@ class RobotStatePublisher:
         self._tf = Tf(
             node, model, pose_from_parts(placement.xyz, matrix_from_rpy(placement.rpy))
         )
-        self._kept = (
-            publish_robot_description(node, model.urdf),
-            publish_robot_description_semantic(node, model.srdf),
-        )
+        self._kept = publish_descriptions(node, model.urdf, model.srdf)
 
     def follow(self, loop: ControlLoop, dispatcher: Dispatcher) -> None:
         """Publish transforms in the loop's time; the positions are those of the stamp."""
         position = self._simulation.state.position
+        post = dispatcher.bounded()
         loop.every(
             self._period_ns,
-            lambda time_ns: dispatcher.post(partial(self._tf.publish, time_ns, position.copy())),
+            lambda time_ns: post(partial(self._tf.publish, time_ns, position.copy())),
         )

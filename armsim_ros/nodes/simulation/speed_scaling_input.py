@@ -19,7 +19,6 @@ class SpeedScalingInput:
     """
 
     def __init__(self, node: Node, controller: JointTrajectoryController) -> None:
-        """Subscribe."""
         self._controller = controller
         self._subscription = node.create_subscription(
             SpeedScalingFactor, '~/speed_scaling_input', self._receive, qos.COMMAND

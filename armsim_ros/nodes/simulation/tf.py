@@ -13,6 +13,10 @@ from armsim_ros.model.robot_model import JointType, RobotModel
 from armsim_ros.model.transforms import Matrix, quat_xyzw_from_matrix
 from armsim_ros.nodes import qos
 from armsim_ros.nodes.conversions.time import fill_time
+from armsim_ros.nodes.simulation.wanted_publisher import WantedPublisher
+
+#: Positions that differ by less are shown as the same [rad or m].
+SAME_POSITION = 1e-9
 
 
 class Tf:
@@ -26,7 +30,6 @@ class Tf:
     """
 
     def __init__(self, node: Node, robot: RobotModel, placement: Matrix) -> None:
-        """Make the publishers and publish what never moves."""
         joints = [robot.joints[name] for name in robot.movable_joints]
         self._sliding = np.array([joint.type is JointType.PRISMATIC for joint in joints], bool)
         self._axes = np.array([joint.axis for joint in joints]).reshape(-1, 3)
@@ -39,17 +42,29 @@ class Tf:
         self._message = TFMessage(
             transforms=[transform(joint.parent, joint.child) for joint in joints]
         )
-        self._publisher = node.create_publisher(TFMessage, '/tf', qos.TF)
+        self._shown = np.full(len(joints), np.nan)
+        self._publisher = WantedPublisher(node, TFMessage, '/tf', qos.TF)
         self._static_publisher = node.create_publisher(TFMessage, '/tf_static', qos.LATCHED)
         self._static_publisher.publish(TFMessage(transforms=_static(robot, placement)))
 
     def publish(self, time_ns: int, positions: Matrix) -> None:
         """
-        Publish the transforms of the movable joints.
+        Publish the transforms of the movable joints, where anybody listens.
 
         :param time_ns: [ns] of the simulation.
         :param positions: (n,) [rad or m] in the order of ``robot.movable_joints``.
         """
+        if not self._publisher.wanted(time_ns):
+            return
+        for stamped in self._message.transforms:
+            fill_time(stamped.header.stamp, time_ns)
+        if not np.abs(positions - self._shown).max(initial=0.0) <= SAME_POSITION:
+            self._move(positions)
+        self._publisher.publish(self._message, time_ns)
+
+    def _move(self, positions: Matrix) -> None:
+        """Write where the links stand into the message."""
+        self._shown = np.array(positions)
         half = np.where(self._sliding, 0.0, 0.5 * positions)
         quaternions = _product(
             self._rotations, np.column_stack([self._axes * np.sin(half)[:, None], np.cos(half)])
@@ -59,9 +74,7 @@ class Tf:
         for stamped, xyz, xyzw in zip(
             self._message.transforms, translations, quaternions, strict=True
         ):
-            fill_time(stamped.header.stamp, time_ns)
             _fill(stamped, xyz, xyzw)
-        self._publisher.publish(self._message)
 
 
 def transform(parent: str, child: str) -> TransformStamped:

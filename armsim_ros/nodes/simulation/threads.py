@@ -8,6 +8,7 @@ import threading
 import traceback
 
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.impl.rcutils_logger import RcutilsLogger
 
 from armsim_ros.nodes.simulation.duty_limit import DutyLimit
@@ -41,7 +42,6 @@ class ControlThread:
     """
 
     def __init__(self, loop: ControlLoop) -> None:
-        """Prepare; nothing runs yet."""
         self.failure = ''
         self._loop = loop
         self._stop = threading.Event()
@@ -78,7 +78,6 @@ class ExecutorThread:
     """
 
     def __init__(self, executor: SingleThreadedExecutor, logger: RcutilsLogger) -> None:
-        """Prepare; nothing runs yet."""
         self._executor = executor
         self._logger = logger
         self._stopped = False
@@ -104,6 +103,8 @@ class ExecutorThread:
                 self._executor.spin_once()
             except ExternalShutdownException:
                 return
+            except rclpy_implementation.RCLError as error:
+                self._logger.warning(f'an answer was not delivered: {error}')
             except Exception:  # noqa: BLE001 - no request may end the program
                 self._logger.error(
                     'a request failed inside the program; please report this:\n'

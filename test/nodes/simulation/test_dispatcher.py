@@ -52,3 +52,44 @@ def test_periodic_work_comes_again() -> None:
     dispatcher.every(0.001, work)
     dispatcher.run()
     assert calls == [0, 1, 2]
+
+
+def test_what_comes_again_and_again_waits_in_a_bounded_number() -> None:
+    """A late thread makes the newest calls of a source, and all of the others."""
+    dispatcher = Dispatcher()
+    seen: list[tuple[str, int]] = []
+    post = dispatcher.bounded(3)
+    for i in range(1000):
+        post(lambda i=i: seen.append(('tick', i)))
+        if i % 100 == 0:
+            dispatcher.post(lambda i=i: seen.append(('goal', i)))
+    dispatcher.post(dispatcher.stop)
+    dispatcher.run()
+    assert [i for what, i in seen if what == 'tick'] == [997, 998, 999]
+    assert [i for what, i in seen if what == 'goal'] == list(range(0, 1000, 100))
+
+
+def test_the_last_call_of_a_source_is_always_made() -> None:
+    """Whatever thread is quicker, what was posted last is not forgotten."""
+    dispatcher = Dispatcher()
+    seen: list[int] = []
+    post = dispatcher.bounded(1)
+    rounds, more = 2000, threading.Semaphore(1)
+
+    def work(i: int) -> None:
+        seen.append(i)
+        more.release()
+
+    def loop() -> None:
+        for i in range(rounds):
+            assert more.acquire(timeout=10.0)
+            post(lambda i=i: work(i))
+
+    thread = threading.Thread(target=loop)
+    thread.start()
+    runner = threading.Thread(target=dispatcher.run)
+    runner.start()
+    thread.join()
+    dispatcher.post(dispatcher.stop)
+    runner.join()
+    assert seen == list(range(rounds))

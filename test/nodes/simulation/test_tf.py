@@ -3,6 +3,7 @@
 """Transforms of links."""
 
 import math
+from types import SimpleNamespace
 from typing import Any
 
 from geometry_msgs.msg import Transform
@@ -38,7 +39,7 @@ class Recorder:
 
     def create_publisher(self, _kind: type, topic: str, _qos: object) -> Any:
         messages = self.published.setdefault(topic, [])
-        return type('Publisher', (), {'publish': lambda _, message: messages.append(message)})()
+        return SimpleNamespace(publish=messages.append, get_subscription_count=lambda: 1)
 
 
 @pytest.fixture
@@ -81,6 +82,19 @@ def test_movable_joints_turn_and_slide(robot: RobotModel) -> None:
     np.testing.assert_allclose(matrix(frames['hand'].transform), slid, atol=1e-12)
     assert frames['arm'].header.frame_id == 'base'
     assert (frames['hand'].header.stamp.sec, frames['hand'].header.stamp.nanosec) == (3, 4)
+
+
+def test_a_robot_at_rest_is_shown_at_every_time(robot: RobotModel) -> None:
+    """Only the stamp changes while nothing moves; a motion that follows is shown."""
+    node = Recorder()
+    tf = Tf(node, robot, np.eye(4))
+    shown = []
+    for second, angle in enumerate((0.7, 0.7, 0.8)):
+        tf.publish(second * 1_000_000_000, np.array([angle, 0.0]))
+        arm = by_child(node.published['/tf'][-1])['arm']
+        shown.append((arm.header.stamp.sec, arm.transform.rotation.w))
+    assert [second for second, _ in shown] == [0, 1, 2]
+    assert shown[0][1] == shown[1][1] != shown[2][1]
 
 
 def test_quaternions_have_length_one(robot: RobotModel) -> None:

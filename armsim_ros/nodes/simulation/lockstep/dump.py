@@ -1,0 +1,101 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The service ``/simulation/dump``, and the recordings that are written without being asked."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from concurrent.futures import ThreadPoolExecutor
+from datetime import datetime
+import os
+from pathlib import Path
+from typing import Any
+
+from rclpy.callback_groups import ReentrantCallbackGroup
+from rclpy.node import Node
+from rclpy.task import Future
+from std_srvs.srv import Trigger
+
+from armsim_ros.config.simulation import RecorderSettings
+from armsim_ros.control.events import ControllerEvent
+from armsim_ros.errors import SimulationError
+from armsim_ros.nodes import qos
+from armsim_ros.nodes.simulation.world.work import Work
+from armsim_ros.recording.flight_recorder import FlightRecorder
+
+
+class Dump:
+    """
+    Writes the last seconds of the simulation as MCAP.
+
+    :param node: the node that serves.
+    :param recorder: has the last seconds.
+    :param events: returns what the controllers said lately.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        work: Work,
+        recorder: FlightRecorder,
+        settings: RecorderSettings,
+        events: Callable[[], Iterable[ControllerEvent]],
+    ) -> None:
+        self._node = node
+        self._work = work
+        self._recorder = recorder
+        self._settings = settings
+        self._events = events
+        self._writer = ThreadPoolExecutor(1, 'recording')
+        node.create_service(
+            Trigger, '/simulation/dump', self._answer,
+            qos_profile=qos.SERVICES, callback_group=ReentrantCallbackGroup(),
+        )  # fmt: skip
+
+    def write_soon(self, reason: str) -> None:
+        """Write a recording in the background, and log where it lies; from any thread."""
+        self._writer.submit(self._write, self._recorder.frozen(), reason)
+
+    def close(self) -> None:
+        """Write what a recording of the whole run was asked for, and end."""
+        if self._settings.file:
+            path = Path(self._settings.file).expanduser()
+            self._writer.submit(self._write, self._recorder.frozen(), 'the end of the run', path)
+        self._writer.shutdown(wait=True)
+
+    async def _answer(self, _: Any, response: Trigger.Response) -> Trigger.Response:
+        try:
+            recorder = await self._work.in_loop(self._recorder.frozen)
+        except SimulationError as error:
+            response.message = str(error)
+            return response
+        written: Future = Future()
+        job = self._writer.submit(self._write, recorder, 'a request')
+
+        def finish() -> None:
+            written.set_result(None)
+
+        job.add_done_callback(lambda _: self._node.executor.create_task(finish))
+        await written
+        response.message, response.success = job.result()
+        return response
+
+    def _write(
+        self, recorder: FlightRecorder, reason: str, path: Path | None = None
+    ) -> tuple[str, bool]:
+        """Return the path and True, or why there is none and False."""
+        path = path or self._folder() / f'{datetime.now():%Y-%m-%d_%H-%M-%S_%f}.mcap'
+        try:
+            recorder.save(path, self._events())
+        except OSError as error:
+            text = f'the recording cannot be written: {error}'
+            self._node.get_logger().error(text)
+            return text, False
+        self._node.get_logger().info(f'recording for {reason}: {path}')
+        return str(path), True
+
+    def _folder(self) -> Path:
+        if self._settings.folder:
+            return Path(self._settings.folder).expanduser()
+        home = os.environ.get('ROS_HOME') or '~/.ros'
+        return Path(home).expanduser() / 'armsim_recordings'

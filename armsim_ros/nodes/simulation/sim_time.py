@@ -1,0 +1,95 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The nodes of the program that makes the time, and the time in their clocks."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from rclpy.parameter import Parameter
+from rclpy.time_source import CLOCK_TOPIC
+from rosgraph_msgs.msg import Clock
+
+from armsim_ros.nodes.conversions.time import fill_time
+from armsim_ros.nodes.guarded_node import GuardedNode
+
+#: Steady time between two settings of clocks that nobody looks at [s]; rcl looks at them, too.
+IDLE_PERIOD = 1.0
+
+
+class ToldNode(GuardedNode):
+    """
+    A node that is told the time of ``/clock`` by its own program, not over the topic.
+
+    Its clock is set when somebody looks at it: to set one wakes the executor where the node has
+    an action server, which at the rate of ``/clock`` would take most of a processor.
+
+    :param name: of the node.
+    :param now: returns the simulation's time [ns].
+    :param options: those of ``rclpy.node.Node``.
+    """
+
+    def __init__(self, name: str, now: Callable[[], int], **options: Any) -> None:
+        self._receive: Callable[[Clock], None] | None = None
+        self._now = now
+        self._told_ns = -1
+        super().__init__(name, **options)
+
+    def get_clock(self) -> Any:
+        """Return the clock; it has the present time."""
+        self.tell()
+        return super().get_clock()
+
+    def create_subscription(
+        self, msg_type: Any, topic: str, callback: Any, qos_profile: Any, **options: Any
+    ) -> Any:
+        """Subscribe; of ``/clock``, as the node's time source wants it, only keep who listens."""
+        if topic == CLOCK_TOPIC:
+            self._receive = callback
+            return None
+        return super().create_subscription(msg_type, topic, callback, qos_profile, **options)
+
+    def tell(self) -> None:
+        """Set the node's clock, where that takes its time from ``/clock``."""
+        now_ns = self._now()
+        if self._receive is not None and now_ns != self._told_ns:
+            self._told_ns = now_ns
+            message = Clock()
+            fill_time(message.clock, now_ns)
+            self._receive(message)
+
+
+class SimTime:
+    """
+    Makes the program's nodes, and tells them its time.
+
+    :param used: the nodes' parameter ``use_sim_time`` at first.
+    """
+
+    def __init__(self, *, used: bool) -> None:
+        self._used = used
+        #: Returns the simulation's time [ns].
+        self.now: Callable[[], int] = lambda: 0
+        #: As a dictionary, which threads may change while another one copies it.
+        self._nodes: dict[ToldNode, None] = {}
+
+    def node(self, name: str, **options: Any) -> ToldNode:
+        """
+        Make a node.
+
+        :param options: those of ``rclpy.node.Node``.
+        """
+        parameter = Parameter('use_sim_time', value=self._used)
+        node = ToldNode(name, lambda: self.now(), parameter_overrides=[parameter], **options)
+        self._nodes[node] = None
+        return node
+
+    def forget(self, node: ToldNode) -> None:
+        """Tell a node no more."""
+        self._nodes.pop(node, None)
+
+    def tell(self) -> None:
+        """Set all clocks."""
+        for node in list(self._nodes):
+            node.tell()

@@ -1,0 +1,49 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""A publisher that knows whether a message of a frequent topic is worth making."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from rclpy.node import Node
+from rclpy.qos import QoSDurabilityPolicy, QoSProfile
+
+#: A latched state that nobody reads is still renewed this often, for those who come later [ns].
+RENEWAL_NS = 100_000_000
+
+
+class WantedPublisher:
+    """
+    A publisher of a topic that comes often.
+
+    To make and send a message costs ten times as much as to ask whether anybody listens. What
+    nobody hears is not made; where late subscribers get the last message, as with the state of a
+    controller, one is made now and then, so that theirs is not old.
+
+    :param node: the node that publishes.
+    :param kind: the message type.
+    """
+
+    def __init__(self, node: Node, kind: type, topic: str, profile: QoSProfile) -> None:
+        self._publisher = node.create_publisher(kind, topic, profile)
+        self._latched = profile.durability == QoSDurabilityPolicy.TRANSIENT_LOCAL
+        self._published_ns: int | None = None
+
+    def wanted(self, time_ns: int) -> bool:
+        """
+        Return whether a message is to be made now.
+
+        :param time_ns: [ns] of the simulation.
+        """
+        if self._publisher.get_subscription_count():
+            return True
+        if not self._latched:
+            return False
+        last = self._published_ns
+        return last is None or not 0 <= time_ns - last < RENEWAL_NS
+
+    def publish(self, message: Any, time_ns: int) -> None:
+        """Publish a message of a time [ns]."""
+        self._published_ns = time_ns
+        self._publisher.publish(message)

@@ -1,0 +1,130 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The service ``/reset_simulation``, and the names that users of Gazebo type."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from rclpy.callback_groups import ReentrantCallbackGroup
+from rclpy.node import Node
+from simulation_interfaces.msg import Result
+from simulation_interfaces.srv import ResetSimulation
+from std_srvs.srv import Empty
+
+from armsim_ros.errors import SimulationError
+from armsim_ros.nodes import qos
+from armsim_ros.nodes.simulation.world.answers import answered, refuse
+from armsim_ros.nodes.simulation.world.run_state import RunState
+from armsim_ros.nodes.simulation.world.work import Work
+from armsim_ros.sim.entities import Entities
+
+_TIME = ResetSimulation.Request.SCOPE_TIME
+_STATE = ResetSimulation.Request.SCOPE_STATE
+_SPAWNED = ResetSimulation.Request.SCOPE_SPAWNED
+_ALL = ResetSimulation.Request.SCOPE_ALL
+_KNOWN = _TIME | _STATE | _SPAWNED
+#: What those read who wait for a goal.
+REASON = 'the simulation was reset'
+NO_TIME = ('time is not reset: programs that follow /clock take no step back; stop and start '
+           'the simulation for a new time')
+
+
+class Resetting:
+    """
+    Takes robots and world back to the start while everything runs.
+
+    :param node: the node that serves.
+    :param work: makes changes beside the loop.
+    """
+
+    def __init__(self, node: Node, work: Work, entities: Entities, state: RunState) -> None:
+        self._node = node
+        self._work = work
+        self._entities = entities
+        self._state = state
+        self.followers: list[Callable[[], object]] = []
+        """Called in the loop's thread after each reset."""
+        group = ReentrantCallbackGroup()
+        node.create_service(ResetSimulation, '/reset_simulation', self._reset,
+                            qos_profile=qos.SERVICES, callback_group=group)
+        for name, answer in (
+            ('/gazebo/pause_physics', self._pause),
+            ('/gazebo/unpause_physics', self._unpause),
+            ('/gazebo/reset_world', self._reset_world),
+            ('/gazebo/reset_simulation', self._reset_simulation),
+        ):
+            node.create_service(Empty, name, answer, qos_profile=qos.SERVICES,
+                                callback_group=group)
+
+    async def reset(self, scope: int, *, stop: bool = False) -> None:
+        """
+        Reset states, or what was spawned, or both.
+
+        :param scope: a sum of SCOPE_STATE and SCOPE_SPAWNED.
+        :param stop: whether time stands still then.
+        """
+        def change() -> None:
+            edit = (self._entities.stage_delete(self._entities.spawned)
+                    if scope & _SPAWNED and self._entities.spawned else None)
+
+            def between_ticks() -> None:
+                if edit is not None:
+                    self._entities.delete(edit)
+                if scope & _STATE:
+                    self._work.loop.restart(REASON)
+                if stop:
+                    self._state.stop()
+                for follow in self.followers:
+                    follow()
+
+            self._work.wait_for_loop(between_ticks)
+
+        await self._work.beside(change)
+        what = [word for bit, word in ((_STATE, 'states'), (_SPAWNED, 'spawned entities'))
+                if scope & bit]
+        self._node.get_logger().info(f'reset: {" and ".join(what)}')
+
+    @answered
+    async def _reset(self, request: Any, response: Any) -> None:
+        scope = _KNOWN if request.scope in (0, _ALL) else request.scope
+        if scope & ~_KNOWN:
+            refuse(response.result, Result.RESULT_FEATURE_UNSUPPORTED,
+                   f'scope {request.scope} is not known; allowed: a sum of TIME (1), STATE (2), '
+                   'SPAWNED (4), or ALL (255)')
+            return
+        if scope == _TIME:
+            refuse(response.result, Result.RESULT_FEATURE_UNSUPPORTED, NO_TIME)
+            return
+        await self.reset(scope)
+        if scope & _TIME:
+            response.result.error_message = NO_TIME
+
+    async def _pause(self, _: Any, response: Any) -> Any:
+        if self._state.world is not None:
+            self._state.pause()
+            self._node.get_logger().info('paused')
+        return response
+
+    async def _unpause(self, _: Any, response: Any) -> Any:
+        if self._state.world is None:
+            self._node.get_logger().error('no world is loaded, so nothing can play')
+        else:
+            self._state.play()
+            self._node.get_logger().info('playing')
+        return response
+
+    async def _reset_world(self, _: Any, response: Any) -> Any:
+        await self._logged(_STATE)
+        return response
+
+    async def _reset_simulation(self, _: Any, response: Any) -> Any:
+        await self._logged(_STATE | _SPAWNED)
+        return response
+
+    async def _logged(self, scope: int) -> None:
+        try:
+            await self.reset(scope)
+        except SimulationError as error:
+            self._node.get_logger().error(f'nothing was reset: {error}')

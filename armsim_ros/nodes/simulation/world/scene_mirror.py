@@ -1,0 +1,137 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The simulated world on the topic ``/planning_scene``, so that planning knows it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from concurrent.futures import Future as LoopFuture
+from uuid import uuid4
+
+from moveit_msgs.msg import (
+    AttachedCollisionObject,
+    CollisionObject,
+    ObjectColor,
+    PlanningScene,
+)
+from rclpy.event_handler import PublisherEventCallbacks
+from rclpy.node import Node
+from rclpy.qos import QoSProfile
+from std_msgs.msg import ColorRGBA
+
+from armsim_ros.arrays import Matrix
+from armsim_ros.model.world_objects import WorldObject
+from armsim_ros.nodes.conversions.collision_object import world_object_to_message
+from armsim_ros.nodes.conversions.geometry import pose_to_message
+from armsim_ros.nodes.simulation.dispatcher import Dispatcher
+from armsim_ros.planning.scene.world_type import WORLD_TYPE
+from armsim_ros.sim.control_loop import ControlLoop
+from armsim_ros.sim.world_mirror import WorldMirror, WorldNews, WorldSnapshot, WorldWatch
+
+TOPIC = '/planning_scene'
+DEPTH = 100
+#: Wall time between two looks at the world [s].
+PERIOD = 0.1
+
+
+class SceneMirror:
+    """
+    Tells of objects as they come, move and go; who comes late is told all.
+
+    At rest nothing is said, and nothing is looked at while nobody listens.
+
+    :param node: the node that publishes.
+    :param frame: the model frame.
+    :param root: (4, 4) pose of the world in it.
+    """
+
+    def __init__(
+        self, node: Node, loop: ControlLoop, dispatcher: Dispatcher, frame: str, root: Matrix
+    ) -> None:
+        self._loop = loop
+        self._dispatcher = dispatcher
+        self._frame, self._root = frame, root
+        self._watch = WorldWatch(
+            loop.simulation.world, loop.simulation.vacuum_grippers.values())
+        self._mirror = WorldMirror()
+        self._session = uuid4().hex[:8]
+        self._whole, self._looking = True, False
+        self._publisher = node.create_publisher(
+            PlanningScene, TOPIC, QoSProfile(depth=DEPTH),
+            event_callbacks=PublisherEventCallbacks(matched=self._matched),
+        )
+        dispatcher.every(PERIOD, self._look)
+
+    def begin_anew(self) -> None:
+        """Let what users took over be the world's again; in the loop's thread."""
+        self._watch.epoch += 1
+
+    def _matched(self, event: object) -> None:
+        if getattr(event, 'current_count_change', 1) > 0:
+            self._whole = True
+
+    def _look(self) -> None:
+        if self._looking or not self._publisher.get_subscription_count():
+            return
+        self._looking = True
+        self._loop.call(self._watch.look).add_done_callback(
+            lambda future: self._dispatcher.post(lambda: self._tell(future)))
+
+    def _tell(self, future: LoopFuture[WorldSnapshot]) -> None:
+        self._looking = False
+        if future.cancelled():
+            return
+        whole, self._whole = self._whole, False
+        now = future.result()
+        news = self._mirror.news(now, whole=whole)
+        if not news.empty:
+            for message in self._messages(news, f'{self._session}:{now.epoch}'):
+                self._publisher.publish(message)
+
+    def _messages(self, news: WorldNews, epoch: str) -> Iterator[PlanningScene]:
+        """Yield one message for each thing that has to be done after the other."""
+        if news.released:
+            yield self._grasps(news.released, CollisionObject.REMOVE, epoch)
+        if news.added or news.moved or news.removed:
+            yield self._objects(news, epoch)
+        if news.grasped:
+            yield self._grasps(news.grasped, CollisionObject.ADD, epoch)
+
+    def _grasps(
+        self, pairs: Iterable[tuple[str, str]], operation: bytes, epoch: str
+    ) -> PlanningScene:
+        message = PlanningScene(is_diff=True)
+        message.robot_state.is_diff = True
+        for name, link in pairs:
+            attached = AttachedCollisionObject(link_name=link, touch_links=[link])
+            attached.object = self._short(name, operation)
+            attached.object.type.key, attached.object.type.db = WORLD_TYPE, epoch
+            message.robot_state.attached_collision_objects.append(attached)
+        return message
+
+    def _objects(self, news: WorldNews, epoch: str) -> PlanningScene:
+        message = PlanningScene(is_diff=True)
+        message.robot_state.is_diff = True
+        objects = message.world.collision_objects
+        objects += [self._short(name, CollisionObject.REMOVE) for name in news.removed]
+        for thing, pose in news.added:
+            objects.append(world_object_to_message(thing, self._root @ pose, self._frame))
+            message.object_colors.append(_color(thing))
+        for name, pose in news.moved:
+            moved = self._short(name, CollisionObject.MOVE)
+            moved.pose = pose_to_message(self._root @ pose)
+            objects.append(moved)
+        for one in objects:
+            one.type.key, one.type.db = WORLD_TYPE, epoch
+        return message
+
+    def _short(self, name: str, operation: bytes) -> CollisionObject:
+        message = CollisionObject(id=name, operation=operation)
+        message.header.frame_id = self._frame
+        return message
+
+
+def _color(thing: WorldObject) -> ObjectColor:
+    given = next((part.rgba for part in thing.parts if part.rgba), (0.6, 0.6, 0.6, 1.0))
+    red, green, blue, alpha = (float(value) for value in given)
+    return ObjectColor(id=thing.name, color=ColorRGBA(r=red, g=green, b=blue, a=alpha))

@@ -1,0 +1,102 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""All services of the simulated world, and its parameters, on the node ``/simulation``."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+from rclpy.node import Node
+
+from armsim_ros.config.base import parameter, Settings
+from armsim_ros.config.simulation import RealTimeFactor
+from armsim_ros.model.cell import Cell
+from armsim_ros.model.world_objects import world_in_root
+from armsim_ros.nodes.parameters import SettingsParameters
+from armsim_ros.nodes.simulation.dispatcher import Dispatcher
+from armsim_ros.nodes.simulation.world.entity_services import EntityServices
+from armsim_ros.nodes.simulation.world.resetting import Resetting
+from armsim_ros.nodes.simulation.world.run_state import RunState
+from armsim_ros.nodes.simulation.world.scene_mirror import SceneMirror
+from armsim_ros.nodes.simulation.world.simulation_state import SimulationStateServices
+from armsim_ros.nodes.simulation.world.simulator_features import SimulatorFeatures
+from armsim_ros.nodes.simulation.world.spawning import Spawning
+from armsim_ros.nodes.simulation.world.stepping import Stepping
+from armsim_ros.nodes.simulation.world.vacuum_gripper import VacuumGripperServer
+from armsim_ros.nodes.simulation.world.work import Work
+from armsim_ros.nodes.simulation.world.worlds import Worlds
+from armsim_ros.sim.control_loop import ControlLoop
+from armsim_ros.sim.entities import Entities, RobotEntity
+from armsim_ros.sim.world_files.resources import WorldResources
+
+#: What a robot stands in whose files name no world.
+DEFAULT_WORLD = 'empty'
+
+
+class LiveSettings(Settings):
+    """What can be changed while the simulation runs."""
+
+    real_time_factor: RealTimeFactor = parameter(
+        1.0, 'simulated time per wall time, 0.1 to 100; 0 is as fast as it goes')
+
+
+class WorldServer:
+    """
+    The simulated world as clients see it.
+
+    :param node: the node ``/simulation``.
+    :param publish: hands over what belongs to the present time; called between two ticks.
+    :param quit_program: ends the program.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        cell: Cell,
+        loop: ControlLoop,
+        dispatcher: Dispatcher,
+        publish: Callable[[], object],
+        quit_program: Callable[[], None],
+    ) -> None:
+        settings = cell.settings
+        robots = [RobotEntity(robot.name, robot.model.root_link, tuple(robot.model.links))
+                  for robot in cell.robots]
+        self.entities = Entities(loop.simulation, robots)
+        file = settings.world_file
+        self.state = RunState(
+            loop.clock,
+            file.stem if file is not None else DEFAULT_WORLD,
+            f'file://{file}' if file is not None else DEFAULT_WORLD,
+        )
+        self._clock = loop.clock
+        SettingsParameters(
+            node, LiveSettings(real_time_factor=loop.clock.real_time_factor), self._changed)
+        resources = WorldResources(
+            [Path(path).expanduser() for path in settings.simulation.resource_paths])
+        work = Work(node, loop, dispatcher)
+        self.resetting = Resetting(node, work, self.entities, self.state)
+        # In lockstep, what planning knows must not depend on when a message comes.
+        live = settings.planning_parameters.scene_from_world == 'live'
+        if live and not settings.simulation.deterministic:
+            self._mirror = SceneMirror(
+                node, loop, dispatcher, cell.model.model_frame, world_in_root(settings))
+            self.resetting.followers.append(self._mirror.begin_anew)
+        self._grippers = [
+            VacuumGripperServer(node, work, dispatcher, robot.settings.namespace, gripper)
+            for robot in cell.robots
+            for gripper in loop.simulation.vacuum_grippers.values()
+            if gripper.settings.link in robot.model.links
+        ]
+        self._services = (
+            EntityServices(node, work, self.entities),
+            Spawning(node, work, self.entities, resources),
+            Worlds(node, work, self.entities, resources, self.state, self.resetting),
+            SimulationStateServices(
+                node, self.state, self.resetting, dispatcher, quit_program),
+            Stepping(node, work, self.state, publish),
+            SimulatorFeatures(node, settings.simulation.timestep),
+        )
+
+    def _changed(self, settings: LiveSettings) -> None:
+        self._clock.real_time_factor = settings.real_time_factor

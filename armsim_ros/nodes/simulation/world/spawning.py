@@ -1,0 +1,199 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The services that add and remove entities."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+import re
+from typing import Any, NamedTuple
+
+from rclpy.callback_groups import ReentrantCallbackGroup
+from rclpy.node import Node
+from simulation_interfaces.msg import Result, Spawnable, SpawnResult
+from simulation_interfaces.srv import DeleteEntity, GetSpawnables, SpawnEntities, SpawnEntity
+
+from armsim_ros.errors import ArmsimError
+from armsim_ros.model.world_objects import WorldObject
+from armsim_ros.nodes import qos
+from armsim_ros.nodes.simulation.world.answers import (
+    answered,
+    box,
+    checked_pose,
+    frame_of,
+    refuse,
+    RefusedPoseError,
+)
+from armsim_ros.nodes.simulation.world.work import Work
+from armsim_ros.sim.entities import Entities, WORLD_FRAME
+from armsim_ros.sim.mujoco_model import FLOOR_NAME
+from armsim_ros.sim.shape_bounds import object_bounds
+from armsim_ros.sim.world_files.loaded import Fault, ResourceFaultError
+from armsim_ros.sim.world_files.resources import WorldResources
+from armsim_ros.sim.world_scene import OverlapError
+
+LONGEST_NAME = 200
+#: Names that are no entity's, though there is none of that name.
+_RESERVED = (WORLD_FRAME, FLOOR_NAME)
+_NAME = re.compile(rf'[A-Za-z0-9_./-]{{1,{LONGEST_NAME}}}')
+_NAMESPACE = re.compile(r'/?[A-Za-z_]\w*(/[A-Za-z_]\w*)*/?', re.ASCII)
+_CODES = {
+    Fault.UNSUPPORTED_FORMAT: SpawnResult.UNSUPPORTED_FORMAT,
+    Fault.NO_RESOURCE: SpawnResult.NO_RESOURCE,
+    Fault.RESOURCE_PARSE_ERROR: SpawnResult.RESOURCE_PARSE_ERROR,
+    Fault.MISSING_ASSETS: SpawnResult.MISSING_ASSETS,
+    Fault.UNSUPPORTED_ASSETS: SpawnResult.UNSUPPORTED_ASSETS,
+}
+
+
+class _Order(NamedTuple):
+    """What is asked for; the two services write it differently."""
+
+    name: str
+    renaming: bool
+    uri: str
+    text: str
+    namespace: str
+    pose: Any
+
+
+class _RefusedError(ArmsimError):
+    """An order cannot be carried out."""
+
+    def __init__(self, code: int, text: str) -> None:
+        super().__init__(text)
+        self.code = code
+
+
+class Spawning:
+    """
+    Adds and removes entities while everything runs.
+
+    :param node: the node that serves.
+    :param work: makes changes beside the loop.
+    :param resources: reads what is spawned.
+    """
+
+    def __init__(
+        self, node: Node, work: Work, entities: Entities, resources: WorldResources
+    ) -> None:
+        self._node = node
+        self._work = work
+        self._entities = entities
+        self._resources = resources
+        group = ReentrantCallbackGroup()
+        for name, kind, answer in (
+            ('/spawn_entity', SpawnEntity, self._spawn_one),
+            ('/spawn_entities', SpawnEntities, self._spawn_many),
+            ('/delete_entity', DeleteEntity, self._delete),
+            ('/get_spawnables', GetSpawnables, self._spawnables),
+        ):
+            node.create_service(
+                kind, name, answer, qos_profile=qos.SERVICES, callback_group=group
+            )
+
+    @answered
+    async def _spawn_one(self, request: Any, response: Any) -> None:
+        response.entity_name = await self._spawned(_Order(
+            request.name, request.allow_renaming, request.uri, request.resource_string,
+            request.entity_namespace, request.initial_pose,
+        ), response.result)
+
+    @answered
+    async def _spawn_many(self, request: Any, response: Any) -> None:
+        for one in request.spawn_requests:
+            result = SpawnResult()
+            result.result.result = Result.RESULT_OK
+            result.entity_name = await self._spawned(_Order(
+                one.name, one.allow_renaming, one.entity_resource.uri,
+                one.entity_resource.resource_string, one.entity_namespace, one.initial_pose,
+            ), result.result)
+            response.results.append(result)
+        failed = [one for one in response.results if one.result.result != Result.RESULT_OK]
+        if failed:
+            refuse(response.result, SpawnEntities.Response.ENTITIES_SPAWN_FAILED,
+                   f'{len(failed)} of {len(response.results)} could not be spawned, the first '
+                   f'because: {failed[0].result.error_message}')
+
+    async def _spawned(self, order: _Order, result: Result) -> str:
+        """Carry an order out; return the name, '' where the result says why not."""
+        try:
+            name, unused = await self._work.beside(lambda: self._spawn(order))
+        except _RefusedError as error:
+            refuse(result, error.code, str(error))
+            return ''
+        except ArmsimError as error:
+            refuse(result, Result.RESULT_OPERATION_FAILED, str(error))
+            return ''
+        if unused:
+            result.error_message = f'not used: {"; ".join(unused)}'
+            self._node.get_logger().info(f"'{name}' was spawned; {result.error_message}")
+        return name
+
+    def _spawn(self, order: _Order) -> tuple[str, tuple[str, ...]]:
+        """Read, compile, and swap; in the thread of changes."""
+        if order.name and not order.renaming:
+            self._check_name(order.name)
+        if order.namespace and not _NAMESPACE.fullmatch(order.namespace):
+            raise _RefusedError(
+                SpawnResult.NAMESPACE_INVALID, f"'{order.namespace[:200]}' is no namespace; "
+                'allowed: letters, digits and _ that do not begin with a digit, parted by /')
+        try:
+            loaded = self._resources.object(order.uri, order.text, order.name)
+        except ResourceFaultError as error:
+            raise _RefusedError(_CODES[error.fault], str(error)) from None
+        name = self._name(order, loaded.thing)
+        try:
+            local = checked_pose(order.pose.pose)
+            frame = self._work.wait_for_loop(
+                lambda: frame_of(order.pose.header.frame_id, self._entities.frame_pose))
+        except RefusedPoseError as error:
+            raise _RefusedError(SpawnResult.INVALID_POSE, str(error)) from None
+        edit = self._entities.stage_spawn([replace(loaded.thing, name=name, pose=frame @ local)])
+        try:
+            self._work.wait_for_loop(lambda: self._entities.spawn(edit))
+        except OverlapError as error:
+            raise _RefusedError(SpawnResult.INVALID_POSE, str(error)) from None
+        return name, loaded.unused
+
+    def _name(self, order: _Order, thing: WorldObject) -> str:
+        wanted = order.name
+        if not wanted and not order.renaming:
+            raise _RefusedError(
+                SpawnResult.NAME_INVALID, 'the name is empty; allow_renaming lets it be chosen')
+        if not _NAME.fullmatch(wanted):
+            if not order.renaming:
+                self._check_name(wanted)
+            wanted = re.sub(r'[^A-Za-z0-9_./-]', '_', wanted or thing.name)[:LONGEST_NAME - 8]
+        taken = self._entities.has(wanted) or wanted in _RESERVED
+        if taken and not order.renaming:
+            raise _RefusedError(
+                SpawnResult.NAME_NOT_UNIQUE, f"the name '{wanted}' is taken; allow_renaming puts "
+                'a number behind it')
+        return self._entities.free_name(wanted, _RESERVED)
+
+    def _check_name(self, name: str) -> None:
+        if not _NAME.fullmatch(name):
+            raise _RefusedError(
+                SpawnResult.NAME_INVALID, f"'{name[:LONGEST_NAME]}' is no name; allowed: 1 to "
+                f'{LONGEST_NAME} letters, digits, _ - . /')
+
+    @answered
+    async def _delete(self, request: Any, response: Any) -> None:
+        def delete() -> None:
+            edit = self._entities.stage_delete([request.entity])
+            self._work.wait_for_loop(lambda: self._entities.delete(edit))
+
+        await self._work.beside(delete)
+
+    @answered
+    async def _spawnables(self, request: Any, response: Any) -> None:
+        if request.sources:
+            response.result.error_message = (
+                'only the armsim:// addresses are listed; other sources are not searched')
+        for uri, loaded in (await self._work.beside(self._resources.spawnables)).items():
+            thing = loaded.thing
+            mass = 'fixed' if thing.mass is None else f'{thing.mass:g} kg'
+            response.spawnables.append(Spawnable(
+                uri=uri, description=f'{thing.name or uri}, {mass}',
+                spawn_bounds=box(*object_bounds(thing))))
