@@ -25,14 +25,20 @@ class SettingsParameters:
     :param node: the node that owns the parameters.
     :param settings: the values at the start.
     :param changed: called with the new settings after every change.
+    :param objection: says what else is wrong with new settings, '' where nothing is.
     """
 
     def __init__(
-        self, node: Node, settings: BaseModel, changed: Callable[[Any], None] | None = None
+        self,
+        node: Node,
+        settings: BaseModel,
+        changed: Callable[[Any], None] | None = None,
+        objection: Callable[[Any], str] | None = None,
     ) -> None:
         """Declare all parameters; values from ``--ros-args`` win over the settings'."""
         self.settings = settings
         self._changed = changed
+        self._objection = objection
         self._entries = {entry.name: entry for entry in entries(settings)}
         overrides = []
         for entry in self._entries.values():
@@ -48,10 +54,11 @@ class SettingsParameters:
 
     def _check(self, parameters: Sequence[Parameter]) -> SetParametersResult:
         try:
-            self._merged(parameters)
+            merged = self._merged(parameters)
         except ValidationError as error:
             return SetParametersResult(successful=False, reason=reason(error))
-        return SetParametersResult(successful=True)
+        wrong = self._objection(merged) if self._objection is not None else ''
+        return SetParametersResult(successful=not wrong, reason=wrong)
 
     def _apply(self, parameters: Sequence[Parameter]) -> None:
         mine = [parameter for parameter in parameters if parameter.name in self._entries]

@@ -36,8 +36,8 @@ STATE = _profile(QoSReliabilityPolicy.RELIABLE, QoSDurabilityPolicy.TRANSIENT_LO
 LATCHED = _profile(QoSReliabilityPolicy.RELIABLE, QoSDurabilityPolicy.TRANSIENT_LOCAL, 1)
 """Publishers of a text or state that late subscribers must get: robot_description, tf_static."""
 
-EVENTS = _profile(QoSReliabilityPolicy.RELIABLE, QoSDurabilityPolicy.TRANSIENT_LOCAL, 10)
-"""Publishers of rare events whose last few matter to those who come late: rejected_goals."""
+EVENTS = _profile(QoSReliabilityPolicy.RELIABLE, QoSDurabilityPolicy.TRANSIENT_LOCAL, 1)
+"""Publishers of rare events whose last one matters to those who come late: rejected_goals."""
 
 CLOCK = _profile(QoSReliabilityPolicy.RELIABLE, QoSDurabilityPolicy.VOLATILE, 1)
 """Publisher of /clock; the subscription of rclcpp and rclpy is best effort, depth 1."""

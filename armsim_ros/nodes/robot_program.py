@@ -5,12 +5,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+import gc
 from importlib import import_module
+import os
 import sys
 from typing import Protocol
 
 from armsim_ros.cli.arguments import parse_arguments, ProgramArguments
+from armsim_ros.cli.environment import started_by_bringup
+from armsim_ros.cli.refusal import refuse
 from armsim_ros.errors import ArmsimError, USAGE_STATUS
+from armsim_ros.nodes.overload import watch_process
 from armsim_ros.nodes.stop_signals import StopSignals
 
 
@@ -38,15 +43,24 @@ def serve(module: str, name: str, argv: Sequence[str] | None) -> int:
     :param argv: the words after the program's name; those of this process where None.
     :returns: 0 after a signal, 2 after a mistake of the user's, else what the program says.
     """
+    if started_by_bringup():
+        # What does not fit into the pipe while bringup is stopped is lost; we are not.
+        for descriptor in (1, 2):
+            os.set_blocking(descriptor, False)
+    gc.disable()
     signals = StopSignals()
+    watch_process(module.split('.')[-2])
     try:
-        arguments = parse_arguments(sys.argv[1:] if argv is None else argv)
+        arguments = parse_arguments(sys.argv[1:] if argv is None else argv, xacro=True)
         kind: type[RobotProgram] = getattr(import_module(module), name)
         if signals.wanted:
             return 0
         program = kind(arguments, lambda: signals.wanted)
+        # What is there now stays, and need not be searched for cycles.
+        gc.freeze()
+        gc.enable()
         signals.on_stop = program.stop
         return program.run()
     except ArmsimError as error:
-        print(error, file=sys.stderr, flush=True)
+        refuse(str(error))
         return USAGE_STATUS

@@ -6,20 +6,33 @@ from __future__ import annotations
 
 from collections.abc import Callable
 import signal
-from types import FrameType
+import socket
+import threading
+
+_NUMBERS = (signal.SIGINT, signal.SIGTERM)
 
 
 class StopSignals:
-    """SIGINT and SIGTERM as a wish that is looked at between the steps of the start."""
+    """
+    SIGINT and SIGTERM as a wish that is looked at between the steps of the start.
+
+    Python runs signal handlers in the main thread, once that comes back to the interpreter; one
+    that waits for the middleware does not come back. So a thread of its own passes the wish on.
+    """
 
     def __init__(self) -> None:
-        """Take the signals over."""
         self.wanted = False
         self.on_stop: Callable[[], None] | None = None
-        for number in (signal.SIGINT, signal.SIGTERM):
-            signal.signal(number, self._receive)
+        self._reader, self._writer = socket.socketpair()
+        self._writer.setblocking(False)
+        signal.set_wakeup_fd(self._writer.fileno(), warn_on_full_buffer=False)
+        for number in _NUMBERS:
+            signal.signal(number, lambda *_: None)
+        threading.Thread(target=self._wait, name='signals', daemon=True).start()
 
-    def _receive(self, _number: int, _frame: FrameType | None) -> None:
-        self.wanted = True
-        if self.on_stop is not None:
-            self.on_stop()
+    def _wait(self) -> None:
+        while signals := self._reader.recv(16):
+            if set(signals) & set(_NUMBERS):
+                self.wanted = True
+                if self.on_stop is not None:
+                    self.on_stop()

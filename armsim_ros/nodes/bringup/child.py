@@ -5,22 +5,18 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
-import ctypes
+import fcntl
 import os
-from pathlib import Path
 import signal
 import subprocess
-import sys
-import sysconfig
 from typing import BinaryIO
 
-import armsim_ros
-from armsim_ros.cli.environment import BRINGUP_PID
+from armsim_ros.cli.child_process import child_environment, die_with_parent
 
-#: From linux/prctl.h.
-_PR_SET_PDEATHSIG = 1
+#: What fits between a program and us, while we are stopped [bytes].
+_PIPE_SIZE = 1 << 20
 _LAST_LINES = 10
 
 
@@ -33,17 +29,18 @@ class Child:
     """
 
     def __init__(self, name: str, command: Sequence[str]) -> None:
-        """Start it."""
         self.name = name
         self.last_lines: deque[str] = deque(maxlen=_LAST_LINES)
         self.status: int | None = None
         self._process = subprocess.Popen(
             command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-            env=child_environment(), start_new_session=True, preexec_fn=_die_with_parent())
+            env=child_environment(), start_new_session=True, preexec_fn=die_with_parent())
         self.pid = self._process.pid
         self._rests: dict[int, bytes] = {}
         for stream in self.streams():
             os.set_blocking(stream.fileno(), False)
+            with suppress(OSError):  # a user's pipes may be small, if they are many
+                fcntl.fcntl(stream.fileno(), fcntl.F_SETPIPE_SZ, _PIPE_SIZE)
             self._rests[stream.fileno()] = b''
 
     def streams(self) -> tuple[BinaryIO, BinaryIO]:
@@ -101,38 +98,3 @@ class Child:
     def _signal_group(self, number: signal.Signals) -> None:
         with suppress(ProcessLookupError, PermissionError):
             os.killpg(self.pid, number)
-
-
-def program_command(program: str, arguments: Sequence[str]) -> list[str]:
-    """Return the words that start a program of this package with this interpreter."""
-    safe_path = ['-P'] if sys.version_info >= (3, 11) else []
-    return [sys.executable, *safe_path, '-m', 'armsim_ros', program, *arguments]
-
-
-def child_environment() -> dict[str, str]:
-    """Return the environment in which a child imports the same armsim_ros and does not buffer."""
-    environment = dict(os.environ, PYTHONUNBUFFERED='1', **{BRINGUP_PID: str(os.getpid())})
-    if sys.stderr.isatty():
-        environment.setdefault('RCUTILS_COLORIZED_OUTPUT', '1')
-    root = str(Path(armsim_ros.__file__).resolve().parent.parent)
-    if root not in (sysconfig.get_path('purelib'), sysconfig.get_path('platlib')):
-        known = [entry for entry in environment.get('PYTHONPATH', '').split(os.pathsep) if entry]
-        environment['PYTHONPATH'] = os.pathsep.join([root, *known])
-    return environment
-
-
-def _die_with_parent() -> Callable[[], None]:
-    """Return what runs in the child before the program: a tie to this process's life."""
-    libc = ctypes.CDLL(None, use_errno=True)
-    parent = os.getpid()
-
-    def prepare() -> None:
-        libc.prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
-        if os.getppid() != parent:
-            os._exit(1)
-        # A shell's background job ignores SIGINT, and so would all it starts.
-        signal.signal(signal.SIGINT, signal.SIG_DFL)
-        # Held back until the program can end without a traceback (armsim_ros.cli.main.run).
-        signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-
-    return prepare

@@ -12,10 +12,12 @@ the ROS graph, by the programs themselves once their nodes have discovered it.
 from __future__ import annotations
 
 from collections.abc import Sequence
+import errno
 import fcntl
 import os
 from pathlib import Path
 import re
+import stat
 import tempfile
 
 from armsim_ros.errors import ArmsimError
@@ -25,6 +27,10 @@ _NAMESPACE_RULE = re.compile(r'^(?:[^:=]*:)?__ns:=(.*)$')
 
 class DomainTakenError(ArmsimError):
     """The same program runs in the same domain and namespace."""
+
+
+class UnsafeFolderError(ArmsimError):
+    """The folder of the lock files is not this user's alone."""
 
 
 class DomainLock:
@@ -38,16 +44,16 @@ class DomainLock:
     :param folder: where the lock files lie.
     :param program: ``bringup`` for a whole stack.
     :raises DomainTakenError: where another process holds it.
+    :raises UnsafeFolderError: where somebody else could have put the files there.
     """
 
     def __init__(
         self, domain: str, namespace: str, folder: Path, program: str = 'bringup'
     ) -> None:
-        """Take the lock or raise."""
         place = namespace.strip('/').replace('/', '.')
         self.path = folder / f'{program}-domain{domain}{"-" + place if place else ""}.lock'
-        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-        self._file = open(self.path, 'a+', encoding='utf-8')  # noqa: SIM115
+        _make_private(folder)
+        self._file = open(self.path, 'a+', encoding='utf-8', opener=_open_itself)  # noqa: SIM115
         try:
             fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
@@ -87,6 +93,27 @@ def lock_domain(
             namespace = match.group(1)
     domain = os.environ.get('ROS_DOMAIN_ID') or '0'
     return DomainLock(domain, namespace, runtime_folder(), program)
+
+
+def _make_private(folder: Path) -> None:
+    """Make a folder of this user's; in one of everybody's, another user may have been first."""
+    folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+    status = os.lstat(folder)
+    if not stat.S_ISDIR(status.st_mode) or status.st_uid != os.getuid():
+        raise UnsafeFolderError(
+            f'{folder} is a link or belongs to another user, so that no lock can be kept there; '
+            'remove it, or set XDG_RUNTIME_DIR to a folder of your own'
+        )
+
+
+def _open_itself(path: str, flags: int) -> int:
+    """Open a file, but not what a link of its name leads to."""
+    try:
+        return os.open(path, flags | os.O_NOFOLLOW | os.O_CLOEXEC, 0o600)
+    except OSError as error:
+        if error.errno != errno.ELOOP:
+            raise
+        raise UnsafeFolderError(f'{path} is a link; remove it') from None
 
 
 def runtime_folder() -> Path:

@@ -1,19 +1,28 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The bringup program: simulation and move_group under one supervisor."""
+"""The bringup program: simulation, move_group and what is asked for, under one supervisor."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import replace
+import os
+from pathlib import Path
 import sys
 
 from armsim_ros.cli.arguments import parse_arguments, ProgramArguments
-from armsim_ros.nodes.bringup.child import program_command
+from armsim_ros.cli.child_process import program_command
 from armsim_ros.nodes.bringup.domain_lock import lock_domain
 from armsim_ros.nodes.bringup.supervisor import Supervisor
+from armsim_ros.nodes.web.main import MISSING, missing_package
 
 #: In starting order: the simulation first, everyone waits for its joint states.
 STARTED_PROGRAMS = ('simulation', 'move_group')
+#: Started on request.
+SERVO = 'servo_node'
+#: Nobody needs it to move the robot.
+PAGE = 'web'
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -24,26 +33,55 @@ def main(argv: Sequence[str] | None = None) -> int:
     :returns: the exit status, see :meth:`Supervisor.run`.
     :raises UsageError: for an argument that is not known.
     :raises DomainTakenError: where another stack runs in the same ROS domain.
-    :raises ConfigError: where the robot's files are wrong; both programs would say so.
     """
-    arguments = parse_arguments(sys.argv[1:] if argv is None else argv)
+    arguments = parse_arguments(sys.argv[1:] if argv is None else argv, xacro=True)
     lock = lock_domain(arguments.ros_args)
-    words = arguments.to_argv()
+    words = replace(arguments, web=False).to_argv()
     try:
-        check_configuration(arguments)
-        return Supervisor({program: program_command(program, words)
-                           for program in STARTED_PROGRAMS}).run()
+        programs = (*STARTED_PROGRAMS, *([SERVO] if arguments.servo else []))
+        commands = {program: program_command(program, words) for program in programs}
+        if arguments.web:
+            commands.update(page_command(arguments))
+        say(f"loading {arguments.robot}; starting {', '.join(commands)}")
+        status = Supervisor(commands, spare=(PAGE,)).run()
+        if status == 0:
+            say('all has stopped')
+        return status
     finally:
         lock.release()
 
 
-def check_configuration(arguments: ProgramArguments) -> None:
+def page_command(arguments: ProgramArguments) -> dict[str, list[str]]:
     """
-    Read the robot's files once, before two programs do and would each complain.
+    Return the page's command; none, and a line that says why, where it cannot be served.
 
-    :raises ConfigError: where they are wrong.
+    :raises ConfigError: where the robot's files, which the page shows meshes of, are wrong.
     """
-    # Slow to import, and not needed to say that an argument is wrong or the domain is taken.
+    missing = missing_package()
+    if missing:
+        say(f'no page: {MISSING.format(missing)}')
+        return {}
+    files = urdf_files(arguments)
+    words = [f'near:={os.pathsep.join(map(str, files))}'] if files else []
+    if arguments.packages_path:
+        words.append(f'packages_path:={arguments.packages_path}')
+    return {PAGE: program_command(PAGE, [*words, *arguments.ros_args])}
+
+
+def urdf_files(arguments: ProgramArguments) -> list[Path]:
+    """
+    Return the robots' URDF files.
+
+    :raises ConfigError: where the robot's files are wrong.
+    """
+    # Slow to import: a stack without a page comes up sooner, and its programs read the files.
     from armsim_ros.cli.settings import cell_of
 
-    cell_of(arguments)
+    cell, _ = cell_of(arguments)
+    return list(dict.fromkeys(robot.settings.urdf_file for robot in cell.robots))
+
+
+def say(text: str) -> None:
+    """Print a line of bringup's own."""
+    with suppress(BrokenPipeError):
+        print(f'[bringup] {text}', flush=True)

@@ -5,44 +5,52 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 import selectors
 import signal
 import socket
-import sys
 import time
 from types import FrameType
-from typing import BinaryIO, TextIO
+from typing import BinaryIO
 
+from armsim_ros.cli.refusal import MARK
 from armsim_ros.errors import USAGE_STATUS
 from armsim_ros.nodes.bringup.child import Child
+from armsim_ros.nodes.bringup.outlet import Outlet
 
 #: What a program gets that does not end, and when after the first word [s]. All of it lies
 #: below 2 s, the time in which nothing may be left.
-STOP_SCHEDULE = ((0.0, signal.SIGINT), (0.6, signal.SIGTERM), (1.2, signal.SIGKILL))
+STOP_SCHEDULE = ((0.0, signal.SIGINT), (0.6, signal.SIGTERM), (1.5, signal.SIGKILL))
 _STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-_LONGEST_WAIT = 0.1
+#: Events are waited for no longer than this, while the programs run and while they end [s].
+_LONGEST_WAIT, _LONGEST_WAIT_AT_END = 1.0, 0.05
+#: What our readers have not taken by then is lost [s].
+_FLUSH_TIME = 0.3
 
 
 class Supervisor:
     """
     Runs several programs as one: the end of any is the end of all.
 
-    Everything happens in the calling thread, which sleeps until a program prints or ends or a
-    signal comes.
+    All but the writing happens in the calling thread, which sleeps until a program prints or
+    ends or a signal comes.
 
     :param commands: program name -> the words that start it, in starting order.
+    :param spare: programs whose end is told and ends no other.
     """
 
-    def __init__(self, commands: Mapping[str, Sequence[str]]) -> None:
-        """Take the signals over; nothing starts yet."""
+    def __init__(self, commands: Mapping[str, Sequence[str]], spare: Sequence[str] = ()) -> None:
         self._commands = commands
+        self._spare = frozenset(spare)
         self._children: list[Child] = []
         self._selector = selectors.DefaultSelector()
         self._stop_requests = 0
         self._stopped_since: float | None = None
         self._steps_done = 0
         self._status: int | None = None
+        self._refusals: set[str] = set()
         self._listen_to_signals()
+        self._outlets = tuple(Outlet(number, self._wake) for number in (1, 2))
 
     def run(self) -> int:
         """
@@ -57,20 +65,21 @@ class Supervisor:
             while not self._all_ended():
                 self._wait_for_events()
                 self._look_for_ended()
+                if any(outlet.is_broken for outlet in self._outlets):
+                    break  # nobody reads our output any more: the same as a hang-up
                 self._stop_step_by_step()
-        except BrokenPipeError:
-            # Nobody reads our output any more: the same as a hang-up.
-            self._status = 0
         finally:
             for child in self._children:
                 child.send(signal.SIGKILL)
+            for outlet in self._outlets:
+                outlet.close(_FLUSH_TIME)
         return self._status or 0
 
     def _start(self, name: str, command: Sequence[str]) -> None:
         child = Child(name, command)
         self._children.append(child)
-        for stream, sink in zip(child.streams(), (sys.stdout, sys.stderr), strict=True):
-            self._selector.register(stream, selectors.EVENT_READ, (child, sink))
+        for stream, outlet in zip(child.streams(), self._outlets, strict=True):
+            self._selector.register(stream, selectors.EVENT_READ, (child, outlet))
 
     def _listen_to_signals(self) -> None:
         reader, writer = socket.socketpair()
@@ -83,20 +92,31 @@ class Supervisor:
             signal.signal(number, self._on_stop_signal)
         signal.signal(signal.SIGCHLD, lambda *_: None)
 
+    def _wake(self) -> None:
+        """End the wait for events; from any thread."""
+        with suppress(OSError):
+            self._wakeup[1].send(b'\0')
+
     def _on_stop_signal(self, _number: int, _frame: FrameType | None) -> None:
         self._stop_requests += 1
 
     def _wait_for_events(self) -> None:
-        for key, _ in self._selector.select(timeout=_LONGEST_WAIT):
+        longest = _LONGEST_WAIT if self._stopped_since is None else _LONGEST_WAIT_AT_END
+        for key, _ in self._selector.select(timeout=longest):
             if key.data is None:
                 self._wakeup[0].recv(4096)
             else:
                 self._forward(key.fileobj, *key.data)  # type: ignore[arg-type]
 
-    def _forward(self, stream: BinaryIO, child: Child, sink: TextIO) -> None:
+    def _forward(self, stream: BinaryIO, child: Child, outlet: Outlet) -> None:
         for line in child.read_lines(stream):
-            sink.write(f'[{child.name}] {line}\n')
-        sink.flush()
+            if not line.startswith(MARK):
+                outlet.write(f'[{child.name}] {line}')
+            elif line not in self._refusals:
+                # Every program reads the same files and finds the same mistake.
+                speaker = '' if self._refusals else 'bringup: '
+                self._refusals.add(line)
+                outlet.write(speaker + line.removeprefix(MARK))
 
     def _look_for_ended(self) -> None:
         for child in self._children:
@@ -112,13 +132,16 @@ class Supervisor:
     def _drain(self, child: Child) -> None:
         """Forward what the ended program had still written, and close its pipes."""
         for stream in child.streams():
-            sink = self._selector.get_key(stream).data[1]
-            self._forward(stream, child, sink)
+            outlet = self._selector.get_key(stream).data[1]
+            self._forward(stream, child, outlet)
             self._selector.unregister(stream)
             stream.close()
 
     def _report_loss(self, child: Child) -> None:
         """Say which program was lost and how; a refused configuration it has said itself."""
+        if child.name in self._spare:
+            self._say(f'{child.name} (pid {child.pid}) {child.describe_end()}; the rest goes on')
+            return
         if child.status == USAGE_STATUS:
             self._status = USAGE_STATUS
         else:
@@ -153,4 +176,4 @@ class Supervisor:
         return all(child.has_ended() and self._is_drained(child) for child in self._children)
 
     def _say(self, text: str) -> None:
-        print(f'[bringup] {text}', file=sys.stderr, flush=True)
+        self._outlets[1].write(f'[bringup] {text}')

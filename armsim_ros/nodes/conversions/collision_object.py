@@ -10,6 +10,10 @@ import numpy as np
 from shape_msgs.msg import Mesh as MeshMessage
 from shape_msgs.msg import SolidPrimitive
 
+from armsim_ros.arrays import Matrix
+from armsim_ros.model.geometry import Capsule, Sphere
+from armsim_ros.model.transforms import pose_matrix
+from armsim_ros.model.world_objects import WorldObject
 from armsim_ros.nodes.conversions.geometry import (
     mesh_from_message,
     plane_from_message,
@@ -19,9 +23,9 @@ from armsim_ros.nodes.conversions.geometry import (
     solid_to_message,
 )
 from armsim_ros.nodes.conversions.trajectory import trajectory_from_message, trajectory_to_message
-from armsim_ros.planning.attached_object import AttachedObject
-from armsim_ros.planning.scene_update import AttachedObjectUpdate, CollisionObjectUpdate
-from armsim_ros.planning.world_object import CollisionObject, ObjectType
+from armsim_ros.planning.scene.attached_object import AttachedObject
+from armsim_ros.planning.scene.update import AttachedObjectUpdate, CollisionObjectUpdate
+from armsim_ros.planning.scene.world_object import CollisionObject, ObjectShape, ObjectType
 
 
 def object_update_from_message(message: CollisionObjectMessage) -> CollisionObjectUpdate:
@@ -95,6 +99,26 @@ def object_to_message(
         pose_to_message(np.asarray(pose)) for pose in item.subframes.values()
     ]
     return message
+
+
+def world_object_to_message(
+    thing: WorldObject, pose: Matrix, frame_id: str
+) -> CollisionObjectMessage:
+    """
+    Return the message that adds an object of the simulated world.
+
+    A capsule, for which there is no message, becomes a cylinder and two balls.
+
+    :param pose: (4, 4) in the frame.
+    """
+    shapes = []
+    for part in thing.parts:
+        shapes.append(ObjectShape(part.geometry, part.origin))
+        if isinstance(part.geometry, Capsule):
+            ball, half = Sphere(part.geometry.radius), 0.5 * part.geometry.length
+            shapes += [ObjectShape(ball, part.origin @ pose_matrix((0.0, 0.0, end)))
+                       for end in (-half, half)]
+    return object_to_message(CollisionObject(thing.name, pose, tuple(shapes)), frame_id)
 
 
 def removal_message(object_id: str, frame_id: str) -> CollisionObjectMessage:

@@ -9,18 +9,15 @@ import math
 
 from geometry_msgs.msg import Point, Pose, Quaternion, Transform
 import numpy as np
-from numpy.typing import NDArray
 from shape_msgs.msg import Mesh as MeshMessage
 from shape_msgs.msg import MeshTriangle, SolidPrimitive
 from shape_msgs.msg import Plane as PlaneMessage
 
-from armsim_ros.errors import PlanningError
+from armsim_ros.arrays import Matrix
+from armsim_ros.errors import MoveItErrorCode, PlanningError
 from armsim_ros.model.geometry import Box, Capsule, Cone, Cylinder, Geometry, Mesh, Plane, Sphere
 from armsim_ros.model.transforms import quat_xyzw_from_matrix
-from armsim_ros.planning.error_codes import MoveItErrorCode
-from armsim_ros.planning.scene_update import message_pose
-
-Matrix = NDArray[np.float64]
+from armsim_ros.planning.scene.update import message_pose
 
 _DIMENSIONS = {
     SolidPrimitive.BOX: ('BOX', 3),

@@ -10,8 +10,8 @@ from control_msgs.msg import DynamicJointState, InterfaceValue
 import numpy as np
 from sensor_msgs.msg import JointState
 
+from armsim_ros.arrays import Vector
 from armsim_ros.nodes.conversions.time import fill_time
-from armsim_ros.trajectory import Vector
 
 
 class JointStateBuffer:

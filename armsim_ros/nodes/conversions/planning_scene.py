@@ -27,7 +27,6 @@ from armsim_ros.nodes.conversions.collision_object import (
     object_update_from_message,
 )
 from armsim_ros.nodes.conversions.geometry import (
-    Matrix,
     pose_from_transform,
     pose_to_message,
 )
@@ -35,8 +34,13 @@ from armsim_ros.nodes.conversions.robot_state import (
     robot_state_to_message,
     start_state_from_message,
 )
-from armsim_ros.planning.scene import PlanningScene
-from armsim_ros.planning.scene_update import AcmUpdate, CollisionObjectUpdate, SceneUpdate
+from armsim_ros.planning.scene.planning_scene import PlanningScene
+from armsim_ros.planning.scene.update import (
+    AcmUpdate,
+    CollisionObjectUpdate,
+    FixedFrame,
+    SceneUpdate,
+)
 
 
 class Component(IntFlag):
@@ -70,7 +74,9 @@ def update_from_message(message: PlanningSceneMessage) -> SceneUpdate:
         link_padding={item.link_name: float(item.padding) for item in message.link_padding},
         link_scale={item.link_name: float(item.scale) for item in message.link_scale},
         fixed_frames={
-            item.child_frame_id: pose_from_transform(item.transform)
+            item.child_frame_id: FixedFrame(
+                item.header.frame_id, pose_from_transform(item.transform)
+            )
             for item in message.fixed_frame_transforms
             if item.child_frame_id
         },
@@ -114,7 +120,7 @@ def scene_to_message(
             for item in content.objects.values()
         ]
     if components & Component.TRANSFORMS:
-        message.fixed_frame_transforms = transforms(content.model_frame, content.fixed_frames)
+        message.fixed_frame_transforms = transforms(content)
     if components & Component.ALLOWED_COLLISION_MATRIX:
         message.allowed_collision_matrix = acm_to_message(content.full_update().acm)
     if components & Component.LINK_PADDING_AND_SCALING:
@@ -166,13 +172,15 @@ def _acm_update(message: AllowedCollisionMatrix) -> AcmUpdate | None:
     )
 
 
-def transforms(parent: str, frames: Mapping[str, Matrix]) -> list[TransformStamped]:
-    """Return frame -> pose (4, 4) in the parent frame as messages."""
+def transforms(scene: PlanningScene) -> list[TransformStamped]:
+    """Return where further frames are in the model frame, as messages."""
     messages = []
-    for child, pose in frames.items():
+    for child in scene.fixed_frames:
+        if not scene.has_frame(child):
+            continue  # its chain of transforms leads to no link
         message = TransformStamped(child_frame_id=child)
-        message.header.frame_id = parent
-        flat = pose_to_message(pose)
+        message.header.frame_id = scene.model_frame
+        flat = pose_to_message(scene.frame_pose(child))
         message.transform.translation = Vector3(
             x=flat.position.x, y=flat.position.y, z=flat.position.z
         )

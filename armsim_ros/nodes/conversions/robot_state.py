@@ -12,8 +12,8 @@ from armsim_ros.nodes.conversions.collision_object import (
     attached_object_to_message,
     attached_update_from_message,
 )
-from armsim_ros.planning.attached_object import AttachedObject
-from armsim_ros.planning.request import StartState
+from armsim_ros.planning.scene.attached_object import AttachedObject
+from armsim_ros.planning.scene.update import StartState
 
 
 def start_state_from_message(message: RobotState) -> StartState:

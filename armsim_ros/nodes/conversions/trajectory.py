@@ -4,19 +4,21 @@
 
 from __future__ import annotations
 
+from array import array
 from collections.abc import Sequence
 
 import numpy as np
 from trajectory_msgs.msg import JointTrajectory as JointTrajectoryMessage
 from trajectory_msgs.msg import JointTrajectoryPoint as JointTrajectoryPointMessage
 
+from armsim_ros.arrays import Vector
 from armsim_ros.nodes.conversions.time import (
     fill_duration,
     fill_time,
     ns_from_time,
     seconds_from_duration,
 )
-from armsim_ros.trajectory import JointTrajectory, TrajectoryPoint, Vector
+from armsim_ros.trajectory import JointTrajectory, TrajectoryPoint
 
 
 def vector(values: Sequence[float]) -> Vector:
@@ -88,8 +90,16 @@ def fill_point(
     :param accelerations: (n,) [rad/s^2 or m/s^2].
     :param effort: (n,) [N*m or N].
     """
-    message.positions = [] if positions is None else positions.tolist()
-    message.velocities = [] if velocities is None else velocities.tolist()
-    message.accelerations = [] if accelerations is None else accelerations.tolist()
-    message.effort = [] if effort is None else effort.tolist()
+    message.positions = _numbers(positions)
+    message.velocities = _numbers(velocities)
+    message.accelerations = _numbers(accelerations)
+    message.effort = _numbers(effort)
     fill_duration(message.time_from_start, time_from_start)
+
+
+def _numbers(values: Vector | None) -> array[float]:
+    """Return values in the form that messages keep without looking at each of them."""
+    numbers = array('d')
+    if values is not None:
+        numbers.frombytes(np.ascontiguousarray(values, dtype=np.float64).tobytes())
+    return numbers

@@ -32,6 +32,10 @@ def parse_spawner_arguments(argv: Sequence[str]) -> argparse.Namespace:
         '--activate-as-group', action='store_true',
         help='activate all together, at the end, or none',
     )
+    parser.add_argument(
+        '--keep-going', action='store_true',
+        help='where a controller cannot be loaded, spawn the others; the status is 1 all the same',
+    )
     parser.add_argument('-t', '--controller-type', default='', help='type of the controllers')
     parser.add_argument(
         '--controller-ros-args', action='append', default=[], metavar='ARGS',

@@ -27,7 +27,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     Spawn controllers.
 
     :param argv: the words after the program's name; those of this process where None.
-    :returns: 0 when all are in the wanted state, 1 at the first failure.
+    :returns: 0 when all are in the wanted state, 1 at the first failure, or with
+        ``--keep-going`` after those that could be loaded.
     """
     words, ros_args = split_ros_args(sys.argv[1:] if argv is None else argv)
     arguments = parse_spawner_arguments(words)
@@ -67,8 +68,16 @@ def _spawn(node: Node, arguments: argparse.Namespace) -> None:
             raise ControllerError(f"parameter file '{file}' does not exist")
     manager = ManagerClient(node, arguments.controller_manager, arguments.service_call_timeout)
     manager.wait(arguments.controller_manager_timeout)
+    lost = []
     for name in arguments.controllers:
-        _load(node, manager, name, files, arguments)
+        try:
+            _load(node, manager, name, files, arguments)
+        except ControllerError as error:
+            if not arguments.keep_going or arguments.activate_as_group:
+                raise
+            node.get_logger().error(str(error))
+            lost.append(name)
+            continue
         if not arguments.load_only:
             if manager.states()[name] in ('unconfigured', 'inactive'):
                 manager.configure(name)
@@ -76,6 +85,8 @@ def _spawn(node: Node, arguments: argparse.Namespace) -> None:
                 _activate(node, manager, [name], arguments)
     if arguments.activate_as_group and not (arguments.load_only or arguments.inactive):
         _activate(node, manager, arguments.controllers, arguments)
+    if lost:
+        raise ControllerError(f"not loaded: {', '.join(lost)}")
     if arguments.unload_on_kill:
         node.get_logger().info('waiting for the end, to unload the controllers then')
         _wait_and_unload(manager, arguments)

@@ -38,7 +38,6 @@ class ManagerClient:
     """
 
     def __init__(self, node: Node, manager: str, call_timeout: float) -> None:
-        """Keep the names; nothing is called yet."""
         self._node = node
         self._call_timeout = call_timeout
         namespace = node.get_namespace().rstrip('/')

@@ -4,6 +4,7 @@
 
 import os
 from pathlib import Path
+import re
 import shutil
 import signal
 import threading
@@ -78,7 +79,7 @@ def test_an_interrupt_while_everything_is_being_imported_shows_no_traceback(doma
             assert program.process.poll() is None, program.text
         program.signal(signal.SIGINT)
         assert program.wait(10) == 0
-        assert program.text == ''
+        assert all(line.startswith('[bringup] ') for line in program.output), program.text
 
 
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
@@ -97,7 +98,13 @@ def test_a_signal_while_the_files_are_read_ends_at_once(number, domain, tmp_path
         # A signal just before the read begins does not end it; the end of the file does.
         os.close(writer)
         assert program.wait(10) == 0
-        assert program.text == ''
+        assert all(line.startswith('[bringup] ') for line in program.output), program.text
+
+
+def told(program):
+    """Return what was printed beside what is loaded, and how busy the machine is."""
+    usual = re.compile(r'^\[bringup\] loading |this machine is overloaded')
+    return [line for line in program.output if not usual.search(line)]
 
 
 def open_read_pipe(path):
@@ -116,8 +123,8 @@ def test_what_is_not_there_is_one_message(words, said, domain):
     """A wrong name or path is told once, without a traceback, with status 2."""
     with start_program('bringup', domain, *words) as program:
         assert program.wait(30) == 2
-        assert said in program.text
-        assert len(program.output) == 1
+        (message,) = told(program)
+        assert said in message
 
 
 def test_a_broken_file_is_one_message_with_its_place(domain, tmp_path):
@@ -129,5 +136,5 @@ def test_a_broken_file_is_one_message_with_its_place(domain, tmp_path):
     file.write_text('\n'.join([*lines, '\tbroken: [']))
     with start_program('bringup', domain, f'config:={robot}') as program:
         assert program.wait(30) == 2
-        (message,) = program.output
+        (message,) = told(program)
         assert f'{file}:{len(lines) + 1}' in message

@@ -6,7 +6,12 @@ import os
 
 import pytest
 
-from armsim_ros.nodes.bringup.domain_lock import DomainTakenError, lock_domain
+from armsim_ros.nodes.bringup.domain_lock import (
+    DomainLock,
+    DomainTakenError,
+    lock_domain,
+    UnsafeFolderError,
+)
 
 
 @pytest.fixture(autouse=True)
@@ -61,3 +66,25 @@ def test_a_lock_file_left_behind_locks_nothing(runtime_folder):
     (runtime_folder / 'armsim_ros').mkdir()
     (runtime_folder / 'armsim_ros' / 'bringup-domain7.lock').write_text('1\n')
     lock_domain([]).release()
+
+
+def test_a_link_in_place_of_the_file_is_not_followed(tmp_path):
+    """Whoever puts it there cannot have this user's files written to."""
+    victim = tmp_path / 'victim'
+    victim.write_text('precious')
+    folder = tmp_path / 'locks'
+    folder.mkdir()
+    (folder / 'bringup-domain7.lock').symlink_to(victim)
+    with pytest.raises(UnsafeFolderError, match='is a link'):
+        DomainLock('7', '/', folder)
+    assert victim.read_text() == 'precious'
+
+
+def test_a_link_in_place_of_the_folder_is_not_followed(tmp_path):
+    """The folder for temporary files is everybody's."""
+    (tmp_path / 'elsewhere').mkdir()
+    folder = tmp_path / 'locks'
+    folder.symlink_to(tmp_path / 'elsewhere')
+    with pytest.raises(UnsafeFolderError, match='XDG_RUNTIME_DIR'):
+        DomainLock('7', '/', folder)
+    assert not list((tmp_path / 'elsewhere').iterdir())

@@ -11,13 +11,13 @@ import sys
 
 import pytest
 
-from armsim_ros.nodes.bringup.child import child_environment, program_command
+from armsim_ros.cli.child_process import child_environment, program_command
 from armsim_ros.nodes.bringup.supervisor import STOP_SCHEDULE
 
 SUPERVISOR = """
 import json, sys
 from armsim_ros.nodes.bringup.supervisor import Supervisor
-sys.exit(Supervisor(json.loads(sys.argv[1])).run())
+sys.exit(Supervisor(json.loads(sys.argv[1]), spare=('spare',)).run())
 """
 PATIENT = "print('ready'); import signal; signal.pause()"
 HEAR = 'import signal, sys; signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})'
@@ -108,6 +108,17 @@ def test_a_program_that_ends_by_itself_is_a_loss_too(supervise):
     assert 'ended with exit status 0; stopping two; it had printed nothing' in errors
 
 
+def test_a_spare_program_takes_nobody_along(supervise):
+    """Its end is told; the others go on until they are stopped."""
+    process = supervise(spare='raise SystemExit(3)', one=PATIENT)
+    told = process.stderr.readline()
+    assert told.startswith('[bringup] spare (pid ')
+    assert told.endswith('ended with exit status 3; the rest goes on\n')
+    wait_until_ready(process, 'one')
+    process.send_signal(signal.SIGINT)
+    assert process.wait(10) == 0
+
+
 def test_a_refused_configuration_keeps_its_one_message(supervise):
     """A program that exits 2 has explained itself; the supervisor adds nothing and exits 2."""
     process = supervise(one="import sys; print('x.yaml:3: no', file=sys.stderr); sys.exit(2)",
@@ -115,6 +126,44 @@ def test_a_refused_configuration_keeps_its_one_message(supervise):
     _, errors = process.communicate()
     assert process.returncode == 2
     assert errors == '[one] x.yaml:3: no\n'
+
+
+def test_what_all_programs_refuse_is_said_once(supervise):
+    """Each program reads the same files and finds the same mistake; a user reads it once."""
+    text = """
+import os, sys
+from armsim_ros.cli.refusal import refuse
+refuse('x.yaml:3: no\\nx.yaml:4: no')
+sys.exit(2)
+"""
+    process = supervise(one=text, two=text)
+    _, errors = process.communicate()
+    assert process.returncode == 2
+    assert errors == 'bringup: x.yaml:3: no\nx.yaml:4: no\n'
+
+
+def test_output_that_nobody_reads_holds_no_program_up(supervise, tmp_path):
+    """Not a pager, not Ctrl-S: the program goes on, and what was lost is counted."""
+    fifo = tmp_path / 'done'
+    os.mkfifo(fifo)
+    process = supervise(one=f"""
+import signal
+for number in range(40_000):
+    print(f'line {{number:050}}')
+with open({str(fifo)!r}, 'w') as done:
+    done.write('all is said')
+signal.pause()
+""")
+    with open(fifo) as done:
+        assert done.read() == 'all is said'
+    for line in process.stdout:
+        if 'were dropped here: nobody read' in line:
+            break
+    else:
+        raise AssertionError('nothing was dropped')
+    assert int(line.split()[1]) > 1000
+    process.send_signal(signal.SIGINT)
+    process.communicate()
 
 
 def test_every_line_bears_its_programs_name(supervise):

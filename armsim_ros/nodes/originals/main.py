@@ -1,0 +1,43 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The program that stands in for one of the original stack."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from importlib import import_module
+import sys
+
+from armsim_ros.cli.arguments import UsageError
+from armsim_ros.errors import nearest
+
+#: Program -> module with its ``main``.
+PROGRAMS = {
+    'ros2_control_node': 'armsim_ros.nodes.originals.ros2_control_node',
+    'move_group': 'armsim_ros.nodes.originals.move_group',
+    'robot_state_publisher': 'armsim_ros.nodes.originals.robot_state_publisher',
+    'joint_state_publisher': 'armsim_ros.nodes.originals.joint_state_publisher',
+    'static_transform_publisher': 'armsim_ros.nodes.originals.static_transform_publisher',
+    'spawner': 'armsim_ros.nodes.spawner.main',
+    'unspawner': 'armsim_ros.nodes.unspawner.main',
+}
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """
+    Run one of them.
+
+    :param argv: the program's name, then the words that the original would get.
+    :returns: its exit status.
+    :raises UsageError: for a name that is none of them.
+    """
+    words = list(sys.argv[1:] if argv is None else argv)
+    if not words or words[0] not in PROGRAMS:
+        given = words[0] if words else ''
+        hint = nearest(given, tuple(PROGRAMS)) or f"known: {', '.join(PROGRAMS)}"
+        raise UsageError(f"there is no original '{given}'; {hint}")
+    program, *rest = words
+    if program == 'spawner':
+        # A vendor's controller that is not known here must not keep the arm's own away.
+        rest.insert(0, '--keep-going')
+    return int(import_module(PROGRAMS[program]).main(rest))

@@ -1,0 +1,123 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""A package folder made of the parameters that a launch file computed."""
+
+from __future__ import annotations
+
+import atexit
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+import re
+import shutil
+import tempfile
+from typing import Any
+
+import yaml
+
+from armsim_ros.config.blocks import BLOCKS
+from armsim_ros.errors import ConfigError, Location, Problem
+
+_DUMPER = getattr(yaml, 'CSafeDumper', yaml.SafeDumper)
+_KINEMATICS = 'robot_description_kinematics'
+_PLANNING = 'robot_description_planning'
+_CONTROLLERS = ('moveit_simple_controller_manager', 'moveit_controller_manager')
+#: Parameters that stand in files of their own, or that the robot's text is.
+_ELSEWHERE = ('robot_description', 'robot_description_semantic', _KINEMATICS, _PLANNING,
+              *_CONTROLLERS, 'planning_pipelines', 'use_sim_time')
+_ROBOT_NAME = re.compile(r'<robot[^>]*?\sname\s*=\s*["\']([^"\']+)["\']')
+
+
+class RobotPackage:
+    """
+    A folder that looks like a MoveIt configuration package; it is removed at the end.
+
+    :param urdf: the robot description.
+    :param srdf: the semantic description, '' without one.
+    """
+
+    def __init__(self, urdf: str, srdf: str = '') -> None:
+        match = _ROBOT_NAME.search(urdf)
+        if match is None:
+            raise ConfigError(Problem(
+                "the parameter or topic 'robot_description' holds no URDF",
+                Location('robot_description', 1), '<robot name="...">'))
+        self.name = re.sub(r'\W', '_', match[1])
+        top = Path(tempfile.mkdtemp(prefix='armsim_robot_'))
+        atexit.register(shutil.rmtree, top, ignore_errors=True)
+        self.folder = top / f'{self.name}_moveit_config'
+        self._config = self.folder / 'config'
+        self._config.mkdir(parents=True)
+        self._write('../package.xml',
+                    f'<package format="3"><name>{self.name}_moveit_config</name></package>\n')
+        self._write(f'{self.name}.urdf', urdf)
+        if srdf:
+            self._write(f'{self.name}.srdf', srdf)
+
+    @property
+    def urdf(self) -> Path:
+        """The file with the robot description."""
+        return self._config / f'{self.name}.urdf'
+
+    def add_simulation(self, *, spawn: Iterable[str] = (), placement: Mapping[str, Any]) -> None:
+        """Say which controllers are active from the start, and where the robot stands."""
+        self._dump('simulation.yaml', {
+            'spawn': list(spawn), **({'placement': dict(placement)} if placement else {})})
+
+    def add_controllers(self, number: int, text: str) -> Path:
+        """Add a file with ros2_control's controllers."""
+        return self._write(f'parameters_{number}.yaml', text)
+
+    def add_manager(self, values: Mapping[str, Any], number: int) -> Path:
+        """Add the parameters of the controller manager."""
+        name = f'parameters_{number}.yaml'
+        return self._dump(name, {'controller_manager': {'ros__parameters': dict(values)}})
+
+    def add_move_group(self, values: Mapping[str, Any]) -> None:
+        """
+        Add the parameters of move_group.
+
+        :param values: by their names with dots.
+        """
+        nested = unflattened(values)
+        self._dump('kinematics.yaml', nested.get(_KINEMATICS))
+        limits = dict(nested.get(_PLANNING) or {})
+        tool = limits.pop('cartesian_limits', None)
+        self._dump('joint_limits.yaml', limits)
+        if tool:
+            self._dump('pilz_cartesian_limits.yaml', {'cartesian_limits': tool})
+        self._dump('moveit_controllers.yaml',
+                   {key: nested[key] for key in _CONTROLLERS if key in nested})
+        pipelines = nested.get('planning_pipelines') or ()
+        if isinstance(pipelines, Mapping):
+            pipelines = pipelines.get('pipeline_names') or ()
+        for name in pipelines:
+            if isinstance(nested.get(name), Mapping):
+                self._dump(f'{name}_planning.yaml', nested[name])
+        self._dump('trajectory_execution.yaml', {
+            key: value for key, value in nested.items()
+            if key in BLOCKS and key not in _ELSEWHERE and key not in pipelines})
+
+    def _dump(self, name: str, content: Any) -> Path:
+        if not content:
+            return self._config / name
+        return self._write(name, yaml.dump(content, Dumper=_DUMPER, sort_keys=False))
+
+    def _write(self, name: str, text: str) -> Path:
+        path = self._config / name
+        path.write_text(text, encoding='utf-8')
+        return path
+
+
+def unflattened(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return parameters with dots in their names as blocks."""
+    nested: dict[str, Any] = {}
+    for name, value in values.items():
+        place = nested
+        *heads, last = name.split('.')
+        for head in heads:
+            inner = place.get(head)
+            if not isinstance(inner, dict):
+                inner = place[head] = {}
+            place = inner
+        place[last] = value
+    return nested

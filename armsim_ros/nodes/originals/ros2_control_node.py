@@ -1,0 +1,83 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""ros2_control_node: the simulation by the command line of controller_manager's node."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+import sys
+
+from armsim_ros.cli.arguments import split_ros_args
+from armsim_ros.errors import ArmsimError, USAGE_STATUS
+from armsim_ros.nodes.originals.node_parameters import NodeArguments, read_node_arguments
+from armsim_ros.nodes.originals.robot_package import RobotPackage
+
+_DESCRIPTION = 'robot_description'
+#: Parameters that are no business of the controller manager.
+_NOT_THE_MANAGERS = (_DESCRIPTION, 'use_sim_time', 'robot_description_semantic')
+#: Prefix of the parameters that say where the robot stands and begins; ours alone.
+PLACEMENT = 'armsim.'
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """
+    Run the simulation of the robot that a parameter or topic describes.
+
+    :param argv: the words that the original would get.
+    :returns: the exit status of the simulation.
+    """
+    from armsim_ros.nodes.simulation.main import main as simulate
+
+    try:
+        _, ros_args = split_ros_args(sys.argv[1:] if argv is None else argv)
+        arguments = read_node_arguments(ros_args, 'controller_manager')
+        urdf = arguments.values.get(_DESCRIPTION) or _from_topic(arguments)
+        words = simulation_words(str(urdf), arguments)
+    except ArmsimError as error:
+        print(error, file=sys.stderr, flush=True)
+        return USAGE_STATUS
+    return simulate(words)
+
+
+def simulation_words(urdf: str, arguments: NodeArguments) -> list[str]:
+    """
+    Return the words that start the simulation of a robot.
+
+    :raises ConfigError: where the text is no URDF.
+    """
+    package = RobotPackage(urdf)
+    values = arguments.values
+    own = {name.removeprefix(PLACEMENT): value for name, value in values.items()
+           if name.startswith(PLACEMENT)}
+    package.add_simulation(spawn=own.get('spawn') or (), placement={
+        key: own[key] for key in ('xyz', 'rpy') if key in own})
+    texts = [file.read_text(encoding='utf-8') for file in arguments.files]
+    controllers = [package.add_controllers(number, text) for number, text in enumerate(texts)
+                   if not _is_of_the_launch(text)]
+    manager = {name: value for name, value in values.items()
+               if name not in _NOT_THE_MANAGERS and not name.startswith(PLACEMENT)
+               and (name == 'update_rate' or name.endswith('.type'))}
+    if manager:
+        controllers.append(package.add_manager(manager, len(texts)))
+    words = [f'robot:={package.folder}', f'urdf:={package.urdf}']
+    if controllers:
+        words.append(f"controllers:={','.join(map(str, controllers))}")
+    if own.get('packages_path'):
+        words.append(f"packages_path:={own['packages_path']}")
+    if own.get('world'):
+        words.append(f"world:={own['world']}")
+    if arguments.namespace != '/':
+        words.append(f'namespace:={arguments.namespace}')
+    return [*words, *arguments.ros_args()]
+
+
+def _is_of_the_launch(text: str) -> bool:
+    """Return whether a parameter file holds the description or ours, and no controllers."""
+    return (f'{_DESCRIPTION}:' in text and '<robot' in text) or f'{PLACEMENT}packages_path' in text
+
+
+def _from_topic(arguments: NodeArguments) -> str:
+    from armsim_ros.nodes.originals.description_topic import wait_for_descriptions
+
+    topics = (_DESCRIPTION, f'{arguments.name}/{_DESCRIPTION}')
+    return next(iter(wait_for_descriptions(arguments, topics).values()))

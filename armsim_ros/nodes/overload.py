@@ -1,0 +1,115 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Says that the machine is overloaded, where nothing else explains why all is late."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+import os
+from pathlib import Path
+import sys
+import threading
+import time
+
+#: How often the threads are looked at, and how often it is said at most [s].
+PERIOD, SILENCE = 20.0, 60.0
+#: Overloaded is a thread that waits for this share of the time, and longer than it computes.
+SHARE, RATIO = 0.5, 2.0
+
+Times = Mapping[str, tuple[float, float]]
+"""Thread -> time [s] that it has computed, and that it was ready to and did not get to."""
+
+
+class OverloadWatch:
+    """
+    Watches how long the threads of this process wait for a processor.
+
+    :param program: the name that lines begin with.
+    :param read: tells what each thread has computed and waited.
+    :param say: takes a line.
+    """
+
+    def __init__(
+        self,
+        program: str,
+        *,
+        read: Callable[[], Times] = lambda: thread_times(),
+        say: Callable[[str], None] = lambda line: _print(line),
+    ) -> None:
+        self.is_overloaded = False
+        self._program = program
+        self._read = read
+        self._say = say
+        self._before: tuple[float, Times] | None = None
+        self._said: float | None = None
+
+    def start(self) -> None:
+        """Look now and then, in a thread, as long as the process lives."""
+        threading.Thread(target=self._run, name='overload', daemon=True).start()
+
+    def look(self, now: float) -> None:
+        """
+        Compare with the last look, and say it where it is overloaded.
+
+        :param now: wall time [s].
+        """
+        times = self._read()
+        if self._before is not None:
+            then, before = self._before
+            used, waited = max(
+                (
+                    (end[0] - begin[0], end[1] - begin[1])
+                    for thread, end in times.items()
+                    if (begin := before.get(thread)) is not None
+                ),
+                key=lambda one: one[1],
+                default=(0.0, 0.0),
+            )
+            span = now - then
+            self.is_overloaded = waited > SHARE * span and waited > RATIO * used
+            if self.is_overloaded and (self._said is None or now - self._said >= SILENCE):
+                self._said = now
+                self._say(
+                    f'{self._program}: this machine is overloaded: of the last {span:.0f} s the '
+                    f'program had to wait {waited:.1f} s for a processor (load '
+                    f'{os.getloadavg()[0]:.0f} on {os.cpu_count()}); what it does comes late'
+                )
+        self._before = now, times
+
+    def _run(self) -> None:
+        pause = threading.Event()
+        while True:
+            self.look(time.monotonic())
+            pause.wait(PERIOD)
+
+
+_watches: list[OverloadWatch] = []
+
+
+def watch_process(program: str) -> None:
+    """Begin to watch this process, under its program's name."""
+    watch = OverloadWatch(program)
+    _watches.append(watch)
+    watch.start()
+
+
+def is_overloaded() -> bool:
+    """Return whether this process was found to starve when it was last looked at."""
+    return any(watch.is_overloaded for watch in _watches)
+
+
+def thread_times() -> Times:
+    """Return the times of this process's threads; none where the kernel does not count them."""
+    found = {}
+    with suppress(OSError):
+        for path in Path('/proc/self/task').glob('*/schedstat'):
+            with suppress(OSError, ValueError):
+                used, waited, _ = map(int, path.read_text(encoding='ascii').split())
+                found[path.parent.name] = used * 1e-9, waited * 1e-9
+    return found
+
+
+def _print(line: str) -> None:
+    with suppress(OSError):
+        print(line, file=sys.stderr, flush=True)

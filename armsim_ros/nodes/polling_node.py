@@ -1,0 +1,114 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""A node whose frequent topics wake nobody: they are read when somebody looks."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+import traceback
+from typing import Any
+
+from rclpy.callback_groups import CallbackGroup
+from rclpy.exceptions import InvalidHandle
+from rclpy.qos import QoSProfile
+from rclpy.subscription import Subscription
+from rclpy.time_source import CLOCK_TOPIC
+
+from armsim_ros.nodes.guarded_node import GuardedNode
+
+
+class OutsideExecutors(CallbackGroup):
+    """The group of entities that no executor waits for."""
+
+    def can_execute(self, entity: Any) -> bool:
+        """Return that an executor must leave it alone."""
+        return False
+
+    def beginning_execution(self, entity: Any) -> bool:
+        """Return that an executor must leave it alone."""
+        return False
+
+    def ending_execution(self, entity: Any) -> None:
+        """Do nothing: nothing began."""
+
+
+class PollingNode(GuardedNode):
+    """
+    A node that reads its frequent topics, ``/clock`` among them, when ``catch_up`` is called.
+
+    rclpy's executors make a wait set of all their entities for every message, which with a
+    hundred services costs close to a millisecond. Messages that nobody looks at stay with the
+    middleware, which keeps the newest; who calls ``catch_up`` before each callback has in each
+    of them the state, and the time, of that moment.
+
+    :param name: of the node.
+    :param options: those of ``rclpy.node.Node``.
+    """
+
+    def __init__(self, name: str, **options: Any) -> None:
+        self._polled: tuple[Subscription, ...] = ()
+        self._outside = OutsideExecutors()
+        super().__init__(name, **options)
+
+    def poll(
+        self,
+        kind: Any,
+        topic: str,
+        receive: Callable[[Any], None],
+        profile: QoSProfile | int,
+        *,
+        raw: bool = False,
+    ) -> Subscription:
+        """
+        Subscribe to a topic that comes often.
+
+        :param receive: called by ``catch_up`` with each message.
+        :param profile: its depth is the number of messages that wait at most.
+        :param raw: hand over serialized messages.
+        """
+        subscription = super().create_subscription(
+            kind, topic, receive, profile, callback_group=self._outside, raw=raw
+        )
+        self._polled = (*self._polled, subscription)
+        return subscription
+
+    def create_subscription(
+        self, msg_type: Any, topic: str, callback: Any, qos_profile: Any, **options: Any
+    ) -> Subscription:
+        """Subscribe; to ``/clock``, as the node's time source does, without waking anybody."""
+        if topic == CLOCK_TOPIC:
+            return self.poll(msg_type, topic, callback, qos_profile)
+        return super().create_subscription(msg_type, topic, callback, qos_profile, **options)
+
+    def destroy_subscription(self, subscription: Subscription) -> bool:
+        """Take a subscription away, of either sort."""
+        self._polled = tuple(each for each in self._polled if each is not subscription)
+        return bool(super().destroy_subscription(subscription))
+
+    def catch_up(self, *subscriptions: Subscription) -> None:
+        """
+        Hand over all messages that have come in; only from one and the same thread.
+
+        :param subscriptions: those to look at; none stands for all.
+        """
+        for subscription in subscriptions or self._polled:
+            try:
+                with subscription.handle:
+                    self._take(subscription)
+            except InvalidHandle:
+                continue  # destroyed by one of the callbacks
+
+    def _take(self, subscription: Subscription) -> None:
+        handle, kind, raw = subscription.handle, subscription.msg_type, subscription.raw
+        # A publisher that is quicker than we are must not keep us here.
+        for _ in range(max(subscription.qos_profile.depth, 1)):
+            try:
+                taken = handle.take_message(kind, raw)
+                if taken is None:
+                    return
+                subscription.callback(taken[0])
+            except Exception:  # noqa: BLE001 - no message may end the program
+                self.get_logger().error(
+                    f"a message on '{subscription.topic}' failed inside the program; please "
+                    f'report this:\n{traceback.format_exc()}'
+                )

@@ -1,0 +1,175 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""servo_node as a whole: its parts, put together once at the start."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from pydantic import ValidationError
+
+from armsim_ros.config.controllers import SCALED_TRAJECTORY, TRAJECTORY
+from armsim_ros.config.robot_settings import RobotSettings
+from armsim_ros.config.servo import ARRAY, ServoNodeSettings
+from armsim_ros.kinematics.kinematic_model import KinematicModel
+from armsim_ros.model.cell import Cell
+from armsim_ros.model.robot_model import RobotModel
+from armsim_ros.nodes.move_group.transforms import Transforms
+from armsim_ros.nodes.parameters import reason, SettingsParameters
+from armsim_ros.nodes.polling_node import PollingNode
+from armsim_ros.nodes.servo.clock import StreamClock
+from armsim_ros.nodes.servo.commands import CommandServices, CommandTopics
+from armsim_ros.nodes.servo.controller_watch import ControllerWatch
+from armsim_ros.nodes.servo.joint_states import JointPositions
+from armsim_ros.nodes.servo.output import JointCommands
+from armsim_ros.nodes.servo.scene import SceneFollower
+from armsim_ros.nodes.servo.status import StatusTopic
+from armsim_ros.nodes.servo.streaming import Streaming
+from armsim_ros.planning.collision.collision_model import CollisionChecker
+from armsim_ros.planning.scene.initial_scene import initial_scene
+from armsim_ros.planning.scene.planning_scene import PlanningScene
+from armsim_ros.planning.servo.assembly import (
+    arm_group,
+    build_stream,
+    check_parameters,
+    ServoSettingsError,
+)
+from armsim_ros.planning.servo.inbox import CommandInbox
+
+READY = 'Servo initialized successfully'
+TRAJECTORY_CONTROLLERS = (TRAJECTORY, SCALED_TRAJECTORY)
+DEFAULT_JOINT_STATES = '/joint_states'
+
+
+class ServoNode:
+    """
+    Every endpoint of the program, and the thread that streams.
+
+    :param node: has the endpoints.
+    :param cell: the robot, or all robots of a cell.
+    :raises ServoSettingsError: the parameters do not fit each other or the robot; all mistakes.
+    """
+
+    def __init__(self, node: PollingNode, cell: Cell) -> None:
+        self.node = node
+        self.robot: RobotModel = cell.model
+        self._warned: set[str] = set()
+        kinematics = KinematicModel(cell.model)
+        settings = self._settings(node, cell.settings, kinematics)
+        parameters = settings.moveit_servo
+        self.scene: PlanningScene = initial_scene(
+            kinematics, cell.settings, cell.settings.planning_parameters, name='servo'
+        )
+        stream, warnings = build_stream(
+            kinematics, self.scene, CollisionChecker(self.scene), settings, self._group
+        )
+        for text in warnings:
+            node.get_logger().warning(text)
+        topic = parameters.command_out_topic or _command_topic(
+            cell.settings, stream.target.names, parameters.command_out_type
+        )
+        clock = StreamClock(node)
+        inbox = CommandInbox(round(parameters.incoming_command_timeout * 1e9))
+        topics = (parameters.joint_topic,) if parameters.joint_topic else dict.fromkeys(
+            cell.settings.planning_parameters.joint_state_topics
+            or (cell.settings.joint_states_topic, DEFAULT_JOINT_STATES)
+        )  # fmt: skip
+        self._frames = Transforms(self)
+        self._follower = SceneFollower(
+            node, self.scene, parameters.monitored_planning_scene_topic,
+            serves=parameters.is_primary_planning_scene_monitor,
+        )  # fmt: skip
+        self._streaming = Streaming(
+            node=node,
+            clock=clock,
+            inbox=inbox,
+            commands=CommandTopics(node, inbox, parameters, clock.now_ns),
+            states=JointPositions(node, kinematics, tuple(topics)),
+            controller=ControllerWatch(node, topic, stream.target.names),
+            stream=stream,
+            output=JointCommands(node, topic, stream.target.names, parameters),
+            status=StatusTopic(node, parameters.status_topic),
+            parameters=parameters,
+            ready=lambda: node.get_logger().info(READY),
+        )
+        self._services = CommandServices(node, inbox, self._streaming.pause)
+        self._kinematics = kinematics
+
+    @property
+    def failure(self) -> str:
+        """Why the streaming thread has ended by itself, '' while it runs."""
+        return self._streaming.failure
+
+    def start(self) -> None:
+        """Start to stream."""
+        self._streaming.start()
+
+    def stop(self) -> None:
+        """End the streaming thread."""
+        self._streaming.stop()
+
+    def subscribe(
+        self, kind: Any, name: str, receive: Callable[[Any], None], profile: Any = 10
+    ) -> None:
+        """Subscribe to a topic that comes seldom."""
+        self.node.create_subscription(kind, name, receive, profile)
+
+    def warn_once(self, text: str) -> None:
+        """Log a warning the first time that it is said."""
+        if text not in self._warned:
+            self._warned.add(text)
+            self.node.get_logger().warning(text)
+
+    def _settings(
+        self, node: PollingNode, robot: RobotSettings, kinematics: KinematicModel
+    ) -> ServoNodeSettings:
+        """Declare all parameters and return their values."""
+        moved = [one.joints for one in robot.moveit_controllers
+                 if one.type == 'FollowJointTrajectory']  # fmt: skip
+        default = arm_group(kinematics, moved)
+
+        def objection(settings: ServoNodeSettings) -> str:
+            block = settings.moveit_servo
+            return '; '.join(check_parameters(kinematics, block.move_group_name or default, block))
+
+        try:
+            self._parameters = SettingsParameters(node, robot.servo, self._changed, objection)
+        except ValidationError as error:
+            raise ServoSettingsError(f'servo: {reason(error)}') from None
+        settings: ServoNodeSettings = self._parameters.settings
+        wrong = objection(settings)
+        if wrong:
+            raise ServoSettingsError(f'servo: {wrong}')
+        self._group = settings.moveit_servo.move_group_name or default
+        return settings
+
+    def _changed(self, settings: ServoNodeSettings) -> None:
+        if hasattr(self, '_streaming'):
+            stream, _ = build_stream(
+                self._kinematics, self.scene, CollisionChecker(self.scene), settings, self._group
+            )
+            self._streaming.change(settings.moveit_servo, stream)
+
+
+def _command_topic(robot: RobotSettings, joints: tuple[str, ...], kind: str) -> str:
+    """Return where the robot's own controller of these joints takes commands."""
+    if kind == ARRAY:
+        for one in robot.controllers:
+            forwards = 'forward' in one.type or 'JointGroup' in one.type
+            if forwards and tuple(one.joints) == joints:
+                return f'{robot.namespace}/{one.name}/commands'
+        raise ServoSettingsError(
+            'servo: command_out_topic is empty, and no forward controller has exactly the joints '
+            f'{", ".join(joints)}'
+        )
+    for mapped in robot.moveit_controllers:
+        if mapped.type == 'FollowJointTrajectory' and set(joints) <= set(mapped.joints):
+            return f"/{mapped.name.strip('/')}/joint_trajectory"
+    for one in robot.controllers:
+        if one.type in TRAJECTORY_CONTROLLERS and set(joints) <= set(one.joints):
+            return f'{robot.namespace}/{one.name}/joint_trajectory'
+    raise ServoSettingsError(
+        'servo: command_out_topic is empty, and no trajectory controller has the joints '
+        f'{", ".join(joints)}'
+    )

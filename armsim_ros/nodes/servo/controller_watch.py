@@ -1,0 +1,107 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What becomes of the controller that is streamed to: its state, its reference, its goals."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from action_msgs.msg import GoalStatus, GoalStatusArray
+from control_msgs.msg import JointTrajectoryControllerState
+from controller_manager_msgs.msg import ControllerManagerActivity
+import numpy as np
+from rclpy.qos import QoSProfile
+
+from armsim_ros.arrays import Vector
+from armsim_ros.nodes import qos
+from armsim_ros.nodes.conversions.time import ns_from_time
+from armsim_ros.nodes.polling_node import PollingNode
+
+_BUSY = (GoalStatus.STATUS_ACCEPTED, GoalStatus.STATUS_EXECUTING, GoalStatus.STATUS_CANCELING)
+#: Actions of move_group that move the arm when they have planned.
+PLANNING = ('/move_action', '/execute_trajectory', '/sequence_move_group',
+            '/execute_task_solution')  # fmt: skip
+_FRESH_NS = 200_000_000
+
+
+class ActionWatch:
+    """Whether an action of somebody else has goals."""
+
+    def __init__(self, node: PollingNode, action: str) -> None:
+        self.busy = False
+        profile = QoSProfile(
+            depth=1, reliability=qos.LATCHED.reliability, durability=qos.LATCHED.durability
+        )
+        self.subscription = node.poll(
+            GoalStatusArray, f'{action}/_action/status', self._receive, profile
+        )
+
+    def _receive(self, message: GoalStatusArray) -> None:
+        self.busy = any(entry.status in _BUSY for entry in message.status_list)
+
+
+class ControllerWatch:
+    """
+    Follows one controller by its topics.
+
+    :param topic: where the controller gets its commands, such as
+        ``/arm/joint_controller/joint_trajectory``; the rest of its names follow from it.
+    :param joints: (m,) whose reference is asked for.
+    """
+
+    def __init__(self, node: PollingNode, topic: str, joints: Sequence[str]) -> None:
+        self.controller = topic.rpartition('/')[0]
+        namespace, _, self._name = self.controller.rpartition('/')
+        self._joints = tuple(joints)
+        self._state: JointTrajectoryControllerState | None = None
+        self._node = node
+        #: As controller_manager tells it; '' while it has told nothing.
+        self.lifecycle = ''
+        self._states = node.poll(
+            JointTrajectoryControllerState, f'{self.controller}/controller_state',
+            self._keep, QoSProfile(depth=1, reliability=qos.COMMAND.reliability),
+        )  # fmt: skip
+        self._own = ActionWatch(node, f'{self.controller}/follow_joint_trajectory')
+        self._plans = [ActionWatch(node, name) for name in PLANNING]
+        node.create_subscription(
+            ControllerManagerActivity, f'{namespace}/controller_manager/activity',
+            self._activity, qos.DESCRIPTION,
+        )  # fmt: skip
+        #: To be read in each cycle, and those to be read while the arm is streamed to.
+        self.own = self._own.subscription
+        self.subscriptions = [each.subscription for each in self._plans]
+
+    @property
+    def goal_runs(self) -> bool:
+        """Whether the controller follows somebody's goal."""
+        return self._own.busy
+
+    @property
+    def plan_runs(self) -> bool:
+        """Whether move_group is about to move the arm."""
+        return any(each.busy for each in self._plans)
+
+    @property
+    def inactive(self) -> str:
+        """What is wrong with the controller's state, '' where it is active or unknown."""
+        if self.lifecycle in ('', 'active'):
+            return ''
+        return f"controller '{self.controller}' is {self.lifecycle}"
+
+    def reference(self, now_ns: int) -> Vector | None:
+        """Return where the controller wants the joints now (m,) [rad or m], None if unknown."""
+        self._node.catch_up(self._states)
+        state = self._state
+        if state is None or abs(now_ns - ns_from_time(state.header.stamp)) > _FRESH_NS:
+            return None
+        known = dict(zip(state.joint_names, state.reference.positions, strict=False))
+        if not all(name in known for name in self._joints):
+            return None
+        return np.array([known[name] for name in self._joints])
+
+    def _keep(self, message: JointTrajectoryControllerState) -> None:
+        self._state = message
+
+    def _activity(self, message: ControllerManagerActivity) -> None:
+        states = {entry.name: entry.state.label for entry in message.controllers}
+        self.lifecycle = states.get(self._name, 'not loaded')

@@ -1,0 +1,78 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Joint commands on the controller's topic."""
+
+from __future__ import annotations
+
+from std_msgs.msg import Float64MultiArray
+from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+
+from armsim_ros.config.servo import ARRAY, ServoParameters
+from armsim_ros.nodes import qos
+from armsim_ros.nodes.conversions.time import fill_time
+from armsim_ros.nodes.conversions.trajectory import fill_point
+from armsim_ros.nodes.polling_node import PollingNode
+from armsim_ros.planning.servo.stream import Cycle
+from armsim_ros.planning.servo.trajectory_window import TrajectoryWindow, Vector
+
+
+class JointCommands:
+    """
+    Publishes what a stream brings, as trajectories or as plain numbers.
+
+    :param topic: of the controller.
+    :param names: (m,) of the joints.
+    """
+
+    def __init__(
+        self,
+        node: PollingNode,
+        topic: str,
+        names: tuple[str, ...],
+        parameters: ServoParameters,
+    ) -> None:
+        self.topic = topic
+        self._plain = parameters.command_out_type == ARRAY
+        kind = Float64MultiArray if self._plain else JointTrajectory
+        self._publisher = node.create_publisher(kind, topic, qos.STATE)
+        self._window = TrajectoryWindow(round(parameters.max_expected_latency * 1e9))
+        self._message = JointTrajectory(joint_names=list(names))
+        self._points: list[JointTrajectoryPoint] = []
+
+    @property
+    def heard(self) -> bool:
+        """Whether anybody subscribes."""
+        return self._publisher.get_subscription_count() > 0
+
+    def start(self, now_ns: int, reference: Vector) -> None:
+        """Begin anew where the controller's reference (m,) rests."""
+        self._window.start(now_ns, reference)
+
+    def publish(self, now_ns: int, cycle: Cycle, parameters: ServoParameters) -> None:
+        """Publish what a cycle has brought."""
+        if self._plain:
+            values = (
+                cycle.positions if parameters.publish_joint_positions else cycle.velocities
+            )
+            self._publisher.publish(Float64MultiArray(data=values.tolist()))
+            return
+        self._window.add(now_ns, cycle.positions)
+        points = self._window.points()
+        if points is None:
+            return
+        message = self._message
+        fill_time(message.header.stamp, points.stamp_ns)
+        while len(self._points) < len(points.times):
+            self._points.append(JointTrajectoryPoint())
+        message.points = self._points[: len(points.times)]
+        for k, point in enumerate(message.points):
+            fill_point(
+                point,
+                points.times[k],
+                positions=points.positions[k] if parameters.publish_joint_positions else None,
+                velocities=points.velocities[k] if parameters.publish_joint_velocities else None,
+                accelerations=(
+                    points.accelerations[k] if parameters.publish_joint_accelerations else None
+                ),
+            )
+        self._publisher.publish(message)

@@ -1,0 +1,99 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The planning scene that others keep, followed."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from moveit_msgs.msg import PlanningScene as PlanningSceneMessage
+from moveit_msgs.srv import GetPlanningScene
+from rclpy.clock import Clock, ClockType
+from rclpy.qos import QoSProfile
+
+from armsim_ros.errors import PlanningError
+from armsim_ros.nodes.conversions.planning_scene import (
+    Component,
+    scene_to_message,
+    update_from_message,
+)
+from armsim_ros.nodes.polling_node import PollingNode
+from armsim_ros.planning.scene.planning_scene import PlanningScene
+
+_SERVICE = '/get_planning_scene'
+_LOOK = 1.0
+"""So often it is looked who serves the scene [s]."""
+_PATIENCE = 3
+"""After so many looks without anybody, this node serves the scene if it is to."""
+
+
+class SceneFollower:
+    """
+    Keeps a scene equal to that of whoever serves ``get_planning_scene``.
+
+    :param scene: is changed.
+    :param topic: of the changes.
+    :param serves: serve the scene from here where nobody else does.
+    """
+
+    def __init__(
+        self, node: PollingNode, scene: PlanningScene, topic: str, *, serves: bool
+    ) -> None:
+        self._node = node
+        self._scene = scene
+        self._serves = serves
+        self._own: Any = None
+        self._looks = 0
+        self._following = False
+        self._client = node.create_client(GetPlanningScene, _SERVICE)
+        node.create_subscription(
+            PlanningSceneMessage, topic, self._receive, QoSProfile(depth=100)
+        )
+        self._timer = node.create_timer(
+            _LOOK, self._look, clock=Clock(clock_type=ClockType.STEADY_TIME)
+        )
+        self._look()
+
+    def _look(self) -> None:
+        others = self._node.count_services(_SERVICE) - (self._own is not None)
+        if others <= 0:
+            self._following = False
+            self._looks += 1
+            if self._serves and self._own is None and self._looks > _PATIENCE:
+                self._own = self._node.create_service(
+                    GetPlanningScene, _SERVICE, self._answer
+                )
+                self._node.get_logger().info('nobody else serves the planning scene; it is empty')
+            return
+        if self._own is not None:
+            self._node.destroy_service(self._own)
+            self._own = None
+        if not self._following and self._client.service_is_ready():
+            self._following = True
+            request = GetPlanningScene.Request()
+            request.components.components = int(Component.ALL)
+            self._client.call_async(request).add_done_callback(self._take_all)
+
+    def _take_all(self, future: Any) -> None:
+        response = future.result()
+        if response is not None:
+            self._receive(response.scene)
+
+    def _receive(self, message: PlanningSceneMessage) -> None:
+        # Where the joints are, joint states tell sooner.
+        message.robot_state.joint_state.name = []
+        message.robot_state.joint_state.position = []
+        message.robot_state.joint_state.velocity = []
+        message.robot_state.joint_state.effort = []
+        try:
+            self._scene.apply(update_from_message(message))
+        except PlanningError as error:
+            self._node.get_logger().error(f'planning scene: {error}; asking for all of it')
+            self._following = False
+
+    def _answer(
+        self, request: GetPlanningScene.Request, response: GetPlanningScene.Response
+    ) -> GetPlanningScene.Response:
+        wanted = Component(request.components.components) or Component.ALL
+        response.scene = scene_to_message(self._scene, wanted)
+        return response

@@ -1,0 +1,33 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The topic ``~/status``."""
+
+from __future__ import annotations
+
+from moveit_msgs.msg import ServoStatus as ServoStatusMessage
+
+from armsim_ros.nodes import qos
+from armsim_ros.nodes.polling_node import PollingNode
+from armsim_ros.planning.servo.status import Finding
+
+
+class StatusTopic:
+    """Says in each cycle how it went."""
+
+    def __init__(self, node: PollingNode, topic: str) -> None:
+        self._publisher = node.create_publisher(ServoStatusMessage, topic, qos.STATE)
+        self._message = ServoStatusMessage()
+        self._finding: Finding | None = None
+
+    @property
+    def heard(self) -> bool:
+        """Whether anybody subscribes."""
+        return self._publisher.get_subscription_count() > 0
+
+    def publish(self, finding: Finding) -> None:
+        """Publish a finding; who comes later gets the last one."""
+        if finding != self._finding:
+            self._finding = finding
+            self._message.code = int(finding.code)
+            self._message.message = finding.message
+        self._publisher.publish(self._message)

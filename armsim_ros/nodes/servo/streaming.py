@@ -1,0 +1,250 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The streaming thread: a cycle every period, from what has come in to what goes out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+import threading
+import time
+import traceback
+
+from armsim_ros.config.servo import ServoParameters
+from armsim_ros.nodes.polling_node import PollingNode
+from armsim_ros.nodes.servo.clock import StreamClock
+from armsim_ros.nodes.servo.commands import CommandTopics
+from armsim_ros.nodes.servo.controller_watch import ControllerWatch
+from armsim_ros.nodes.servo.joint_states import JointPositions
+from armsim_ros.nodes.servo.output import JointCommands
+from armsim_ros.nodes.servo.status import StatusTopic
+from armsim_ros.planning.servo.commands import Command, InvalidCommandError
+from armsim_ros.planning.servo.inbox import CommandInbox
+from armsim_ros.planning.servo.status import Finding, NOTHING, ServoStatus, weightiest
+from armsim_ros.planning.servo.stream import ServoStream
+from armsim_ros.sim.realtime import prioritize_thread
+
+#: All topics are looked at so often; those of commands in every cycle [Hz].
+_LOOKS = 10.0
+#: A stream that stands for so long looks again where the controller is [s].
+_PATIENCE = 0.3
+#: So many cycles that were missed are made up for; more make the motion slower for a moment.
+_MADE_UP = 3.0
+
+
+@dataclass(eq=False, kw_only=True)
+class Streaming:
+    """
+    Runs cycles in a thread of its own.
+
+    :param ready: called once, when everything is there that the first motion needs.
+    """
+
+    node: PollingNode
+    clock: StreamClock
+    inbox: CommandInbox
+    commands: CommandTopics
+    states: JointPositions
+    controller: ControllerWatch
+    stream: ServoStream
+    output: JointCommands
+    status: StatusTopic
+    parameters: ServoParameters
+    ready: Callable[[], None]
+
+    def __post_init__(self) -> None:
+        """Prepare the thread."""
+        self.failure = ''
+        self._paused = False
+        self._stop = threading.Event()
+        self._thread = threading.Thread(target=self._run, name='servo', daemon=True)
+        self._is_ready = False
+        #: The time that the newest cycle of the stream stands for [ns].
+        self._stream_ns = 0
+        self._quiet = 0
+        self._changes: list[tuple[ServoParameters, ServoStream]] = []
+        self._always = (*self.commands.subscriptions, self.controller.own)
+        self._streaming = (
+            *self._always, *self.controller.subscriptions, *self.states.subscriptions
+        )
+
+    def start(self) -> None:
+        """Start the thread."""
+        self._thread.start()
+
+    def stop(self) -> None:
+        """End the thread and wait for it."""
+        self._stop.set()
+        if self._thread.is_alive():
+            self._thread.join(1.0)
+
+    def pause(self, paused: bool) -> None:
+        """Come to rest and stay there, or go on; from any thread."""
+        self.inbox.forget()
+        self._paused = paused
+
+    def change(self, parameters: ServoParameters, stream: ServoStream) -> None:
+        """Work with other parameters from the next rest on; from any thread."""
+        self._changes.append((parameters, stream))
+
+    def _run(self) -> None:
+        prioritize_thread(self.parameters.thread_priority)
+        self.stream.warm_up(self.states.q, self.parameters)
+        period = self.parameters.publish_period
+        looks = max(1, round(1.0 / (_LOOKS * period)))
+        due = time.monotonic()
+        cycle = 0
+        try:
+            while not self._stop.is_set():
+                looks_now = cycle % looks == 0 or self.clock.parted
+                self._catch_up(all_of_them=looks_now)
+                if looks_now or not self._rests():
+                    self._cycle()
+                cycle += 1
+                due = max(due + period, time.monotonic() - _MADE_UP * period)
+                time.sleep(max(0.0, due - time.monotonic()))
+        except Exception:  # noqa: BLE001 - whatever it is, the program must say it and end
+            if not self._stop.is_set():
+                self.failure = traceback.format_exc()
+
+    def _catch_up(self, *, all_of_them: bool) -> None:
+        """Read what has come in: commands always, where the joints are while it matters."""
+        if all_of_them:
+            self.node.catch_up()
+            self.clock.look()
+        elif self.stream.streaming:
+            self.node.catch_up(*self._streaming)
+        else:
+            self.node.catch_up(*self._always)
+
+    def _rests(self) -> bool:
+        """Whether there is nothing to do and nobody to be told so."""
+        return (
+            self._is_ready
+            and not self.stream.streaming
+            and self.inbox.silent
+            and not self.status.heard
+        )
+
+    def _cycle(self) -> None:
+        if not self._is_ready:
+            if self.states.missing:
+                self.status.publish(Finding(ServoStatus.INVALID, 'no joint states of '
+                                            + ', '.join(self.states.missing)))  # fmt: skip
+                return
+            self._is_ready = True
+            self.ready()
+        now = self.clock.now_ns()
+        if self._changes and not self.stream.streaming:
+            self.parameters, self.stream = self._changes[-1]
+            self.inbox.timeout_ns = round(self.parameters.incoming_command_timeout * 1e9)
+            self._changes.clear()
+        findings = self._findings(now)
+        complaint = self.inbox.complaint(now)
+        if complaint:
+            findings.append(Finding(ServoStatus.INVALID, complaint))
+        self.status.publish(weightiest(findings))
+
+    def _findings(self, now: int) -> list[Finding]:
+        """Do one cycle and return what there is to say about it."""
+        others = self._others()
+        if others is not None:
+            self.inbox.forget()
+            if self.controller.goal_runs or self.controller.inactive:
+                self.stream.stop()
+        command = self.inbox.command(now)
+        if self._paused:
+            self.inbox.forget()
+            command = None
+        findings = [] if others is None else [others]
+        if self._paused:
+            findings.append(Finding(NOTHING.code, 'paused'))
+        if not self.stream.streaming and not self._begin(command, now, findings):
+            return findings
+        if not self._go_on_to(now):
+            return findings
+        findings += self._step(command, now)
+        return findings
+
+    def _go_on_to(self, now: int) -> bool:
+        """
+        Take the next cycle's time; False where it has not come yet.
+
+        A cycle that comes late stands for the time at which it was due: what it sends is as fast
+        as commanded, not as fast as the cycles followed each other.
+        """
+        period = round(self.parameters.publish_period * 1e9)
+        ahead = self._stream_ns + period - now
+        if self.clock.parted and 2 * ahead > period and ahead <= 2 * period:
+            return False  # simulated time stands still, or is slower than ours
+        late = round(_MADE_UP * period)
+        self._stream_ns = now if ahead > 2 * period else now + max(ahead, -late)
+        return True
+
+    def _others(self) -> Finding | None:
+        """Return who else moves the arm, None where nobody does."""
+        if self.controller.goal_runs:
+            return Finding(NOTHING.code, 'the controller follows a goal; commands wait')
+        if self.controller.plan_runs:
+            return Finding(NOTHING.code, 'move_group plans or moves; commands wait')
+        if self.controller.inactive and self.stream.streaming:
+            return Finding(ServoStatus.INVALID, self.controller.inactive)
+        return None
+
+    def _begin(self, command: Command | None, now: int, findings: list[Finding]) -> bool:
+        """Start to stream where a command wants motion and there is somebody to move."""
+        if command is None:
+            return False
+        obstacle = self.controller.inactive
+        if not obstacle and not self.output.heard:
+            obstacle = f"nobody subscribes to '{self.output.topic}'"
+        if obstacle:
+            findings.append(Finding(ServoStatus.INVALID, obstacle))
+            return False
+        if not self._moves(command, now):
+            return False
+        reference = self.controller.reference(now)
+        if reference is None:
+            self.node.catch_up(*self.states.subscriptions)
+            reference = self.states.q[self.stream.target.indices]
+        self.stream.start(reference)
+        self.output.start(now, reference)
+        self._stream_ns = now - round(self.parameters.publish_period * 1e9)
+        self._quiet = 0
+        return True
+
+    def _moves(self, command: Command, now: int) -> bool:
+        """Return whether a command wants anything to move, from rest."""
+        try:
+            wanted = self.stream.target.wanted(command, self.states.q, self.parameters)
+        except InvalidCommandError as error:
+            self.inbox.reject(str(error), now)
+            return False
+        return bool(wanted.velocity.any() or wanted.findings)
+
+    def _step(self, command: Command | None, now: int) -> list[Finding]:
+        try:
+            cycle = self.stream.step(command, self.states.q, self.parameters)
+        except InvalidCommandError as error:
+            self.inbox.reject(str(error), now)
+            cycle = self.stream.step(None, self.states.q, self.parameters)
+        findings = list(cycle.findings)
+        self._quiet = self._quiet + 1 if cycle.at_rest else 0
+        # The last point must have gone out, and not only as the newest.
+        if self._quiet <= 2:
+            self.output.publish(self._stream_ns, cycle, self.parameters)
+        elif command is None:
+            self.stream.stop()
+        elif self._quiet * self.parameters.publish_period > _PATIENCE:
+            self._begin_anew(command, now)
+        if not self.output.heard:
+            findings.append(
+                Finding(ServoStatus.INVALID, f"nobody subscribes to '{self.output.topic}'")
+            )
+        return findings
+
+    def _begin_anew(self, command: Command, now: int) -> None:
+        """Follow the controller, which others may have moved while the stream stood."""
+        self.stream.stop()
+        if self._begin(command, now, []):
+            self._quiet = 3

@@ -1,0 +1,188 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""``armsim go``: plan to a named state or to joint positions, and go there."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from concurrent.futures import TimeoutError as FutureTimeoutError
+import math
+from typing import Any
+
+from action_msgs.msg import GoalStatus
+from moveit_msgs.action import MoveGroup
+from std_msgs.msg import String
+
+from armsim_ros.cli.arguments import UsageError
+from armsim_ros.errors import ArmsimError, nearest
+from armsim_ros.model.robot_model import RobotModel
+from armsim_ros.nodes import qos
+from armsim_ros.nodes.client.description import bounds, describe
+from armsim_ros.nodes.client.link import Link
+from armsim_ros.nodes.client.motion import code_text, plan_goal, seconds, SUCCESS
+from armsim_ros.nodes.verbs.state import joint_states
+from armsim_ros.nodes.verbs.terminal import parser, read, show, until
+
+_ACTION = '/move_action'
+_DESCRIPTIONS = ('/robot_description', '/robot_description_semantic')
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """
+    Move the robot.
+
+    :returns: 0 where it has arrived, 1 where planning or motion failed.
+    :raises ArmsimError: the robot is not there, or knows no such state.
+    """
+    words = parser('go', 'plan and move to a named state of the SRDF, or to joint positions')
+    words.add_argument('target', nargs='+', metavar='STATE | JOINT=VALUE',
+                       help='such as scan_food, or joint_1=0.5 joint_2=-30deg (rad or m else); '
+                       'the others stay where they are')
+    words.add_argument('--group', default='', help='planning group (default: one that has it)')
+    words.add_argument('--speed', type=_share, default=1.0, metavar='SHARE',
+                       help='share of the velocity limits, 0 to 1 (default: 1)')
+    words.add_argument('--acceleration', type=_share, default=1.0, metavar='SHARE',
+                       help='share of the acceleration limits, 0 to 1 (default: 1)')
+    words.add_argument('--plan-only', action='store_true', help='do not move')
+    asked, ros = read(words, argv)
+    with Link('armsim_go', ros) as link:
+        link.prepare(MoveGroup, _ACTION, action=True)
+        robot = published_robot(link, asked.timeout)
+        group, target = find_target(robot, asked.target, asked.group)
+        target = {**_others(link, robot, group, target, asked.timeout), **target}
+        until(lambda: link.serves(MoveGroup, _ACTION, action=True) or None, asked.timeout,
+              f'action {_ACTION}')
+        wrapped = _run(link, plan_goal(
+            group, target, speed=asked.speed, acceleration=asked.acceleration,
+            plan_only=asked.plan_only))
+        value, text, status = _outcome(link, wrapped, group, target, asked.plan_only)
+    show(value, asked.json, text)
+    return status
+
+
+def published_robot(link: Link, patience: float) -> RobotModel:
+    """
+    Return the robot whose descriptions are published.
+
+    :raises ArmsimError: they are not.
+    """
+    texts: dict[str, str] = {}
+    topics = {name: link.poll(String, name, qos.DESCRIPTION) for name in _DESCRIPTIONS}
+
+    def look() -> bool | None:
+        for name, topic in topics.items():
+            for message in topic.take():
+                texts[name] = message.data
+        return True if len(texts) == len(topics) else None
+
+    until(look, patience, ' and '.join(_DESCRIPTIONS))
+    return describe(*(texts[name] for name in _DESCRIPTIONS))
+
+
+def find_target(robot: RobotModel, words: Sequence[str], group: str
+                ) -> tuple[str, dict[str, float]]:
+    """
+    Return the group and the joint positions [rad or m] that are meant.
+
+    :raises UsageError: there is no such state, joint or group; names the nearest.
+    """
+    groups = robot.semantic.groups
+    if group and group not in groups:
+        raise UsageError(f"there is no planning group '{group}'; allowed: {', '.join(groups)}")
+    if len(words) == 1 and '=' not in words[0]:
+        return _named_state(robot, words[0], group)
+    target: dict[str, float] = {}
+    for word in words:
+        joint, _, text = word.partition('=')
+        if joint not in robot.active_joints:
+            hint = nearest(joint, robot.active_joints)
+            raise UsageError(f"there is no joint '{joint}' that moves by itself; "
+                             f"{hint or 'known: ' + ', '.join(robot.active_joints)}")
+        target[joint] = _value(joint, text)
+        lower, upper = bounds(robot.joints[joint])
+        if robot.joints[joint].type.value != 'continuous' and not lower <= target[joint] <= upper:
+            raise UsageError(f'{joint}={text} is outside of its limits; '
+                             f'allowed: {lower:.4g} to {upper:.4g}')
+    fitting = [name for name, one in groups.items() if set(target) <= set(one.active_joints)]
+    chosen = group or min(fitting, key=lambda name: len(groups[name].active_joints), default='')
+    if not chosen or not set(target) <= set(groups[chosen].active_joints):
+        raise UsageError(f"no planning group has all of {', '.join(target)}")
+    return chosen, target
+
+
+def _named_state(robot: RobotModel, state: str, group: str) -> tuple[str, dict[str, float]]:
+    states = robot.semantic.named_states
+    for name in [group] if group else robot.semantic.groups:
+        if state in states.get(name, {}):
+            return name, dict(states[name][state])
+    known = sorted({each for name in states if not group or name == group
+                    for each in states[name]})
+    raise UsageError(f"there is no state '{state}'; "
+                     f"{nearest(state, known) or 'known: ' + ', '.join(known)}")
+
+
+def _others(link: Link, robot: RobotModel, group: str, target: Mapping[str, float],
+            patience: float) -> dict[str, float]:
+    """Return where the joints of a group stand that no goal was given for [rad or m]."""
+    rest = set(robot.group(group).active_joints) - set(target)
+    return {each['name']: each['position'] for each in joint_states(link, patience)
+            if each['name'] in rest} if rest else {}
+
+
+def _run(link: Link, goal: Any) -> Any:
+    run = link.goal(MoveGroup, _ACTION, goal)
+    try:
+        while True:
+            try:
+                wrapped = run.result.result(0.2)  # so that Ctrl-C is heard
+                break
+            except (FutureTimeoutError, TimeoutError):
+                continue
+    except KeyboardInterrupt:
+        run.cancel()
+        run.result.result(2.0)
+        raise
+    if wrapped is None:
+        raise ArmsimError('move_group refused the goal; its log says why')
+    return wrapped
+
+
+def _outcome(link: Link, wrapped: Any, group: str, target: Mapping[str, float], plan_only: bool
+             ) -> tuple[dict[str, Any], str, int]:
+    result = wrapped.result
+    good = result.error_code.val == SUCCESS and wrapped.status == GoalStatus.STATUS_SUCCEEDED
+    points = result.planned_trajectory.joint_trajectory.points
+    duration = seconds(points[-1].time_from_start) if points else 0.0
+    value = {'group': group, 'success': good, 'code': result.error_code.val,
+             'text': code_text(result.error_code), 'planning_time': result.planning_time,
+             'duration': duration}
+    if not good:
+        return value, value['text'], 1
+    text = f'{group}: planned in {result.planning_time:.2f} s, '
+    if plan_only:
+        return value, f'{text}would move for {duration:.2f} s', 0
+    now = {each['name']: each['position'] for each in joint_states(link, 2.0)}
+    error = max((abs(now[name] - goal) for name, goal in target.items() if name in now),
+                default=math.nan)
+    value['largest_error'] = error
+    return value, f'{text}moved in {duration:.2f} s, largest joint error {1e3 * error:.2f} mrad', 0
+
+
+def _share(text: str) -> float:
+    value = float(text)
+    if not 0.0 < value <= 1.0:
+        raise ValueError
+    return value
+
+
+def _value(joint: str, text: str) -> float:
+    try:
+        if text.endswith('deg'):
+            value = math.radians(float(text[:-3]))
+        else:
+            value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise UsageError(f"{joint} is '{text}'; allowed: a number, or one with 'deg' behind it")
+    return value

@@ -1,0 +1,118 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""``armsim plot``: a motion as a picture, from a file or as it happens."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+import time
+from typing import Any
+
+from control_msgs.msg import JointTrajectoryControllerState
+from rcl_interfaces.srv import GetParameters
+
+from armsim_ros.errors import ArmsimError
+from armsim_ros.nodes.client.link import Link
+from armsim_ros.nodes.verbs.echo import find_topic
+from armsim_ros.nodes.verbs.go import published_robot
+from armsim_ros.nodes.verbs.plot_picture import (
+    JointRecord,
+    read_csv,
+    with_tolerances,
+    write_picture,
+)
+from armsim_ros.nodes.verbs.plot_recording import (
+    position_limits,
+    read_recording,
+    records_of,
+)
+from armsim_ros.nodes.verbs.terminal import call, parser, read, show
+
+#: A joint that is quicker than this moves [rad/s or m/s].
+_MOVES = 1e-3
+#: A motion that has ended is recorded so much longer [s].
+_AFTER = 0.5
+_LOOK = 0.05
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """
+    Draw.
+
+    :returns: 0, or 1 where a tolerance was violated.
+    :raises ArmsimError: there is no such file or topic, or nothing moved.
+    """
+    words = parser('plot', 'draw desired, actual, error and tolerance of each joint')
+    words.add_argument('source', metavar='FILE|TOPIC', help='a recording (MCAP), a CSV file that '
+                       'the page saved, or the controller_state of a trajectory controller')
+    words.add_argument('--to', type=Path, default=Path('motion.png'), metavar='FILE',
+                       help='out.png or out.html (default: motion.png)')
+    words.add_argument('--seconds', type=float, default=0.0, metavar='SECONDS',
+                       help='record so long (default: until the next motion has ended)')
+    words.add_argument('--tolerance', type=float, default=0.0, metavar='VALUE', help='of the '
+                       "error [rad or m], in place of the controller's own")
+    asked, ros = read(words, argv)
+    file = Path(asked.source)
+    if file.suffix == '.mcap' or file.is_dir():
+        records = read_recording(file)
+    elif file.is_file() or file.suffix:
+        records = read_csv(file)
+    else:
+        topic = asked.source if asked.source.startswith('/') else f'/{asked.source}'
+        with Link('armsim_plot', ros) as link:
+            records = _listen(link, topic, asked.seconds, asked.timeout)
+            records = with_tolerances(records, *_bounds(link, topic, records, asked.timeout))
+    if asked.tolerance > 0.0:
+        records = [replace(one, tolerance=asked.tolerance) for one in records]
+    write_picture(records, asked.to)
+    violated = {one.name: one.violated for one in records if one.violated}
+    show({'file': str(asked.to), 'violated': violated}, asked.json,
+         '\n'.join([str(asked.to), *(f'{name}: {text}' for name, text in violated.items())]))
+    return 1 if violated else 0
+
+
+def _listen(link: Link, topic: str, duration: float, patience: float) -> list[JointRecord]:
+    """Return what comes, for so long, or from the start of a motion to its end."""
+    kind, profile = find_topic(link, topic, patience)
+    if kind is not JointTrajectoryControllerState:
+        raise ArmsimError(f"'{topic}' is no {JointTrajectoryControllerState.__name__}")
+    polled = link.poll(kind, topic, profile)
+    messages: list[Any] = []
+    begun, moved = time.monotonic(), 0.0
+    while True:
+        news = polled.take()
+        for message in news:
+            if any(abs(speed) > _MOVES for speed in message.feedback.velocities):
+                moved = time.monotonic()
+        messages += news
+        now = time.monotonic()
+        if duration:
+            if now - begun > duration:
+                break
+        elif moved and now - moved > _AFTER:
+            break
+        elif not moved:
+            messages = messages[-10:]
+        time.sleep(_LOOK)
+    return records_of(messages)
+
+
+def _bounds(link: Link, topic: str, records: Sequence[JointRecord], patience: float
+            ) -> tuple[dict[str, float], dict[str, tuple[float, ...]]]:
+    """Return tolerances and position limits, as far as controller and description tell them."""
+    node = topic.rpartition('/')[0]
+    names = [f'constraints.{one.name}.trajectory' for one in records]
+    tolerances: dict[str, float] = {}
+    limits: dict[str, tuple[float, ...]] = {}
+    try:
+        values = call(link, GetParameters, f'{node}/get_parameters',
+                      GetParameters.Request(names=names), patience).values
+        for one, value in zip(records, values, strict=False):
+            if value.double_value > 0.0:
+                tolerances[one.name] = value.double_value
+        limits = position_limits(published_robot(link, patience), records)
+    except ArmsimError:
+        return tolerances, limits  # drawn without what is not told
+    return tolerances, limits

@@ -1,0 +1,151 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""A motion as a picture: desired, actual, error and tolerance of each joint."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+import csv
+from dataclasses import dataclass
+from importlib.util import find_spec
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from armsim_ros.errors import ArmsimError
+
+Array = NDArray[np.float64]
+
+_COLUMNS = ['joint', 'time', 'desired', 'actual', 'error']
+_STATIC = Path(__file__).resolve().parent.parent / 'web' / 'static'
+
+
+@dataclass(frozen=True, eq=False)
+class JointRecord:
+    """
+    What a controller reported of one joint.
+
+    :param rows: (t, 4) time [s], desired, actual, error [rad or m].
+    :param limits: of the position, those that there are.
+    :param tolerance: of the error on the way, None for none.
+    """
+
+    name: str
+    rows: Array
+    limits: tuple[float, ...] = ()
+    tolerance: float | None = None
+
+    @property
+    def violated(self) -> str:
+        """In words when and how far the error left its tolerance; '' where it never did."""
+        if self.tolerance is None:
+            return ''
+        outside = np.abs(self.rows[:, 3]) > self.tolerance
+        if not outside.any():
+            return ''
+        worst = float(np.abs(self.rows[:, 3]).max())
+        return (f'error {worst:.4g} is above the tolerance {self.tolerance:.4g}, first at '
+                f'{self.rows[int(outside.argmax()), 0]:.2f} s')
+
+
+def read_csv(file: Path) -> list[JointRecord]:
+    """
+    Read the file that the page's CSV button saves of an executed motion.
+
+    :raises ArmsimError: it is not there, or something else.
+    """
+    found: dict[str, list[list[float]]] = {}
+    try:
+        with file.open(encoding='utf-8', newline='') as stream:
+            table = csv.reader(stream)
+            if next(table, None) != _COLUMNS:
+                raise ArmsimError(f"{file}:1: this is no executed motion; its first line must be "
+                                  f"'{','.join(_COLUMNS)}'")
+            for number, row in enumerate(table, 2):
+                try:
+                    values = [float(word) for word in row[1:]]
+                    if len(values) != 4 or not all(map(math.isfinite, values)):
+                        raise ValueError
+                except ValueError:
+                    raise ArmsimError(f'{file}:{number}: allowed: a name and four numbers') \
+                        from None
+                found.setdefault(row[0], []).append(values)
+    except (OSError, UnicodeDecodeError) as error:
+        raise ArmsimError(f"'{file}' cannot be read: {error}") from None
+    return [JointRecord(name, np.array(rows)) for name, rows in found.items()]
+
+
+def write_picture(records: Sequence[JointRecord], file: Path) -> None:
+    """
+    Write a PNG, or an HTML page that needs nothing else.
+
+    :raises ArmsimError: there is nothing to draw, or the file has another ending.
+    """
+    if not records or any(len(record.rows) < 2 for record in records):
+        raise ArmsimError('nothing was recorded: too few messages came')
+    writers = {'.png': _write_png, '.html': _write_html}
+    if file.suffix not in writers:
+        raise ArmsimError(f"'{file}': allowed endings: {', '.join(writers)}")
+    try:
+        writers[file.suffix](records, file)
+    except OSError as error:
+        raise ArmsimError(f"'{file}' cannot be written: {error.strerror}") from None
+
+
+def with_tolerances(records: Sequence[JointRecord], tolerances: Mapping[str, float],
+                    limits: Mapping[str, tuple[float, ...]]) -> list[JointRecord]:
+    """Return the records with what their errors and positions are held against."""
+    return [JointRecord(one.name, one.rows, limits.get(one.name, ()), tolerances.get(one.name))
+            for one in records]
+
+
+def _write_html(records: Sequence[JointRecord], file: Path) -> None:
+    data: dict[str, Any] = {'joints': [{
+        'name': one.name, 'violated': one.violated, 'limits': list(one.limits),
+        'tolerance': one.tolerance,
+        **{name: np.round(one.rows[:, index], 7).tolist()
+           for index, name in enumerate(('times', 'desired', 'actual', 'error'))},
+    } for one in records]}
+    text = (_STATIC / 'plot.html').read_text(encoding='utf-8')
+    curves = (_STATIC / 'curves.js').read_text(encoding='utf-8').replace('export ', '')
+    # '<' written as JSON may write it, so that no name of a joint can end the element.
+    embedded = json.dumps(data).replace('<', '\\u003c')
+    file.write_text(text.replace('CURVES', curves).replace('DATA', embedded), encoding='utf-8')
+
+
+def _write_png(records: Sequence[JointRecord], file: Path) -> None:
+    if find_spec('matplotlib') is None:
+        raise ArmsimError("PNG needs the Python package 'matplotlib': python3 -m pip install "
+                          "'armsim_ros[web]'; HTML needs nothing: --to motion.html")
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(11, 1.2 + 1.7 * len(records)), layout='constrained')
+    rows = figure.subplots(len(records), 2, sharex=True, squeeze=False)
+    for (left, right), one in zip(rows, records, strict=True):
+        time, desired, actual, error = one.rows.T
+        left.plot(time, desired, '--', color='0.5', label='desired')
+        left.plot(time, actual, color='tab:blue', label='actual')
+        low, high = left.get_ylim()
+        for limit in one.limits:
+            if low - (high - low) < limit < high + (high - low):
+                left.axhline(limit, color='tab:red', linestyle=':')
+        right.plot(time, error, color='tab:orange', label='error')
+        left.set_ylabel(one.name)
+        for axes in (left, right):
+            axes.grid(alpha=0.3)
+        if one.tolerance is not None:
+            for sign in (1.0, -1.0):
+                right.axhline(sign * one.tolerance, color='tab:red', linestyle=':')
+            right.fill_between(time, 0, 1, where=np.abs(error) > one.tolerance, alpha=0.2,
+                               color='tab:red', transform=right.get_xaxis_transform())
+        if one.violated:
+            right.set_title(one.violated, color='tab:red', fontsize=9)
+    rows[0][0].legend(loc='best', fontsize=8)
+    rows[0][1].legend(loc='best', fontsize=8)
+    for axes in rows[-1]:
+        axes.set_xlabel('time [s]')
+    figure.savefig(file, dpi=110)

@@ -1,0 +1,84 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""``armsim state``: where the joints stand, and which controllers are active."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+import math
+from typing import Any
+
+from controller_manager_msgs.srv import ListControllers
+from rclpy.qos import QoSProfile, QoSReliabilityPolicy
+from sensor_msgs.msg import JointState
+
+from armsim_ros.nodes.client.link import Link
+from armsim_ros.nodes.verbs.terminal import call, parser, read, show, table, until
+
+_NEWEST = QoSProfile(depth=1, reliability=QoSReliabilityPolicy.BEST_EFFORT)
+_TYPE = 'sensor_msgs/msg/JointState'
+_MANAGER = '/list_controllers'
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """
+    Print the state of every robot that is there.
+
+    :returns: 0.
+    :raises ArmsimError: no joint states arrive.
+    """
+    words, ros = read(parser('state', 'print joint positions and controllers'), argv)
+    with Link('armsim_state', ros) as link:
+        joints = joint_states(link, words.timeout)
+        controllers = active_controllers(link, words.timeout)
+    value = {'joints': joints, 'controllers': controllers}
+    rows = [['joint', 'position', '', 'velocity']]
+    for each in joints:
+        angle = f"({math.degrees(each['position']):.1f}°)"
+        rows.append([each['name'], f"{each['position']:.4f}", angle, f"{each['velocity']:.4f}"])
+    rows.append(['', '', '', ''])
+    text = '\n'.join([table(rows), table([
+        ['controller', 'state', 'type'],
+        *([each['name'], each['state'], each['type']] for each in controllers)])])
+    show(value, words.json, text)
+    return 0
+
+
+def joint_states(link: Link, patience: float) -> list[dict[str, Any]]:
+    """
+    Return name, position [rad or m] and velocity of every joint.
+
+    :raises ArmsimError: no message comes in time.
+    """
+    topics: dict[str, Any] = {}
+    found: dict[str, dict[str, Any]] = {}
+
+    def look() -> bool | None:
+        for name, kinds in link.node.get_topic_names_and_types():
+            if kinds[0] == _TYPE and name not in topics and link.node.count_publishers(name):
+                topics[name] = link.poll(JointState, name, _NEWEST)
+        heard = 0
+        for topic in list(topics.values()):
+            for message in topic.take():
+                heard += 1
+                for index, joint in enumerate(message.name):
+                    velocity = message.velocity[index] if message.velocity else math.nan
+                    found[joint] = {'name': joint, 'position': float(message.position[index]),
+                                    'velocity': float(velocity)}
+        return True if heard and heard >= len(topics) else None
+
+    until(look, patience, 'a topic with joint states')
+    return list(found.values())
+
+
+def active_controllers(link: Link, patience: float) -> list[dict[str, Any]]:
+    """Return the controllers of every controller manager, with their full names."""
+    names = [name for name, _ in link.node.get_service_names_and_types()
+             if name.endswith(_MANAGER)]
+    found = []
+    for name in sorted(names):
+        space = name.removesuffix(_MANAGER).rpartition('/')[0]
+        for each in call(link, ListControllers, name, None, patience).controller:
+            found.append({'name': f'{space}/{each.name}', 'state': each.state,
+                          'type': each.type})
+    return found

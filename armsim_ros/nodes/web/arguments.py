@@ -1,0 +1,80 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What the page's program is told on its command line."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+import os
+from pathlib import Path
+
+from armsim_ros.cli.arguments import split_ros_args, UsageError
+from armsim_ros.errors import nearest
+
+PORT = 8080
+HELP = f"""usage: web [NAME:=VALUE ...] [--ros-args ...]
+
+see a robot and drive it in a browser: serves a page on this machine
+
+arguments (--name VALUE says the same as name:=VALUE):
+  port:=NUMBER            the first port that is tried (default: {PORT})
+  host:=ADDRESS           the address to listen at (default: 127.0.0.1, this machine alone)
+  token:=WORD             what a browser must bring; made where other machines reach the page
+  packages_path:=DIR:...  folders in which the packages of meshes are looked for first
+  near:=FILE:...          files of the robot; packages around them are found too
+  --ros-args ...          remappings, as for any ROS 2 program"""
+
+
+@dataclass(frozen=True)
+class WebArguments:
+    """
+    The page's arguments, checked.
+
+    :param packages_path: folders in which ``package://`` looks first.
+    :param near: files around which packages are found.
+    """
+
+    port: int = PORT
+    host: str = '127.0.0.1'
+    token: str = ''
+    packages_path: tuple[Path, ...] = ()
+    near: tuple[Path, ...] = ()
+    ros_args: tuple[str, ...] = field(default=())
+
+
+def parse_web_arguments(argv: Sequence[str]) -> WebArguments:
+    """
+    Read the command line.
+
+    :raises UsageError: names the right words.
+    """
+    words, ros_args = split_ros_args(argv)
+    known = ('port', 'host', 'token', 'packages_path', 'near')
+    values: dict[str, str] = {}
+    rest = list(words)
+    while rest:
+        word = rest.pop(0)
+        name, sign, text = word.partition(':=')
+        if word.startswith('--'):
+            name, sign, text = word[2:].partition('=')
+            name = name.removesuffix(':')
+            if not sign and rest:
+                sign, text = '=', rest.pop(0)
+        if name not in known:
+            hint = nearest(name, known) or f"known: {', '.join(known)}"
+            raise UsageError(f"unknown argument '{word}'; {hint}")
+        if not sign or not text:
+            raise UsageError(f"argument '{name}' needs a value: {name}:=VALUE")
+        values[name] = text
+    port = values.get('port', str(PORT))
+    if not port.isascii() or not port.isdigit() or not 1 <= int(port) <= 65535:
+        raise UsageError(f"port is '{port}'; allowed: a number from 1 to 65535")
+    return WebArguments(
+        port=int(port), host=values.get('host', '127.0.0.1'), token=values.get('token', ''),
+        packages_path=_paths(values.get('packages_path', '')),
+        near=_paths(values.get('near', '')), ros_args=ros_args)
+
+
+def _paths(text: str) -> tuple[Path, ...]:
+    return tuple(Path(path).expanduser() for path in text.split(os.pathsep) if path)

@@ -1,0 +1,256 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The page: its visitors, what they share, and the parts that answer them."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Awaitable, Callable, Coroutine, Iterable
+from concurrent.futures import Future
+import itertools
+import sys
+import traceback
+from typing import Any
+
+from pydantic import BaseModel, ConfigDict, ValidationError
+from websockets.asyncio.server import ServerConnection
+
+from armsim_ros.errors import ArmsimError
+from armsim_ros.model.robot_model import RobotModel
+from armsim_ros.nodes.client.link import Link
+from armsim_ros.nodes.web.door import Door, VISITOR
+from armsim_ros.nodes.web.visitor import Visitor
+
+#: How long a tab that was closed keeps its goal and its plan [s].
+_MEMORY = 600.0
+_MOST_VISITORS = 200
+#: How long an answer of a service may take [s].
+PATIENCE = 5.0
+
+
+class Ask(BaseModel):
+    """What a panel asks for, checked; each kind of question is a class of its own."""
+
+    model_config = ConfigDict(extra='forbid', strict=False, allow_inf_nan=False,
+                              str_max_length=40_000_000)
+
+
+Handler = Callable[[Visitor, Any], Awaitable[None]]
+
+
+class Part:
+    """
+    One thing that the page does; the page tells it what happens.
+
+    :param page: whose part it is.
+    """
+
+    def __init__(self, page: Page) -> None:
+        """Keep the page."""
+        self.page = page
+
+    def handlers(self) -> dict[str, tuple[type[Ask], Handler]]:
+        """Return what it answers: a question's name -> its form and the answer."""
+        return {}
+
+    def on_robot(self, robot: RobotModel) -> None:
+        """Take a robot that has appeared or changed."""
+
+    def on_visitor(self, visitor: Visitor) -> None:
+        """Take note that a visitor has opened his panel; his scene may come later, or never."""
+
+    def on_scene(self, visitor: Visitor) -> None:
+        """Draw what a visitor alone sees, in his new scene."""
+
+    def on_program(self, name: str, there: bool) -> None:
+        """Take note that a program has come or gone."""
+
+    async def run(self) -> None:
+        """Do what goes on all the time."""
+
+
+class Page:
+    """
+    Everything happens in the event loop of the page's server; ROS lives in the link's thread.
+
+    :param link: to the graph.
+    """
+
+    def __init__(self, link: Link) -> None:
+        """Begin without visitors; nothing listens yet."""
+        self.link = link
+        self.shared: dict[str, Any] = {}
+        self.visitors: dict[str, Visitor] = {}
+        self.robot: RobotModel | None = None
+        self.parts: list[Part] = []
+        self.door: Door
+        self._handlers: dict[str, tuple[type[Ask], Handler]] = {}
+        self._numbers = itertools.count(1)
+        self._tasks: set[asyncio.Task[Any]] = set()
+        self._loop: asyncio.AbstractEventLoop | None = None
+        self.arrival = asyncio.Event()
+
+    def open(self, host: str, port: int, token: str, parts: Callable[[Page], Iterable[Part]]
+             ) -> None:
+        """
+        Open the door and let the parts work.
+
+        :raises DoorError: the page cannot be served there.
+        """
+        self.door = Door(host, port, token, self._on_panel)
+        server = self.door.viser
+        self._loop = server.get_event_loop()
+
+        async def begin() -> None:
+            self.arrival = asyncio.Event()
+            self.parts = list(parts(self))
+            for part in self.parts:
+                self._handlers.update(part.handlers())
+                self.start(part.run())
+            self.start(self._forget_visitors())
+
+        asyncio.run_coroutine_threadsafe(begin(), self._loop).result(10.0)
+
+        @server.on_client_connect
+        async def _(client: Any) -> None:
+            self._on_scene(VISITOR.get(), client)
+
+        @server.on_client_disconnect
+        async def _(client: Any) -> None:
+            for visitor in self.visitors.values():
+                if visitor.scene is client:
+                    visitor.scene = None
+
+    def close(self) -> None:
+        """Let nobody in any more."""
+        self.door.close()
+
+    @property
+    def scene(self) -> Any:
+        """The scene that all visitors see."""
+        return self.door.viser.scene
+
+    @property
+    def watched(self) -> bool:
+        """Whether anybody looks."""
+        return any(visitor.present for visitor in self.visitors.values())
+
+    def publish(self, name: str, value: Any) -> None:
+        """Show all visitors a section; what has not changed is not sent again."""
+        if name not in self.shared or self.shared[name] != value:
+            self.shared[name] = value
+            for visitor in self.visitors.values():
+                visitor.send(name, value)
+
+    def start(self, work: Coroutine[Any, Any, Any]) -> asyncio.Task[Any]:
+        """Do something beside everything else; what it raises is printed, not lost."""
+        task = asyncio.create_task(work)
+        self._tasks.add(task)
+        task.add_done_callback(self._finished)
+        return task
+
+    def soon(self, work: Callable[[], Any]) -> None:
+        """Do something in the event loop; from any thread."""
+        if self._loop is not None and not self._loop.is_closed():
+            self._loop.call_soon_threadsafe(work)
+
+    async def answer(self, future: Future[Any], patience: float = PATIENCE) -> Any:
+        """
+        Wait for what the link's thread brings.
+
+        :param patience: [s].
+        :raises ArmsimError: it does not come in time.
+        """
+        try:
+            return await asyncio.wait_for(asyncio.wrap_future(future), patience)
+        except (asyncio.TimeoutError, TimeoutError):
+            raise ArmsimError(f'no answer within {patience:.0f} s') from None
+
+    async def call(self, kind: type, name: str, request: Any = None, patience: float = PATIENCE
+                   ) -> Any:
+        """
+        Call a service and return its response.
+
+        :raises ArmsimError: nobody serves it, or no answer comes in time; names the service.
+        """
+        try:
+            return await self.answer(self.link.call(kind, name, request), patience)
+        except ArmsimError as error:
+            text = str(error)
+            raise ArmsimError(text if name in text else f'{name}: {text}') from None
+
+    def take_robot(self, robot: RobotModel) -> None:
+        """Let every part know the robot."""
+        self.robot = robot
+        for part in self.parts:
+            part.on_robot(robot)
+
+    def take_program(self, name: str, there: bool) -> None:
+        """Let every part know that a program came or went."""
+        for part in self.parts:
+            part.on_program(name, there)
+
+    async def _on_panel(self, key: str, connection: ServerConnection) -> None:
+        visitor = self._visitor(key)
+        self.arrival.set()
+        for part in self.parts:
+            part.on_visitor(visitor)
+        await visitor.talk(connection, self.shared, lambda ask: self._receive(visitor, ask))
+
+    def _on_scene(self, key: str, client: Any) -> None:
+        if not key:
+            return
+        visitor = self._visitor(key)
+        visitor.scene = client
+        for part in self.parts:
+            part.on_scene(visitor)
+
+    def _visitor(self, key: str) -> Visitor:
+        if key not in self.visitors:
+            self.visitors[key] = visitor = Visitor(key, next(self._numbers))
+            visitor.left_at = asyncio.get_running_loop().time()
+            visitor.tell('me', visitor.number)
+        return self.visitors[key]
+
+    def _receive(self, visitor: Visitor, ask: dict[str, Any]) -> None:
+        name = ask.pop('do', None)
+        if not isinstance(name, str) or name not in self._handlers:
+            visitor.note(f'the page does not know how to {str(name)[:40]!r}; load it again')
+            return
+        form, handler = self._handlers[name]
+        try:
+            checked = form.model_validate(ask)
+        except ValidationError as error:
+            first = error.errors()[0]
+            where = '.'.join(map(str, first['loc']))
+            visitor.note(f"{name}: {where or 'the question'}: {first['msg']}")
+            return
+        self.start(self._handle(visitor, name, handler, checked))
+
+    async def _handle(self, visitor: Visitor, name: str, handler: Handler, ask: Ask) -> None:
+        try:
+            await handler(visitor, ask)
+        except ArmsimError as error:
+            visitor.note(str(error))
+        except Exception as error:
+            visitor.note(f'{name} failed inside the page: {error}')
+            raise
+
+    def _finished(self, task: asyncio.Task[Any]) -> None:
+        self._tasks.discard(task)
+        if not task.cancelled() and task.exception() is not None:
+            print('the page has a mistake; please report this:', file=sys.stderr)
+            traceback.print_exception(task.exception())
+
+    async def _forget_visitors(self) -> None:
+        """Forget tabs that were closed long ago, and the oldest where there are too many."""
+        while True:
+            await asyncio.sleep(10.0)
+            now = asyncio.get_running_loop().time()
+            gone = sorted((visitor for visitor in self.visitors.values()
+                           if not visitor.present and visitor.scene is None),
+                          key=lambda visitor: visitor.left_at)
+            spare = len(self.visitors) - _MOST_VISITORS
+            for index, visitor in enumerate(gone):
+                if index < spare or now - visitor.left_at > _MEMORY:
+                    del self.visitors[visitor.key]

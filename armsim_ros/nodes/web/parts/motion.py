@@ -1,0 +1,289 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Plan, execute, stop."""
+
+from __future__ import annotations
+
+import asyncio
+from typing import Any, Literal
+
+from action_msgs.msg import GoalStatus
+from control_msgs.msg import JointTrajectoryControllerState
+from moveit_msgs.action import ExecuteTrajectory, MoveGroup
+from moveit_msgs.msg import MoveItErrorCodes
+from moveit_msgs.srv import GetCartesianPath, QueryPlannerInterfaces
+from pydantic import Field
+from rclpy.qos import QoSDurabilityPolicy, QoSProfile, QoSReliabilityPolicy
+
+from armsim_ros.errors import ArmsimError
+from armsim_ros.nodes.client.description import link_pose, tip_of
+from armsim_ros.nodes.client.link import GoalRun
+from armsim_ros.nodes.client.motion import (
+    code_text,
+    plan_goal,
+    robot_state,
+    seconds,
+    stamped_pose,
+    SUCCESS,
+)
+from armsim_ros.nodes.client.stop import Stopper
+from armsim_ros.nodes.web.page import Ask, Page, Part
+from armsim_ros.nodes.web.parts.goal import GoalPart
+from armsim_ros.nodes.web.parts.path import PathPart, Plan
+from armsim_ros.nodes.web.parts.watch import WatchPart
+from armsim_ros.nodes.web.view.curves import curves_of, Trace
+from armsim_ros.nodes.web.visitor import Visitor
+
+#: What a Cartesian path moves between two states [m].
+_STEP = 0.005
+#: A planner gets this beyond its planning time before it counts as lost [s].
+_SPARE = 10.0
+#: Between two looks at the controllers' reports, and two pictures of them [s].
+_LOOK, _SHOW = 0.1, 0.4
+_REPORTS = QoSProfile(depth=50, reliability=QoSReliabilityPolicy.BEST_EFFORT,
+                      durability=QoSDurabilityPolicy.VOLATILE)
+#: What a motion came to that somebody has ended, whether move_group heard of it first or the
+#: controllers did.
+STOPPED = 'stopped'
+_STATE_TYPE = 'control_msgs/msg/JointTrajectoryControllerState'
+
+
+class PlanAsk(Ask):
+    """Plan to the ghost, and go there where that is wanted too."""
+
+    speed: float = Field(1.0, gt=0.0, le=1.0)
+    acceleration: float = Field(1.0, gt=0.0, le=1.0)
+    pipeline: str = ''
+    planner: str = ''
+    planning_time: float = Field(5.0, gt=0.0, le=120.0)
+    straight: bool = False
+    execute: bool = False
+
+
+class Execute(Ask):
+    """Do what was planned."""
+
+
+class Stop(Ask):
+    """Stop all that moves."""
+
+
+class MotionPart(Part):
+    """
+    Plans for each visitor; one motion is executed at a time, whoever asked for it.
+
+    :param watch: who knows the controllers.
+    :param goals: where to.
+    :param paths: who keeps the plans.
+    """
+
+    def __init__(self, page: Page, watch: WatchPart, goals: GoalPart, paths: PathPart) -> None:
+        """Make the clients."""
+        super().__init__(page)
+        self._watch, self._goals, self._paths = watch, goals, paths
+        self._stopper = Stopper(page.link)
+        self._runs: dict[GoalRun, Visitor] = {}
+        self._busy: Literal['', 'planning', 'executing'] = ''
+        page.publish('activity', None)
+
+    def handlers(self) -> dict[str, Any]:
+        """Return what it answers."""
+        return {'plan': (PlanAsk, self._plan), 'execute': (Execute, self._execute),
+                'stop': (Stop, self._stop)}
+
+    def on_program(self, name: str, there: bool) -> None:
+        """Ask a new move_group what it can plan with; forget a motion that it took along."""
+        if there and name == 'move_group':
+            self.page.start(self._ask_planners())
+        if there:
+            self._stopper.prepare()
+        elif name == 'move_group':
+            for run in list(self._runs):
+                if not run.result.done():
+                    run.result.set_exception(ArmsimError('move_group does not answer'))
+
+    async def _ask_planners(self) -> None:
+        try:
+            answer = await self.page.call(QueryPlannerInterfaces, '/query_planner_interface')
+        except ArmsimError:
+            return
+        self.page.publish('pipelines', [
+            {'id': one.pipeline_id, 'name': one.name, 'planners': list(one.planner_ids)}
+            for one in answer.planner_interfaces])
+
+    async def _plan(self, visitor: Visitor, ask: PlanAsk) -> None:
+        self._begin('planning', visitor)
+        try:
+            text = await (self._straight(visitor, ask) if ask.straight
+                          else self._search(visitor, ask))
+        except ArmsimError as error:
+            self._end(visitor, str(error), False)
+            return
+        except BaseException:
+            self._end(visitor, 'the page has a mistake', False)
+            raise
+        if ask.execute:
+            await self._go(visitor)
+        else:
+            self._end(visitor, text, True)
+
+    async def _search(self, visitor: Visitor, ask: PlanAsk) -> str:
+        goal = self._goals.goal(visitor)
+        if not goal.group:
+            raise ArmsimError('waiting for /robot_description_semantic')
+        wrapped = await self._run(visitor, MoveGroup, '/move_action', plan_goal(
+            goal.group, goal.positions, start=goal.start, speed=ask.speed,
+            acceleration=ask.acceleration, pipeline=ask.pipeline, planner=ask.planner,
+            planning_time=ask.planning_time), ask.planning_time + _SPARE)
+        result = wrapped.result
+        if result.error_code.val != SUCCESS:
+            raise ArmsimError(_reason(result.error_code))
+        self._take(visitor, goal.group, result.planned_trajectory, result.trajectory_start)
+        return f'planned in {result.planning_time:.2f} s'
+
+    async def _straight(self, visitor: Visitor, ask: PlanAsk) -> str:
+        goal, robot = self._goals.goal(visitor), self.page.robot
+        if robot is None or not goal.group:
+            raise ArmsimError('waiting for /robot_description')
+        tip = tip_of(robot.group(goal.group))
+        if not tip:
+            raise ArmsimError(f"group '{goal.group}' has no single tip to lead along a line")
+        positions = robot.complete({**await self._goals.current(), **goal.positions})
+        pose = stamped_pose(robot.root_link, link_pose(robot, tip, positions))
+        request = GetCartesianPath.Request(
+            group_name=goal.group, link_name=tip, waypoints=[pose.pose], max_step=_STEP,
+            avoid_collisions=True, start_state=robot_state(goal.start),
+            max_velocity_scaling_factor=ask.speed,
+            max_acceleration_scaling_factor=ask.acceleration)
+        request.header.frame_id = pose.header.frame_id
+        answer = await self.page.call(GetCartesianPath, '/compute_cartesian_path', request,
+                                      ask.planning_time + _SPARE)
+        text = f'straight line: {100.0 * answer.fraction:.0f} % of the way'
+        if answer.error_code.val != SUCCESS or len(answer.solution.joint_trajectory.points) < 2:
+            raise ArmsimError(f'{code_text(answer.error_code)}; {text}')
+        self._take(visitor, goal.group, answer.solution, answer.start_state, text)
+        if answer.fraction < 0.999 and ask.execute:
+            raise ArmsimError(f"{text}; press 'Execute' to go so far")
+        return text
+
+    def _take(self, visitor: Visitor, group: str, trajectory: Any, start: Any, note: str = ''
+              ) -> None:
+        message = trajectory.joint_trajectory
+        if not message.points:
+            raise ArmsimError('the plan has no points')
+        state = start.joint_state
+        try:
+            curves = curves_of(
+                message.joint_names, [seconds(point.time_from_start) for point in message.points],
+                [point.positions for point in message.points],
+                [point.velocities for point in message.points],
+                [point.accelerations for point in message.points])
+        except ValueError as error:
+            raise ArmsimError(f'the plan cannot be read: {error}') from None
+        self._paths.take(visitor, Plan(group, trajectory, curves, dict(
+            zip(state.name, state.position, strict=False))), note)
+
+    async def _execute(self, visitor: Visitor, _ask: Execute) -> None:
+        if self._paths.plan(visitor) is None:
+            raise ArmsimError("there is no plan; press 'Plan'")
+        self._begin('executing', visitor)
+        await self._go(visitor)
+
+    async def _go(self, visitor: Visitor) -> None:
+        plan = self._paths.plan(visitor)
+        assert plan is not None
+        self._busy = 'executing'
+        self._paths.halt(visitor)
+        self._goals.restore(visitor)
+        reporting = self.page.start(self._report(visitor, plan))
+        try:
+            wrapped = await self._run(visitor, ExecuteTrajectory, '/execute_trajectory',
+                                      ExecuteTrajectory.Goal(trajectory=plan.trajectory), None)
+            code = wrapped.result.error_code
+            if wrapped.status == GoalStatus.STATUS_CANCELED:
+                self._end(visitor, STOPPED, False)
+            elif code.val != SUCCESS:
+                self._end(visitor, _reason(code), False)
+            else:
+                self._goals.arrived(visitor)
+                self._end(visitor, 'arrived', True)
+        except ArmsimError as error:
+            self._end(visitor, str(error), False)
+        finally:
+            reporting.cancel()
+
+    async def _report(self, visitor: Visitor, plan: Plan) -> None:
+        """Tell all how far the motion is, and its visitor what the controllers report."""
+        topics = [self.page.link.poll(JointTrajectoryControllerState, name, _REPORTS)
+                  for name, kind in self._watch.topics.items() if kind == _STATE_TYPE]
+        trace, total = Trace(), plan.curves.duration
+        clock = asyncio.get_running_loop()
+        begin, shown = clock.time(), 0.0
+        joints = set(plan.curves.joints)
+        try:
+            while True:
+                elapsed = clock.time() - begin
+                self._show_progress(visitor, min(elapsed, total), total)
+                self._read(topics, joints, trace)
+                if elapsed - shown > _SHOW:
+                    shown = elapsed
+                    visitor.tell('trace', trace.form())
+                await asyncio.sleep(_LOOK)
+        finally:
+            self._read(topics, joints, trace)
+            visitor.tell('trace', trace.form())
+            for topic in topics:
+                topic.close()
+
+    def _read(self, topics: list[Any], joints: set[str], trace: Trace) -> None:
+        for topic in topics:
+            for message in topic.take():
+                if joints & set(message.joint_names):
+                    trace.add(seconds(message.header.stamp), message.joint_names,
+                              message.reference.positions, message.feedback.positions,
+                              message.error.positions)
+
+    async def _stop(self, _visitor: Visitor, _ask: Stop) -> None:
+        for run in list(self._runs):
+            run.cancel()
+        await asyncio.gather(*(self.page.answer(answer, 2.0) for answer in self._stopper.stop()),
+                             return_exceptions=True)
+
+    async def _run(self, visitor: Visitor, kind: type, name: str, goal: Any,
+                   patience: float | None) -> Any:
+        """Send a goal and return its wrapped result."""
+        run = self.page.link.goal(kind, name, goal)
+        self._runs[run] = visitor
+        try:
+            wrapped = await asyncio.wait_for(asyncio.wrap_future(run.result), patience)
+        except (asyncio.TimeoutError, TimeoutError):
+            run.cancel()
+            raise ArmsimError(f'{name} gave no result within {patience:.0f} s') from None
+        finally:
+            self._runs.pop(run, None)
+        if wrapped is None:
+            raise ArmsimError(f'{name} refused the goal; its log says why')
+        return wrapped
+
+    def _begin(self, what: Literal['planning', 'executing'], visitor: Visitor) -> None:
+        if self._busy:
+            raise ArmsimError(f"the page is {self._busy} already; press 'Stop' to end that")
+        self._busy = what
+        visitor.tell('result', None)
+        self._show_progress(visitor, 0.0, 0.0)
+
+    def _show_progress(self, visitor: Visitor, elapsed: float, total: float) -> None:
+        self.page.publish('activity', {
+            'what': self._busy, 'who': visitor.number, 'elapsed': round(elapsed, 1),
+            'total': round(total, 1)})
+
+    def _end(self, visitor: Visitor, text: str, good: bool) -> None:
+        self._busy = ''
+        self.page.publish('activity', None)
+        visitor.sections.pop('result', None)
+        visitor.tell('result', {'text': text, 'good': good})
+
+
+def _reason(code: Any) -> str:
+    """Return why there is no plan or no motion, in words."""
+    return STOPPED if code.val == MoveItErrorCodes.PREEMPTED else code_text(code)

@@ -1,0 +1,396 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The planning scene: what stands in the robot's way, shown and changed."""
+
+from __future__ import annotations
+
+import asyncio
+import base64
+import binascii
+import json
+from typing import Any, Literal
+from weakref import WeakKeyDictionary
+
+from geometry_msgs.msg import Point, Pose
+from moveit_msgs.msg import (
+    AllowedCollisionEntry,
+    AttachedCollisionObject,
+    CollisionObject,
+    PlanningScene,
+    PlanningSceneComponents,
+)
+from moveit_msgs.srv import ApplyPlanningScene, GetPlanningScene
+import numpy as np
+from pydantic import Field
+from rclpy.qos import QoSProfile
+from shape_msgs.msg import Mesh, MeshTriangle, SolidPrimitive
+
+from armsim_ros.errors import ArmsimError
+from armsim_ros.model.robot_model import RobotModel
+from armsim_ros.nodes.client.description import tip_of
+from armsim_ros.nodes.web.page import Ask, Page, Part
+from armsim_ros.nodes.web.parts.goal import GoalPart
+from armsim_ros.nodes.web.parts.robot import RobotPart
+from armsim_ros.nodes.web.saved_scene import object_from_dict, object_to_dict
+from armsim_ros.nodes.web.scene.objects_drawing import drawn_objects, ObjectsDrawing
+from armsim_ros.nodes.web.view.shapes import parts_of_file
+from armsim_ros.nodes.web.visitor import Visitor
+
+Three = tuple[float, float, float]
+Four = tuple[float, float, float, float]
+
+#: Sizes of new objects: the dimensions of a SolidPrimitive [m].
+_SIZES = {'box': [0.1, 0.1, 0.1], 'sphere': [0.06], 'cylinder': [0.15, 0.05]}
+_TYPES = {'box': SolidPrimitive.BOX, 'sphere': SolidPrimitive.SPHERE,
+          'cylinder': SolidPrimitive.CYLINDER}
+#: A mesh with a side longer than this was drawn in millimetres [m].
+_LARGEST_MESH = 10.0
+_MOST_TRIANGLES = 100_000
+_NEWS = QoSProfile(depth=100)
+_PAUSE = 0.05
+
+
+class Add(Ask):
+    """A new object before the robot."""
+
+    shape: Literal['box', 'sphere', 'cylinder']
+
+
+class AddMesh(Ask):
+    """A new object from a mesh file, its bytes in base64."""
+
+    name: str = Field(max_length=200)
+    data: str
+
+
+class Change(Ask):
+    """Another place, turn (quaternion xyzw) or size of an object."""
+
+    id: str
+    xyz: Three | None = None
+    turn: Four | None = None
+    size: list[float] | None = Field(None, max_length=3)
+
+
+class Named(Ask):
+    """An object."""
+
+    id: str
+
+
+class Select(Ask):
+    """The object to move by handles; '' for none."""
+
+    id: str = ''
+
+
+class Allow(Ask):
+    """Pairs that may touch from now on."""
+
+    pairs: list[tuple[str, str]] = Field(min_length=1, max_length=50)
+
+
+class Load(Ask):
+    """Objects that were saved."""
+
+    text: str
+
+
+class Save(Ask):
+    """The objects as text."""
+
+
+class ObjectsPart(Part):
+    """
+    Shows world objects and attached ones, and changes them through apply_planning_scene.
+
+    :param robot_part: who knows the frames.
+    :param goals: whose ghosts touch objects.
+    """
+
+    def __init__(self, page: Page, robot_part: RobotPart, goals: GoalPart) -> None:
+        super().__init__(page)
+        self._goals, self._robot_part = goals, robot_part
+        self._drawing = ObjectsDrawing(page.scene, robot_part.reader, robot_part.node_of,
+                                       self._clicked)
+        self._handles: WeakKeyDictionary[Visitor, Any] = WeakKeyDictionary()
+        self._touched: WeakKeyDictionary[Visitor, set[str]] = WeakKeyDictionary()
+        self._chosen: WeakKeyDictionary[Visitor, str] = WeakKeyDictionary()
+        self._changed = asyncio.Event()
+        goals.on_touching = self._paint
+        page.link.subscribe(PlanningScene, '/monitored_planning_scene', _NEWS, self._notice)
+
+    def handlers(self) -> dict[str, Any]:
+        """Return what it answers."""
+        return {
+            'add': (Add, self._add), 'add_mesh': (AddMesh, self._add_mesh),
+            'change': (Change, self._change), 'remove': (Named, self._remove),
+            'attach': (Named, self._attach), 'detach': (Named, self._detach),
+            'select': (Select, self._select), 'allow': (Allow, self._allow),
+            'load_scene': (Load, self._load), 'save_scene': (Save, self._save),
+        }
+
+    def on_program(self, name: str, there: bool) -> None:
+        """Look at the scene of a move_group that has come."""
+        if name == 'move_group' and there:
+            self._changed.set()
+
+    def on_robot(self, robot: RobotModel) -> None:
+        """Stand the objects into the frames of another robot."""
+        self._drawing.forget()
+        self._changed.set()
+
+    async def run(self) -> None:
+        """Read the scene after every change of it."""
+        while True:
+            await self._changed.wait()
+            self._changed.clear()
+            try:
+                await self._read()
+            except ArmsimError:
+                await asyncio.sleep(0.5)  # the watch says that move_group is gone
+            await asyncio.sleep(_PAUSE)
+
+    def _notice(self, message: Any) -> None:
+        """Note, in the link's thread, that objects have changed."""
+        state = message.robot_state
+        if (not message.is_diff or message.world.collision_objects or message.object_colors
+                or state.attached_collision_objects):
+            self.page.soon(self._changed.set)
+
+    async def _read(self) -> None:
+        request = GetPlanningScene.Request()
+        parts = PlanningSceneComponents
+        request.components.components = (
+            parts.WORLD_OBJECT_NAMES | parts.WORLD_OBJECT_GEOMETRY
+            | parts.ROBOT_STATE_ATTACHED_OBJECTS | parts.OBJECT_COLORS)
+        scene = (await self.page.call(GetPlanningScene, '/get_planning_scene', request)).scene
+        self._drawing.show(drawn_objects(scene))
+        self._touched.clear()
+        self._goals.look_again()
+        self.page.publish('objects', [item.form() for item in self._drawing.objects.values()])
+        for visitor, name in list(self._chosen.items()):
+            if name and name not in self._drawing.objects:
+                await self._select(visitor, Select())
+
+    async def _apply(self, *objects: Any, attached: Any = None) -> None:
+        scene = PlanningScene(is_diff=True)
+        scene.robot_state.is_diff = True
+        scene.world.collision_objects = list(objects)
+        if attached is not None:
+            scene.robot_state.attached_collision_objects = [attached]
+        answer = await self.page.call(ApplyPlanningScene, '/apply_planning_scene',
+                                      ApplyPlanningScene.Request(scene=scene))
+        if not answer.success:
+            raise ArmsimError('move_group refused the change of the scene; its log says why')
+        self._changed.set()
+
+    def _new(self, kind: str) -> Any:
+        """Return an object with a name of its own that stands before the robot."""
+        robot = self.page.robot
+        if robot is None:
+            raise ArmsimError('waiting for /robot_description')
+        number = 1
+        while f'{kind}_{number}' in self._drawing.objects:
+            number += 1
+        message = CollisionObject(id=f'{kind}_{number}', operation=CollisionObject.ADD)
+        message.header.frame_id = robot.model_frame
+        place = self._robot_part.place_before()
+        position = message.pose.position
+        position.x, position.y, position.z = (round(float(part), 3) for part in place)
+        message.pose.orientation.w = 1.0
+        return message
+
+    async def _add(self, visitor: Visitor, ask: Add) -> None:
+        message = self._new(ask.shape)
+        message.primitives = [SolidPrimitive(type=_TYPES[ask.shape],
+                                             dimensions=_SIZES[ask.shape])]
+        message.primitive_poses = [_unit()]
+        await self._apply(message)
+        await self._read()
+        await self._select(visitor, Select(id=message.id))
+
+    async def _add_mesh(self, visitor: Visitor, ask: AddMesh) -> None:
+        try:
+            data = base64.b64decode(ask.data, validate=True)
+            kind = ask.name.rpartition('.')[2].lower()
+            parts = await asyncio.to_thread(parts_of_file, data, kind)
+        except (ValueError, binascii.Error, KeyError) as error:
+            raise ArmsimError(f"'{ask.name}' cannot be read: {error}") from None
+        except Exception as error:  # noqa: BLE001 - the readers raise what they like
+            raise ArmsimError(f"'{ask.name}' is no mesh that is read: {error}") from None
+        count = sum(len(part.faces) for part in parts)
+        if count > _MOST_TRIANGLES:
+            raise ArmsimError(f"'{ask.name}' has {count} triangles; allowed: {_MOST_TRIANGLES}")
+        vertices = np.concatenate([part.vertices for part in parts]).astype(float)
+        if np.ptp(vertices, axis=0).max() > _LARGEST_MESH:
+            vertices = 0.001 * vertices
+            visitor.note(f"'{ask.name}' was read as millimetres", 'info')
+        message = self._new('mesh')
+        mesh, base = Mesh(vertices=[Point(x=x, y=y, z=z) for x, y, z in vertices.tolist()]), 0
+        for part in parts:
+            mesh.triangles += [MeshTriangle(vertex_indices=row)
+                               for row in (part.faces + base).astype(np.uint32)]
+            base += len(part.vertices)
+        message.meshes, message.mesh_poses = [mesh], [_unit()]
+        await self._apply(message)
+        await self._read()
+        await self._select(visitor, Select(id=message.id))
+
+    async def _change(self, _visitor: Visitor, ask: Change) -> None:
+        item = self._need(ask.id)
+        if item.link:
+            raise ArmsimError(f"'{ask.id}' is attached to {item.link}; detach it first")
+        message = item.message
+        message.operation = CollisionObject.MOVE
+        if ask.xyz is not None:
+            position = message.pose.position
+            position.x, position.y, position.z = ask.xyz
+        if ask.turn is not None and any(ask.turn):
+            turn = message.pose.orientation
+            turn.x, turn.y, turn.z, turn.w = (
+                part / float(np.linalg.norm(ask.turn)) for part in ask.turn)
+        if ask.size is not None and len(message.primitives) == 1:
+            if len(ask.size) != len(message.primitives[0].dimensions) or min(ask.size) <= 0.0:
+                raise ArmsimError(f"the sizes of '{ask.id}' must be above 0")
+            message.primitives[0].dimensions = ask.size
+            message.operation = CollisionObject.ADD
+        if message.operation == CollisionObject.MOVE:
+            moved = CollisionObject(id=message.id, header=message.header, pose=message.pose,
+                                    operation=CollisionObject.MOVE)
+            await self._apply(moved)
+        else:
+            await self._apply(message)
+
+    async def _remove(self, _visitor: Visitor, ask: Named) -> None:
+        item = self._need(ask.id)
+        if item.link:
+            await self._loosen(item)
+        await self._apply(CollisionObject(id=ask.id, header=item.message.header,
+                                          operation=CollisionObject.REMOVE))
+
+    async def _attach(self, visitor: Visitor, ask: Named) -> None:
+        self._need(ask.id)
+        robot, group = self.page.robot, self._goals.goal(visitor).group
+        tip = tip_of(robot.group(group)) if robot is not None and group else ''
+        if robot is None or not tip:
+            raise ArmsimError('this group has no tip to attach to')
+        attached = AttachedCollisionObject(link_name=tip, touch_links=touch_links(robot, tip))
+        attached.object.id = ask.id
+        attached.object.operation = CollisionObject.ADD
+        await self._apply(attached=attached)
+
+    async def _detach(self, _visitor: Visitor, ask: Named) -> None:
+        await self._loosen(self._need(ask.id))
+
+    async def _loosen(self, item: Any) -> None:
+        attached = AttachedCollisionObject(link_name=item.link)
+        attached.object.id = item.message.id
+        attached.object.operation = CollisionObject.REMOVE
+        await self._apply(attached=attached)
+
+    async def _allow(self, _visitor: Visitor, ask: Allow) -> None:
+        request = GetPlanningScene.Request()
+        request.components.components = PlanningSceneComponents.ALLOWED_COLLISION_MATRIX
+        scene = (await self.page.call(GetPlanningScene, '/get_planning_scene', request)).scene
+        matrix = scene.allowed_collision_matrix
+        for pair in ask.pairs:
+            for name in pair:
+                if name not in matrix.entry_names:
+                    matrix.entry_names.append(name)
+                    for entry in matrix.entry_values:
+                        entry.enabled.append(False)
+                    matrix.entry_values.append(AllowedCollisionEntry(
+                        enabled=[False] * len(matrix.entry_names)))
+            one, other = (matrix.entry_names.index(name) for name in pair)
+            matrix.entry_values[one].enabled[other] = True
+            matrix.entry_values[other].enabled[one] = True
+        change = PlanningScene(is_diff=True, allowed_collision_matrix=matrix)
+        change.robot_state.is_diff = True
+        await self.page.call(ApplyPlanningScene, '/apply_planning_scene',
+                             ApplyPlanningScene.Request(scene=change))
+        self._goals.look_again()
+
+    async def _save(self, visitor: Visitor, _ask: Save) -> None:
+        objects = [object_to_dict(item.message) for item in self._drawing.objects.values()
+                   if not item.link]
+        visitor.sections.pop('saved_scene', None)
+        visitor.tell('saved_scene', json.dumps({'objects': objects}, indent=1))
+        visitor.sections.pop('saved_scene', None)
+
+    async def _load(self, _visitor: Visitor, ask: Load) -> None:
+        try:
+            objects = [object_from_dict(item) for item in json.loads(ask.text)['objects']]
+        except Exception as error:  # noqa: BLE001 - any text may have been chosen
+            raise ArmsimError(f'this is no scene that was saved here: {error!r:.200}') from None
+        await self._apply(*objects)
+
+    async def _select(self, visitor: Visitor, ask: Select) -> None:
+        """Give an object a handle in the visitor's scene."""
+        handle = self._handles.pop(visitor, None)
+        if handle is not None and visitor.scene is not None:
+            handle.remove()
+        self._chosen[visitor] = ask.id
+        visitor.tell('chosen', ask.id)
+        item = self._drawing.objects.get(ask.id)
+        if item is None or item.link or visitor.scene is None:
+            return
+        place = self._robot_part.node_of(item.frame)
+        handle = self._handles[visitor] = visitor.scene.scene.add_transform_controls(
+            f'{place}/mover', scale=0.14, line_width=3.0, depth_test=False,
+            disable_sliders=True, position=item.node.position, wxyz=item.node.wxyz)
+        moving = asyncio.Lock()
+
+        @handle.on_update
+        async def _(_event: Any) -> None:
+            if moving.locked():
+                return
+            async with moving:
+                while True:
+                    xyz, wxyz = tuple(handle.position), tuple(handle.wxyz)
+                    item.node.position, item.node.wxyz = xyz, wxyz
+                    change = Change(id=ask.id, xyz=xyz, turn=(*wxyz[1:], wxyz[0]))
+                    try:
+                        await self._change(visitor, change)
+                    except ArmsimError as error:
+                        visitor.note(str(error))
+                        return
+                    self._goals.look_again()
+                    if (tuple(handle.position), tuple(handle.wxyz)) == (xyz, wxyz):
+                        return
+
+    def _clicked(self, name: str, client: Any) -> None:
+        """Choose an object that was clicked at; called in a thread of viser's."""
+        def choose() -> None:
+            for visitor in self.page.visitors.values():
+                if visitor.scene is client:
+                    self.page.start(self._select(visitor, Select(id=name)))
+
+        self.page.soon(choose)
+
+    def _paint(self, visitor: Visitor, names: set[str]) -> None:
+        touched = names & set(self._drawing.objects)
+        if visitor.scene is not None and touched != self._touched.get(visitor, set()):
+            self._touched[visitor] = touched
+            self._drawing.highlight(visitor.scene.scene, touched)
+
+    def _need(self, name: str) -> Any:
+        if name not in self._drawing.objects:
+            raise ArmsimError(f"there is no object '{name}'")
+        return self._drawing.objects[name]
+
+
+def touch_links(robot: RobotModel, tip: str) -> list[str]:
+    """Return the links that may touch what the tip carries: the tip and what hangs on it."""
+    found = {tip}
+    for name in robot.links:  # parents first
+        joint = robot.joints.get(robot.parent_joint.get(name, ''))
+        if joint is not None and joint.parent in found:
+            found.add(name)
+    return sorted(found)
+
+
+def _unit() -> Pose:
+    pose = Pose()
+    pose.orientation.w = 1.0
+    return pose

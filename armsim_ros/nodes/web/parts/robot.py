@@ -1,0 +1,291 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The robot in the scene, from its descriptions and transforms."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Iterable
+import math
+from typing import Any
+from weakref import WeakKeyDictionary
+
+import numpy as np
+from rcl_interfaces.srv import GetParameters
+from rclpy.qos import QoSDurabilityPolicy, QoSProfile, QoSReliabilityPolicy
+from std_msgs.msg import String
+from tf2_msgs.msg import TFMessage
+
+from armsim_ros.errors import ArmsimError
+from armsim_ros.model.robot_model import RobotModel
+from armsim_ros.model.transforms import Matrix, pose_from_quat_xyzw
+from armsim_ros.nodes import qos
+from armsim_ros.nodes.client.description import bounds, describe, tip_of, with_limits
+from armsim_ros.nodes.web.page import Ask, Page, Part
+from armsim_ros.nodes.web.scene.robot_drawing import RobotDrawing
+from armsim_ros.nodes.web.view.shapes import ShapeReader
+from armsim_ros.nodes.web.visitor import Visitor
+from armsim_ros.packages import Packages
+
+#: How often the robot is looked at [Hz].
+RATE = 30.0
+#: How long an SRDF is waited for before the robot is shown without [s].
+_SRDF_PATIENCE = 2.0
+_LIMITS = 'robot_description_planning.joint_limits'
+_TF = QoSProfile(depth=50, reliability=QoSReliabilityPolicy.BEST_EFFORT,
+                 durability=QoSDurabilityPolicy.VOLATILE)
+_TF_STATIC = QoSProfile(depth=100, reliability=QoSReliabilityPolicy.RELIABLE,
+                        durability=QoSDurabilityPolicy.TRANSIENT_LOCAL)
+#: What the camera sees around a robot, as a share of its diagonal.
+_ROOM = 0.56
+#: Light from above and from below, and how much of it.
+_SKY, _GROUND, _BRIGHTNESS = (255, 255, 255), (196, 200, 208), 1.6
+#: Colours of the floor's cells and sections.
+_GRID = {'light': ((208, 213, 220), (184, 190, 199)), 'dark': ((44, 49, 57), (66, 73, 83))}
+
+
+class Frames(Ask):
+    """Whether the axes of the links are to be seen."""
+
+    shown: bool
+
+
+class ResetView(Ask):
+    """The camera is to look at the robot again."""
+
+
+class Theme(Ask):
+    """Whether the visitor's system is dark."""
+
+    dark: bool
+
+
+class RobotPart(Part):
+    """
+    Draws the robot at the poses that tf tells.
+
+    :param packages: where the packages of meshes are looked for.
+    """
+
+    def __init__(self, page: Page, packages: Packages) -> None:
+        super().__init__(page)
+        self.reader = ShapeReader(packages)
+        self.drawing: RobotDrawing | None = None
+        self.edges: dict[str, tuple[str, Matrix, Matrix]] = {}
+        """Child frame -> parent frame, position (3,), quaternion xyzw (4,)."""
+        self.moved_at = -math.inf
+        """When a link was last seen to move, in the event loop's time [s]."""
+        self._dark: WeakKeyDictionary[Visitor, bool] = WeakKeyDictionary()
+        self._texts = {'urdf': '', 'srdf': ''}
+        self._described: asyncio.Task[Any] | None = None
+        page.scene.configure_default_lights(cast_shadow=False)
+        # Light out of a photograph costs a machine without a graphics card half a minute.
+        page.scene.configure_environment_map(hdri=None)
+        page.scene.add_light_hemisphere(
+            '/lights/sky', sky_color=_SKY, ground_color=_GROUND, intensity=_BRIGHTNESS,
+            position=(0.0, 0.0, 1.0))
+        self._tf = page.link.poll(TFMessage, '/tf', _TF)
+        self._tf_static = page.link.poll(TFMessage, '/tf_static', _TF_STATIC)
+        for topic, kind in (('/robot_description', 'urdf'),
+                            ('/robot_description_semantic', 'srdf')):
+            page.link.subscribe(
+                String, topic, qos.DESCRIPTION,
+                lambda message, kind=kind: page.soon(lambda: self._take(kind, message.data)))
+        page.link.prepare(GetParameters, '/move_group/get_parameters')
+
+    def handlers(self) -> dict[str, Any]:
+        """Return what it answers."""
+        return {'frames': (Frames, self._show_frames), 'reset_view': (ResetView, self._reset),
+                'theme': (Theme, self._take_theme)}
+
+    def on_scene(self, visitor: Visitor) -> None:
+        """Give a new scene its floor, and let its camera look at the robot."""
+        self._draw_floor(visitor)
+        self.look_at_robot(visitor)
+
+    def on_program(self, name: str, there: bool) -> None:
+        """Ask a move_group that has come for the limits that it plans with."""
+        if name == 'move_group' and there and self._texts['urdf']:
+            self._described = self.page.start(self._describe(0.0))
+
+    async def run(self) -> None:
+        """Move the robot as tf says while somebody looks."""
+        while True:
+            if not self.page.watched:
+                self.page.arrival.clear()
+                if not self.page.watched:
+                    await self.page.arrival.wait()
+            self.follow()
+            await asyncio.sleep(1.0 / RATE)
+
+    def follow(self) -> None:
+        """Take the transforms that have come and move what has moved."""
+        news = {}
+        for message in (*self._tf_static.take(), *self._tf.take()):
+            for stamped in message.transforms:
+                news[stamped.child_frame_id] = stamped
+        if not news:
+            return
+        moved = False
+        with self.page.door.viser.atomic():
+            for child, stamped in news.items():
+                xyz, xyzw = stamped.transform.translation, stamped.transform.rotation
+                position = np.array((xyz.x, xyz.y, xyz.z))
+                quaternion = np.array((xyzw.x, xyzw.y, xyzw.z, xyzw.w))
+                self.edges[child] = (stamped.header.frame_id, position, quaternion)
+                if self.drawing is not None:
+                    moved |= self.drawing.set_link(child, position, quaternion[[3, 0, 1, 2]])
+        if moved:
+            self.moved_at = asyncio.get_running_loop().time()
+
+    def pose_of(self, frame: str) -> Matrix:
+        """Return where a frame stands in the outermost one that tf knows, (4, 4)."""
+        pose = np.eye(4)
+        for _ in range(len(self.edges) + 1):
+            if frame not in self.edges:
+                break
+            frame, xyz, xyzw = self.edges[frame]
+            pose = pose_from_quat_xyzw(xyz, xyzw) @ pose
+        return pose
+
+    def node_of(self, frame: str) -> str:
+        """Return the path of a frame in the scene; that of the scene for an unknown one."""
+        if self.drawing is not None and frame in self.drawing.paths:
+            return self.drawing.paths[frame]
+        return ''
+
+    def place_before(self) -> Matrix:
+        """Return a place before the robot that it can reach, (3,) [m]."""
+        centre, radius = self._extent()
+        return centre + np.array((0.45 * radius / _ROOM, 0.0, 0.0))
+
+    def look_at_robot(self, visitor: Visitor) -> None:
+        """Turn a visitor's camera so that the robot fills his view."""
+        if self.drawing is None or visitor.scene is None:
+            return
+        centre, radius = self._extent()
+        camera = visitor.scene.camera
+        away = np.array((0.78, -0.95, 0.45))
+        distance = radius / math.sin(0.5 * camera.fov) * (1.0 if camera.aspect > 1.0
+                                                          else 1.0 / max(camera.aspect, 0.3))
+        camera.position = centre + away / np.linalg.norm(away) * distance
+        camera.look_at = centre
+
+    def _draw_floor(self, visitor: Visitor) -> None:
+        cells, sections = _GRID['dark' if self._dark.get(visitor, False) else 'light']
+        if visitor.scene is not None:
+            visitor.scene.scene.add_grid(
+                '/floor', 4.0, 4.0, cell_size=0.1, section_size=0.5, cell_color=cells,
+                section_color=sections, cell_thickness=0.6, section_thickness=1.0,
+                infinite_grid=True, fade_distance=6.0, position=(0.0, 0.0, -0.001))
+
+    async def _take_theme(self, visitor: Visitor, ask: Theme) -> None:
+        self._dark[visitor] = ask.dark
+        self._draw_floor(visitor)
+
+    def _extent(self) -> tuple[Matrix, float]:
+        """Return the middle of the robot and how far it reaches from there [m]."""
+        places = np.array([
+            (self.pose_of(link) @ corner)[:3]
+            for link, corners in (self.drawing.corners.items() if self.drawing else ())
+            for corner in corners])
+        if not len(places):
+            return np.zeros(3), 1.0
+        low, high = places.min(axis=0), places.max(axis=0)
+        return 0.5 * (low + high), max(_ROOM * float(np.linalg.norm(high - low)), 0.15)
+
+    async def _show_frames(self, _visitor: Visitor, ask: Frames) -> None:
+        if self.drawing is not None:
+            self.drawing.show_axes(ask.shown)
+        self.page.publish('frames', ask.shown)
+
+    async def _reset(self, visitor: Visitor, _ask: ResetView) -> None:
+        self.look_at_robot(visitor)
+
+    def _take(self, kind: str, text: str) -> None:
+        if text == self._texts[kind]:
+            return
+        self._texts[kind] = text
+        if self._described is not None:
+            self._described.cancel()
+        patience = 0.0 if self._texts['srdf'] else _SRDF_PATIENCE
+        if self._texts['urdf']:
+            self._described = self.page.start(self._describe(patience))
+
+    async def _describe(self, patience: float) -> None:
+        """Read both texts once they are there, ask for limits, draw."""
+        await asyncio.sleep(patience)
+        try:
+            robot = describe(self._texts['urdf'], self._texts['srdf'])
+        except ArmsimError as error:
+            self.page.publish('robot_error', str(error))
+            return
+        self.page.publish('robot_error', '')
+        robot = with_limits(robot, await self._planner_limits(robot))
+        same = self.drawing is not None and self.drawing.robot.urdf == robot.urdf
+        if not same:
+            if self.drawing is not None:
+                self.drawing.remove()
+            self.drawing = None
+            drawing = await asyncio.to_thread(
+                RobotDrawing, self.page.scene, '/robot', robot, self.reader)
+            for child, (_, xyz, xyzw) in self.edges.items():
+                drawing.set_link(child, xyz, xyzw[[3, 0, 1, 2]])
+            self.drawing = drawing
+        assert self.drawing is not None
+        self.page.publish('robot', robot_form(robot, self.drawing.complaints))
+        self.follow()
+        self.page.take_robot(robot)
+        if not same:
+            for visitor in self.page.visitors.values():
+                self.look_at_robot(visitor)
+
+    async def _planner_limits(self, robot: RobotModel) -> dict[str, dict[str, float]]:
+        """Return the limits that move_group plans with, as far as it tells them."""
+        names = [(joint, kind) for joint in robot.active_joints
+                 for kind in ('velocity', 'acceleration')]
+        request = GetParameters.Request(names=[
+            f'{_LIMITS}.{joint}.{what}_{kind}{"_limits" if what == "has" else ""}'
+            for joint, kind in names for what in ('has', 'max')])
+        try:
+            values = (await self.page.call(
+                GetParameters, '/move_group/get_parameters', request, 2.0)).values
+        except ArmsimError:
+            return {}
+        found: dict[str, dict[str, float]] = {}
+        for index, (joint, kind) in enumerate(names[:len(values) // 2]):
+            has, most = values[2 * index], values[2 * index + 1]
+            number = most.double_value if most.type == 3 else float(most.integer_value)
+            if has.bool_value and number > 0.0:
+                found.setdefault(joint, {})[kind] = number
+        return found
+
+
+def robot_form(robot: RobotModel, complaints: Iterable[str] = ()) -> dict[str, Any]:
+    """Return what the panel has to know of a robot."""
+    groups = []
+    for name, group in robot.semantic.groups.items():
+        if group.active_joints:
+            groups.append({
+                'name': name,
+                'tip': tip_of(group),
+                'states': list(robot.semantic.named_states.get(name, {})),
+                'joints': [_joint_form(robot, joint) for joint in group.active_joints],
+            })
+    chains = [group for group in groups if group['tip'] and len(group['joints']) > 2]
+    return {'name': robot.name, 'groups': groups, 'complaints': list(complaints)[:5],
+            'group': (chains or groups or [{'name': ''}])[0]['name']}
+
+
+def _joint_form(robot: RobotModel, name: str) -> dict[str, Any]:
+    joint = robot.joints[name]
+    lower, upper = bounds(joint)
+    return {
+        'name': name, 'turns': joint.type.value != 'prismatic', 'lower': lower, 'upper': upper,
+        'velocity': _number(joint.limits.velocity),
+        'acceleration': _number(joint.limits.acceleration),
+    }
+
+
+def _number(value: float) -> float | None:
+    return value if math.isfinite(value) else None

@@ -1,0 +1,250 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The simulation's clock and objects, where simulation_interfaces are served; cameras."""
+
+from __future__ import annotations
+
+import base64
+import io
+from typing import Any, Literal
+
+import numpy as np
+from PIL import Image as Picture
+from pydantic import Field
+from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
+from rcl_interfaces.srv import GetParameters, SetParameters
+from rclpy.qos import QoSDurabilityPolicy, QoSProfile, QoSReliabilityPolicy
+from sensor_msgs.msg import CompressedImage, Image
+from simulation_interfaces.msg import EntityCategory, Result, SimulationState
+from simulation_interfaces.srv import (
+    GetEntitiesStates,
+    GetEntityBounds,
+    GetSimulationState,
+    GetSimulatorFeatures,
+    ResetSimulation,
+    SetSimulationState,
+    StepSimulation,
+)
+
+from armsim_ros.errors import ArmsimError
+from armsim_ros.model.robot_model import RobotModel
+from armsim_ros.nodes.web.page import Ask, Page, Part
+from armsim_ros.nodes.web.parts.robot import RobotPart
+from armsim_ros.nodes.web.parts.watch import WatchPart
+from armsim_ros.nodes.web.scene.entities_drawing import EntitiesDrawing, Entity
+from armsim_ros.nodes.web.visitor import Visitor
+
+_SERVICES = {
+    '/get_simulator_features': GetSimulatorFeatures,
+    '/get_simulation_state': GetSimulationState,
+    '/set_simulation_state': SetSimulationState,
+    '/step_simulation': StepSimulation,
+    '/reset_simulation': ResetSimulation,
+    '/get_entities_states': GetEntitiesStates,
+    '/get_entity_bounds': GetEntityBounds,
+    '/simulation/get_parameters': GetParameters,
+    '/simulation/set_parameters': SetParameters,
+}
+_STATES = {SimulationState.STATE_STOPPED: 'stopped', SimulationState.STATE_PLAYING: 'playing',
+           SimulationState.STATE_PAUSED: 'paused'}
+_OBJECTS = [EntityCategory(category=kind) for kind in (
+    EntityCategory.CATEGORY_OBJECT, EntityCategory.CATEGORY_DYNAMIC_OBJECT,
+    EntityCategory.CATEGORY_STATIC_OBJECT)]
+#: More objects than this are not shown.
+_MOST_ENTITIES = 100
+_SPEED = 'real_time_factor'
+_PERIOD = 1.0
+_PICTURES = {'sensor_msgs/msg/Image': Image, 'sensor_msgs/msg/CompressedImage': CompressedImage}
+#: Pictures a second, and their longest side [pixels].
+_PICTURE_RATE, _PICTURE_SIZE = 5.0, 480
+_NEWEST = QoSProfile(depth=1, reliability=QoSReliabilityPolicy.BEST_EFFORT,
+                     durability=QoSDurabilityPolicy.VOLATILE)
+
+
+class Control(Ask):
+    """What the simulation is to do."""
+
+    what: Literal['pause', 'play', 'step', 'reset']
+
+
+class Speed(Ask):
+    """Simulated time per wall time; 0 is as fast as it goes."""
+
+    factor: float = Field(ge=0.0, le=100.0)
+
+
+class Watch(Ask):
+    """The topic of pictures to show; '' for none."""
+
+    topic: str = ''
+
+
+class SimulationPart(Part):
+    """
+    Pauses, steps and resets; shows entities and camera pictures.
+
+    :param watch: who knows what is served.
+    :param robot_part: who knows the frames.
+    """
+
+    def __init__(self, page: Page, watch: WatchPart, robot_part: RobotPart) -> None:
+        super().__init__(page)
+        self._watch = watch
+        self._drawing = EntitiesDrawing(page.scene, robot_part.node_of)
+        self._bounds: dict[str, Any] = {}
+        self._prepared: set[str] = set()
+        self._camera: Any = None
+        self._topic = ''
+
+    def handlers(self) -> dict[str, Any]:
+        """Return what it answers."""
+        return {'simulation': (Control, self._control), 'camera': (Watch, self._choose),
+                'simulation_speed': (Speed, self._set_speed)}
+
+    def on_robot(self, robot: RobotModel) -> None:
+        """Stand the objects into the frames of another robot."""
+        self._drawing.show([])
+
+    async def run(self) -> None:
+        """Ask the simulation how it is, where it answers such questions."""
+        self.page.start(self._look_through_camera())
+        while True:
+            for name, kind in _SERVICES.items():
+                if name in self._watch.services and name not in self._prepared:
+                    self._prepared.add(name)
+                    self.page.link.prepare(kind, name)
+            served = sorted(name for name in _SERVICES if name in self._watch.services)
+            cameras = sorted(name for name, kind in self._watch.topics.items()
+                             if kind in _PICTURES)
+            if '/get_simulator_features' in served or cameras:
+                entities = await self._entities() if '/get_entities_states' in served else []
+                self._draw(entities)
+                self.page.publish('simulation', {
+                    'state': await self._state(), 'served': served, 'cameras': cameras,
+                    'camera': self._topic, 'speed': await self._speed(),
+                    'entities': [entity.form() for entity in entities]})
+            else:
+                self._draw([])
+                self.page.publish('simulation', None)
+            await self._watch.rest(_PERIOD)
+
+    async def _state(self) -> str:
+        try:
+            answer = await self.page.call(GetSimulationState, '/get_simulation_state', None, 2.0)
+        except ArmsimError:
+            return ''
+        return _STATES.get(answer.state.state, 'busy')
+
+    async def _speed(self) -> float | None:
+        """Return simulated time per wall time, None where nobody tells."""
+        if '/simulation/set_parameters' not in self._watch.services:
+            return None
+        try:
+            (value,) = (await self.page.call(
+                GetParameters, '/simulation/get_parameters',
+                GetParameters.Request(names=[_SPEED]), 2.0)).values
+        except (ArmsimError, ValueError):
+            return None
+        return value.double_value if value.type == ParameterType.PARAMETER_DOUBLE else None
+
+    async def _set_speed(self, _visitor: Visitor, ask: Speed) -> None:
+        value = ParameterValue(type=ParameterType.PARAMETER_DOUBLE, double_value=ask.factor)
+        (result,) = (await self.page.call(
+            SetParameters, '/simulation/set_parameters', SetParameters.Request(
+                parameters=[Parameter(name=_SPEED, value=value)]))).results
+        if not result.successful:
+            raise ArmsimError(result.reason or f'{_SPEED} was not changed')
+
+    async def _entities(self) -> list[Entity]:
+        """Return the objects of the simulated world, each with the room that it takes."""
+        request = GetEntitiesStates.Request()
+        request.filters.categories = _OBJECTS
+        try:
+            answer = await self.page.call(
+                GetEntitiesStates, '/get_entities_states', request, 2.0)
+        except ArmsimError:
+            return []
+        names = list(answer.entities)[:_MOST_ENTITIES]
+        if set(names) != set(self._bounds):
+            self._bounds = {name: await self._bounds_of(name) for name in names}
+        return [Entity(name, state.header.frame_id, state.pose, self._bounds[name])
+                for name, state in zip(names, answer.states, strict=False)]
+
+    async def _bounds_of(self, name: str) -> Any:
+        try:
+            return (await self.page.call(
+                GetEntityBounds, '/get_entity_bounds',
+                GetEntityBounds.Request(entity=name), 2.0)).bounds
+        except ArmsimError:
+            return None
+
+    def _draw(self, entities: list[Entity]) -> None:
+        """Draw, paler, what is simulated and not in the planning scene."""
+        planned = {item['id'] for item in self.page.shared.get('objects') or ()}
+        self._drawing.show([entity for entity in entities if entity.name not in planned])
+
+    async def _control(self, _visitor: Visitor, ask: Control) -> None:
+        if ask.what == 'step':
+            kind, name = StepSimulation, '/step_simulation'
+            request: Any = StepSimulation.Request(steps=1)
+        elif ask.what == 'reset':
+            kind, name, request = ResetSimulation, '/reset_simulation', ResetSimulation.Request()
+        else:
+            kind, name, request = SetSimulationState, '/set_simulation_state', None
+            request = SetSimulationState.Request()
+            request.state.state = (SimulationState.STATE_PAUSED if ask.what == 'pause'
+                                   else SimulationState.STATE_PLAYING)
+        result = (await self.page.call(kind, name, request)).result
+        already = getattr(SetSimulationState.Response, 'ALREADY_IN_TARGET_STATE', 101)
+        if result.result not in (Result.RESULT_OK, already):
+            raise ArmsimError(f'{name}: {result.error_message or "refused"}')
+
+    async def _choose(self, _visitor: Visitor, ask: Watch) -> None:
+        kind = self._watch.topics.get(ask.topic, '')
+        if ask.topic and kind not in _PICTURES:
+            raise ArmsimError(f"'{ask.topic}' brings no pictures")
+        if self._camera is not None:
+            self._camera.close()
+            self._camera = None
+        self._topic = ask.topic
+        self.page.publish('picture', None)
+        if ask.topic:
+            self._camera = self.page.link.poll(_PICTURES[kind], ask.topic, _NEWEST)
+
+    async def _look_through_camera(self) -> None:
+        while True:
+            news = self._camera.take() if self._camera is not None else []
+            if news:
+                try:
+                    self.page.publish('picture', picture_url(news[-1]))
+                except ValueError as error:
+                    self.page.publish('picture', None)
+                    for visitor in self.page.visitors.values():
+                        visitor.note(f"'{self._topic}': {error}")
+            await self._watch.rest(1.0 / _PICTURE_RATE)
+
+
+def picture_url(message: Any) -> str:
+    """
+    Return an image message as a data URL, small enough to be sent often.
+
+    :raises ValueError: its encoding is none that is shown, or its bytes do not fit.
+    """
+    if isinstance(message, CompressedImage):
+        picture = Picture.open(io.BytesIO(bytes(message.data)))
+    else:
+        modes = {'rgb8': ('RGB', 3), 'bgr8': ('RGB', 3), 'rgba8': ('RGBA', 4), 'mono8': ('L', 1)}
+        if message.encoding not in modes:
+            raise ValueError(f"encoding '{message.encoding}' is not shown; shown are: "
+                             f"{', '.join(modes)}")
+        mode, depth = modes[message.encoding]
+        rows = np.frombuffer(bytes(message.data), np.uint8).reshape(message.height, message.step)
+        pixels = rows[:, :message.width * depth].reshape(message.height, message.width, depth)
+        if message.encoding == 'bgr8':
+            pixels = pixels[..., ::-1]
+        picture = Picture.fromarray(np.ascontiguousarray(pixels.squeeze()), mode)
+    picture = picture.convert('RGB')
+    picture.thumbnail((_PICTURE_SIZE, _PICTURE_SIZE))
+    data = io.BytesIO()
+    picture.save(data, 'JPEG', quality=75)
+    return f'data:image/jpeg;base64,{base64.b64encode(data.getvalue()).decode()}'

@@ -1,0 +1,126 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""One visitor: what his panel is told, and what of the scene is his alone."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Mapping
+import json
+import math
+from typing import Any
+
+from websockets.asyncio.server import ServerConnection
+from websockets.exceptions import ConnectionClosed
+
+#: A panel gets no more than so many messages a second.
+_PANEL_RATE = 30.0
+
+
+class Visitor:
+    """
+    A browser's tab; it stays the same when the tab is loaded again.
+
+    :param key: the tab's own name for itself.
+    :param number: how other visitors call it.
+    """
+
+    def __init__(self, key: str, number: int) -> None:
+        """Begin with nothing shown."""
+        self.key, self.number = key, number
+        self.scene: Any = None
+        """viser's client, None while the tab has no scene."""
+        self.left_at = 0.0
+        """When the last panel closed [s]; only of use where there is none."""
+        self.sections: dict[str, Any] = {}
+        self._panels: set[_Panel] = set()
+
+    @property
+    def present(self) -> bool:
+        """Whether a panel is open."""
+        return bool(self._panels)
+
+    def tell(self, name: str, value: Any) -> None:
+        """Show this visitor a section; what has not changed is not sent again."""
+        if name not in self.sections or self.sections[name] != value:
+            self.sections[name] = value
+            self.send(name, value)
+
+    def send(self, name: str, value: Any) -> None:
+        """Put a section on its way to the visitor's panels."""
+        for panel in self._panels:
+            panel.put(name, value)
+
+    def note(self, text: str, level: str = 'error') -> None:
+        """Say one line below the status, once."""
+        self.sections.pop('note', None)
+        self.tell('note', {'text': text, 'level': level})
+
+    async def talk(self, connection: ServerConnection, shared: Mapping[str, Any],
+                   receive: Any) -> None:
+        """
+        Serve one panel until it closes.
+
+        :param shared: what all visitors see.
+        :param receive: gets each message that is a JSON object.
+        """
+        panel = _Panel(connection)
+        for name, value in {**shared, **self.sections}.items():
+            panel.put(name, value)
+        self._panels.add(panel)
+        sender = asyncio.create_task(panel.send_all())
+        try:
+            async for text in connection:
+                message = json.loads(text) if isinstance(text, str) else None
+                if not isinstance(message, dict):
+                    await connection.close(1003, 'not understood')
+                    return
+                receive(message)
+        except (ValueError, RecursionError):
+            await connection.close(1003, 'not understood')
+        finally:
+            self._panels.discard(panel)
+            sender.cancel()
+            self.left_at = asyncio.get_running_loop().time()
+
+
+class _Panel:
+    """The way to one panel: the newest value of each section, and no queue behind it."""
+
+    def __init__(self, connection: ServerConnection) -> None:
+        self._connection = connection
+        self._waiting: dict[str, Any] = {}
+        self._news = asyncio.Event()
+
+    def put(self, name: str, value: Any) -> None:
+        self._waiting[name] = value
+        self._news.set()
+
+    async def send_all(self) -> None:
+        try:
+            while True:
+                await self._news.wait()
+                self._news.clear()
+                batch, self._waiting = self._waiting, {}
+                await self._connection.send(to_json(batch))
+                await asyncio.sleep(1.0 / _PANEL_RATE)
+        except ConnectionClosed:
+            return
+
+
+def to_json(value: Any) -> str:
+    """Return JSON text that browsers read: a number that is not finite becomes null."""
+    try:
+        return json.dumps(value, allow_nan=False, separators=(',', ':'))
+    except ValueError:
+        return json.dumps(_finite(value), allow_nan=False, separators=(',', ':'))
+
+
+def _finite(value: Any) -> Any:
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if isinstance(value, dict):
+        return {key: _finite(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_finite(item) for item in value]
+    return value

@@ -1,0 +1,195 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""A stack that is not ours, in the test's own process: interfaces with next to nothing behind."""
+
+import contextlib
+import threading
+
+from control_msgs.msg import JointTrajectoryControllerState
+from controller_manager_msgs.msg import ControllerState
+from controller_manager_msgs.srv import ListControllers, SwitchController
+from moveit_msgs.action import ExecuteTrajectory, MoveGroup
+from moveit_msgs.msg import CollisionObject, ContactInformation
+from moveit_msgs.srv import (
+    ApplyPlanningScene,
+    GetPlanningScene,
+    GetPositionIK,
+    GetStateValidity,
+    QueryPlannerInterfaces,
+)
+import pytest
+import rclpy
+from rclpy.action import ActionServer, CancelResponse
+from rclpy.callback_groups import ReentrantCallbackGroup
+from rclpy.context import Context
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.signals import SignalHandlerOptions
+from sensor_msgs.msg import JointState
+from std_msgs.msg import String
+from trajectory_msgs.msg import JointTrajectoryPoint
+
+from armsim_ros.nodes import qos
+
+URDF = """<robot name="two">
+  <link name="base"><visual><geometry><box size="0.2 0.2 0.1"/></geometry></visual></link>
+  <link name="upper"><visual><geometry><box size="0.1 0.1 0.5"/></geometry></visual></link>
+  <link name="lower"/>
+  <joint name="turn" type="revolute"><parent link="base"/><child link="upper"/>
+    <axis xyz="0 0 1"/><limit lower="-2" upper="2" effort="1" velocity="1"/></joint>
+  <joint name="bend" type="revolute"><parent link="upper"/><child link="lower"/>
+    <origin xyz="0 0 0.5"/><axis xyz="0 1 0"/>
+    <limit lower="-1" upper="1" effort="1" velocity="1"/></joint>
+</robot>"""
+SRDF = """<robot name="two"><group name="arm"><chain base_link="base" tip_link="lower"/></group>
+<group_state name="up" group="arm"><joint name="turn" value="1"/><joint name="bend" value="0.5"/>
+</group_state></robot>"""
+
+
+class FakeStack:
+    """The interfaces of move_group and a controller manager, with next to nothing behind."""
+
+    def __init__(self):
+        self.objects, self.attached, self.positions = {}, {}, {'turn': 0.0, 'bend': 0.0}
+        self.state, self.contacts, self.release = 'active', [], threading.Event()
+        self.matrix = None
+        self._context = Context()
+        rclpy.init(args=[], context=self._context,
+                   signal_handler_options=SignalHandlerOptions.NO)
+        self._node = rclpy.create_node('fake', context=self._context)
+        self._node.declare_parameter('gain', 1.5)
+        self._executor = SingleThreadedExecutor(context=self._context)
+        self._executor.add_node(self._node)
+        self._make()
+        self._thread = threading.Thread(target=self._spin, daemon=True)
+        self._thread.start()
+
+    def close(self):
+        """Leave the graph."""
+        self._context.try_shutdown()
+        self._thread.join(5.0)
+
+    def _spin(self):
+        with contextlib.suppress(ExternalShutdownException):
+            self._executor.spin()
+
+    def _make(self):
+        node, group = self._node, ReentrantCallbackGroup()
+        for topic, text in (('/robot_description', URDF), ('/robot_description_semantic', SRDF)):
+            node.create_publisher(String, topic, qos.LATCHED).publish(String(data=text))
+        for kind, name, answer in (
+                (GetPlanningScene, '/get_planning_scene', self._scene),
+                (ApplyPlanningScene, '/apply_planning_scene', self._apply),
+                (GetStateValidity, '/check_state_validity', self._valid),
+                (GetPositionIK, '/compute_ik', lambda _, response: response),
+                (QueryPlannerInterfaces, '/query_planner_interface', lambda _, answer: answer),
+                (ListControllers, '/arm/controller_manager/list_controllers', self._list),
+                (SwitchController, '/arm/controller_manager/switch_controller', self._switch)):
+            node.create_service(kind, name, answer, callback_group=group)
+        self._servers = [
+            ActionServer(node, MoveGroup, '/move_action', self._plan, callback_group=group),
+            ActionServer(node, ExecuteTrajectory, '/execute_trajectory', self._execute,
+                         callback_group=group,
+                         cancel_callback=lambda _: CancelResponse.ACCEPT)]
+        node.create_publisher(JointTrajectoryControllerState, '/arm/controller_state', 10)
+        self._states = node.create_publisher(JointState, '/arm/joint_states', qos.STATE)
+        node.create_timer(0.05, self._tell)
+
+    def _scene(self, _, response):
+        state = response.scene.robot_state
+        state.joint_state.name = list(self.positions)
+        state.joint_state.position = list(self.positions.values())
+        state.attached_collision_objects = list(self.attached.values())
+        response.scene.world.collision_objects = list(self.objects.values())
+        return response
+
+    def _apply(self, request, response):
+        for item in request.scene.world.collision_objects:
+            if item.operation == CollisionObject.REMOVE:
+                self.objects.pop(item.id, None)
+            elif item.operation == CollisionObject.MOVE:
+                self.objects[item.id].pose = item.pose
+            else:
+                self.objects[item.id] = item
+        for item in request.scene.robot_state.attached_collision_objects:
+            if item.object.operation == CollisionObject.REMOVE:
+                self.objects[item.object.id] = self.attached.pop(item.object.id).object
+            else:
+                item.object = self.objects.pop(item.object.id)
+                item.object.header.frame_id = item.link_name
+                self.attached[item.object.id] = item
+        if request.scene.allowed_collision_matrix.entry_names:
+            self.matrix = request.scene.allowed_collision_matrix
+        response.success = True
+        return response
+
+    def _valid(self, _, response):
+        response.valid = not self.contacts
+        response.contacts = [ContactInformation(contact_body_1=one, contact_body_2=other)
+                             for one, other in self.contacts]
+        return response
+
+    def _list(self, _, response):
+        response.controller = [ControllerState(
+            name='arm', type='joint_trajectory_controller/JointTrajectoryController',
+            state=self.state, required_command_interfaces=['turn/position', 'bend/position'])]
+        return response
+
+    def _switch(self, request, response):
+        self.state = 'active' if request.activate_controllers else 'inactive'
+        response.ok = True
+        return response
+
+    def _plan(self, handle):
+        result = MoveGroup.Result()
+        names = [each.joint_name
+                 for each in handle.request.request.goal_constraints[0].joint_constraints]
+        target = [each.position
+                  for each in handle.request.request.goal_constraints[0].joint_constraints]
+        trajectory = result.planned_trajectory.joint_trajectory
+        trajectory.joint_names = names
+        for time, positions in ((0, [self.positions[name] for name in names]), (2, target)):
+            point = JointTrajectoryPoint(positions=positions)
+            point.time_from_start.sec = time
+            trajectory.points.append(point)
+        if not handle.request.planning_options.plan_only:
+            self._arrive(trajectory)
+        result.error_code.val = 1
+        handle.succeed()
+        return result
+
+    def _arrive(self, trajectory):
+        self.positions.update(zip(trajectory.joint_names, trajectory.points[-1].positions,
+                                  strict=True))
+
+    def _tell(self):
+        self._states.publish(JointState(name=list(self.positions),
+                                        position=list(self.positions.values())))
+
+    async def _execute(self, handle):
+        result = ExecuteTrajectory.Result()
+        if not self.release.is_set():
+            # A turn of the executor after the other, until it is released or stopped.
+            while not handle.is_cancel_requested and not self.release.is_set():
+                await _one_turn(self._node.executor)
+        if handle.is_cancel_requested:
+            handle.canceled()
+            return result
+        trajectory = handle.request.trajectory.joint_trajectory
+        self._arrive(trajectory)
+        result.error_code.val = 1
+        handle.succeed()
+        return result
+
+
+async def _one_turn(executor):
+    task = executor.create_task(lambda: None)
+    await task
+
+
+@pytest.fixture(scope='module')
+def fake_stack():
+    """Serve the interfaces in this process."""
+    fake = FakeStack()
+    fake.release.set()
+    yield fake
+    fake.close()

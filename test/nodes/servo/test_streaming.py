@@ -1,0 +1,183 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Cycles of the streaming thread, one by one, with invented time and nobody else there."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from servo_streams import ELBOW_UP, Streamer, twist
+
+from armsim_ros.config.loading import load_robot_settings
+from armsim_ros.kinematics.kinematic_model import KinematicModel
+from armsim_ros.model.loading import load_robot_model
+from armsim_ros.nodes.servo.streaming import Streaming
+from armsim_ros.planning.servo.commands import CommandType, PoseTarget
+from armsim_ros.planning.servo.inbox import CommandInbox
+
+PERIOD_NS = 10_000_000
+
+
+@pytest.fixture(scope='module')
+def kinematics():
+    """Return the robot's kinematics."""
+    return KinematicModel(load_robot_model(load_robot_settings('sunday')))
+
+
+class Cycles:
+    """The streaming thread's work, done when a test says so."""
+
+    def __init__(self, kinematics):
+        self.now = 1_000_000_000
+        self.sent, self.stamps, self.said = [], [], []
+        self.inbox = CommandInbox(100_000_000)
+        self.controller = SimpleNamespace(
+            own=None, subscriptions=(), goal_runs=False, plan_runs=False, inactive='',
+            reference=lambda now: self.reference.copy(),
+        )  # fmt: skip
+        self.reference = np.array(ELBOW_UP)
+        self.output = SimpleNamespace(
+            heard=True, topic='/arm/joint_trajectory', start=lambda now, positions: None,
+            publish=self._send,
+        )  # fmt: skip
+        made = Streamer(kinematics)
+        self.streaming = Streaming(
+            node=SimpleNamespace(catch_up=lambda *subscriptions: None),
+            clock=SimpleNamespace(now_ns=lambda: self.now, parted=False),
+            inbox=self.inbox,
+            commands=SimpleNamespace(subscriptions=()),
+            states=SimpleNamespace(q=made.q, missing=(), subscriptions=()),
+            controller=self.controller,
+            stream=made.stream,
+            output=self.output,
+            status=SimpleNamespace(publish=self.said.append, heard=True),
+            parameters=made.parameters,
+            ready=lambda: None,
+        )
+        made.stream.stop()
+        self.kinematics = kinematics
+
+    def _send(self, now, cycle, parameters):
+        self.sent.append(cycle.positions)
+        self.stamps.append(now)
+
+    def run(self, command=None, count=30, steps=(PERIOD_NS,)):
+        """Do cycles, a command before each, with those steps of time again and again."""
+        for record in (self.said, self.sent, self.stamps):
+            record.clear()
+        for k in range(count):
+            if command is not None:
+                self.inbox.receive(command.type, lambda: command, self.now, self.now)
+            self.streaming._cycle()
+            self.now += steps[k % len(steps)]
+
+    @property
+    def messages(self):
+        """What was said."""
+        return {finding.message for finding in self.said}
+
+
+@pytest.fixture
+def cycles(kinematics):
+    """Return cycles that follow twists."""
+    made = Cycles(kinematics)
+    made.inbox.choose(CommandType.TWIST)
+    return made
+
+
+def test_motion_and_silence(cycles):
+    """Commands are followed; after them the arm brakes, and then nothing is sent."""
+    cycles.run(twist((0, 0, -0.3)), 60)
+    assert len(cycles.sent) == 60
+    cycles.run(None, 100)
+    assert 5 < len(cycles.sent) < 60
+    assert cycles.messages == {'No warnings'}
+    cycles.run(None, 20)
+    assert not cycles.sent
+
+
+def test_late_cycles_move_no_faster(cycles):
+    """Points of cycles that come late, or follow quickly upon a late one, keep their distance."""
+    cycles.run(twist((0, 0, -0.3)), 60, steps=(10_000_000, 27_000_000, 1_000_000, 2_000_000))
+    speeds = np.diff(cycles.sent, axis=0) / np.diff(cycles.stamps)[:, None] * 1e9
+    even = np.diff(cycles.sent, axis=0) / 0.01
+    assert np.abs(speeds).max() <= np.abs(even).max() + 1e-9
+    behind = cycles.now - 2_000_000 - np.array(cycles.stamps[-1])
+    assert abs(behind) < 3 * PERIOD_NS
+    cycles.run(twist((0, 0, -0.3)), 3, steps=(400_000_000,))
+    assert np.diff(cycles.stamps).min() > 300_000_000
+
+
+def test_simulated_time_that_is_slower(cycles):
+    """Where simulated time goes at a third of our own pace, so does the stream."""
+    cycles.streaming.clock.parted = True
+    cycles.run(twist((0, 0, -0.3)), 60, steps=(PERIOD_NS // 3,))
+    assert 18 <= len(cycles.sent) <= 22
+    cycles.run(twist((0, 0, -0.3)), 10, steps=(0,))
+    assert len(cycles.sent) <= 1
+
+
+def test_rest(cycles):
+    """It rests where there is no command, nothing moves, and nobody listens to the status."""
+    cycles.run(None, 2)
+    assert not cycles.streaming._rests()
+    cycles.streaming.status.heard = False
+    assert cycles.streaming._rests()
+    cycles.run(twist((0, 0, -0.3)), 10)
+    assert not cycles.streaming._rests()
+    cycles.run(None, 100)
+    assert cycles.streaming._rests()
+    cycles.inbox.complain('what is wrong', cycles.now)
+    assert not cycles.streaming._rests()
+
+
+def test_nothing_is_sent_at_rest(cycles):
+    """A twist of 0 sends nothing, so that plans can run."""
+    cycles.run(twist(), 50)
+    assert not cycles.sent
+
+
+def test_pose_that_is_reached_already(cycles):
+    """It is told of, and held."""
+    cycles.inbox.choose(CommandType.POSE)
+    cycles.run(PoseTarget('link_6', np.eye(4)), 20)
+    assert 'No warnings: pose reached' in cycles.messages
+
+
+def test_pause(cycles):
+    """The arm brakes, commands are forgotten, the status goes on."""
+    cycles.run(twist((0, 0, -0.3)), 40)
+    cycles.streaming.pause(True)
+    cycles.run(twist((0, 0, -0.3)), 100)
+    assert cycles.messages == {'No warnings: paused'}
+    cycles.run(twist((0, 0, -0.3)), 10)
+    assert not cycles.sent
+    cycles.streaming.pause(False)
+    cycles.run(twist((0, 0, -0.3)), 10)
+    assert cycles.sent
+
+
+def test_a_goal_has_the_arm(cycles):
+    """While a goal runs nothing is sent; afterwards the stream begins anew."""
+    cycles.run(twist((0, 0, -0.3)), 40)
+    cycles.controller.goal_runs = True
+    cycles.run(twist((0, 0, -0.3)), 10)
+    assert not cycles.sent
+    cycles.controller.goal_runs = False
+    cycles.reference = np.array(ELBOW_UP) + 0.2
+    cycles.run(None, 5)
+    assert not cycles.sent
+    cycles.run(twist((0, 0, -0.3)), 10)
+    assert np.abs(cycles.sent[0] - cycles.reference).max() < 1e-3
+
+
+@pytest.mark.parametrize('obstacle', ['nobody', 'inactive'])
+def test_nobody_to_move(cycles, obstacle):
+    """Where nobody listens, or the controller is inactive, the status says so."""
+    cycles.output.heard = obstacle != 'nobody'
+    if obstacle == 'inactive':
+        cycles.controller.inactive = "controller '/arm' is inactive"
+    cycles.run(twist((0, 0, -0.3)), 10)
+    assert not cycles.sent
+    word = 'nobody subscribes' if obstacle == 'nobody' else 'is inactive'
+    assert any(word in message and message.startswith('Invalid') for message in cycles.messages)

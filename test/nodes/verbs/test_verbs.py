@@ -1,0 +1,92 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The small commands, beside a stack that is not ours."""
+
+import json
+
+import pytest
+
+from armsim_ros.cli.arguments import UsageError
+from armsim_ros.errors import ArmsimError
+from armsim_ros.nodes.verbs import echo, go, param, state, stop
+
+pytestmark = pytest.mark.usefixtures('fake_stack')
+JSON = ['--json', '--timeout', '20']
+
+
+def output_of(program, capsys, *words):
+    """Return the exit status and what was printed as JSON."""
+    status = program.main([*words, *JSON])
+    return status, json.loads(capsys.readouterr().out)
+
+
+def test_go_moves_to_a_named_state(fake_stack, capsys):
+    """Planned and executed by move_action; the error is that of the joint states."""
+    status, told = output_of(go, capsys, 'up', '--speed', '0.5')
+    assert (status, told['success'], told['group']) == (0, True, 'arm')
+    assert fake_stack.positions == {'turn': 1.0, 'bend': 0.5}
+    assert told['largest_error'] < 1e-9
+
+
+def test_go_takes_joint_positions_and_can_leave_it_at_the_plan(fake_stack, capsys):
+    """In degrees where they say so."""
+    before = dict(fake_stack.positions)
+    status, told = output_of(go, capsys, 'turn=-30deg', 'bend=0.25', '--plan-only')
+    assert (status, told['duration']) == (0, 2.0)
+    assert fake_stack.positions == before
+
+
+@pytest.mark.parametrize(('words', 'text'), [
+    (['upp'], "did you mean 'up'?"),
+    (['trun=1'], "did you mean 'turn'?"),
+    (['turn=9'], 'allowed: -2 to 2'),
+    (['turn=fast'], "with 'deg' behind it"),
+    (['up', '--group', 'leg'], 'allowed: arm'),
+    (['up', '--speed', '2'], '--speed'),
+])
+def test_go_answers_a_wrong_word_with_the_right_one(words, text):
+    """Nothing moves."""
+    with pytest.raises(UsageError) as error:
+        go.main([*words, '--timeout', '20'])
+    assert text in str(error.value)
+
+
+def test_state_prints_joints_and_controllers(capsys):
+    """As a table for people, as JSON for scripts."""
+    status, told = output_of(state, capsys)
+    assert status == 0
+    assert {each['name'] for each in told['joints']} == {'turn', 'bend'}
+    assert told['controllers'][0] == {
+        'name': '/arm/arm', 'state': 'active',
+        'type': 'joint_trajectory_controller/JointTrajectoryController'}
+    assert state.main(['--timeout', '20']) == 0
+    assert 'turn' in capsys.readouterr().out
+
+
+def test_stop_asks_every_action(capsys):
+    """There is nothing to stop, and that is said."""
+    status, told = output_of(stop, capsys)
+    assert (status, told) == (0, {'stopped': 0, 'silent': []})
+
+
+def test_echo_prints_a_latched_message(capsys):
+    """The publisher's quality of service is taken over."""
+    status, told = output_of(echo, capsys, '/robot_description', '--once')
+    assert status == 0
+    assert told['data'].startswith('<robot name="two">')
+
+
+def test_param_reads_sets_and_lists(capsys):
+    """A whole number is taken for a parameter that has a point."""
+    assert output_of(param, capsys, 'get', '/fake', 'gain') == (0, 1.5)
+    status, told = output_of(param, capsys, 'set', '/fake', 'gain', '2')
+    assert (status, told['old'], told['value']) == (0, 1.5, 2.0)
+    assert 'gain' in output_of(param, capsys, 'list', '/fake')[1]
+    with pytest.raises(ArmsimError, match="did you mean 'gain'"):
+        param.main(['get', 'fake', 'gian', '--timeout', '20'])
+
+
+def test_a_robot_that_is_not_there_is_said_in_a_sentence():
+    """With what to look at."""
+    with pytest.raises(ArmsimError, match='armsim bringup'):
+        echo.main(['/nowhere', '--timeout', '0.5'])
