@@ -1,0 +1,256 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Actions that read and write arguments, configurations and the environment."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+import os
+from typing import Any
+
+from armsim_ros.launch.api.context import LaunchContext
+from armsim_ros.launch.api.entity import Action, LaunchDescriptionEntity, SomeText
+from armsim_ros.launch.api.utilities import (
+    describe_text,
+    normalize_to_list_of_substitutions,
+    perform_substitutions,
+    perform_text,
+)
+from armsim_ros.launch.failures import LaunchError, MissingArgumentsError
+
+
+class DeclareLaunchArgument(Action):
+    """
+    An argument of a launch file.
+
+    :param name: of the argument.
+    :param default_value: without one it has to be given.
+    :param choices: the values that it may have.
+    """
+
+    def __init__(
+        self, name: str, *, default_value: Any = None, description: str | None = None,
+        choices: Iterable[str] | None = None, **kwargs: Any,
+    ) -> None:
+        """Keep all of it."""
+        super().__init__(condition=kwargs.pop('condition', None))
+        kwargs.clear()
+        self.name = str(name)
+        if isinstance(default_value, (bool, int, float)):
+            # launch refuses these; their meaning is plain.
+            default_value = str(default_value)
+        self.default_value = (None if default_value is None
+                              else normalize_to_list_of_substitutions(default_value))
+        self.description = description or 'no description given'
+        self.choices = None if choices is None else [str(one) for one in choices]
+
+    @classmethod
+    def parse(cls, entity: Any, parser: Any) -> tuple[type, dict[str, Any]]:
+        """Read an ``<arg>``."""
+        _, kwargs = super().parse(entity, parser)
+        kwargs['name'] = parser.escape_characters(entity.get_attr('name'))
+        default = entity.get_attr('default', optional=True)
+        if default is not None:
+            kwargs['default_value'] = parser.parse_substitution(default)
+        kwargs['description'] = entity.get_attr('description', optional=True)
+        choices = entity.get_attr('choice', data_type=list, optional=True)
+        if choices:
+            kwargs['choices'] = [one.get_attr('value') for one in choices]
+        return cls, kwargs
+
+    def describe(self) -> str:
+        """Return it for people."""
+        return f"DeclareLaunchArgument('{self.name}')"
+
+    def execute(self, context: LaunchContext) -> None:
+        """Set the default where it was not given, and check the choices."""
+        values = context.launch_configurations
+        if self.name not in values:
+            if self.default_value is None:
+                raise MissingArgumentsError([(self.name, self.choices or ())])
+            values[self.name] = perform_substitutions(context, self.default_value)
+        if self.choices is not None and values[self.name] not in self.choices:
+            raise LaunchError(f"argument '{self.name}' is '{values[self.name]}'; allowed: "
+                                f"{', '.join(self.choices)}", self.where)
+
+
+class SetLaunchConfiguration(Action):
+    """
+    Sets a configuration.
+
+    :param name: its name.
+    :param value: its value.
+    """
+
+    def __init__(self, name: SomeText, value: Any, **kwargs: Any) -> None:
+        """Keep both."""
+        super().__init__(**kwargs)
+        self._name = normalize_to_list_of_substitutions(name)
+        self._value = normalize_to_list_of_substitutions(
+            str(value) if isinstance(value, (bool, int, float)) else value)
+
+    def execute(self, context: LaunchContext) -> None:
+        """Set it."""
+        name = perform_substitutions(context, self._name)
+        context.launch_configurations[name] = perform_substitutions(context, self._value)
+
+    def describe(self) -> str:
+        """Return it for people."""
+        return f'SetLaunchConfiguration({describe_text(self._name)})'
+
+
+class UnsetLaunchConfiguration(Action):
+    """Removes a configuration."""
+
+    def __init__(self, name: SomeText, **kwargs: Any) -> None:
+        """Keep its name."""
+        super().__init__(**kwargs)
+        self._name = name
+
+    def execute(self, context: LaunchContext) -> None:
+        """Remove it."""
+        context.launch_configurations.pop(perform_text(context, self._name), None)
+
+
+class ResetLaunchConfigurations(Action):
+    """
+    Removes all configurations.
+
+    :param launch_configurations: those that there are then.
+    """
+
+    def __init__(self, launch_configurations: dict[Any, Any] | None = None, **kwargs: Any) -> None:
+        """Keep them."""
+        super().__init__(**kwargs)
+        self._kept = dict(launch_configurations or {})
+
+    def execute(self, context: LaunchContext) -> None:
+        """Remove all others."""
+        kept = {perform_text(context, name): perform_text(context, value)
+                for name, value in self._kept.items()}
+        context.launch_configurations.clear()
+        context.launch_configurations.update(kept)
+
+
+class PushLaunchConfigurations(Action):
+    """Begins a scope of configurations."""
+
+    def execute(self, context: LaunchContext) -> None:
+        """Begin it."""
+        context.push_launch_configurations()
+
+
+class PopLaunchConfigurations(Action):
+    """Ends a scope of configurations."""
+
+    def execute(self, context: LaunchContext) -> None:
+        """End it."""
+        context.pop_launch_configurations()
+
+
+class PushEnvironment(Action):
+    """Begins a scope of the environment."""
+
+    def execute(self, context: LaunchContext) -> None:
+        """Begin it."""
+        context.push_environment()
+
+
+class PopEnvironment(Action):
+    """Ends a scope of the environment."""
+
+    def execute(self, context: LaunchContext) -> None:
+        """End it."""
+        context.pop_environment()
+
+
+class ResetEnvironment(Action):
+    """Gives processes the environment that the launch began with."""
+
+    def execute(self, context: LaunchContext) -> None:
+        """Reset it."""
+        context.environment.clear()
+        context.environment.update(os.environ)
+
+
+class SetEnvironmentVariable(Action):
+    """
+    Sets an environment variable of the processes.
+
+    :param name: of the variable.
+    :param value: its value.
+    """
+
+    def __init__(self, name: SomeText, value: Any, **kwargs: Any) -> None:
+        """Keep both."""
+        super().__init__(**kwargs)
+        self._name = normalize_to_list_of_substitutions(name)
+        self._value = normalize_to_list_of_substitutions(
+            str(value) if isinstance(value, (bool, int, float)) else value)
+
+    def execute(self, context: LaunchContext) -> None:
+        """Set it."""
+        name = perform_substitutions(context, self._name)
+        context.environment[name] = perform_substitutions(context, self._value)
+
+    def describe(self) -> str:
+        """Return it for people."""
+        return f'SetEnvironmentVariable({describe_text(self._name)})'
+
+
+class UnsetEnvironmentVariable(Action):
+    """Removes an environment variable of the processes."""
+
+    def __init__(self, name: SomeText, **kwargs: Any) -> None:
+        """Keep its name."""
+        super().__init__(**kwargs)
+        self._name = name
+
+    def execute(self, context: LaunchContext) -> None:
+        """Remove it."""
+        context.environment.pop(perform_text(context, self._name), None)
+
+
+class AppendEnvironmentVariable(Action):
+    """
+    Adds to an environment variable of the processes.
+
+    :param name: of the variable.
+    :param value: what is added.
+    :param prepend: whether at the front.
+    :param separator: between the old value and the new one.
+    """
+
+    def __init__(
+        self, name: SomeText, value: SomeText, prepend: Any = False,
+        separator: SomeText = os.pathsep, **kwargs: Any,
+    ) -> None:
+        """Keep all of it."""
+        super().__init__(**kwargs)
+        self._name, self._value = name, value
+        self._prepend, self._separator = prepend, separator
+
+    def execute(self, context: LaunchContext) -> None:
+        """Add it."""
+        name = perform_text(context, self._name)
+        value = perform_text(context, self._value)
+        old = context.environment.get(name, '')
+        front = self._prepend if isinstance(self._prepend, bool) else (
+            perform_text(context, self._prepend).lower() == 'true')
+        words = [value, old] if front else [old, value]
+        separator = perform_text(context, self._separator)
+        context.environment[name] = separator.join(word for word in words if word)
+
+
+def declared_arguments(
+    entities: Iterable[LaunchDescriptionEntity],
+) -> list[DeclareLaunchArgument]:
+    """Return the arguments that a description declares, without those of includes."""
+    found: list[DeclareLaunchArgument] = []
+    for entity in entities:
+        if isinstance(entity, DeclareLaunchArgument):
+            found.append(entity)
+        found += declared_arguments(entity.describe_sub_entities())
+        for _, entities_inside in entity.describe_conditional_sub_entities():
+            found += declared_arguments(entities_inside)
+    return found

@@ -1,0 +1,153 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Actions that wait for events and make them, and end the launch."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+from armsim_ros.launch.api.context import LaunchContext
+from armsim_ros.launch.api.entity import Action, LaunchDescriptionEntity, SomeText
+from armsim_ros.launch.api.events import Shutdown as ShutdownEvent
+from armsim_ros.launch.api.utilities import (
+    normalize_to_list_of_entities,
+    perform_text,
+)
+from armsim_ros.launch.failures import LaunchError
+
+Entities = list[LaunchDescriptionEntity]
+
+
+class TimerAction(Action):
+    """
+    Actions that come later.
+
+    :param period: [s].
+    :param actions: what is done then.
+    """
+
+    def __init__(
+        self, *, period: Any, actions: Iterable[Any], cancel_on_shutdown: Any = True,
+        **kwargs: Any,
+    ) -> None:
+        """Keep the actions."""
+        super().__init__(**kwargs)
+        self.period = period
+        self._actions = normalize_to_list_of_entities(actions)
+        self._cancelled = False
+
+    def describe_conditional_sub_entities(
+        self,
+    ) -> list[tuple[str, Iterable[LaunchDescriptionEntity]]]:
+        """Return the actions."""
+        return [('a time has passed', self._actions)]
+
+    @property
+    def actions(self) -> Entities:
+        """What is done then."""
+        return self._actions
+
+    def cancel(self) -> None:
+        """Let it not happen."""
+        self._cancelled = True
+
+    def execute(self, context: LaunchContext) -> None:
+        """Begin to count."""
+        period = self.period
+        if not isinstance(period, (int, float)):
+            text = perform_text(context, period)
+            try:
+                period = float(text)
+            except ValueError:
+                raise LaunchError(f"the period of a TimerAction is '{text}'; allowed: a number "
+                                    'of seconds', self.where) from None
+        if context.engine is not None:
+            context.engine.call_later(float(period), self._due)
+
+    def _due(self) -> Entities:
+        return [] if self._cancelled else self._actions
+
+
+class RegisterEventHandler(Action):
+    """
+    Lets a handler see events.
+
+    :param event_handler: the handler.
+    """
+
+    def __init__(self, event_handler: Any, **kwargs: Any) -> None:
+        """Keep the handler."""
+        super().__init__(**kwargs)
+        self._handler = event_handler
+
+    @property
+    def event_handler(self) -> Any:
+        """The handler."""
+        return self._handler
+
+    def execute(self, context: LaunchContext) -> None:
+        """Register it."""
+        context.register_event_handler(self._handler)
+
+    def describe_conditional_sub_entities(
+        self,
+    ) -> list[tuple[str, Iterable[LaunchDescriptionEntity]]]:
+        """Return what the handler may do."""
+        describe = getattr(self._handler, 'actions_described', None)
+        return [('an event', describe())] if describe is not None else []
+
+
+class UnregisterEventHandler(Action):
+    """
+    Lets a handler see no more events.
+
+    :param event_handler: the handler.
+    """
+
+    def __init__(self, event_handler: Any, **kwargs: Any) -> None:
+        """Keep the handler."""
+        super().__init__(**kwargs)
+        self._handler = event_handler
+
+    def execute(self, context: LaunchContext) -> None:
+        """Unregister it."""
+        context.unregister_event_handler(self._handler)
+
+
+class EmitEvent(Action):
+    """
+    Lets an event happen.
+
+    :param event: the event.
+    """
+
+    def __init__(self, *, event: Any, **kwargs: Any) -> None:
+        """Keep the event."""
+        super().__init__(**kwargs)
+        self.event = event
+
+    def execute(self, context: LaunchContext) -> None:
+        """Queue it."""
+        context.emit_event_sync(self.event)
+
+
+class Shutdown(EmitEvent):
+    """
+    Ends the launch.
+
+    :param reason: for the log.
+    """
+
+    def __init__(self, *, reason: SomeText = 'reason not given', **kwargs: Any) -> None:
+        """Make the event."""
+        super().__init__(event=None, **kwargs)
+        self._reason = reason
+
+    def execute(self, context: LaunchContext) -> None:
+        """Queue the end; after a process that failed, with its failure."""
+        failed = context.get_locals_as_dict().get('event')
+        status = getattr(failed, 'returncode', None)
+        context.emit_event_sync(ShutdownEvent(
+            reason=perform_text(context, self._reason),
+            due_to_failure=bool(status) and not context.is_shutdown))

@@ -1,0 +1,136 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Actions that hold others, or come from a function of the user's."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+import inspect
+from typing import Any
+
+from armsim_ros.launch.api.actions.configuration import (
+    PopEnvironment,
+    PopLaunchConfigurations,
+    PushEnvironment,
+    PushLaunchConfigurations,
+    SetLaunchConfiguration,
+)
+from armsim_ros.launch.api.context import LaunchContext
+from armsim_ros.launch.api.entity import Action, LaunchDescriptionEntity
+from armsim_ros.launch.api.utilities import (
+    entities_of_result,
+    normalize_to_list_of_entities,
+    perform_text,
+)
+from armsim_ros.launch.failures import LaunchError
+
+Entities = list[LaunchDescriptionEntity]
+
+
+class GroupAction(Action):
+    """
+    Actions with a common condition and scope.
+
+    :param scoped: whether configurations and environment end with the group.
+    :param forwarding: whether it begins with the configurations around it.
+    :param launch_configurations: set at its begin.
+    """
+
+    def __init__(
+        self, actions: Iterable[Any], *, scoped: bool = True, forwarding: bool = True,
+        launch_configurations: Mapping[Any, Any] | None = None, **kwargs: Any,
+    ) -> None:
+        """Keep the actions."""
+        super().__init__(**kwargs)
+        self._actions = normalize_to_list_of_entities(actions)
+        self._scoped = scoped
+        self._forwarding = forwarding
+        self._configurations = dict(launch_configurations or {})
+
+    def get_sub_entities(self) -> Entities:
+        """Return the actions."""
+        return self._actions
+
+    def describe_sub_entities(self) -> Entities:
+        """Return the actions where nothing stops them."""
+        return self._actions if self.condition is None else []
+
+    def describe_conditional_sub_entities(
+        self,
+    ) -> list[tuple[str, Iterable[LaunchDescriptionEntity]]]:
+        """Return the actions where a condition may stop them."""
+        return [] if self.condition is None else [('a condition', self._actions)]
+
+    def execute(self, context: LaunchContext) -> Entities:
+        """Return the actions between begin and end of the scope."""
+        settings: Entities = [SetLaunchConfiguration(name, value)
+                              for name, value in self._configurations.items()]
+        if not self._scoped:
+            return [*settings, *self._actions]
+        fresh: Entities = [] if self._forwarding else [_Forget(set(self._configurations))]
+        return [PushLaunchConfigurations(), PushEnvironment(), *settings, *fresh, *self._actions,
+                PopEnvironment(), PopLaunchConfigurations()]
+
+
+class _Forget(Action):
+    """Removes all configurations but some."""
+
+    def __init__(self, kept: set[Any]) -> None:
+        super().__init__()
+        self._kept = kept
+
+    def execute(self, context: LaunchContext) -> None:
+        kept = {perform_text(context, name) for name in self._kept}
+        for name in set(context.launch_configurations) - kept:
+            del context.launch_configurations[name]
+
+
+class OpaqueFunction(Action):
+    """
+    A function of the user's.
+
+    :param function: is called with the context, ``args`` and ``kwargs``; may return entities.
+    """
+
+    def __init__(
+        self, *, function: Callable[..., Any], args: Iterable[Any] | None = None,
+        kwargs: Mapping[str, Any] | None = None, **left_over: Any,
+    ) -> None:
+        """Keep the function."""
+        super().__init__(**left_over)
+        self._function = function
+        self._args = tuple(args or ())
+        self._kwargs = dict(kwargs or {})
+
+    def execute(self, context: LaunchContext) -> Entities | None:
+        """Call it."""
+        result = self._function(context, *self._args, **self._kwargs)
+        if inspect.iscoroutine(result):
+            result.close()
+            raise LaunchError('the function is a coroutine; use OpaqueCoroutine', self.where)
+        return entities_of_result(result, self.where)
+
+
+class OpaqueCoroutine(Action):
+    """
+    A coroutine of the user's.
+
+    :param coroutine: is called with the context, ``args`` and ``kwargs``.
+    """
+
+    def __init__(
+        self, *, coroutine: Callable[..., Any], args: Iterable[Any] | None = None,
+        kwargs: Mapping[str, Any] | None = None, ignore_context: bool = False, **left_over: Any,
+    ) -> None:
+        """Keep the coroutine."""
+        super().__init__(**left_over)
+        self._coroutine = coroutine
+        self._args = tuple(args or ())
+        self._kwargs = dict(kwargs or {})
+        self._ignore_context = ignore_context
+
+    def execute(self, context: LaunchContext) -> None:
+        """Let the event loop run it."""
+        first = () if self._ignore_context else (context,)
+        if context.engine is not None:
+            context.engine.run_coroutine(self._coroutine(*first, *self._args, **self._kwargs))

@@ -1,0 +1,62 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""LaunchDescription: what a launch file returns."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+from armsim_ros.launch.api.actions.configuration import declared_arguments, DeclareLaunchArgument
+from armsim_ros.launch.api.context import LaunchContext
+from armsim_ros.launch.api.entity import LaunchDescriptionEntity
+from armsim_ros.launch.api.utilities import normalize_to_list_of_entities
+
+
+class LaunchDescription(LaunchDescriptionEntity):
+    """
+    Entities that are visited one after the other.
+
+    :param initial_entities: the first of them.
+    """
+
+    def __init__(
+        self, initial_entities: Iterable[Any] | None = None, *,
+        deprecated_reason: str | None = None,
+    ) -> None:
+        """Begin with these entities."""
+        self._entities = normalize_to_list_of_entities(initial_entities or ())
+        self.deprecated_reason = deprecated_reason
+
+    @property
+    def entities(self) -> list[LaunchDescriptionEntity]:
+        """What is visited."""
+        return self._entities
+
+    @property
+    def deprecated(self) -> bool:
+        """Whether its file should no longer be used."""
+        return self.deprecated_reason is not None
+
+    def add_entity(self, entity: Any) -> None:
+        """Add an entity at the end."""
+        self._entities += normalize_to_list_of_entities([entity])
+
+    def add_action(self, action: Any) -> None:
+        """Add an action at the end."""
+        self.add_entity(action)
+
+    def visit(self, context: LaunchContext) -> Iterable[LaunchDescriptionEntity]:
+        """Return the entities."""
+        if self.deprecated_reason and context.engine is not None:
+            context.engine.log('WARNING', f'deprecated launch file: {self.deprecated_reason}')
+        return self._entities
+
+    def describe_sub_entities(self) -> list[LaunchDescriptionEntity]:
+        """Return the entities."""
+        return self._entities
+
+    def get_launch_arguments(self, conditional_inclusion: bool = False
+                             ) -> list[DeclareLaunchArgument]:
+        """Return the arguments that it declares, without those of includes."""
+        return declared_arguments(self._entities)

@@ -1,0 +1,201 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What is done when something happens."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+import re
+from typing import Any
+
+from armsim_ros.launch.api import events
+from armsim_ros.launch.api.context import LaunchContext
+from armsim_ros.launch.api.entity import LaunchDescriptionEntity
+from armsim_ros.launch.api.utilities import normalize_to_list_of_entities
+
+
+class EventHandler:
+    """
+    Returns entities when an event comes that it waits for.
+
+    :param matcher: whether an event is such a one.
+    :param entities: what is visited then.
+    :param handle_once: whether only the first counts.
+    """
+
+    def __init__(
+        self, *, matcher: Callable[[Any], bool], entities: Any = None,
+        handle_once: bool = False,
+    ) -> None:
+        """Keep all of it."""
+        self._matcher = matcher
+        self._entities = entities
+        self.handle_once = handle_once
+
+    def matches(self, event: Any) -> bool:
+        """Return whether it waits for the event."""
+        return bool(self._matcher(event))
+
+    def handle(self, event: Any, context: LaunchContext) -> Iterable[Any] | None:
+        """Return what is visited now."""
+        if self.handle_once:
+            context.unregister_event_handler(self)
+        context.extend_locals({'event': event})
+        return _result(self._entities, event, context)
+
+    def actions_described(self) -> list[LaunchDescriptionEntity]:
+        """Return what may be visited, as far as it is known before."""
+        if self._entities is None or _is_function(self._entities):
+            return []
+        return normalize_to_list_of_entities([self._entities])
+
+
+class BaseEventHandler(EventHandler):
+    """The same by its older name."""
+
+
+class _OfTarget(EventHandler):
+    """
+    Waits for an event of some actions.
+
+    :param kind: of the event.
+    :param target: an action, several, a choosing function, or None for any.
+    """
+
+    def __init__(self, kind: type, target: Any, then: Any, handle_once: bool) -> None:
+        super().__init__(matcher=lambda event: isinstance(event, kind) and self._is_target(event),
+                         entities=then, handle_once=handle_once)
+        self.target_action = target
+
+    def _is_target(self, event: Any) -> bool:
+        target = self.target_action
+        if target is None:
+            return True
+        if isinstance(target, (list, tuple)):
+            return any(event.action is one for one in target)
+        if isinstance(target, LaunchDescriptionEntity):
+            return event.action is target
+        return bool(target(event.action))
+
+
+class OnProcessStart(_OfTarget):
+    """
+    Waits for the start of a process.
+
+    :param on_start: entities, or a function of event and context.
+    """
+
+    def __init__(self, *, target_action: Any = None, on_start: Any = None,
+                 handle_once: bool = False, **_kwargs: Any) -> None:
+        """Keep all of it."""
+        super().__init__(events.ProcessStarted, target_action, on_start, handle_once)
+
+
+class OnProcessExit(_OfTarget):
+    """
+    Waits for the end of a process.
+
+    :param on_exit: entities, or a function of event and context.
+    """
+
+    def __init__(self, *, target_action: Any = None, on_exit: Any = None,
+                 handle_once: bool = False, **_kwargs: Any) -> None:
+        """Keep all of it."""
+        super().__init__(events.ProcessExited, target_action, on_exit, handle_once)
+
+
+class OnExecutionComplete(_OfTarget):
+    """
+    Waits for the end of an action.
+
+    :param on_completion: entities, or a function of event and context.
+    """
+
+    def __init__(self, *, target_action: Any = None, on_completion: Any = None,
+                 handle_once: bool = False, **_kwargs: Any) -> None:
+        """Keep all of it."""
+        super().__init__(events.ExecutionComplete, target_action, on_completion, handle_once)
+
+
+class OnStateTransition(_OfTarget):
+    """
+    Waits for a change of a lifecycle node's state.
+
+    :param target_lifecycle_node: the node.
+    :param entities: what is visited then.
+    """
+
+    def __init__(
+        self, *, entities: Any = None, target_lifecycle_node: Any = None,
+        transition: str | None = None, start_state: str | None = None,
+        goal_state: str | None = None, matcher: Any = None, handle_once: bool = False,
+        **_kwargs: Any,
+    ) -> None:
+        """Keep all of it."""
+        super().__init__(events.StateTransition, target_lifecycle_node, entities, handle_once)
+        self._states = (start_state, goal_state)
+        self.transition = transition
+        self._own_matcher = matcher
+
+    def _is_target(self, event: Any) -> bool:
+        if self._own_matcher is not None:
+            return bool(self._own_matcher(event))
+        start, goal = self._states
+        return (super()._is_target(event) and start in (None, event.start_state)
+                and goal in (None, event.goal_state))
+
+
+class OnShutdown(EventHandler):
+    """
+    Waits for the end of the launch.
+
+    :param on_shutdown: entities, or a function of event and context.
+    """
+
+    def __init__(self, *, on_shutdown: Any, **kwargs: Any) -> None:
+        """Keep it."""
+        super().__init__(matcher=lambda event: isinstance(event, events.Shutdown),
+                         entities=on_shutdown, handle_once=kwargs.get('handle_once', False))
+
+
+class OnProcessIO(_OfTarget):
+    """
+    Waits for what processes print.
+
+    :param on_stdout: a function of the event.
+    :param on_stderr: a function of the event.
+    """
+
+    def __init__(self, *, target_action: Any = None, on_stdin: Any = None, on_stdout: Any = None,
+                 on_stderr: Any = None, handle_once: bool = False, **_kwargs: Any) -> None:
+        """Keep all of it."""
+        super().__init__(events.ProcessIO, target_action, None, handle_once)
+        self._functions = {1: on_stdout, 2: on_stderr}
+
+    def handle(self, event: Any, context: LaunchContext) -> Iterable[Any] | None:
+        """Call the function for the stream."""
+        function = self._functions.get(event.fd)
+        if function is None:
+            return None
+        if self.handle_once:
+            context.unregister_event_handler(self)
+        result: Iterable[Any] | None = function(event)
+        return result
+
+
+def on_process_io_matching(pattern: str) -> Callable[[Any], bool]:
+    """Return a function that tells whether a process has printed something like a pattern."""
+    wanted = re.compile(pattern)
+    return lambda event: bool(wanted.search(event.text.decode(errors='replace')))
+
+
+def _result(entities: Any, event: Any, context: LaunchContext) -> Iterable[Any] | None:
+    if _is_function(entities):
+        entities = entities(event, context)
+    if entities is None:
+        return None
+    return normalize_to_list_of_entities([entities])
+
+
+def _is_function(value: Any) -> bool:
+    return callable(value) and not isinstance(value, LaunchDescriptionEntity)

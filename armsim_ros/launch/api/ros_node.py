@@ -1,0 +1,274 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Node: a process that is a ROS node."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+from armsim_ros.launch.api.context import LaunchContext
+from armsim_ros.launch.api.entity import Action, SomeText
+from armsim_ros.launch.api.process import ExecuteProcess
+from armsim_ros.launch.api.ros_parameters import evaluate_parameters, ParameterFile
+from armsim_ros.launch.api.utilities import describe_text, perform_text
+from armsim_ros.launch.process_spec import ProcessSpec, RosNode
+
+#: Names of configurations that hold what groups give to the nodes inside them.
+NAMESPACE_KEY = 'ros_namespace'
+PARAMETERS_KEY = 'global_params'
+REMAPPINGS_KEY = 'ros_remaps'
+
+
+class RosExecutable:
+    """A program of a package; the same by the name of launch_ros's descriptions."""
+
+
+class Node(ExecuteProcess):
+    """
+    Starts a program of a package as a node.
+
+    :param package: has the program.
+    :param executable: the program.
+    :param name: of the node; the program's own where None.
+    :param namespace: inside that of the group, unless it begins with a slash.
+    :param parameters: blocks and files; later ones win.
+    :param remappings: (from, to) pairs.
+    """
+
+    UNSPECIFIED_NODE_NAME = '<node_name_unspecified>'
+    UNSPECIFIED_NODE_NAMESPACE = '<node_namespace_unspecified>'
+
+    def __init__(
+        self, *, executable: SomeText | None = None, package: SomeText | None = None,
+        name: SomeText | None = None, namespace: SomeText | None = None, exec_name: Any = None,
+        parameters: Any = None, remappings: Any = None, ros_arguments: Any = None,
+        arguments: Any = None, node_executable: SomeText | None = None,
+        node_name: SomeText | None = None, node_namespace: SomeText | None = None,
+        output: Any = 'log', **kwargs: Any,
+    ) -> None:
+        """Keep all of it; the names with ``node_`` are those of Foxy and before."""
+        executable = executable if executable is not None else node_executable
+        if executable is None:
+            raise TypeError("Node needs an 'executable'")
+        kwargs.pop('autostart', None)
+        super().__init__(cmd=[executable], output=output, name=exec_name, **kwargs)
+        self._package = package
+        self._program = executable
+        self._node_name = name if name is not None else node_name
+        self._namespace = namespace if namespace is not None else node_namespace
+        self._parameters = [] if parameters is None else parameters
+        self._remappings = list(remappings or ())
+        self._arguments = _as_list(arguments)
+        self._ros_arguments = _as_list(ros_arguments)
+        self._expanded: RosNode | None = None
+
+    @property
+    def node_package(self) -> Any:
+        """The package as it was given."""
+        return self._package
+
+    @property
+    def node_executable(self) -> Any:
+        """The program as it was given."""
+        return self._program
+
+    @property
+    def node_name(self) -> str:
+        """Namespace and name, once it is started."""
+        if self._expanded is None:
+            return self.UNSPECIFIED_NODE_NAME
+        return self._expanded.namespace.rstrip('/') + '/' + self._expanded.name
+
+    @property
+    def expanded_node_namespace(self) -> str:
+        """The namespace, once it is started."""
+        return (self._expanded.namespace if self._expanded is not None
+                else self.UNSPECIFIED_NODE_NAMESPACE)
+
+    def is_node_name_fully_specified(self) -> bool:
+        """Return whether name and namespace are known."""
+        return self._expanded is not None and bool(self._expanded.name)
+
+    def describe(self) -> str:
+        """Return it for people."""
+        package = describe_text(self._package) if self._package is not None else "''"
+        return f'Node(package={package}, executable={describe_text(self._program)})'
+
+    def spec(self, context: LaunchContext) -> ProcessSpec:
+        """Return the process with its node."""
+        made = super().spec(context)
+        executable = perform_text(context, self._program)
+        package = perform_text(context, self._package) if self._package is not None else ''
+        own = context.launch_configurations
+        try:
+            parameters = [*own.get(PARAMETERS_KEY, ()),
+                          *evaluate_parameters(context, self._parameters)]
+        except TypeError as error:
+            from armsim_ros.launch.failures import LaunchError
+
+            raise LaunchError(f'parameters of {package}/{executable}: {error}',
+                                self.where) from None
+        made.node = self._expanded = RosNode(
+            package=package or '-',
+            executable=executable,
+            name='' if self._node_name is None else perform_text(context, self._node_name),
+            namespace=make_namespace(
+                own.get(NAMESPACE_KEY, ''),
+                '' if self._namespace is None else perform_text(context, self._namespace)),
+            parameters=parameters,
+            remappings=[*own.get(REMAPPINGS_KEY, ()), *self._pairs(context)],
+            arguments=[_word(context, one) for one in self._arguments],
+            ros_arguments=[_word(context, one) for one in self._ros_arguments],
+        )
+        if self.process_description.name is None:
+            made.name = executable
+        return made
+
+    def _pairs(self, context: LaunchContext) -> list[tuple[str, str]]:
+        return [(perform_text(context, source), perform_text(context, target))
+                for source, target in self._remappings]
+
+
+class LifecycleNode(Node):
+    """
+    A node with a lifecycle.
+
+    :param name: of the node.
+    """
+
+    def __init__(self, *, name: SomeText, namespace: SomeText, autostart: Any = False,
+                 **kwargs: Any) -> None:
+        """Keep all of it."""
+        super().__init__(name=name, namespace=namespace, **kwargs)
+        self.is_lifecycle = True
+
+
+class ExecutableInPackageNode(Node):
+    """The same by another name."""
+
+
+class PushRosNamespace(Action):
+    """
+    The nodes after it in its group are in a namespace.
+
+    :param namespace: inside the one around it, unless it begins with a slash.
+    """
+
+    def __init__(self, namespace: SomeText, **kwargs: Any) -> None:
+        """Keep the namespace."""
+        super().__init__(**kwargs)
+        self._given = namespace
+
+    def execute(self, context: LaunchContext) -> None:
+        """Enter it."""
+        own = context.launch_configurations
+        own[NAMESPACE_KEY] = make_namespace(
+            own.get(NAMESPACE_KEY, ''), perform_text(context, self._given))
+
+
+class SetParameter(Action):
+    """
+    The nodes after it in its group have a parameter.
+
+    :param name: of the parameter.
+    :param value: its value.
+    """
+
+    def __init__(self, name: SomeText, value: Any, **kwargs: Any) -> None:
+        """Keep both."""
+        super().__init__(**kwargs)
+        self._pair = {name: value}
+
+    def execute(self, context: LaunchContext) -> None:
+        """Add it."""
+        _extend(context, PARAMETERS_KEY, evaluate_parameters(context, [self._pair]))
+
+
+class SetParametersFromFile(Action):
+    """
+    The nodes after it in its group have the parameters of a file.
+
+    :param filename: its path.
+    """
+
+    def __init__(self, filename: SomeText, node_name: SomeText | None = None, **kwargs: Any
+                 ) -> None:
+        """Keep the path."""
+        super().__init__(**kwargs)
+        self._file = ParameterFile(filename, allow_substs=True)
+
+    def execute(self, context: LaunchContext) -> None:
+        """Add the file."""
+        _extend(context, PARAMETERS_KEY, [self._file.evaluate(context)])
+
+
+class SetUseSimTime(SetParameter):
+    """
+    The nodes after it in its group take their time from /clock, or not.
+
+    :param value: true or false.
+    """
+
+    def __init__(self, value: Any, **kwargs: Any) -> None:
+        """Keep the value."""
+        super().__init__('use_sim_time', value, **kwargs)
+
+
+class SetRemap(Action):
+    """
+    The nodes after it in its group have a remapping.
+
+    :param src: the name.
+    :param dst: what it becomes.
+    """
+
+    def __init__(self, src: SomeText, dst: SomeText, **kwargs: Any) -> None:
+        """Keep both."""
+        super().__init__(**kwargs)
+        self._pair = src, dst
+
+    def execute(self, context: LaunchContext) -> None:
+        """Add it."""
+        source, target = (perform_text(context, one) for one in self._pair)
+        _extend(context, REMAPPINGS_KEY, [(source, target)])
+
+
+class SetROSLogDir(Action):
+    """
+    Logs go into a folder.
+
+    :param new_log_dir: the folder.
+    """
+
+    def __init__(self, new_log_dir: SomeText, **kwargs: Any) -> None:
+        """Keep the folder."""
+        super().__init__(**kwargs)
+        self._folder = new_log_dir
+
+    def execute(self, context: LaunchContext) -> None:
+        """Set it."""
+        context.environment['ROS_LOG_DIR'] = perform_text(context, self._folder)
+
+
+def make_namespace(base: str, namespace: str) -> str:
+    """Return a namespace inside another; one with a slash at its begin is absolute."""
+    whole = namespace if namespace.startswith('/') else f'{base}/{namespace}'
+    return '/' + '/'.join(part for part in whole.split('/') if part)
+
+
+def _extend(context: LaunchContext, key: str, values: Iterable[Any]) -> None:
+    """Add to a list of the scope; that of the scope around it stays as it is."""
+    own = context.launch_configurations
+    own[key] = [*own.get(key, ()), *values]
+
+
+def _as_list(values: Any) -> list[Any]:
+    if values is None:
+        return []
+    return [values] if isinstance(values, str) else list(values)
+
+
+def _word(context: LaunchContext, value: Any) -> str:
+    return str(value) if isinstance(value, (bool, int, float)) else perform_text(context, value)
+

@@ -1,0 +1,39 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Timers of ROS time, and transitions of lifecycle nodes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+from armsim_ros.launch.api.actions.events import TimerAction
+from armsim_ros.launch.api.context import LaunchContext
+from armsim_ros.launch.api.entity import Action
+
+
+class RosTimer(TimerAction):
+    """Actions that come later; simulated time runs as fast as the clock unless it is told to."""
+
+
+class LifecycleTransition(Action):
+    """
+    Leads lifecycle nodes through transitions.
+
+    :param lifecycle_node_names: the nodes.
+    :param transition_ids: the transitions in order.
+    """
+
+    def __init__(
+        self, *, lifecycle_node_names: Iterable[Any], transition_ids: Iterable[Any],
+        **kwargs: Any,
+    ) -> None:
+        """Keep both."""
+        super().__init__(condition=kwargs.get('condition'))
+        self._names = list(lifecycle_node_names)
+        self._transitions = list(transition_ids)
+
+    def execute(self, context: LaunchContext) -> None:
+        """Say that nothing is done: no program of ours is a lifecycle node."""
+        if context.engine is not None:
+            context.engine.tell_unknown('transitions of lifecycle nodes are not requested')

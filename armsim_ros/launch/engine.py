@@ -1,0 +1,273 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The event loop of a launch: visits actions, starts processes, fires events and timers."""
+
+from __future__ import annotations
+
+import asyncio
+from collections import deque
+from collections.abc import Callable, Coroutine, Iterable
+import heapq
+import itertools
+from pathlib import Path
+import shutil
+import tempfile
+from typing import Any
+
+from armsim_ros.launch.api import events
+from armsim_ros.launch.api.context import LaunchContext
+from armsim_ros.launch.api.entity import LaunchDescriptionEntity
+from armsim_ros.launch.api.process import ExecuteLocal
+from armsim_ros.launch.failures import (
+    MissingArgumentsError,
+    MissingPackageError,
+    StoppedError,
+)
+from armsim_ros.launch.process_spec import ProcessSpec, RosNode
+from armsim_ros.launch.report import Report
+from armsim_ros.launch.runner import Runner
+from armsim_ros.launch.watchdog import watchdog
+
+#: So many processes may one launch start; more is a circle of exit handlers.
+MOST_STARTS = 1000
+
+
+class Engine:
+    """
+    Runs one launch.
+
+    A job is a function that may queue further ones. Processes that actions ask for are started
+    when all jobs are done: what stands in one description starts together, and a mistake in it
+    starts nothing.
+
+    :param context: what substitutions and actions see.
+    :param runner: starts processes; that of a dry run lets them end at once.
+    :param report: takes what a user should know.
+    """
+
+    def __init__(self, context: LaunchContext, runner: Runner, report: Report) -> None:
+        """Begin with nothing to do."""
+        self.context = context
+        self.handlers: list[Any] = []
+        self.is_dry = runner.is_dry
+        self.status = 0
+        self._runner = runner
+        self._report = report
+        self._jobs: deque[Callable[[], None]] = deque()
+        self._batch: list[tuple[ExecuteLocal, ProcessSpec]] = []
+        self._timers: list[tuple[float, int, Callable[[], None]]] = []
+        self._order = itertools.count()
+        self._starts = 0
+        self._tasks: set[asyncio.Task[Any]] = set()
+        self._folder: Path | None = None
+        context.engine = self
+
+    # What actions ask for.
+
+    def visit(self, entity: LaunchDescriptionEntity) -> None:
+        """Visit an entity and all that it returns, depth first."""
+        try:
+            found = entity.visit(self.context)
+        except Exception as error:
+            if isinstance(error, MissingArgumentsError) and not self._is_include(entity):
+                error = MissingArgumentsError(error.arguments)
+            if not self._report.keeps_going(error, entity, self.context):
+                raise
+            return
+        for one in found or ():
+            self.visit(one)
+
+    def emit(self, event: Any) -> None:
+        """Queue an event."""
+        self._jobs.append(lambda: self._handle(event))
+
+    def call_later(self, period: float, due: Callable[[], Iterable[LaunchDescriptionEntity]]
+                   ) -> None:
+        """Visit entities after a time [s]."""
+        scope = self._capture()
+        heapq.heappush(self._timers, (
+            self._runner.now() + period, next(self._order),
+            lambda: self._visit_all(due(), scope)))
+
+    def start_process(self, action: ExecuteLocal, spec: ProcessSpec) -> None:
+        """Let a process be started with all others of this batch."""
+        self._starts += 1
+        if self._starts > MOST_STARTS:
+            raise StoppedError(f'{action.where}: more than {MOST_STARTS} processes were started; '
+                               'an exit handler seems to start its own process again')
+        self._batch.append((action, spec))
+
+    def load_component(self, node: RosNode, container: str) -> None:
+        """Say that a component is not loaded: its container is not started either."""
+        self._report.unknown(f'{node.package}/{node.executable} is not installed and not started')
+
+    def tell_unknown(self, text: str) -> None:
+        """Say what is missing."""
+        self._report.unknown(text)
+
+    def tell_missing(self, error: MissingPackageError) -> None:
+        """Say that a package is nowhere, once."""
+        self._report.missing_package(error)
+
+    def log(self, level: str, text: str, logger: str = 'launch') -> None:
+        """Print a line as launch does."""
+        self._report.log(level, text, logger)
+
+    def run_coroutine(self, coroutine: Coroutine[Any, Any, Any]) -> None:
+        """Run a coroutine of the user's beside the rest."""
+        task = asyncio.get_running_loop().create_task(coroutine)
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)
+
+    def keep_text(self, name: str, text: str) -> str:
+        """Write a text into a file that is removed at the end, and return its path."""
+        if self._folder is None:
+            self._folder = Path(tempfile.mkdtemp(prefix='armsim_launch_'))
+        path = self._folder / f'{next(self._order)}_{name}'
+        path.write_text(text, encoding='utf-8')
+        return str(path)
+
+    # The loop.
+
+    def run(self, description: LaunchDescriptionEntity) -> int:
+        """
+        Visit a description, and stay until all that it started has ended.
+
+        :returns: 0; 1 where a required process failed.
+        """
+        try:
+            return asyncio.run(self._run(description))
+        finally:
+            if self._folder is not None:
+                shutil.rmtree(self._folder, ignore_errors=True)
+
+    async def _run(self, description: LaunchDescriptionEntity) -> int:
+        self._runner.open(self)
+        try:
+            with watchdog():
+                self.visit(description)
+                self._do_jobs()
+            self._start_batch()
+            while True:
+                self._do_jobs()
+                self._start_batch()
+                if self._jobs:
+                    continue
+                if not (self._timers or self._tasks or self._runner.is_busy):
+                    break
+                await self._runner.wait(self._timers[0][0] if self._timers else None)
+                self._take_due()
+        finally:
+            for task in self._tasks:
+                task.cancel()
+            await self._runner.close()
+        return self.status
+
+    def _do_jobs(self) -> None:
+        while self._jobs:
+            with watchdog():
+                self._jobs.popleft()()
+
+    def _take_due(self) -> None:
+        now = self._runner.now()
+        while self._timers and self._timers[0][0] <= now:
+            self._jobs.append(heapq.heappop(self._timers)[2])
+
+    def _start_batch(self) -> None:
+        batch, self._batch = self._batch, []
+        if batch and not self.context.is_shutdown:
+            self._runner.start(batch)
+
+    # Events.
+
+    def process_started(self, action: ExecuteLocal, name: str, pid: int,
+                        spec: ProcessSpec) -> None:
+        """Tell the handlers of a start."""
+        action.started(name, pid, spec)
+        self.emit(events.ProcessStarted(action=action, name=name, cmd=spec.command, pid=pid,
+                                        cwd=spec.cwd, env=spec.environment))
+
+    def process_ended(self, action: ExecuteLocal, name: str, pid: int, spec: ProcessSpec,
+                      status: int, *, was_run: bool = True) -> None:
+        """
+        Tell the handlers of an end.
+
+        :param was_run: whether the process was there at all; the end of the launch does not
+            depend on one that was not.
+        """
+        event = events.ProcessExited(action=action, name=name, cmd=spec.command, pid=pid,
+                                     cwd=spec.cwd, env=spec.environment, returncode=status)
+        if was_run or not action.ends_launch:
+            scope = self._capture()
+            self._jobs.append(lambda: self._visit_all(self._at_end(action, event), scope))
+        self.emit(event)
+
+    def printed(self, action: ExecuteLocal, name: str, pid: int, text: bytes, fd: int) -> None:
+        """Tell the handlers of what a process printed."""
+        if self.handlers:
+            kind = events.ProcessStdout if fd == 1 else events.ProcessStderr
+            self._handle(kind(action=action, name=name, pid=pid, text=text, fd=fd))
+
+    def shut_down(self, reason: str, *, failed: bool = False) -> None:
+        """End the launch."""
+        self.emit(events.Shutdown(reason=reason, due_to_failure=failed))
+
+    def _at_end(self, action: ExecuteLocal, event: Any) -> Iterable[LaunchDescriptionEntity]:
+        self.context.extend_locals({'event': event})
+        return action.ended(self.context, event)
+
+    def _handle(self, event: Any) -> None:
+        if isinstance(event, events.Shutdown):
+            self._begin_shutdown(event)
+        elif isinstance(event, (events.ShutdownProcess, events.SignalProcess)):
+            self._runner.send_signal(event)
+        elif isinstance(event, events.IncludeLaunchDescription):
+            self.visit(event.launch_description)
+        for handler in list(self.handlers):
+            if handler in self.handlers and handler.matches(event):
+                self._visit_all(handler.handle(event, self.context) or (),
+                                getattr(handler, 'scope', None))
+
+    def _begin_shutdown(self, event: events.Shutdown) -> None:
+        if event.due_to_failure:
+            self.status = 1
+        if self.context.is_shutdown or self.is_dry:
+            return
+        self.context.is_shutdown = True
+        self._timers.clear()
+        self._jobs.append(self._runner.stop)
+
+    # Scopes: what an event does later sees the file and the arguments of the place it stands.
+
+    def capture_scope(self, handler: Any) -> None:
+        """Remember the scope in which a handler was registered."""
+        handler.scope = self._capture()
+
+    def _capture(self) -> tuple[dict[str, Any], dict[str, Any]]:
+        return self.context.get_locals_as_dict(), dict(self.context.launch_configurations)
+
+    def _visit_all(self, entities: Iterable[Any], scope: Any) -> None:
+        context = self.context
+        if scope is None:
+            for one in entities:
+                self.visit(one)
+            return
+        values, configurations = scope
+        event = context.get_locals_as_dict().get('event')
+        context.push_locals()
+        context.extend_locals({**values, **({'event': event} if event is not None else {})})
+        lost = {name: value for name, value in configurations.items()
+                if name not in context.launch_configurations}
+        context.launch_configurations.update(lost)
+        try:
+            for one in entities:
+                self.visit(one)
+        finally:
+            context.pop_locals()
+            for name, value in lost.items():
+                if context.launch_configurations.get(name) is value:
+                    del context.launch_configurations[name]
+
+    @staticmethod
+    def _is_include(entity: Any) -> bool:
+        return hasattr(entity, 'launch_description_source')

@@ -1,0 +1,182 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""One launch file from its words to its end: shown, run dry, or run."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Iterator
+from contextlib import contextmanager, redirect_stdout
+import sys
+
+from armsim_ros.errors import ArmsimError, USAGE_STATUS
+from armsim_ros.launch.api.actions.configuration import declared_arguments, DeclareLaunchArgument
+from armsim_ros.launch.api.context import LaunchContext
+from armsim_ros.launch.api.description import LaunchDescription
+from armsim_ros.launch.api.entity import LaunchDescriptionEntity
+from armsim_ros.launch.api.include import AnyLaunchDescriptionSource, IncludeLaunchDescription
+from armsim_ros.launch.api.service import format_entities
+from armsim_ros.launch.api.utilities import describe_text
+from armsim_ros.launch.command_line import LaunchWords
+from armsim_ros.launch.engine import Engine
+from armsim_ros.launch.failures import StoppedError
+from armsim_ros.launch.files import read_launch_file
+from armsim_ros.launch.lookup import current_lookup, looking_with
+from armsim_ros.launch.names import importable
+from armsim_ros.launch.originals import is_known
+from armsim_ros.launch.process_spec import ProcessSpec
+from armsim_ros.launch.report import Report
+from armsim_ros.launch.runner import DryRunner, Runner
+from armsim_ros.launch.watchdog import watchdog
+
+#: So deep are the includes read whose arguments are shown.
+_SHOWN_DEPTH = 6
+
+
+class Launch:
+    """
+    A launch file and its arguments.
+
+    :param words: what the user asked for.
+    """
+
+    def __init__(self, words: LaunchWords) -> None:
+        """Keep the words; nothing is evaluated yet."""
+        self._words = words
+
+    def dry_run(self) -> int:
+        """Print what would be started and what is missing; 0, or 2 where something is."""
+        output = sys.stdout
+
+        def write(line: str) -> None:
+            print(line, file=output, flush=True)
+
+        report = Report(dry=True, write=write)
+        # What the user's code prints is no line of the plan.
+        with redirect_stdout(sys.stderr):
+            self._evaluate(report, DryRunner(report, is_known))
+        if not report.lines and not report.failures:
+            write('nothing to start')
+        return USAGE_STATUS if report.failures else 0
+
+    def show_origins(self, ours: Collection[str]) -> int:
+        """
+        Print where each program of the file comes from.
+
+        :param ours: ``PACKAGE/PROGRAM`` of the overlay.
+        """
+        def known(spec: ProcessSpec) -> bool:
+            node = spec.node
+            found = current_lookup().program(node.package, node.executable) if node else None
+            origin = 'ours' if spec.label in ours else str(found or 'PATH' if found or not node
+                                                           else 'not installed')
+            print(f'{spec.label}: {origin}', file=output)
+            return True
+
+        output = sys.stdout
+        report = Report(dry=True)
+        with redirect_stdout(sys.stderr):
+            self._evaluate(report, DryRunner(report, known))
+        return USAGE_STATUS if report.failures else 0
+
+    def run(self) -> int:
+        """Run it; 0 after Ctrl-C or a good end, 1 after a failure, 2 for mistakes before."""
+        from armsim_ros.launch.real_runner import ProcessRunner
+
+        report = Report(dry=False)
+        status = self._evaluate(report, ProcessRunner(report, debug=self._words.debug))
+        return USAGE_STATUS if report.failures else status
+
+    def show_arguments(self) -> int:
+        """Print the arguments of the file and of those that it includes."""
+        report = Report(dry=False)
+        with self._failures_to(report), self._importable(), watchdog():
+            shown: dict[str, DeclareLaunchArgument] = {}
+            context = LaunchContext(argv=())
+            context.launch_configurations.update(self._words.arguments)
+            self._collect(self._description().entities, context, shown, 0)
+            print("Arguments (pass arguments as '<name>:=<value>'):")
+            if not shown:
+                print('\n    No arguments.')
+            for one in shown.values():
+                print(f'\n    {_argument_text(one)}')
+        return USAGE_STATUS if report.failures else 0
+
+    def print_description(self) -> int:
+        """Print the file as a tree."""
+        report = Report(dry=False)
+        with self._failures_to(report), self._importable(), watchdog():
+            print('\n'.join(format_entities(self._description().entities)))
+        return USAGE_STATUS if report.failures else 0
+
+    def _evaluate(self, report: Report, runner: Runner) -> int:
+        status = 0
+        with self._failures_to(report), self._importable():
+            context = LaunchContext(argv=sys.argv[1:])
+            context.launch_configurations.update(self._words.arguments)
+            source = AnyLaunchDescriptionSource(str(self._words.file))
+            status = Engine(context, runner, report).run(IncludeLaunchDescription(source))
+        return status
+
+    def _description(self) -> LaunchDescription:
+        return read_launch_file(self._words.file)
+
+    def _collect(self, entities: Iterable[LaunchDescriptionEntity], context: LaunchContext,
+                 shown: dict[str, DeclareLaunchArgument], depth: int) -> None:
+        for one in declared_arguments(entities):
+            shown.setdefault(one.name, one)
+            if one.default_value is not None and one.name not in context.launch_configurations:
+                with _ignoring_failures():
+                    one.execute(context)
+        if depth >= _SHOWN_DEPTH:
+            return
+        for include in _includes(entities):
+            with _ignoring_failures():
+                description = include.launch_description_source.get_launch_description(context)
+                self._collect(description.entities, context, shown, depth + 1)
+
+    @contextmanager
+    def _importable(self) -> Iterator[None]:
+        with looking_with(self._words.lookup), importable(self._words.lookup):
+            yield
+
+    @contextmanager
+    def _failures_to(self, report: Report) -> Iterator[None]:
+        try:
+            yield
+        except (StoppedError, ArmsimError) as error:
+            report.failure(error, str(self._words.file))
+        except Exception as error:  # noqa: BLE001 - anything that the user's code raises
+            report.failure(error, str(self._words.file))
+        except SystemExit as end:
+            if end.code not in (None, 0):
+                report.failure(RuntimeError(f'the launch file ended itself: {end.code}'),
+                               str(self._words.file))
+
+
+def _includes(entities: Iterable[LaunchDescriptionEntity]) -> Iterator[IncludeLaunchDescription]:
+    for one in entities:
+        if isinstance(one, IncludeLaunchDescription):
+            yield one
+        yield from _includes(one.describe_sub_entities())
+        for _, inside in one.describe_conditional_sub_entities():
+            yield from _includes(inside)
+
+
+def _argument_text(one: DeclareLaunchArgument) -> str:
+    lines = [f"'{one.name}':"]
+    text = ' '.join(one.description.split())
+    if one.choices:
+        text += f' Valid choices are: {one.choices}'
+    lines.append(f'    {text}')
+    if one.default_value is not None:
+        lines.append(f'    (default: {describe_text(one.default_value)})')
+    return '\n    '.join(lines)
+
+
+@contextmanager
+def _ignoring_failures() -> Iterator[None]:
+    """Go on: what cannot be read has no arguments to show; a run says why."""
+    try:
+        yield
+    except Exception:  # noqa: BLE001 - anything that the user's code raises
+        return

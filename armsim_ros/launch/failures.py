@@ -1,0 +1,137 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What can go wrong with a launch file, each with the place in the user's own file."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+import os
+from pathlib import Path
+import traceback
+from types import TracebackType
+
+from armsim_ros.errors import ArmsimError, Location
+
+_OWN_PACKAGE = str(Path(__file__).resolve().parent.parent) + os.sep
+
+
+class LaunchError(ArmsimError):
+    """
+    A launch file cannot go on.
+
+    :param where: the line of the user's file.
+    """
+
+    def __init__(self, what: str, where: Location | None = None) -> None:
+        """Keep the text apart from the place."""
+        self.what = what
+        self.where = where
+        super().__init__(f'{where}: {what}' if where else what)
+
+    def at(self, where: Location | None) -> LaunchError:
+        """Return the same with a place, where it has none yet."""
+        if self.where is not None or where is None:
+            return self
+        return type(self)(self.what, where)
+
+
+class SubstitutionFailure(LaunchError):  # noqa: N818 - launch's own name
+    """A text of the launch file cannot be made."""
+
+
+class InvalidLaunchFileError(LaunchError):
+    """A file is no launch file."""
+
+
+class MissingPackageError(KeyError):
+    """
+    A package is nowhere; a KeyError, because users' files catch it as one.
+
+    :param package: its name.
+    """
+
+    def __init__(self, package: str, text: str = '') -> None:
+        """Keep the name."""
+        self.package = package
+        super().__init__(text or f"package '{package}' not found")
+
+    def __str__(self) -> str:
+        """Return the text without the quotes that a KeyError puts around it."""
+        return str(self.args[0])
+
+
+class MissingArgumentsError(ArmsimError):
+    """
+    Arguments without a default were not given.
+
+    :param arguments: (name, choices) of each.
+    """
+
+    def __init__(self, arguments: Sequence[tuple[str, Sequence[str]]]) -> None:
+        """Keep them."""
+        self.arguments = tuple(arguments)
+        super().__init__('\n'.join(self.lines()))
+
+    def lines(self) -> list[str]:
+        """Return one line for each."""
+        return [f'needs argument: {name} choices={",".join(choices)}'
+                for name, choices in self.arguments]
+
+
+class StoppedError(BaseException):
+    """
+    A launch file does not come to an end; no ``except Exception`` of a user's file catches it.
+
+    :param what: the reason.
+    """
+
+
+def failure_of(error: BaseException, file: str) -> LaunchError:
+    """
+    Return what a user's file raised, with its own file and line.
+
+    :param file: the launch file, where no other file of the user's is in the traceback.
+    """
+    if isinstance(error, LaunchError):
+        return error if error.where else error.at(user_place(error.__traceback__))
+    where = user_place(error.__traceback__) or Location(file)
+    if isinstance(error, SyntaxError):
+        return LaunchError(f'SyntaxError: {error.msg}',
+                             Location(error.filename or file, error.lineno, error.offset))
+    if isinstance(error, KeyError) and _raised_in(error.__traceback__, 'os.py'):
+        return LaunchError(f'environment variable {error.args[0]} is not set', where)
+    if isinstance(error, FileNotFoundError) and error.filename is not None:
+        return LaunchError(f"file '{os.fsdecode(error.filename)}' does not exist", where)
+    if isinstance(error, EOFError):
+        return LaunchError('the launch file asks for an answer, and nobody is there to give it; '
+                           'run it in a terminal, or pipe the answers in', where)
+    if isinstance(error, ArmsimError):
+        return LaunchError(str(error), where)
+    text = str(error)
+    return LaunchError(f'{type(error).__name__}{": " + text if text else ""}', where)
+
+
+def import_place(error: ImportError, file: str) -> Location:
+    """Return the line of the user's that imports what is not there."""
+    return user_place(error.__traceback__) or Location(file)
+
+
+def user_place(trace: TracebackType | None) -> Location | None:
+    """Return the innermost line of a traceback that is the user's, None without one."""
+    found = None
+    for frame in traceback.extract_tb(trace):
+        if _is_users(frame.filename):
+            found = Location(frame.filename, frame.lineno)
+    return found
+
+
+def _is_users(name: str) -> bool:
+    if name.startswith(('<', _OWN_PACKAGE)) or os.sep + 'site-packages' + os.sep in name:
+        return False
+    return not name.startswith(os.path.dirname(os.__file__) + os.sep)
+
+
+def _raised_in(trace: TracebackType | None, file: str) -> bool:
+    frames = traceback.extract_tb(trace)
+    names = (file, f'<frozen {file[:-3]}>')
+    return bool(frames) and os.path.basename(frames[-1].filename) in names

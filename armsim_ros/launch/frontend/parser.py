@@ -1,0 +1,363 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""From the elements of XML and YAML files to actions."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+import shlex
+from typing import Any, ClassVar
+
+from armsim_ros.errors import nearest
+from armsim_ros.launch.api import ros_components, ros_node
+from armsim_ros.launch.api.actions import configuration, events, groups, logs, loops
+from armsim_ros.launch.api.conditions import IfCondition, UnlessCondition
+from armsim_ros.launch.api.description import LaunchDescription
+from armsim_ros.launch.api.entity import LaunchDescriptionEntity, Substitution
+from armsim_ros.launch.api.include import AnyLaunchDescriptionSource, IncludeLaunchDescription
+from armsim_ros.launch.api.process import ExecuteProcess
+from armsim_ros.launch.api.ros_parameters import ParameterFile, ParameterValue
+from armsim_ros.launch.api.utilities import coerce
+from armsim_ros.launch.failures import LaunchError
+from armsim_ros.launch.frontend.element import Element
+from armsim_ros.launch.frontend.substitution_text import parse_substitution
+
+Entity = LaunchDescriptionEntity
+
+
+class Parser:
+    """Makes actions of elements; one parser for one file."""
+
+    #: What a user's package adds: name -> class or function.
+    actions: ClassVar[dict[str, Any]] = {}
+    substitutions: ClassVar[dict[str, Any]] = {}
+
+    def parse_description(self, root: Element) -> LaunchDescription:
+        """Return the description of a file."""
+        return LaunchDescription(self._all(root.children))
+
+    def parse_substitution(self, value: Any) -> list[Substitution]:
+        """Return a text as substitutions."""
+        text = str(value).lower() if isinstance(value, bool) else str(value)
+        return parse_substitution(text, self.substitutions)
+
+    def parse_if_substitutions(self, value: Any) -> Any:
+        """Return a text as substitutions, other values as they are."""
+        return self.parse_substitution(value) if isinstance(value, str) else value
+
+    def escape_characters(self, value: Any) -> str:
+        """Return a text without its backslashes."""
+        return str(value).replace('\\\\', '\0').replace('\\', '').replace('\0', '\\')
+
+    def condition_of(self, element: Element) -> Any:
+        """Return the condition of an element, None without one."""
+        when, unless = element.text('if'), element.text('unless')
+        if when is not None and unless is not None:
+            raise LaunchError("'if' and 'unless' exclude each other", element.where)
+        if when is not None:
+            return self._at(IfCondition(self.parse_substitution(when)), element)
+        if unless is not None:
+            return self._at(UnlessCondition(self.parse_substitution(unless)), element)
+        return None
+
+    def parse_action(self, element: Element) -> Entity:
+        """
+        Return the action of an element.
+
+        :raises LaunchError: where it is none.
+        """
+        made = self._made(element)
+        made.where = element.where
+        return made
+
+    def _made(self, element: Element) -> Entity:
+        name = element.type_name.replace('-', '_')
+        own = self.actions.get(element.type_name)
+        try:
+            if own is not None:
+                parse = own.parse if hasattr(own, 'parse') else own
+                kind, kwargs = parse(element, self)
+                made: Entity = kind(**kwargs)
+                return made
+            make: Callable[[Element], Entity] | None = getattr(self, f'_make_{name}', None)
+            if make is not None:
+                return make(element)
+        except LaunchError as failure:
+            raise failure.at(element.where) from None
+        known = [one.removeprefix('_make_') for one in dir(self) if one.startswith('_make_')]
+        hint = nearest(name, known) or f"known: {', '.join(known)}"
+        raise LaunchError(f'<{element.type_name}> is no element of a launch file; {hint}',
+                            element.where)
+
+    def _all(self, elements: Iterable[Element]) -> list[Entity]:
+        return [self.parse_action(one) for one in elements]
+
+    def _at(self, made: Any, element: Element) -> Any:
+        made.where = element.where
+        return made
+
+    def _text(self, element: Element, *names: str) -> list[Substitution]:
+        for name in names:
+            value = element.text(name)
+            if value is not None:
+                return self.parse_substitution(value)
+        raise LaunchError(f"<{element.type_name}> needs the attribute '{names[0]}'",
+                            element.where)
+
+    def _optional(self, element: Element, name: str) -> list[Substitution] | None:
+        value = element.text(name)
+        return None if value is None else self.parse_substitution(value)
+
+    # Arguments, configurations, environment -----------------------------------------------------
+
+    def _make_arg(self, element: Element) -> Entity:
+        kind, kwargs = configuration.DeclareLaunchArgument.parse(element, self)
+        made: Entity = kind(**kwargs)
+        return made
+
+    def _make_let(self, element: Element) -> Entity:
+        return configuration.SetLaunchConfiguration(
+            self._text(element, 'name'), self._text(element, 'value'),
+            condition=self.condition_of(element))
+
+    def _make_unset(self, element: Element) -> Entity:
+        return configuration.UnsetLaunchConfiguration(
+            self._text(element, 'name'), condition=self.condition_of(element))
+
+    def _make_set_env(self, element: Element) -> Entity:
+        return configuration.SetEnvironmentVariable(
+            self._text(element, 'name'), self._text(element, 'value'),
+            condition=self.condition_of(element))
+
+    def _make_unset_env(self, element: Element) -> Entity:
+        return configuration.UnsetEnvironmentVariable(
+            self._text(element, 'name'), condition=self.condition_of(element))
+
+    def _make_append_env(self, element: Element) -> Entity:
+        return configuration.AppendEnvironmentVariable(
+            self._text(element, 'name'), self._text(element, 'value'),
+            prepend=(element.text('prepend') or 'false').lower() == 'true',
+            condition=self.condition_of(element))
+
+    # Structure ----------------------------------------------------------------------------------
+
+    def _make_group(self, element: Element) -> Entity:
+        kept = element.all('keep')
+        inside = [child for child in element.children if child.type_name != 'keep']
+        return groups.GroupAction(
+            self._all(inside), scoped=_truth(element, 'scoped', True),
+            forwarding=_truth(element, 'forwarding', True),
+            launch_configurations={one.get_attr('name'): self._text(one, 'value')
+                                   for one in kept},
+            condition=self.condition_of(element))
+
+    def _make_include(self, element: Element) -> Entity:
+        source = self._at(AnyLaunchDescriptionSource(self._text(element, 'file')), element)
+        pairs = [(one.get_attr('name'), self._text(one, 'value', 'default'))
+                 for one in (*element.all('arg'), *element.all('let'))]
+        included = IncludeLaunchDescription(
+            source, launch_arguments=pairs, condition=self.condition_of(element))
+        namespace = element.text('ns')
+        if namespace is None:
+            return included
+        included.where = element.where
+        return groups.GroupAction(
+            [ros_node.PushRosNamespace(self.parse_substitution(namespace)), included])
+
+    def _make_timer(self, element: Element) -> Entity:
+        return events.TimerAction(
+            period=self._text(element, 'period'), actions=self._all(element.children),
+            condition=self.condition_of(element))
+
+    def _make_for(self, element: Element) -> Entity:
+        if 'len' in element.attributes:
+            return loops.ForLoop(
+                self._text(element, 'len'), name=element.get_attr('name'),
+                entities=self._all(element.children), condition=self.condition_of(element))
+        return loops.ForEach(
+            self._text(element, 'values'), entities=self._all(element.children),
+            condition=self.condition_of(element))
+
+    _make_for_each = _make_for
+
+    def _make_log(self, element: Element) -> Entity:
+        return logs.LogInfo(msg=self._text(element, 'message'),
+                               level=element.text('level') or 'info',
+                               condition=self.condition_of(element))
+
+    def _make_shutdown(self, element: Element) -> Entity:
+        return events.Shutdown(reason=self._optional(element, 'reason') or '',
+                                condition=self.condition_of(element))
+
+    # Processes ----------------------------------------------------------------------------------
+
+    def _make_executable(self, element: Element) -> Entity:
+        words = [self.parse_substitution(word) for word in _words(element.get_attr('cmd'))]
+        return ExecuteProcess(cmd=words, **self._process(element))
+
+    def _make_node(self, element: Element) -> Entity:
+        return ros_node.Node(**self._node(element))
+
+    def _make_lifecycle_node(self, element: Element) -> Entity:
+        kwargs = self._node(element)
+        kwargs.setdefault('namespace', '')
+        return ros_node.LifecycleNode(**kwargs)
+
+    def _make_node_container(self, element: Element) -> Entity:
+        return ros_components.ComposableNodeContainer(
+            composable_node_descriptions=self._components(element), **self._node(element))
+
+    def _make_load_composable_node(self, element: Element) -> Entity:
+        return ros_components.LoadComposableNodes(
+            target_container=self._text(element, 'target'),
+            composable_node_descriptions=self._components(element),
+            condition=self.condition_of(element))
+
+    def _components(self, element: Element) -> list[Any]:
+        return [ros_components.ComposableNode(
+            package=self._text(one, 'pkg'), plugin=self._text(one, 'plugin'),
+            name=self._optional(one, 'name'), namespace=self._optional(one, 'namespace'),
+            parameters=self._parameters(one), remappings=self._remappings(one),
+            condition=self.condition_of(one)) for one in element.all('composable_node')]
+
+    def _process(self, element: Element) -> dict[str, Any]:
+        given: dict[str, Any] = {'output': self._optional(element, 'output') or 'log'}
+        for name, keyword in (
+                ('name', 'name'), ('cwd', 'cwd'), ('launch-prefix', 'prefix'),
+                ('respawn', 'respawn'), ('respawn_delay', 'respawn_delay'),
+                ('emulate_tty', 'emulate_tty'), ('sigterm_timeout', 'sigterm_timeout'),
+                ('sigkill_timeout', 'sigkill_timeout')):
+            value = self._optional(element, name)
+            if value is not None:
+                given[keyword] = value
+        if 'shell' in element.attributes:
+            given['shell'] = _truth(element, 'shell', False)
+        if element.text('on_exit') == 'shutdown' or element.text('required') == 'true':
+            given['on_exit'] = [events.Shutdown()]
+        variables = {one.get_attr('name'): self._text(one, 'value') for one in element.all('env')}
+        if variables:
+            given['additional_env'] = variables
+        condition = self.condition_of(element)
+        if condition is not None:
+            given['condition'] = condition
+        return given
+
+    def _node(self, element: Element) -> dict[str, Any]:
+        given = self._process(element)
+        given.pop('name', None)
+        for names, keyword in ((('pkg',), 'package'), (('exec', 'type'), 'executable')):
+            given[keyword] = self._text(element, *names)
+        for attribute, keyword in (('name', 'name'), ('namespace', 'namespace'),
+                                   ('ns', 'namespace'), ('exec_name', 'exec_name')):
+            value = self._optional(element, attribute)
+            if value is not None:
+                given[keyword] = value
+        given['arguments'] = [self.parse_substitution(word)
+                              for word in _words(element.text('args') or '')]
+        given['ros_arguments'] = [self.parse_substitution(word)
+                                  for word in _words(element.text('ros_args') or '')]
+        given['parameters'] = self._parameters(element)
+        given['remappings'] = self._remappings(element)
+        return given
+
+    def _remappings(self, element: Element) -> list[tuple[Any, Any]]:
+        return [(self._text(one, 'from'), self._text(one, 'to')) for one in element.all('remap')]
+
+    def _parameters(self, element: Element) -> list[Any]:
+        return [self._parameter(one) for one in element.all('param')]
+
+    def _parameter(self, element: Element) -> Any:
+        file = element.text('from')
+        if file is not None:
+            return self._at(ParameterFile(
+                self.parse_substitution(file),
+                allow_substs=self._optional(element, 'allow_substs') or False), element)
+        name = element.get_attr('name')
+        inner = element.all('param')
+        if inner:
+            block: dict[str, Any] = {}
+            for one in inner:
+                block.update(self._parameter(one))
+            return {name: block}
+        return {name: self._value(element)}
+
+    def _value(self, element: Element) -> Any:
+        value = element.get_attr('value')
+        kind = {'str': str, 'int': int, 'float': float, 'bool': bool}.get(
+            element.text('type') or '')
+        separator = element.text('value-sep') or element.text('value_sep')
+        if separator is not None and isinstance(value, str):
+            value = [one.strip() for one in value.split(separator)]
+        if isinstance(value, list):
+            return [coerce(one, kind) if isinstance(one, str) and '$(' not in one
+                    else self._text_value(one, kind, element) for one in value]
+        if not isinstance(value, str):
+            return value
+        return self._text_value(value, kind, element)
+
+    def _text_value(self, value: Any, kind: Any, element: Element) -> Any:
+        if not isinstance(value, str):
+            return value
+        return self._at(ParameterValue(self.parse_substitution(value), value_type=kind), element)
+
+    # What groups give to nodes ------------------------------------------------------------------
+
+    def _make_push_ros_namespace(self, element: Element) -> Entity:
+        return ros_node.PushRosNamespace(self._text(element, 'namespace', 'ns'),
+                                         condition=self.condition_of(element))
+
+    def _make_set_parameter(self, element: Element) -> Entity:
+        return ros_node.SetParameter(element.get_attr('name'), self._value(element),
+                                     condition=self.condition_of(element))
+
+    def _make_set_parameters_from_file(self, element: Element) -> Entity:
+        return ros_node.SetParametersFromFile(self._text(element, 'filename'),
+                                              condition=self.condition_of(element))
+
+    def _make_set_use_sim_time(self, element: Element) -> Entity:
+        return ros_node.SetUseSimTime(self._value(element), condition=self.condition_of(element))
+
+    def _make_set_remap(self, element: Element) -> Entity:
+        return ros_node.SetRemap(self._text(element, 'from'), self._text(element, 'to'),
+                                 condition=self.condition_of(element))
+
+    def _make_set_ros_log_dir(self, element: Element) -> Entity:
+        return ros_node.SetROSLogDir(self._text(element, 'new_log_dir'),
+                                     condition=self.condition_of(element))
+
+
+def _truth(element: Element, name: str, default: bool) -> bool:
+    value = element.text(name)
+    return default if value is None else value.strip().lower() in ('true', '1', 'yes', 'on')
+
+
+def _words(text: Any) -> list[str]:
+    """Return the words of a command; those in brackets and quotes stay together."""
+    words: list[str] = []
+    letters: list[str] = []
+    depth = 0
+    quote = ''
+    for sign in str(text):
+        if quote:
+            quote = '' if sign == quote else quote
+        elif sign in '\'"' and depth == 0:
+            quote = sign
+        depth += (sign == '(') - (sign == ')')
+        if sign.isspace() and depth <= 0 and not quote:
+            if letters:
+                words.append(''.join(letters))
+            letters = []
+        else:
+            letters.append(sign)
+    if letters:
+        words.append(''.join(letters))
+    return [_unquoted(word) for word in words]
+
+
+def _unquoted(word: str) -> str:
+    if '$(' in word or not set(word) & set('\'"\\'):
+        return word
+    try:
+        return ' '.join(shlex.split(word))
+    except ValueError:
+        return word

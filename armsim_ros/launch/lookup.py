@@ -1,0 +1,161 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Packages and their programs, as launch files look for them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+import os
+from pathlib import Path
+import sys
+
+from armsim_ros.errors import ResourceError
+from armsim_ros.launch.failures import MissingPackageError
+from armsim_ros.packages import Packages
+
+#: Paths below a package that is nowhere begin so; many are never opened.
+NOWHERE = Path('/nonexistent/share')
+#: Launch files of the originals that users include, with ours in their place.
+STAND_INS = Path(__file__).resolve().parent / 'stand_ins'
+
+
+class Lookup:
+    """
+    Finds packages, and remembers those that it did not find.
+
+    :param packages: where to look.
+    """
+
+    def __init__(self, packages: Packages) -> None:
+        """Keep the places."""
+        self.packages = packages
+        self.missing: dict[str, str] = {}
+
+    def beside(self, file: Path) -> None:
+        """Look around a file, too."""
+        self.packages = self.packages.beside(file)
+
+    def find(self, package: str) -> Path | None:
+        """Return the share folder of a package, or its sources; None where it is nowhere."""
+        found = self.packages.find(package)
+        if found is None and (STAND_INS / package).is_dir():
+            return STAND_INS / package
+        return found
+
+    def share(self, package: str) -> Path:
+        """
+        Return the share folder of a package, or its sources.
+
+        :raises MissingPackageError: where it is nowhere.
+        """
+        found = self.find(package)
+        if found is not None:
+            return found
+        try:
+            self.packages.folder(package)
+        except ResourceError as error:
+            self.missing[package] = str(error)
+            raise MissingPackageError(package, str(error)) from None
+        raise MissingPackageError(package)
+
+    def prefix(self, package: str) -> Path:
+        """Return the folder under which a package is installed; of sources, the sources."""
+        own = Path(sys.prefix)
+        if (own / 'share' / package / 'package.xml').is_file():
+            return own
+        found = self.share(package)
+        return found.parent.parent if found.parent.name == 'share' else found
+
+    def program(self, package: str, name: str) -> Path | None:
+        """
+        Return the executable file of a package's program, None where it is nowhere.
+
+        What is installed comes before the sources.
+        """
+        found = self.packages.find(package)
+        prefixes = [Path(one) for one in os.environ.get('AMENT_PREFIX_PATH', '').split(os.pathsep)
+                    if one]
+        if found is not None and found.parent.name == 'share':
+            prefixes.insert(0, found.parent.parent)
+        for prefix in (*prefixes, Path(sys.prefix)):
+            installed = prefix / 'lib' / package / name
+            if _is_program(installed):
+                return installed
+        return None if found is None else _source_program(found, name)
+
+
+def missing_package_of(path: str | Path) -> str:
+    """Return the package of a path below one that is nowhere, '' of any other path."""
+    parts = Path(path).parts
+    start = len(NOWHERE.parts)
+    return parts[start] if parts[:start] == NOWHERE.parts and len(parts) > start else ''
+
+
+def check_not_missing(path: str | Path) -> None:
+    """
+    Refuse a file of a package that is nowhere.
+
+    :raises MissingPackageError: names the package.
+    """
+    package = missing_package_of(path)
+    if package:
+        current_lookup().share(package)
+
+
+def stand_in_of(path: Path) -> Path | None:
+    """Return ours for an original's launch file that is not built, None where we have none."""
+    for package in path.parent.parts:
+        found = STAND_INS / package / 'launch' / path.name
+        if found.is_file():
+            return found
+    return None
+
+
+def _source_program(folder: Path, name: str) -> Path | None:
+    """Return a Python program in the sources of a package."""
+    names = (name, f'{name}.py') if not name.endswith('.py') else (name,)
+    places = (folder / 'scripts', folder / 'nodes', folder / 'src', folder / 'bin', folder,
+              folder / folder.name)
+    for place in places:
+        for one in names:
+            if (place / one).is_file() and _is_python(place / one):
+                return place / one
+    return None
+
+
+def _is_python(file: Path) -> bool:
+    if file.suffix == '.py':
+        return True
+    with file.open('rb') as stream:
+        first = stream.readline(200)
+    return first.startswith(b'#!') and b'python' in first
+
+
+def _is_program(file: Path) -> bool:
+    return file.is_file() and os.access(file, os.X_OK)
+
+
+_CURRENT: ContextVar[Lookup | None] = ContextVar('lookup', default=None)
+
+
+def current_lookup() -> Lookup:
+    """Return the lookup of the launch that is being evaluated."""
+    found = _CURRENT.get()
+    return found if found is not None else Lookup(Packages())
+
+
+@contextmanager
+def looking_with(lookup: Lookup) -> Iterator[Lookup]:
+    """Let the launch files that are evaluated look here."""
+    token = _CURRENT.set(lookup)
+    try:
+        yield lookup
+    finally:
+        _CURRENT.reset(token)
+
+
+def make_lookup(path: Iterable[Path], near: Iterable[Path]) -> Lookup:
+    """Return a lookup that begins with some folders and files."""
+    return Lookup(Packages(path, near=near))

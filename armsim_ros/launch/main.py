@@ -1,0 +1,57 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The launch program: ``armsim launch PACKAGE FILE [name:=value ...]``."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+import os
+from pathlib import Path
+import sys
+
+from armsim_ros.errors import ArmsimError, USAGE_STATUS
+from armsim_ros.launch.command_line import parse_words, USAGE
+from armsim_ros.launch.evaluation import Launch
+from armsim_ros.launch.overlay import environment_with, overlay_folder, write_overlay
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """
+    Run a launch file, or show what it would start.
+
+    :param argv: the words after the program's name; those of this process where None.
+    :returns: 0 after Ctrl-C or a good end, 1 when a required process failed, 2 for mistakes
+        before the start.
+    """
+    words = list(sys.argv[1:] if argv is None else argv)
+    if not words or {'-h', '--help'} & set(words):
+        print(USAGE)
+        return 0 if words else USAGE_STATUS
+    try:
+        wanted = parse_words(words)
+    except ArmsimError as error:
+        print(f'launch: {error}', file=sys.stderr)
+        return USAGE_STATUS
+    launch = Launch(wanted)
+    if wanted.show_arguments:
+        return launch.show_arguments()
+    if wanted.print_description:
+        return launch.print_description()
+    if wanted.dry:
+        return launch.dry_run()
+    real = _real_ros2()
+    if real:
+        # Where the real launch is installed, it runs the file; the overlay gives it ours.
+        folder = write_overlay(overlay_folder())
+        os.execve(real, [real, 'launch', *words], environment_with(folder))
+    return launch.run()
+
+
+def _real_ros2() -> str:
+    """Return the ros2 of a ROS installation that is sourced and has launch, '' without one."""
+    for entry in os.environ.get('AMENT_PREFIX_PATH', '').split(os.pathsep):
+        marker = Path(entry, 'share/ament_index/resource_index/packages/ros2launch')
+        program = Path(entry, 'bin', 'ros2')
+        if entry and marker.is_file() and os.access(program, os.X_OK):
+            return str(program)
+    return ''

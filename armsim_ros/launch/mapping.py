@@ -1,0 +1,241 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What a process of the launch file becomes here: ours, one of others, or part of ours."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from enum import Enum
+import os
+from pathlib import Path
+import re
+import shlex
+import sys
+from typing import Any
+
+import yaml
+
+from armsim_ros.cli.child_process import program_command
+from armsim_ros.launch.api.process import ExecuteLocal
+from armsim_ros.launch.lookup import current_lookup
+from armsim_ros.launch.originals import is_known, Role, role_of
+from armsim_ros.launch.process_spec import ProcessSpec, RosNode
+from armsim_ros.launch.spawn_arguments import read_spawn_arguments
+from armsim_ros.packages import package_of, workspace_of
+
+_DUMPER = getattr(yaml, 'CSafeDumper', yaml.SafeDumper)
+_DESCRIPTION = 'robot_description'
+#: Parameter of ours: the simulation makes the transforms as soon as it knows its robot.
+DESCRIPTION_ONLY = 'armsim.description_only'
+#: Packages and files that a robot description names.
+_PACKAGE = re.compile(r'(?:(?:package|model)://|\$\(find(?:-pkg-share)?\s+)([^/"\'\s)]+)')
+_FILE = re.compile(r'file://(/[^"\'<>\n]+?)/[^/"\']*["\']')
+_PROGRAMS = {
+    Role.SIMULATION: 'ros2_control_node', Role.MOVE_GROUP: 'move_group',
+    Role.SPAWNER: 'spawner', Role.UNSPAWNER: 'unspawner',
+    Role.DESCRIPTION: 'robot_state_publisher', Role.JOINT_STATES: 'joint_state_publisher',
+    Role.STATIC_TRANSFORM: 'static_transform_publisher',
+}
+#: What the simulation does besides; there without a process of its own while it runs.
+_PARTS = (Role.WORLD, Role.BRIDGE, Role.DESCRIPTION, Role.JOINT_STATES)
+
+
+class Kind(Enum):
+    """What is done for a process."""
+
+    RUN = 'a process is started'
+    PART = 'it is there while the simulation runs'
+    DONE = 'it has ended at once'
+    UNKNOWN = 'it is not installed'
+
+
+@dataclass
+class Start:
+    """
+    One process of a batch and what is done for it.
+
+    :param command: of a process that is started.
+    :param is_simulation: whether it is the simulation.
+    :param is_ours: whether it is a program of this package.
+    """
+
+    action: ExecuteLocal
+    spec: ProcessSpec
+    kind: Kind
+    command: Sequence[str] = ()
+    note: str = ''
+    is_simulation: bool = False
+    is_ours: bool = False
+    simulation: Start | None = None
+
+
+class Mapping:
+    """
+    Decides for one launch, batch by batch.
+
+    :param keep_text: writes a text into a file and returns its path.
+    """
+
+    def __init__(self, keep_text: Callable[[str, str], str]) -> None:
+        """Begin without a simulation."""
+        self._keep_text = keep_text
+        self._descriptions: dict[str, str] = {}
+        self._simulated: set[str] = set()
+        #: Namespaces whose simulation waits for a robot description.
+        self._waiting: set[str] = set()
+        self._world = ''
+
+    def decide(self, batch: Sequence[tuple[ExecuteLocal, ProcessSpec]]) -> list[Start]:
+        """Return what is done for the processes that stand together, in their order."""
+        roles = [role_of(spec) for _, spec in batch]
+        for (_, spec), role in zip(batch, roles, strict=True):
+            if role is Role.DESCRIPTION and spec.node is not None:
+                text = spec.node.merged().get(_DESCRIPTION)
+                if text:
+                    self._descriptions[spec.node.namespace] = str(text)
+        comes = any(role in (Role.SIMULATION, Role.SPAWN_ROBOT, Role.WORLD) for role in roles)
+        return [self._decide(action, spec, role, comes or bool(self._simulated))
+                for (action, spec), role in zip(batch, roles, strict=True)]
+
+    def simulation_ended(self) -> None:
+        """Let another one be started."""
+        self._simulated.clear()
+        self._waiting.clear()
+
+    def _decide(self, action: ExecuteLocal, spec: ProcessSpec, role: Role | None,
+                simulated: bool) -> Start:
+        if role is None:
+            return self._other(action, spec)
+        if role is Role.SPAWN_ROBOT:
+            return self._spawn(action, spec)
+        if role is Role.WORLD:
+            self._world = next((word for word in ' '.join(spec.command).split()
+                                if word.endswith(('.sdf', '.world'))), '')
+        if role is Role.SIMULATION and self._place(spec.node) in self._simulated:
+            return Start(action, spec, Kind.PART, note='one simulation serves both')
+        if role is Role.DESCRIPTION and self._place(spec.node) in self._waiting:
+            self._waiting.discard(self._place(spec.node))
+            return self._ours(action, spec, role, {DESCRIPTION_ONLY: True})
+        if role in _PARTS and (simulated or role is Role.BRIDGE):
+            return Start(action, spec, Kind.PART, note=f'{role.value}: part of the simulation')
+        if role is Role.WORLD:
+            return Start(action, spec, Kind.PART, note='the simulation starts with its robot')
+        return self._ours(action, spec, role)
+
+    def _ours(self, action: ExecuteLocal, spec: ProcessSpec, role: Role,
+              more: dict[str, Any] | None = None) -> Start:
+        node = spec.node or RosNode('-', _PROGRAMS[role])
+        words = list(node.arguments)
+        if spec.node is None:  # ros2 run PACKAGE PROGRAM ...
+            words = spec.command[4:]
+        extra = dict(more or {})
+        if role is Role.SIMULATION:
+            self._simulated.add(self._place(node))
+            text = str(node.merged().get(_DESCRIPTION) or self._description(node))
+            extra = self._own_parameters(text)
+            if text and _DESCRIPTION not in node.merged():
+                extra[_DESCRIPTION] = text
+            if not text:
+                self._waiting.add(self._place(node))
+        elif role is Role.MOVE_GROUP:
+            extra = self._own_parameters(str(node.merged().get(_DESCRIPTION) or ''))
+        command = program_command('original', [
+            _PROGRAMS[role], *words, *self._ros_args(node, extra)])
+        return Start(action, spec, Kind.RUN, [*spec.prefix, *command],
+                     is_simulation=role is Role.SIMULATION, is_ours=True)
+
+    def _spawn(self, action: ExecuteLocal, spec: ProcessSpec) -> Start:
+        """Let the first robot that is spawned be the simulation's."""
+        words = spec.node.arguments if spec.node is not None else spec.command[4:]
+        given = read_spawn_arguments(words)
+        node = spec.node or RosNode('-', 'create')
+        text = given.text or self._read(given.file) or node.merged().get(_DESCRIPTION) \
+            or (self._description(node) if given.by_topic else '')
+        if '<robot' not in str(text) and not (given.by_topic and not text):
+            return Start(action, spec, Kind.DONE,
+                         note=f'{given.name or "the model"} is no URDF and not spawned')
+        if self._simulated:
+            return Start(action, spec, Kind.DONE, note='the simulation has its robot already')
+        self._simulated.add('/')
+        parameters: dict[str, Any] = {**self._own_parameters(str(text or '')), **{
+            f'armsim.{key}': value for key, value in given.placement().items()}}
+        if text:
+            parameters[_DESCRIPTION] = str(text)
+        manager = RosNode('controller_manager', 'ros2_control_node')
+        command = program_command('original', [
+            'ros2_control_node', *self._ros_args(manager, parameters)])
+        made = Start(action, spec, Kind.RUN, command, is_simulation=True, is_ours=True)
+        return Start(action, spec, Kind.DONE, note='the robot is in the simulation',
+                     simulation=made)
+
+    def _other(self, action: ExecuteLocal, spec: ProcessSpec) -> Start:
+        if not is_known(spec):
+            return Start(action, spec, Kind.UNKNOWN)
+        node = spec.node
+        if node is None:
+            command = ['/bin/sh', '-c', ' '.join(spec.command)] if spec.shell else spec.command
+            return Start(action, spec, Kind.RUN, [*spec.prefix, *command])
+        program = current_lookup().program(node.package, node.executable)
+        assert program is not None
+        words = [str(program)] if os.access(program, os.X_OK) and program.suffix != '.py' \
+            else [sys.executable, str(program)]
+        command = [*spec.prefix, *words, *node.arguments, *self._ros_args(node, {})]
+        if spec.shell:
+            command = ['/bin/sh', '-c', shlex.join(command)]
+        return Start(action, spec, Kind.RUN, command)
+
+    def _ros_args(self, node: RosNode, extra: dict[str, Any]) -> list[str]:
+        """Return ``--ros-args`` with all that the launch file gives to a node."""
+        words = ['--ros-args', *node.ros_arguments]
+        if node.name:
+            words += ['-r', f'__node:={node.name}']
+        if node.namespace != '/':
+            words += ['-r', f'__ns:={node.namespace}']
+        for source in (*node.parameters, extra):
+            if isinstance(source, str):
+                words += ['--params-file', source]
+            elif source:
+                content = {'/**': {'ros__parameters': dict(source)}}
+                text = yaml.dump(content, Dumper=_DUMPER, sort_keys=False, allow_unicode=True)
+                words += ['--params-file', self._keep_text('parameters.yaml', text)]
+        for source_name, target in node.remappings:
+            words += ['-r', f'{source_name}:={target}']
+        return words
+
+    def _own_parameters(self, text: str) -> dict[str, Any]:
+        """
+        Return what ours have to know of the launch: where the packages of a description are.
+
+        :param text: the description; where it is not known yet, all places are named.
+        """
+        packages = current_lookup().packages
+        if text:
+            found = [packages.find(name) for name in dict.fromkeys(_PACKAGE.findall(text))]
+            found += [package_of(Path(path)) for path in dict.fromkeys(_FILE.findall(text))]
+        else:
+            found = [one for path in packages.near for one in _around(path)]
+        places = dict.fromkeys((*packages.path, *(one for one in found if one is not None)))
+        return {'armsim.packages_path': os.pathsep.join(map(str, places))} if places else {}
+
+    def _description(self, node: RosNode) -> str:
+        own = self._descriptions.get(node.namespace)
+        return own or next(iter(self._descriptions.values()), '')
+
+    def _read(self, file: str) -> str:
+        try:
+            return Path(file).read_text(encoding='utf-8', errors='replace') if file else ''
+        except OSError:
+            return ''
+
+    @staticmethod
+    def _place(node: RosNode | None) -> str:
+        return node.namespace if node is not None else '/'
+
+
+def _around(path: Path) -> list[Path | None]:
+    """Return the package of a file, and where those stand that it may name."""
+    workspace, package = workspace_of(path), package_of(path)
+    if workspace is not None:
+        return [package, workspace / 'src', workspace / 'install']
+    return [package, package.parent if package is not None else None]

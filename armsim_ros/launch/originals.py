@@ -1,0 +1,87 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The programs of the original stack that are replaced, by the names that launch files use."""
+
+from __future__ import annotations
+
+from enum import Enum
+import shutil
+
+from armsim_ros.launch.lookup import current_lookup
+from armsim_ros.launch.process_spec import ProcessSpec, program_of
+
+
+class Role(Enum):
+    """What a program of the original stack does."""
+
+    SIMULATION = 'the simulation with its controller manager'
+    WORLD = 'the world that the simulation stands in'
+    SPAWN_ROBOT = 'puts the robot into the simulation'
+    BRIDGE = 'the simulation publishes these topics itself'
+    SPAWNER = 'loads and activates controllers'
+    UNSPAWNER = 'deactivates and unloads controllers'
+    MOVE_GROUP = 'planning and execution'
+    DESCRIPTION = 'publishes the robot description and transforms'
+    JOINT_STATES = 'publishes joint states'
+    STATIC_TRANSFORM = 'publishes a fixed transform'
+
+
+#: (package, executable) -> what it does.
+NODES: dict[tuple[str, str], Role] = {
+    ('controller_manager', 'ros2_control_node'): Role.SIMULATION,
+    ('controller_manager', 'spawner'): Role.SPAWNER,
+    ('controller_manager', 'spawner.py'): Role.SPAWNER,
+    ('controller_manager', 'unspawner'): Role.UNSPAWNER,
+    ('controller_manager', 'unspawner.py'): Role.UNSPAWNER,
+    ('moveit_ros_move_group', 'move_group'): Role.MOVE_GROUP,
+    ('robot_state_publisher', 'robot_state_publisher'): Role.DESCRIPTION,
+    ('joint_state_publisher', 'joint_state_publisher'): Role.JOINT_STATES,
+    ('joint_state_publisher_gui', 'joint_state_publisher_gui'): Role.JOINT_STATES,
+    ('tf2_ros', 'static_transform_publisher'): Role.STATIC_TRANSFORM,
+    ('ros_gz_sim', 'create'): Role.SPAWN_ROBOT,
+    ('ros_ign_gazebo', 'create'): Role.SPAWN_ROBOT,
+    ('ros_gz_sim', 'gzserver'): Role.WORLD,
+    ('gazebo_ros', 'spawn_entity.py'): Role.SPAWN_ROBOT,
+    ('gazebo_ros', 'gzserver'): Role.WORLD,
+    ('gazebo_ros', 'gzclient'): Role.BRIDGE,
+    ('ros_gz_bridge', 'parameter_bridge'): Role.BRIDGE,
+    ('ros_gz_bridge', 'bridge_node'): Role.BRIDGE,
+    ('ros_ign_bridge', 'parameter_bridge'): Role.BRIDGE,
+}
+#: First words of a command that is no node.
+COMMANDS: dict[tuple[str, ...], Role] = {
+    ('gz', 'sim'): Role.WORLD,
+    ('ign', 'gazebo'): Role.WORLD,
+    ('ruby', '$(which', 'gz)', 'sim'): Role.WORLD,
+    ('gzserver',): Role.WORLD,
+    ('gazebo',): Role.WORLD,
+    ('gzclient',): Role.BRIDGE,
+}
+
+
+def role_of(spec: ProcessSpec) -> Role | None:
+    """Return what a process does that is replaced here, None of any other."""
+    node = spec.node
+    if node is not None:
+        if node.executable.endswith('ros2_control_node'):
+            return Role.SIMULATION
+        return NODES.get((node.package, node.executable))
+    words = ' '.join(spec.command).split() if spec.shell else spec.command
+    for first, role in COMMANDS.items():
+        if [program_of(words[:1], False), *words[1:len(first)]] == list(first):
+            return role
+    if words[:2] == ['ros2', 'run'] and len(words) > 3:
+        return NODES.get((words[2], words[3]))
+    return None
+
+
+def is_known(spec: ProcessSpec) -> bool:
+    """Return whether a process would be started, or is replaced."""
+    if role_of(spec) is not None:
+        return True
+    if spec.node is not None:
+        return current_lookup().program(spec.node.package, spec.node.executable) is not None
+    program = spec.command[0]
+    if spec.shell:
+        return True
+    return shutil.which(program, path=spec.environment.get('PATH')) is not None

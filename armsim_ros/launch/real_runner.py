@@ -1,0 +1,267 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Starts the processes of a launch, prints what they print, and ends them together."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Sequence
+import contextlib
+from dataclasses import dataclass, field
+import os
+import signal
+import subprocess
+import sys
+import time
+from typing import Any, TYPE_CHECKING
+
+from armsim_ros.cli.child_process import child_environment, die_with_parent
+from armsim_ros.launch.api.process import ExecuteLocal
+from armsim_ros.launch.mapping import Kind, Mapping, Start
+from armsim_ros.launch.process_spec import ProcessSpec
+from armsim_ros.launch.report import Report
+
+if TYPE_CHECKING:
+    from armsim_ros.launch.engine import Engine
+
+_STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM)
+#: Longest line that is printed whole [bytes].
+_LONGEST_LINE = 1 << 20
+
+
+@dataclass
+class _Process:
+    """A process that runs."""
+
+    start: Start
+    name: str
+    process: asyncio.subprocess.Process
+    tasks: list[asyncio.Task[Any]] = field(default_factory=list)
+    retries: int = 0
+
+    @property
+    def pid(self) -> int:
+        return self.process.pid
+
+
+class ProcessRunner:
+    """
+    The runner of a launch that is not dry.
+
+    :param report: prints.
+    """
+
+    is_dry = False
+
+    def __init__(self, report: Report, *, debug: bool = False) -> None:
+        """Begin with no process."""
+        self._report = report
+        self._debug = debug
+        self._count = 0
+        self._running: dict[str, _Process] = {}
+        self._parts: dict[str, tuple[ExecuteLocal, ProcessSpec]] = {}
+        self._starting: set[asyncio.Task[Any]] = set()
+        self._stopping = False
+        self._interrupts = 0
+
+    def open(self, engine: Engine) -> None:
+        """Take the signals over."""
+        self._engine = engine
+        self._mapping = Mapping(engine.keep_text)
+        self._changed = asyncio.Event()
+        self._loop = asyncio.get_running_loop()
+        for number in _STOP_SIGNALS:
+            self._loop.add_signal_handler(number, self._interrupted, number)
+
+    @property
+    def is_busy(self) -> bool:
+        """Whether a process runs, or ours stands in for one."""
+        return bool(self._running or self._starting
+                    or (self._parts and not self._stopping))
+
+    def start(self, batch: Sequence[tuple[ExecuteLocal, ProcessSpec]]) -> None:
+        """Start processes that stand together."""
+        for one in self._mapping.decide(batch):
+            if one.simulation is not None:
+                self._begin(one.simulation, 'simulation')
+            self._count += 1
+            name = f'{one.spec.name}-{self._count}'
+            if one.kind is Kind.UNKNOWN:
+                self._report.not_installed(one.spec)
+                self._engine.process_ended(one.action, name, 0, one.spec, 0, was_run=False)
+            elif one.kind is Kind.RUN:
+                self._run(one, name, 0)
+            else:
+                self._report.log('INFO', one.note, name)
+                self._engine.process_started(one.action, name, 0, one.spec)
+                if one.kind is Kind.DONE:
+                    self._engine.process_ended(one.action, name, 0, one.spec, 0)
+                else:
+                    self._parts[name] = (one.action, one.spec)
+
+    def now(self) -> float:
+        """Return the time [s]."""
+        return time.monotonic()
+
+    async def wait(self, until: float | None) -> None:
+        """Wait for something to happen, or for a time [s]."""
+        left = None if until is None else max(0.0, until - self.now())
+        with contextlib.suppress(asyncio.TimeoutError):
+            await asyncio.wait_for(self._changed.wait(), left)
+        self._changed.clear()
+
+    def send_signal(self, event: Any) -> None:
+        """Send a signal to the processes that an event means."""
+        number = getattr(event, 'signal', signal.SIGINT)
+        number = signal.Signals[number] if isinstance(number, str) else signal.Signals(number)
+        for one in list(self._running.values()):
+            if event.process_matcher(one.start.action):
+                self._send(one, number)
+
+    def stop(self) -> None:
+        """Begin to end all processes."""
+        if self._stopping:
+            return
+        self._stopping = True
+        self._changed.set()
+        for name, (action, spec) in self._parts.items():
+            self._engine.process_ended(action, name, 0, spec, 0)
+        self._parts.clear()
+        for one in self._running.values():
+            self._send(one, signal.SIGINT)
+            spec = one.start.spec
+            self._loop.call_later(spec.sigterm_timeout, self._escalate, one, signal.SIGTERM)
+            self._loop.call_later(spec.sigterm_timeout + spec.sigkill_timeout, self._escalate,
+                                  one, signal.SIGKILL)
+
+    async def close(self) -> None:
+        """Leave no process behind."""
+        for number in _STOP_SIGNALS:
+            self._loop.remove_signal_handler(number)
+        for one in self._running.values():
+            self._send(one, signal.SIGKILL)
+        for one in list(self._running.values()):
+            await one.process.wait()
+
+    # Starting and watching ----------------------------------------------------------------------
+
+    def _begin(self, start: Start, name: str) -> None:
+        self._count += 1
+        self._run(start, f'{name}-{self._count}', 0)
+
+    def _run(self, start: Start, name: str, retries: int, delay: float = 0.0) -> None:
+        task = self._loop.create_task(self._start(start, name, retries, delay))
+        self._starting.add(task)
+        task.add_done_callback(self._starting.discard)
+        task.add_done_callback(lambda _: self._changed.set())
+
+    async def _start(self, start: Start, name: str, retries: int, delay: float) -> None:
+        if delay:
+            await asyncio.sleep(delay)
+        if self._engine.context.is_shutdown:
+            return
+        spec = start.spec
+        environment = dict(spec.environment)
+        if start.is_ours:
+            environment.update({key: value for key, value in child_environment().items()
+                                if key in ('PYTHONPATH', 'RCUTILS_COLORIZED_OUTPUT')})
+        environment.setdefault('PYTHONUNBUFFERED', '1')
+        try:
+            process = await asyncio.create_subprocess_exec(
+                *start.command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+                stderr=subprocess.PIPE, env=environment, cwd=spec.cwd, limit=_LONGEST_LINE,
+                start_new_session=True,
+                preexec_fn=die_with_parent(holds_sigint=start.is_ours))
+        except OSError as error:
+            self._report.log('ERROR', f'cannot start {start.command[0]}: {error.strerror}', name)
+            self._engine.process_ended(start.action, name, 0, spec, 127)
+            return
+        one = _Process(start, name, process, retries=retries)
+        self._running[name] = one
+        self._report.log('INFO', f'process started with pid [{process.pid}]', name)
+        if not (start.is_simulation and start.spec.label.endswith('create')):
+            self._engine.process_started(start.action, name, process.pid, spec)
+        for fd, stream in ((1, process.stdout), (2, process.stderr)):
+            assert stream is not None
+            one.tasks.append(self._loop.create_task(self._forward(one, stream, fd)))
+        self._loop.create_task(self._watch(one)).add_done_callback(_raise)
+        if self._stopping:
+            self._send(one, signal.SIGINT)
+
+    async def _forward(self, one: _Process, stream: asyncio.StreamReader, fd: int) -> None:
+        while True:
+            try:
+                line = await stream.readline()
+            except ValueError:
+                line = await stream.read(_LONGEST_LINE)
+            if not line:
+                return
+            sink = sys.stdout if fd == 1 else sys.stderr
+            text = line.decode(errors='replace').rstrip('\r\n')
+            with contextlib.suppress(BrokenPipeError):
+                print(f'[{one.name}] {text}', file=sink, flush=True)
+            self._engine.printed(one.start.action, one.name, one.pid, line, fd)
+            self._changed.set()
+
+    async def _watch(self, one: _Process) -> None:
+        status = await one.process.wait()
+        # What the process left in its group would hold its pipes open.
+        with contextlib.suppress(ProcessLookupError, PermissionError):
+            os.killpg(one.pid, signal.SIGKILL)
+        await asyncio.wait(one.tasks, timeout=1.0)
+        del self._running[one.name]
+        spec = one.start.spec
+        if status == 0:
+            self._report.log('INFO', f'process has finished cleanly [pid {one.pid}]', one.name)
+        else:
+            level = 'INFO' if self._stopping and status in (-2, 130) else 'ERROR'
+            words = ' '.join(one.start.command)
+            words = words if len(words) < 300 else words[:300] + '...'
+            self._report.log(level, f'process has died [pid {one.pid}, exit code {status}, cmd '
+                             f"'{words}']", one.name)
+        if one.start.is_simulation:
+            self._simulation_ended(status)
+        if not (one.start.is_simulation and spec.label.endswith('create')):
+            self._engine.process_ended(one.start.action, one.name, one.pid, spec, status)
+        retries = spec.respawn_max_retries
+        if spec.respawn and not self._stopping and not one.start.is_simulation and (
+                retries < 0 or one.retries < retries):
+            self._run(one.start, one.name, one.retries + 1, spec.respawn_delay)
+        self._changed.set()
+
+    def _simulation_ended(self, status: int) -> None:
+        """End what was part of it; a failure ends the launch, which has nothing left to move."""
+        self._mapping.simulation_ended()
+        for name, (action, spec) in self._parts.items():
+            self._engine.process_ended(action, name, 0, spec, 0)
+        self._parts.clear()
+        if status != 0 and not self._stopping:
+            self._engine.shut_down('the simulation has failed', failed=True)
+
+    # Ending -------------------------------------------------------------------------------------
+
+    def _interrupted(self, number: int) -> None:
+        self._interrupts += 1
+        if self._interrupts == 1:
+            name = 'ctrl-c (SIGINT)' if number == signal.SIGINT else 'SIGTERM'
+            self._report.log('WARNING', f'user interrupted with {name}')
+            self._engine.shut_down('interrupted')
+        else:
+            for one in self._running.values():
+                self._send(one, signal.SIGTERM if self._interrupts == 2 else signal.SIGKILL)
+        self._changed.set()
+
+    def _escalate(self, one: _Process, number: signal.Signals) -> None:
+        if self._running.get(one.name) is one:
+            self._report.log('ERROR', f"process does not end; sending '{number.name}'", one.name)
+            self._send(one, number)
+
+    def _send(self, one: _Process, number: signal.Signals) -> None:
+        if one.process.returncode is None:
+            with contextlib.suppress(ProcessLookupError, PermissionError):
+                os.killpg(one.pid, number)
+
+
+def _raise(task: asyncio.Task[Any]) -> None:
+    if not task.cancelled() and task.exception() is not None:
+        raise task.exception()  # type: ignore[misc]

@@ -1,0 +1,148 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What a user is told of a launch: processes, what is missing, mistakes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+import sys
+from typing import Any
+
+from armsim_ros.launch.api.actions.configuration import DeclareLaunchArgument
+from armsim_ros.launch.failures import (
+    failure_of,
+    import_place,
+    MissingArgumentsError,
+    MissingPackageError,
+)
+from armsim_ros.launch.process_spec import ProcessSpec
+
+#: Programs with a window; that they are missing is no loss.
+GUI_PROGRAMS = frozenset({
+    'rviz2', 'rviz', 'rqt', 'rqt_gui', 'rqt_robot_steering', 'rqt_joint_trajectory_controller',
+    'joint_state_publisher_gui', 'rqt_image_view', 'rqt_reconfigure', 'plotjuggler',
+    'moveit_setup_assistant', 'gzclient',
+})
+
+
+class Report:
+    """
+    Prints, and counts what was lacking.
+
+    :param dry: whether nothing is started: the plan goes to standard output, all else to
+        standard error.
+    """
+
+    def __init__(self, *, dry: bool, write: Callable[[str], None] | None = None) -> None:
+        """Begin with nothing."""
+        self.dry = dry
+        self.lines: list[str] = []
+        #: Everything that keeps the launch file from being evaluated whole.
+        self.failures: list[str] = []
+        self._write = write
+        self._lost: set[str] = set()
+
+    def process(self, spec: ProcessSpec) -> None:
+        """Tell of a process that would be started."""
+        self._plan(spec.dry_line())
+
+    def not_installed(self, spec: ProcessSpec) -> None:
+        """Tell of a process that cannot be started."""
+        program = spec.label.rpartition('/')[2]
+        self.unknown(f'{spec.label} is not installed and not started',
+                     is_loss=program not in GUI_PROGRAMS)
+
+    def unknown(self, text: str, *, is_loss: bool = True) -> None:
+        """Tell of what is not known here."""
+        if self.dry:
+            self._plan(f'unknown: {text}')
+        else:
+            self.log('WARNING' if is_loss else 'INFO', f'unknown: {text}')
+
+    def missing_package(self, error: MissingPackageError) -> None:
+        """Tell of a package that is nowhere and that may not be needed, once."""
+        line = f'missing package: {error.package}'
+        if self.dry:
+            self._plan(line)
+        elif line not in self.lines:
+            self.lines.append(line)
+            self.log('WARNING', f'{line}: {error}')
+
+    def log(self, level: str, text: str, logger: str = 'launch') -> None:
+        """Print a line as launch does."""
+        if level == 'DEBUG':
+            return
+        stream = sys.stderr if self.dry else sys.stdout
+        print(f'[{level}] [{logger}]: {text}', file=stream, flush=True)
+
+    def failure(self, error: BaseException, file: str) -> None:
+        """Tell what keeps a launch file from being evaluated."""
+        if isinstance(error, EOFError):
+            print(file=sys.stderr)  # the question stands there without an end of line
+        for line in failure_lines(error, file):
+            self.failures.append(line)
+            if not line.startswith('launch: ') and self.dry:
+                self._plan(line)
+            else:
+                print(line if line.startswith('launch: ') else f'launch: {line}',
+                      file=sys.stderr, flush=True)
+
+    def keeps_going(self, error: Exception, entity: Any, context: Any) -> bool:
+        """
+        Tell of a failure, and return whether to go on after the entity that failed.
+
+        Only a dry run does, to name all that is missing. What depends on what was lost is not
+        told again.
+        """
+        if not self.dry:
+            return False
+        text = str(error)
+        follows = any(f"configuration '{name}'" in text for name in self._lost)
+        for name in _sets(entity, context):
+            self._lost.add(name)
+        if not follows:
+            where = getattr(entity, 'where', None)
+            if hasattr(error, 'at'):
+                error = error.at(where)
+            self.failure(error, context.current_file or (str(where) if where else ''))
+        return True
+
+    def _plan(self, line: str) -> None:
+        if line.startswith('missing package:') and line in self.lines:
+            return
+        self.lines.append(line)
+        if self._write is not None:
+            self._write(line)
+
+
+def failure_lines(error: BaseException, file: str) -> list[str]:
+    """Return what a user reads of a failure, one line for each thing."""
+    if isinstance(error, MissingArgumentsError):
+        return error.lines()
+    if isinstance(error, MissingPackageError):
+        return [f'missing package: {error.package}', f'launch: {failure_of(error, file)}']
+    if isinstance(error, ModuleNotFoundError) and error.name is not None:
+        return [f'unknown: module {error.name} imported by {import_place(error, file)}']
+    if isinstance(error, ImportError) and error.name is not None:
+        name = getattr(error, 'name_from', None) or _name_in(str(error))
+        return [f'unknown: module {error.name}{"." + name if name else ""} imported by '
+                f'{import_place(error, file)}']
+    return [f'launch: {failure_of(error, file)}']
+
+
+def _name_in(text: str) -> str:
+    _, found, rest = text.partition("cannot import name '")
+    return rest.partition("'")[0] if found else ''
+
+
+def _sets(entity: Any, context: Any) -> list[str]:
+    """Return the names of the configurations that an entity would have set."""
+    if isinstance(entity, DeclareLaunchArgument):
+        return [entity.name]
+    name = getattr(entity, '_name', None)
+    if name is None or not hasattr(entity, '_value'):
+        return []
+    try:
+        return [''.join(one.perform(context) for one in name)]
+    except Exception:  # noqa: BLE001 - the name is lost as well
+        return []

@@ -1,0 +1,79 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The xacro command of launch files, run inside this process."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+import os
+from pathlib import Path
+
+from armsim_ros.errors import ConfigError, Location
+from armsim_ros.launch.failures import MissingPackageError, SubstitutionFailure
+from armsim_ros.launch.lookup import check_not_missing, current_lookup
+from armsim_ros.model.xacro_text import read_description
+
+_WITH_VALUE = ('-o', '--verbosity')
+
+
+@dataclass(frozen=True)
+class XacroCommand:
+    """A file and its arguments."""
+
+    file: str
+    mappings: dict[str, str]
+
+
+def as_xacro(words: Sequence[str]) -> XacroCommand | None:
+    """Return what xacro is asked for, None where the command is another."""
+    rest = list(words)
+    if rest[:3] == ['ros2', 'run', 'xacro']:
+        rest = rest[3:]
+    if os.path.basename(rest[0]) not in ('xacro', 'xacro.py'):
+        return None
+    file = ''
+    mappings: dict[str, str] = {}
+    skip = False
+    for word in rest[1:]:
+        name, sign, value = word.partition(':=')
+        if skip:
+            skip = False
+        elif word in _WITH_VALUE:
+            skip = True
+        elif sign:
+            mappings[name] = value
+        elif not word.startswith('-') and not file:
+            file = word
+    return XacroCommand(file, mappings)
+
+
+def run_xacro(command: XacroCommand, where: Location | None) -> str:
+    """
+    Return the robot description that a xacro file makes.
+
+    :param where: the line of the launch file.
+    :raises SubstitutionFailure: where it makes none; the text names the xacro file.
+    :raises MissingPackageError: where it names a package that is nowhere.
+    """
+    lookup = current_lookup()
+    file = Path(command.file)
+    if not file.is_file():
+        check_not_missing(file)
+        raise SubstitutionFailure(f"xacro file '{command.file}' does not exist", where)
+    try:
+        return read_description(file, mappings=command.mappings,
+                                packages=lookup.packages.beside(file))
+    except ConfigError as error:
+        text = str(error)
+        package = missing_in(text)
+        if package:
+            raise MissingPackageError(package, text) from None
+        raise SubstitutionFailure(text, where) from None
+
+
+def missing_in(text: str) -> str:
+    """Return the package that a message of the package lookup names, '' where it names none."""
+    _, found, rest = text.partition("package '")
+    name, end, _ = rest.partition("' is not found")
+    return name if found and end and "'" not in name else ''

@@ -1,0 +1,170 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Actions of launch files."""
+
+
+def test_declare_launch_argument_sets_its_default_unless_given(entities):
+    """P36 DeclareLaunchArgument: the default counts only where no value is given."""
+    text = """
+        DeclareLaunchArgument('who', default_value='anna'),
+        node(LaunchConfiguration('who')),
+    """
+    assert list(entities(text).processes()) == ['anna']
+    assert list(entities(text, 'who:=bert').processes()) == ['bert']
+
+
+def test_a_missing_argument_is_named_with_its_choices(entities):
+    """P41: an argument without a default is asked for, with its choices."""
+    said = entities("DeclareLaunchArgument('who', choices=['anna', 'bert']), node('x'),")
+    assert said.plan == ['needs argument: who choices=anna,bert']
+    assert said.status == 2
+
+
+def test_choices_are_checked(entities):
+    """P37: a value that is none of the choices is refused, with the line of the file."""
+    said = entities("DeclareLaunchArgument('who', choices=['anna', 'bert']),", 'who:=otto')
+    assert said.status == 2
+    assert 'it.launch.py:' in said.errors
+    assert "argument 'who' is 'otto'; allowed: anna, bert" in said.errors
+
+
+def test_a_group_scopes_configurations(entities):
+    """P37 GroupAction, SetLaunchConfiguration: what a group sets ends with it."""
+    said = entities("""
+        SetLaunchConfiguration('a', 'outside'),
+        GroupAction([SetLaunchConfiguration('a', 'inside'), node(LaunchConfiguration('a'))]),
+        node(LaunchConfiguration('a')),
+    """)
+    assert list(said.processes()) == ['inside', 'outside']
+
+
+def test_an_unscoped_group_does_not(entities):
+    """P37 GroupAction: scoped=False leaves what it sets."""
+    said = entities("""
+        GroupAction([SetLaunchConfiguration('a', 'inside')], scoped=False),
+        node(LaunchConfiguration('a')),
+    """)
+    assert list(said.processes()) == ['inside']
+
+
+def test_an_include_is_not_scoped(entities, write):
+    """P37 IncludeLaunchDescription, ThisLaunchFileDir: arguments of an include stay."""
+    write("""
+        from launch import LaunchDescription
+        from launch.actions import DeclareLaunchArgument
+        from launch.substitutions import LaunchConfiguration
+        from launch_ros.actions import Node
+
+        def generate_launch_description():
+            return LaunchDescription([
+                DeclareLaunchArgument('who', default_value='nobody'),
+                Node(package='mine', executable='two', name=LaunchConfiguration('who'))])
+    """, 'inner.launch.py')
+    said = entities("""
+        IncludeLaunchDescription(
+            PythonLaunchDescriptionSource([ThisLaunchFileDir(), '/inner.launch.py']),
+            launch_arguments={'who': 'given'}.items()),
+        node(['after_', LaunchConfiguration('who')]),
+    """)
+    assert list(said.processes()) == ['given', 'after_given']
+
+
+def test_an_include_names_the_arguments_that_it_needs(entities, write):
+    """P41: what an included file needs is asked for, all of it."""
+    write("""
+        from launch import LaunchDescription
+        from launch.actions import DeclareLaunchArgument
+
+        def generate_launch_description():
+            return LaunchDescription([DeclareLaunchArgument('a'), DeclareLaunchArgument('b')])
+    """, 'inner.launch.py')
+    said = entities("""
+        IncludeLaunchDescription([ThisLaunchFileDir(), '/inner.launch.py']), node('goes_on'),
+    """)
+    assert said.plan[:2] == ['needs argument: a choices=', 'needs argument: b choices=']
+
+
+def test_an_opaque_function_returns_entities(entities):
+    """P36 OpaqueFunction: gets the context, returns what is visited next."""
+    said = entities("""
+        DeclareLaunchArgument('n', default_value='2'),
+        OpaqueFunction(function=lambda context, prefix: [
+            node(f'{prefix}{i}') for i in range(int(
+                LaunchConfiguration('n').perform(context)))], args=['x']),
+    """)
+    assert list(said.processes()) == ['x0', 'x1']
+
+
+def test_exit_handlers_chain(entities):
+    """P36 RegisterEventHandler, OnProcessExit: what follows a process starts after it."""
+    said = entities("""
+        first := node('first'),
+        RegisterEventHandler(OnProcessExit(target_action=first, on_exit=[
+            second := node('second'),
+            RegisterEventHandler(OnProcessExit(target_action=second, on_exit=[node('third')])),
+        ])),
+        node('beside'),
+    """)
+    assert list(said.processes()) == ['first', 'beside', 'second', 'third']
+
+
+def test_start_handlers_and_timers(entities):
+    """P36 OnProcessStart, TimerAction: after the start; timers in the order of their times."""
+    said = entities("""
+        TimerAction(period=5.0, actions=[node('late')]),
+        TimerAction(period='1.5', actions=[node('soon')]),
+        first := node('first'),
+        RegisterEventHandler(OnProcessStart(target_action=first, on_start=[node('next')])),
+    """)
+    assert list(said.processes()) == ['first', 'next', 'soon', 'late']
+
+
+def test_events_and_shutdown_are_accepted(entities):
+    """P36 EmitEvent, Shutdown, OnShutdown, LogInfo: a dry run goes on after them."""
+    said = entities("""
+        RegisterEventHandler(OnShutdown(on_shutdown=[LogInfo(msg='the end')])),
+        node('one', on_exit=[Shutdown(reason='done')]),
+        EmitEvent(event=ShutdownEvent(reason='now')),
+        LogInfo(msg=['hello ', 'world']),
+        node('two'),
+    """)
+    assert list(said.processes()) == ['one', 'two']
+    assert '[INFO] [launch.user]: hello world' in said.errors
+
+
+def test_environment_variables(entities):
+    """P36 SetEnvironmentVariable: later texts see it."""
+    said = entities("""
+        SetEnvironmentVariable('ROOM', 'kitchen'),
+        AppendEnvironmentVariable('ROOM', 'sink', separator='_'),
+        node(EnvironmentVariable('ROOM')),
+    """)
+    assert list(said.processes()) == ['kitchen_sink']
+
+
+def test_execute_process(entities):
+    """P36 ExecuteProcess, FindExecutable: a program by its path, shown without it."""
+    said = entities("ExecuteProcess(cmd=[FindExecutable(name='sh'), '-c', 'true'], name='it'),")
+    assert said.plan == ['process: -/sh name=it ns=/ parameters=']
+
+
+def test_conditions(entities):
+    """P36 IfCondition, UnlessCondition: true, false, 1, 0; other words are refused."""
+    said = entities("""
+        *(node(f'if_{word}', condition=IfCondition(word)) for word in ('true', '0', 'False', '1')),
+        *(node(f'not_{word}', condition=UnlessCondition(word)) for word in ('true', '0')),
+        node('x', condition=IfCondition('perhaps')),
+    """)
+    assert list(said.processes()) == ['if_true', 'if_1', 'not_0']
+    assert "a condition is 'perhaps'; allowed: true, false, 1, 0" in said.errors
+    assert said.status == 2
+
+
+def test_a_circle_of_exit_handlers_is_stopped(entities):
+    """A process that its own exit starts again and again ends the dry run with a message."""
+    said = entities("""
+        OpaqueFunction(function=lambda context: [again := node('again'), RegisterEventHandler(
+            OnProcessExit(target_action=again, on_exit=[again]))]),
+    """)
+    assert said.status == 2
+    assert 'an exit handler seems to start its own process again' in said.errors

@@ -1,0 +1,131 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Nodes of launch files: namespaces, parameters, remappings."""
+
+import pytest
+import yaml
+
+from armsim_ros.launch.api.context import LaunchContext
+from armsim_ros.launch.api.ros_node import (
+    Node,
+    PushRosNamespace,
+    SetParameter,
+    SetRemap,
+)
+from armsim_ros.launch.api.ros_parameters import (
+    evaluate_parameters,
+    ParameterFile,
+    ParameterValue,
+)
+from armsim_ros.launch.api.utilities import TextSubstitution
+from armsim_ros.launch.failures import LaunchError
+
+
+def spec_of(node, *before):
+    """Return the process of a node after some actions."""
+    context = LaunchContext()
+    for action in before:
+        action.execute(context)
+    return node.spec(context).node
+
+
+def test_namespaces_nest_and_a_slash_is_absolute():
+    """P37 PushRosNamespace: namespaces nest, ``/x`` is absolute."""
+    inner = PushRosNamespace('a'), PushRosNamespace('b')
+    assert spec_of(Node(executable='x', namespace='c'), *inner).namespace == '/a/b/c'
+    assert spec_of(Node(executable='x', namespace='/c'), *inner).namespace == '/c'
+    assert spec_of(Node(executable='x')).namespace == '/'
+
+
+def test_parameters_are_typed_by_yaml_unless_they_say_so():
+    """P37 ParameterValue: texts are what YAML sees in them, or of their type."""
+    text = TextSubstitution(text='1')
+    found = evaluate_parameters(LaunchContext(), [{
+        'plain': '1', 'substitution': text, 'string': ParameterValue(text, value_type=str),
+        'truth': 'true', 'number': ParameterValue('2', value_type=float), 'list': [1, 2],
+        'block': {'inner': 'x'}, 'texts': ['1', 'b'], 'joined': [text, '.5']}])
+    assert found == [{
+        'plain': 1, 'substitution': 1, 'string': '1', 'truth': True, 'number': 2.0,
+        'list': [1, 2], 'block.inner': 'x', 'texts': ['1', 'b'], 'joined': 1.5}]
+
+
+def test_a_robot_description_stays_a_text():
+    """P37: a robot description is a text also without ParameterValue."""
+    urdf = '<?xml version="1.0"?>\n<!-- a: b -->\n<robot name="r"/>'
+    found = evaluate_parameters(LaunchContext(), [{'robot_description': TextSubstitution(
+        text=urdf)}])
+    assert found == [{'robot_description': urdf}]
+
+
+def test_a_value_of_another_type_is_refused():
+    """P37 ParameterValue: a text that is no value of its type is a mistake with its line."""
+    value = ParameterValue(TextSubstitution(text='x'), value_type=int)
+    with pytest.raises(LaunchError, match="'x' is no int"):
+        evaluate_parameters(LaunchContext(), [{'n': value}])
+
+
+def test_files_and_what_groups_set_come_first():
+    """P36 SetParameter, SetRemap: a group's parameters and remappings come before the node's."""
+    node = spec_of(Node(executable='x', parameters=['f.yaml', {'a': 1}], remappings=[('b', 'c')]),
+                   SetParameter('use_sim_time', True), SetRemap('d', 'e'))
+    assert node.parameters == [{'use_sim_time': True}, 'f.yaml', {'a': 1}]
+    assert node.remappings == [('d', 'e'), ('b', 'c')]
+
+
+def test_a_parameter_file_with_substitutions(entities, workspace):
+    """P36 ParameterFile: allow_substs replaces $(var x); without it the file is as it is."""
+    file = workspace / 'config' / 'p.yaml'
+    file.write_text('x: {ros__parameters: {a: $(var who)}}')
+    context = LaunchContext()
+    context.launch_configurations['who'] = 'anna'
+    assert ParameterFile(str(file)).evaluate(context) == str(file)
+    said = entities("""
+        DeclareLaunchArgument('who', default_value='anna'),
+        OpaqueFunction(function=lambda context: print(Path(ParameterFile(
+            [FindPackageShare('mine'), '/config/p.yaml'], allow_substs=True)
+            .evaluate(context)).read_text())),
+    """, before='from pathlib import Path')
+    content = yaml.safe_load(next(line for line in said.errors.splitlines() if 'ros__' in line))
+    assert content == {'x': {'ros__parameters': {'a': 'anna'}}}
+
+
+def test_the_line_of_a_dry_run(entities):
+    """P41: package, program, name, namespace, names of parameters and files, each once."""
+    said = entities("""
+        PushRosNamespace('cell'),
+        Node(package='mine', executable='two', name='arm', namespace='left', parameters=[
+            {'a': 1, 'b': {'c': 2, 'd': 3}}, 'x/controllers.yaml', {'a': 2}],
+            arguments=['--x'], remappings=[('q', 'r')], output='screen', emulate_tty=True,
+            respawn=True, on_exit=Shutdown()),
+    """)
+    assert said.plan == [
+        'process: mine/two name=arm ns=/cell/left parameters=a,b,controllers.yaml']
+
+
+def test_what_is_not_installed_is_named_and_its_exit_handlers_fire(entities):
+    """P39: a program that is not there is named; what waits for its end goes on."""
+    said = entities("""
+        absent := Node(package='some_driver', executable='driver'),
+        RegisterEventHandler(OnProcessExit(target_action=absent, on_exit=[node('after')])),
+    """)
+    assert said.plan == ['unknown: some_driver/driver is not installed and not started',
+                         'process: mine/one name=after ns=/ parameters=']
+    assert said.status == 0
+
+
+def test_components_are_named(entities):
+    """P36 ComposableNode: components of a container are named, one line each."""
+    said = entities("""
+        ComposableNodeContainer(
+            name='box', namespace='', package='rclcpp_components',
+            executable='component_container', composable_node_descriptions=[
+                ComposableNode(package='lib', plugin='lib::Talker', name='talker')]),
+    """)
+    assert said.plan == [
+        'unknown: lib/lib::Talker is not installed and not started',
+        'unknown: rclcpp_components/component_container is not installed and not started']
+
+
+def test_nothing_to_start(entities):
+    """P41: a file that starts nothing says so."""
+    assert entities("DeclareLaunchArgument('a', default_value='b'),").plan == ['nothing to start']

@@ -1,0 +1,150 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Launch files that run: what is printed, what ends them, exit statuses. No ROS is needed."""
+
+import os
+import signal
+from textwrap import dedent
+
+import pytest
+
+from armsim_ros.testing.program import Program
+
+HEAD = """
+from launch import LaunchDescription
+from launch.actions import *
+from launch.event_handlers import OnProcessExit
+from launch.substitutions import LaunchConfiguration
+from launch_ros.actions import Node
+
+ENDS = []
+
+
+def sh(script, name, **more):
+    return ExecuteProcess(cmd=['sh', '-c', script], name=name, **more)
+
+
+def generate_launch_description():
+    return LaunchDescription([
+"""
+FOREVER = "trap 'echo stopped; exit 0' INT; echo ready; while true; do sleep 0.05; done"
+STUBBORN = "trap '' INT TERM; echo ready; while true; do sleep 0.05; done"
+
+
+@pytest.fixture
+def launch(write):
+    """Return a function that starts armsim launch with these entities."""
+    running = []
+
+    def start(entities):
+        lines = '\n'.join(f'        {line}' for line in dedent(entities).strip().splitlines())
+        path = write(f'{HEAD.strip()}\n{lines}\n    ])\n')
+        program = Program.module('armsim_ros', 'launch', str(path), environment=dict(os.environ))
+        running.append(program)
+        return program
+
+    yield start
+    for program in running:
+        program.__exit__(None, None, None)
+
+
+def test_all_that_ends_well_is_status_0(launch):
+    """P40: lines carry name and number; the launch ends when all have ended, with 0."""
+    program = launch("""
+        first := sh('echo one; echo two >&2', 'first'),
+        RegisterEventHandler(OnProcessExit(target_action=first, on_exit=[sh('echo next', 'b')])),
+    """)
+    assert program.wait(40.0) == 0
+    lines = program.text.splitlines()
+    assert '[first-1] one' in lines
+    assert '[first-1] two' in lines
+    assert lines.index('[b-2] next') > lines.index('[first-1] one')
+    assert any(line.startswith('[INFO] [first-1]: process has finished cleanly [pid')
+               for line in lines)
+
+
+def test_ctrl_c_ends_all_with_status_0(launch):
+    """P40: SIGINT goes to all once; the status is 0 and nothing is left."""
+    program = launch(f"sh({FOREVER!r}, 'a'), sh({FOREVER!r}, 'b'),")
+    program.wait_for_line(r'\[a-1\] ready')
+    program.wait_for_line(r'\[b-2\] ready')
+    program.signal(signal.SIGINT)
+    assert program.wait(20.0) == 0
+    assert program.text.count('stopped') == 2
+    assert '[WARNING] [launch]: user interrupted with ctrl-c (SIGINT)' in program.text
+
+
+def test_a_process_that_does_not_obey_is_killed(launch):
+    """P40: SIGTERM and SIGKILL follow after the times that the file gives."""
+    program = launch(f"sh({STUBBORN!r}, 'a', sigterm_timeout='0.3', sigkill_timeout='0.3'),")
+    program.wait_for_line(r'ready')
+    program.signal(signal.SIGINT)
+    assert program.wait(20.0) == 0
+    assert "sending 'SIGTERM'" in program.text
+    assert "sending 'SIGKILL'" in program.text
+
+
+def test_a_required_process_that_fails_ends_the_launch_with_1(launch):
+    """P40: on_exit=Shutdown() of a process that failed ends the others; the status is 1."""
+    program = launch(f"sh({FOREVER!r}, 'stays'), sh('sleep 0.5; exit 3', 'r', "
+                     "on_exit=[Shutdown()]),")
+    assert program.wait(40.0) == 1
+    assert '[ERROR] [r-2]: process has died [pid' in program.text
+    assert 'exit code 3' in program.text
+    assert '[stays-1] stopped' in program.text
+
+
+def test_a_required_process_that_ends_well_is_status_0(launch):
+    """P40: on_exit=Shutdown() of a process that ended well is a good end."""
+    program = launch(f"sh({FOREVER!r}, 'stays'), sh('sleep 0.5', 'r', on_exit=[Shutdown()]),")
+    assert program.wait(40.0) == 0
+    assert '[stays-1] stopped' in program.text
+
+
+def test_a_process_that_dies_leaves_the_others(launch):
+    """P40: without on_exit a process that died is only reported."""
+    program = launch("sh('exit 4', 'dies'), sh('sleep 0.5; echo still', 'lives'),")
+    assert program.wait(40.0) == 0
+    assert 'exit code 4' in program.text
+    assert '[lives-2] still' in program.text
+
+
+def test_a_mistake_starts_nothing(launch):
+    """P40: a mistake anywhere in the file is status 2, and no process was started."""
+    program = launch("sh('echo started', 'a'), sh(LaunchConfiguration('none'), 'b'),")
+    assert program.wait(40.0) == 2
+    assert "launch configuration 'none' does not exist" in program.text
+    assert 'started' not in program.text
+    assert 'Traceback' not in program.text
+
+
+def test_a_process_that_respawns(launch):
+    """P36 respawn: a process that has ended is started again, until the launch ends."""
+    program = launch("""
+        again := sh('echo once', 'again', respawn=True, respawn_delay=0.05),
+        RegisterEventHandler(OnProcessExit(target_action=again, on_exit=lambda event, context: (
+            ENDS.append(1) or ([Shutdown(reason='enough')] if len(ENDS) == 3 else None)))),
+    """)
+    assert program.wait(30.0) == 0
+    assert program.text.count('[again-1] once') >= 3
+
+
+def test_a_timer_starts_a_process_later(launch):
+    """P36 TimerAction: what it holds comes after its time, and the launch waits for it."""
+    program = launch("""
+        TimerAction(period=0.3, actions=[sh('echo late', 'b')]), sh('echo early', 'a'),
+    """)
+    assert program.wait(40.0) == 0
+    assert program.text.index('early') < program.text.index('late')
+
+
+def test_what_is_not_installed_does_not_stop_the_rest(launch):
+    """P39: it is named, its exit handlers fire, its on_exit=Shutdown does not."""
+    program = launch("""
+        absent := Node(package='no_one', executable='driver', on_exit=[Shutdown()]),
+        RegisterEventHandler(OnProcessExit(target_action=absent, on_exit=[
+            sh('sleep 0.3; echo after', 'b')])),
+    """)
+    assert program.wait(40.0) == 0
+    assert 'unknown: no_one/driver is not installed and not started' in program.text
+    assert '[b-2] after' in program.text
