@@ -4,14 +4,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 import threading
 import time
 from types import TracebackType
-from typing import Any
+from typing import Any, ClassVar
 
 import rclpy
 from rclpy.context import Context
+from rclpy.exceptions import InvalidHandle
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import QoSDurabilityPolicy, QoSProfile, QoSReliabilityPolicy
@@ -43,8 +44,11 @@ class ClientNode:
     :param namespace: node namespace.
     """
 
+    #: Names of all such nodes that this process ever had.
+    names: ClassVar[set[str]] = set()
+
     def __init__(self, domain: int, name: str = 'client', namespace: str = '/') -> None:
-        """Join the domain and start to spin in a thread."""
+        self.names.add(name)
         self.context = Context()
         rclpy.init(
             args=[],
@@ -69,17 +73,34 @@ class ClientNode:
         :param timeout: [s] for the server to appear and answer.
         :raises AssertionError: no server or no answer in time.
         """
-        key = (kind, service)
-        new = key not in self._clients
-        if new:
-            self._clients[key] = self.node.create_client(kind, service)
-        client = self._clients[key]
         deadline = time.monotonic() + timeout
+        self.connect({service: kind}, timeout)
+        client = self._clients[kind, service]
         assert client.wait_for_service(timeout), f'no service {service} within {timeout} s'
-        if new:
-            self._closing.wait(FIND_BACK)
         future = client.call_async(kind.Request() if request is None else request)
         return self.result(future, deadline - time.monotonic(), f'answer of {service}')
+
+    def connect(self, services: Mapping[str, type], timeout: float = 10.0) -> None:
+        """
+        Make ready to call services, many at once where that is wanted.
+
+        :param services: name -> type.
+        :param timeout: [s] for a server to appear.
+        :raises AssertionError: no server in time.
+        """
+        new = [key for key in ((kind, name) for name, kind in services.items())
+               if key not in self._clients]
+        for kind, name in new:
+            self._clients[kind, name] = self.node.create_client(kind, name)
+        for key in new:
+            found = self._clients[key].wait_for_service(timeout)
+            assert found, f'no service {key[1]} within {timeout} s'
+        if new:
+            self.settle()
+
+    def settle(self) -> None:
+        """Let others find what this node has just made."""
+        self._closing.wait(FIND_BACK)
 
     def result(self, future: Future, timeout: float = 10.0, what: str = 'answer') -> Any:
         """
@@ -123,11 +144,13 @@ class ClientNode:
             self.context.try_shutdown()
 
     def _spin(self) -> None:
-        try:
-            while not self._closing.is_set():
+        while not self._closing.is_set():
+            try:
                 self._executor.spin_once()
-        except ExternalShutdownException:
-            return
+            except InvalidHandle:  # what another thread has just destroyed
+                continue
+            except ExternalShutdownException:
+                return
 
     def __enter__(self) -> ClientNode:
         """Return the node."""
@@ -154,7 +177,6 @@ class Collector:
     """
 
     def __init__(self, client: ClientNode, topic: str, kind: type, qos: QoSProfile | int) -> None:
-        """Subscribe."""
         self.topic = topic
         self._messages: list[Any] = []
         self._condition = threading.Condition()

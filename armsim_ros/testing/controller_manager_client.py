@@ -36,7 +36,6 @@ class ControllerManagerClient:
     """
 
     def __init__(self, client: ClientNode, manager: str) -> None:
-        """Keep the names; nothing is called yet."""
         self._client = client
         self._manager = manager
 

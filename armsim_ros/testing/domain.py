@@ -15,20 +15,30 @@ DOMAINS = range(30, 40)
 """Low, so that all ports of a domain lie below the ephemeral ones of Linux."""
 
 
+def domain_range(text: str) -> range:
+    """
+    Return the domain ids of a text such as ``30-39``.
+
+    :raises ValueError: it is no such text.
+    """
+    first, _, last = text.partition('-')
+    return range(int(first), int(last or first) + 1)
+
+
 @contextmanager
-def private_domain(domains: range = DOMAINS) -> Iterator[int]:
+def private_domain(domains: range | None = None) -> Iterator[int]:
     """
     Lease a ROS domain id for the time of the context.
 
     The lease is a lock on a file in the temporary folder; it ends with the process at the latest.
 
-    :param domains: the ids to choose from; ``ARMSIM_TEST_DOMAINS=30-39`` narrows them.
+    :param domains: the ids to choose from; where not given, those of the environment's
+        ``ARMSIM_TEST_DOMAINS=30-39``, else the usual ones.
     :raises RuntimeError: all are in use.
     """
     limits = os.environ.get('ARMSIM_TEST_DOMAINS')
-    if limits:
-        first, _, last = limits.partition('-')
-        domains = range(int(first), int(last or first) + 1)
+    if domains is None:
+        domains = domain_range(limits) if limits else DOMAINS
     folder = Path(tempfile.gettempdir())
     start = os.getpid() % len(domains)
     for domain in (*domains[start:], *domains[:start]):

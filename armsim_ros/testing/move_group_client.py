@@ -27,7 +27,6 @@ class MoveGroupClient:
     """
 
     def __init__(self, client: ClientNode, namespace: str = '') -> None:
-        """Make the action clients."""
         self.client = client
         self._namespace = namespace
         self._move = ActionClient(client.node, MoveGroup, f'{namespace}/move_action')

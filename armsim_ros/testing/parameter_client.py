@@ -27,7 +27,6 @@ class ParameterClient:
     """
 
     def __init__(self, client: ClientNode, node: str) -> None:
-        """Keep the names; nothing is called yet."""
         self._client = client
         self._node = node
 

@@ -19,7 +19,6 @@ class PatientActionClient(ActionClient):
     """
 
     def __init__(self, *args: Any, **options: Any) -> None:
-        """Make the lock, then the client."""
         self._sending = threading.RLock()
         super().__init__(*args, **options)
 

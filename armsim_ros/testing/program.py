@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A program under test, in a process and session of its own."""
+"""A program under test, in a process and session of its own, that ends with its tester."""
 
 from __future__ import annotations
 
@@ -15,6 +15,8 @@ import threading
 import time
 from types import TracebackType
 from typing import IO
+
+from armsim_ros.cli.child_process import die_with_parent
 
 
 class Program:
@@ -33,7 +35,6 @@ class Program:
         environment: Mapping[str, str] | None = None,
         name: str = '',
     ) -> None:
-        """Start the program in a session of its own."""
         self.name = name or command[0]
         self.output: list[str] = []
         self._condition = threading.Condition()
@@ -48,6 +49,7 @@ class Program:
             text=True,
             errors='replace',
             start_new_session=True,
+            preexec_fn=die_with_parent(holds_sigint=False),
         )
         self._reader = threading.Thread(target=self._read, daemon=True)
         self._reader.start()

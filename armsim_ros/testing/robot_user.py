@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 import re
 from typing import Any
 
@@ -14,6 +14,7 @@ from sensor_msgs.msg import JointState
 from armsim_ros.testing.client_node import ClientNode
 from armsim_ros.testing.domain import private_domain
 from armsim_ros.testing.move_group_client import MoveGroupClient
+from armsim_ros.testing.parameter_client import ParameterClient
 from armsim_ros.testing.program import Program
 from armsim_ros.testing.programs import start_program
 from armsim_ros.testing.trajectory_client import (
@@ -35,7 +36,6 @@ class RobotUser:
     """
 
     def __init__(self, client: ClientNode, program: Program, namespace: str) -> None:
-        """Make the clients."""
         self.client = client
         self.program = program
         self.namespace = namespace
@@ -53,6 +53,18 @@ class RobotUser:
         now = self.positions()
         return max(abs(now[joint] - value) for joint, value in target.items())
 
+    def fault(self, joint: str, **fault: Any) -> None:
+        """
+        Make a joint of a stack with fault injection fail.
+
+        :param fault: ``lag`` [s], ``bias`` [rad or m], ``blocked``.
+        :raises AssertionError: it is refused; the text says why.
+        """
+        manager = ParameterClient(self.client, f'{self.namespace}/controller_manager')
+        for kind, value in fault.items():
+            reason = manager.set(f'faults.{joint}.{kind}', value)
+            assert not reason, f"fault {kind} of joint '{joint}': {reason}"
+
     def wait_until_still(self) -> None:
         """Wait for a message that says that no joint moves."""
         self._joint_states.clear()
@@ -68,15 +80,18 @@ class RobotUser:
 
 
 @contextmanager
-def running_robot(*arguments: str, namespace: str = '') -> Iterator[RobotUser]:
+def running_robot(
+    *arguments: str, namespace: str = '', domain: int | None = None
+) -> Iterator[RobotUser]:
     """
     Bring a robot up on a private domain for the time of the context.
 
     :param arguments: of bringup, such as ``robot:=sunday``.
     :param namespace: where the robot's controllers will be.
+    :param domain: one that the caller has leased.
     """
     with (
-        private_domain() as domain,
+        private_domain() if domain is None else nullcontext(domain) as domain,
         ClientNode(domain, 'user') as client,
         start_program('bringup', domain, *arguments) as program,
     ):

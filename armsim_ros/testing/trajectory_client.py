@@ -123,7 +123,6 @@ class TrajectoryClient:
     """
 
     def __init__(self, client: ClientNode, controller: str) -> None:
-        """Make the action client and the publisher."""
         self.client = client
         self.controller = controller
         self._action = ActionClient(

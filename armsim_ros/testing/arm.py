@@ -1,0 +1,175 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The arm that a test moves, whether it is stepped in the test's process or runs in its own."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from armsim_ros.arrays import Matrix
+from armsim_ros.errors import ControllerError
+from armsim_ros.trajectory import JointTrajectory, TrajectoryPoint
+
+Target = str | Mapping[str, float] | Matrix
+Points = JointTrajectory | Sequence[tuple[float, Mapping[str, float] | Sequence[float]]]
+
+
+@dataclass(frozen=True)
+class Touch:
+    """
+    Two bodies that touched.
+
+    :param bodies: their names: ``robot/link``, ``object/name`` or ``world``.
+    :param start: simulated time of the first look that saw it [s].
+    :param end: of the last [s].
+    :param depth: the deepest overlap [m].
+    """
+
+    bodies: tuple[str, str]
+    start: float
+    end: float
+    depth: float
+
+    def names(self, body: str) -> bool:
+        """Whether a link, an object or a full name is one of the two."""
+        return any(body in (full, full.partition('/')[2]) for full in self.bodies)
+
+
+class Arm(ABC):
+    """
+    One robot arm under test; every wait is for simulated time or for a condition.
+
+    :param seed: of the planner's random numbers.
+    """
+
+    seed: int = 0
+
+    @property
+    @abstractmethod
+    def name(self) -> str:
+        """Name of the robot."""
+
+    @property
+    @abstractmethod
+    def time(self) -> float:
+        """Simulated time [s]."""
+
+    @property
+    @abstractmethod
+    def positions(self) -> dict[str, float]:
+        """Joint -> measured position [rad or m]."""
+
+    @property
+    @abstractmethod
+    def joints(self) -> tuple[str, ...]:
+        """Names of the joints of the first planning group; the order of ``follow``'s points."""
+
+    @property
+    @abstractmethod
+    def named_states(self) -> dict[str, dict[str, float]]:
+        """Named state -> joint -> position [rad or m]."""
+
+    @abstractmethod
+    def move_to(self, target: Target, *, group: str = '', speed: float = 1.0) -> None:
+        """
+        Plan a motion, execute it, and wait for its end.
+
+        :param target: a named state, joint -> position [rad or m], or the pose (4, 4) of the
+            group's tip in the model's frame.
+        :param group: planning group; the first one where not given.
+        :param speed: share of the velocity limits in 0..1.
+        :raises PlanningError: there is no such motion.
+        :raises ControllerError: it was refused or aborted.
+        """
+
+    @abstractmethod
+    def follow(self, points: Points) -> None:
+        """
+        Have the controllers run a trajectory as it is, and wait for its end.
+
+        :param points: (time from start [s], positions [rad or m]) of each waypoint, the positions
+            by joint or in the order of ``joints``; or a trajectory.
+        :raises ControllerError: it was refused or aborted; the text says why.
+        """
+
+    @abstractmethod
+    def wait(self, seconds: float) -> None:
+        """Let simulated time pass [s]."""
+
+    @abstractmethod
+    def touches(self, since: float | None = None) -> tuple[Touch, ...]:
+        """Return what touched what after a simulated time [s], oldest first; None: ever."""
+
+    @abstractmethod
+    def summary(self) -> str:
+        """Return where the arm is and what it does, in a line."""
+
+    def digest(self) -> str:
+        """Return a hash of the state of plant, drives and time; '' where no run is repeatable."""
+        return ''
+
+    def event_lines(self) -> list[str]:
+        """Return what controllers and programs had to say last, oldest first."""
+        return []
+
+    def save_artifacts(self, place: Path) -> Iterator[tuple[str, Path]]:
+        """
+        Write what helps to understand a failure.
+
+        :param place: path without a suffix.
+        :returns: kind and path of each file that was written.
+        :raises OSError: a file cannot be written.
+        """
+        yield from ()
+
+    def distance(self, target: Target) -> tuple[str, float]:
+        """Return the joint that is farthest from a target state, and how far [rad or m]."""
+        wanted = self.state(target)
+        now = self.positions
+        worst = max(wanted, key=lambda joint: abs(now[joint] - wanted[joint]))
+        return worst, now[worst] - wanted[worst]
+
+    def state(self, target: Target) -> Mapping[str, float]:
+        """
+        Return joint -> position of a named state or of joints [rad or m].
+
+        :raises ValueError: a pose, or a state or joint that there is not.
+        """
+        if isinstance(target, str):
+            states = self.named_states
+            if target not in states:
+                raise ValueError(
+                    f"there is no named state '{target}'; there are: {', '.join(states)}")
+            return states[target]
+        if not isinstance(target, Mapping):
+            raise ValueError('a pose is no joint state; give a named state or joint positions')
+        unknown = [joint for joint in target if joint not in self.positions]
+        if unknown:
+            raise ValueError(
+                f"there is no joint '{unknown[0]}'; there are: {', '.join(self.positions)}")
+        return target
+
+    def trajectory(self, points: Points) -> JointTrajectory:
+        """
+        Return the trajectory of points given as ``follow`` takes them.
+
+        :raises ControllerError: a point without a position for each joint.
+        """
+        if isinstance(points, JointTrajectory):
+            return points
+        first: Any = points[0][1] if points else ()
+        names = tuple(first) if isinstance(first, Mapping) else self.joints
+        rows = []
+        for i, (time, at) in enumerate(points):
+            values = [at.get(name) for name in names] if isinstance(at, Mapping) else list(at)
+            if len(values) != len(names) or None in values or len(at) != len(names):
+                raise ControllerError(
+                    f'point {i} has not one position for each of the joints {", ".join(names)}')
+            rows.append(TrajectoryPoint(float(time), np.array(values, dtype=np.float64)))
+        return JointTrajectory(names, tuple(rows))

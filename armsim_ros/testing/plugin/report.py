@@ -1,0 +1,79 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What a failed test leaves: a section in the report, a recording, the programs' logs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+import re
+from typing import TYPE_CHECKING
+
+import pytest
+
+from armsim_ros.errors import ArmsimError
+
+if TYPE_CHECKING:
+    from armsim_ros.testing.arm import Arm
+
+#: The arm of a test.
+ARM: pytest.StashKey[Arm] = pytest.StashKey()
+#: Events that the section shows; the recording has more.
+SHOWN_EVENTS = 12
+
+
+@contextmanager
+def users_mistakes_told() -> Iterator[None]:
+    """End a test with the sentence of a user's mistake, without a traceback of ours."""
+    __tracebackhide__ = True
+    try:
+        yield
+    except (ArmsimError, pytest.UsageError) as mistake:
+        reason = str(mistake)
+    else:
+        return
+    pytest.fail(reason, pytrace=False)
+
+
+def on_failure(
+    item: pytest.Item, report: pytest.TestReport, arm: Arm, *, seed: int, folder: str, keep: bool
+) -> None:
+    """
+    Add a section on the arm to the report of a failed test, and write its artifacts.
+
+    :param folder: where artifacts go; relative ones lie beside the ini file.
+    :param keep: write them for a test that passed, too.
+    """
+    if not (report.failed or keep):
+        return
+    place = item.config.rootpath / folder / _file_name(item.nodeid)
+    facts = {'robot': arm.name, 'seed': str(seed)}
+    lines = []
+    try:
+        facts['digest'] = arm.digest()
+        facts['simulated time'] = f'{arm.time:.3f} s'
+        lines.append(f'state: {arm.summary()}')
+        lines += [f'event: {event}' for event in arm.event_lines()[-SHOWN_EVENTS:]]
+    except AssertionError as silence:  # the programs of a stack that ended answer nothing
+        lines.append(f'state: unknown, {silence}')
+    lines[:0] = [f'{key}: {value}' for key, value in facts.items() if value]
+    for kind, path in _artifacts(arm, place):
+        lines.append(f'{kind}: {path}')
+        facts[kind] = str(path)
+    lines.append(f'again: python -m pytest "{item.nodeid}" --armsim-seed={seed}')
+    if report.failed:
+        report.sections.append(('armsim', '\n'.join(lines)))
+        item.user_properties.extend((f'armsim {key}', value) for key, value in facts.items())
+
+
+def _artifacts(arm: Arm, place: Path) -> list[tuple[str, Path | str]]:
+    """Write what the arm has to show; a disk that is full spoils no report."""
+    try:
+        return list(arm.save_artifacts(place))
+    except OSError as error:
+        return [('artifacts', f'not written: {error}')]
+
+
+def _file_name(nodeid: str) -> str:
+    return re.sub(r'[^\w.-]+', '_', nodeid).strip('_')[-150:]

@@ -1,0 +1,123 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Where the arms of tests come from: built in this process, or as programs on a leased domain."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+import json
+from typing import Any, TYPE_CHECKING
+
+import pytest
+
+from armsim_ros.testing.domain import domain_range, private_domain
+from armsim_ros.testing.plugin.marker import ArmRequest, requested
+
+if TYPE_CHECKING:
+    from armsim_ros.testing.arm import Arm
+    from armsim_ros.testing.client_node import ClientNode
+    from armsim_ros.testing.robot_user import RobotUser
+    from armsim_ros.testing.shared_stack import SharedStack
+
+
+@contextmanager
+def arm_in_process(wanted: ArmRequest) -> Iterator[Arm]:
+    """Give an arm that the test steps, built from files that are read once a process."""
+    from armsim_ros.testing.in_process import built_cell, InProcessArm
+
+    overrides = dict(wanted.overrides)
+    if wanted.faults:
+        overrides['simulation.fault_injection'] = True
+    cell = built_cell(wanted.robot, wanted.world, overrides)
+    yield InProcessArm(
+        cell, seed=wanted.seed, faults=wanted.faults, time_limit=wanted.time_limit)
+
+
+@contextmanager
+def arm_of_stack(request: pytest.FixtureRequest, wanted: ArmRequest) -> Iterator[Arm]:
+    """Give an arm of programs that the tests of a module share, as it is after their start."""
+    from armsim_ros.testing.in_process import built_cell
+    from armsim_ros.testing.ros_arm import RosArm
+
+    settings = built_cell(wanted.robot, wanted.world, wanted.overrides).settings
+    shared: SharedStack = request.getfixturevalue('armsim_shared_stack')
+    key = (wanted.build_key, bool(wanted.faults))
+    robot = shared.at_start(key, _arguments(wanted), settings.namespace)
+    with _faulty(robot, wanted):
+        yield RosArm(robot, settings)
+
+
+@pytest.fixture(scope='module')
+def armsim_shared_stack(ros_domain: int) -> Iterator[SharedStack]:
+    """Keep the programs of a module's tests, which are put back to their start in between."""
+    from armsim_ros.testing.shared_stack import SharedStack
+
+    shared = SharedStack(ros_domain)
+    yield shared
+    shared.close()
+
+
+@pytest.fixture(scope='module')
+def ros_domain(request: pytest.FixtureRequest) -> Iterator[int]:
+    """Lease a ROS domain that no other test on this machine has, for one module of tests."""
+    with private_domain(_domains(request)) as domain:
+        yield domain
+
+
+@pytest.fixture(scope='module')
+def armsim_stack(request: pytest.FixtureRequest) -> Iterator[RobotUser]:
+    """Run the programs of the module's marker ``armsim`` for one module of tests."""
+    with _running(request, requested(request.node, mode='process', seed=0)) as robot:
+        yield robot
+
+
+@pytest.fixture
+def armsim_node(ros_domain: int) -> Iterator[ClientNode]:
+    """Give a node that spins on the leased domain."""
+    from armsim_ros.testing.client_node import ClientNode
+
+    with ClientNode(ros_domain) as node:
+        yield node
+
+
+@contextmanager
+def _running(request: pytest.FixtureRequest, wanted: ArmRequest) -> Iterator[RobotUser]:
+    from armsim_ros.testing.in_process import built_cell
+    from armsim_ros.testing.robot_user import running_robot
+
+    namespace = built_cell(wanted.robot, wanted.world, wanted.overrides).settings.namespace
+    domain = request.getfixturevalue('ros_domain')
+    with (
+        running_robot(*_arguments(wanted), domain=domain, namespace=namespace) as robot,
+        _faulty(robot, wanted),
+    ):
+        yield robot
+
+
+def _arguments(wanted: ArmRequest) -> list[str]:
+    """Return the arguments of bringup."""
+    arguments = [f'robot:={wanted.robot}']
+    if wanted.world is not None:
+        arguments.append(f'world:={wanted.world}')
+    overrides: dict[str, Any] = dict(wanted.overrides)
+    if wanted.faults:
+        overrides['simulation.fault_injection'] = True
+    if overrides:
+        arguments.append(f'overrides:={json.dumps(overrides)}')
+    return arguments
+
+
+@contextmanager
+def _faulty(robot: RobotUser, wanted: ArmRequest) -> Iterator[None]:
+    """Have joints fail for the time of the context."""
+    for joint, fault in wanted.faults.items():
+        robot.fault(joint, **fault)
+    yield
+    for joint, fault in wanted.faults.items():
+        robot.fault(joint, **{kind: type(value)() for kind, value in fault.items()})
+
+
+def _domains(request: pytest.FixtureRequest) -> range | None:
+    given = request.config.getoption('armsim_domains') or request.config.getini('armsim_domains')
+    return domain_range(given) if given else None
