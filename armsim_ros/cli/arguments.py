@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, Field, field, fields
 from typing import Any
 
@@ -32,24 +32,31 @@ class ProgramArguments:
 
     An empty text stands for: take what the robot's configuration says.
 
+    :param xacro: words that are no argument of a program; the robot's xacro may declare them.
     :param ros_args: everything between ``--ros-args`` and ``--``, those two included, for rclpy.
     """
 
     robot: str = _argument(
-        'sunday', 'robot, or cell of several, to run: the name of a folder under config/, or a '
-        'path to a folder',
+        'sunday', 'robot, or cell of several, to run: the name of a folder under config/, a path '
+        'to a folder, or the name of a package',
         placeholder='NAME|DIR')
     config: str = _argument(
-        '', "folder with the YAML files, in place of the robot's own", placeholder='DIR')
+        '', "folder with the YAML files, in place of the robot's own; of a package, one that is "
+        'looked at first', placeholder='DIR')
     urdf: str = _argument(
         '', "URDF or xacro file, in place of the robot's own", placeholder='FILE')
     srdf: str = _argument('', "SRDF file, in place of the robot's own", placeholder='FILE')
+    controllers: str = _argument(
+        '', "files with the controllers of ros2_control, in place of the robot's own",
+        placeholder='FILE,...')
+    packages_path: str = _argument(
+        '', 'folders in which packages are looked for first', placeholder='DIR:...')
     world: str = _argument(
         '', "world to stand in, in place of the robot's own: a name under worlds/, or a file",
         placeholder='NAME|FILE')
-    scene_from_world: bool = _argument(
-        False, 'whether planning knows from the start what never moves in the world',
-        placeholder='true|false')
+    scene_from_world: str = _argument(
+        '', 'what of the world planning knows, in place of the configuration: all of it where it '
+        'is, what never moves, or nothing', placeholder='live|fixed|false')
     namespace: str = _argument(
         '', "namespace of the controllers and joint states, in place of the configuration's",
         placeholder='NS')
@@ -59,10 +66,31 @@ class ProgramArguments:
     initial_positions: str = _argument(
         '', 'where joints begin, over the configuration [rad or m]',
         placeholder='JOINT=VALUE,...')
+    overrides: str = _argument(
+        '', 'settings over those of the files, by their dotted paths, such as '
+        "'{simulation.gravity: [0, 0, 0]}'",
+        placeholder='{PATH: VALUE, ...}')
     use_sim_time: bool = _argument(
         True, 'whether the nodes take their time from /clock', placeholder='true|false')
+    servo: bool = _argument(
+        False, 'whether bringup starts servo_node too, for streams of commands',
+        placeholder='true|false')
     paused: bool = _argument(
         False, 'whether the physics waits for an unpause at first', placeholder='true|false')
+    mode: str = _argument(
+        'realtime', 'realtime follows the wall clock; in lockstep time begins at 0 and stands '
+        'until it is moved by steps, so that a run can be repeated to the bit',
+        placeholder='realtime|lockstep')
+    seed: str = _argument(
+        '', "number from which on every plan's random numbers count; 0 in lockstep",
+        placeholder='NUMBER')
+    record: str = _argument(
+        '', 'recording (MCAP) of the last ten minutes, written when the simulation ends',
+        placeholder='FILE')
+    web: bool = _argument(
+        False, 'whether bringup serves a page in which the robot is seen and driven',
+        placeholder='true|false')
+    xacro: tuple[tuple[str, str], ...] = ()
     ros_args: tuple[str, ...] = ()
 
     def to_argv(self) -> list[str]:
@@ -70,6 +98,7 @@ class ProgramArguments:
         words = [f'{entry.name}:={to_word(getattr(self, entry.name))}'
                  for entry in argument_table()
                  if getattr(self, entry.name) != entry.default]
+        words += [f'{name}:={value}' for name, value in self.xacro]
         return [*words, *self.ros_args]
 
 
@@ -78,7 +107,7 @@ def argument_table() -> tuple[Field[Any], ...]:
     return tuple(entry for entry in fields(ProgramArguments) if entry.metadata)
 
 
-def parse_arguments(argv: Sequence[str]) -> ProgramArguments:
+def parse_arguments(argv: Sequence[str], *, xacro: bool = False) -> ProgramArguments:
     """
     Read a program's command line.
 
@@ -86,16 +115,22 @@ def parse_arguments(argv: Sequence[str]) -> ProgramArguments:
     ``--name`` alone switches a true/false argument on. The last of several wins.
 
     :param argv: the words after the program's name.
+    :param xacro: whether ``name:=value`` may be an argument of the robot's xacro; it is kept for
+        :func:`check_xacro_words` then.
     :raises UsageError: for an unknown argument or a value of the wrong kind.
     """
     words, ros_args = split_ros_args(argv)
     table = {entry.name: entry for entry in argument_table()}
     values: dict[str, Any] = {}
+    unknown: dict[str, str] = {}
     position = 0
     while position < len(words):
         word = words[position]
         position += 1
         name, sign, text = _take_apart(word)
+        if xacro and name not in table and sign == ':=':
+            unknown[name] = text
+            continue
         if name in HARMLESS_VALUES and name not in table:
             if not sign and position < len(words) and _is_value(words[position], True):
                 text = words[position]
@@ -115,7 +150,28 @@ def parse_arguments(argv: Sequence[str]) -> ProgramArguments:
                 raise UsageError(f"argument '{name}' needs a value: {name}:="
                                  f"{table[name].metadata['placeholder']}")
         values[name] = _to_flag(name, text) if flag else text
-    return ProgramArguments(**values, ros_args=ros_args)
+    return ProgramArguments(**values, xacro=tuple(unknown.items()), ros_args=ros_args)
+
+
+def check_xacro_words(arguments: ProgramArguments, declared: Iterable[str]) -> None:
+    """
+    Refuse the words that neither the programs nor the robot's xacro know.
+
+    :param declared: the arguments that the robot's xacro declares.
+    :raises UsageError: names the arguments that there are.
+    """
+    names = tuple(declared)
+    table = tuple(entry.name for entry in argument_table())
+    for name, text in arguments.xacro:
+        if name in names:
+            continue
+        if name in HARMLESS_VALUES and text.lower() in TRUE_WORDS + FALSE_WORDS and _to_flag(
+                name, text) is HARMLESS_VALUES[name]:
+            continue
+        hint = _unknown(f'{name}:={text}', name, (*table, *names))
+        if names and 'known: ' in hint:
+            hint += f"; the robot's xacro declares: {', '.join(names)}"
+        raise UsageError(hint)
 
 
 def split_ros_args(argv: Sequence[str]) -> tuple[list[str], tuple[str, ...]]:

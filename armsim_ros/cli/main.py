@@ -16,7 +16,7 @@ from typing import TextIO
 
 from armsim_ros.cli.arguments import format_help, split_ros_args
 from armsim_ros.cli.environment import add_own_prefix, announce_often
-from armsim_ros.cli.programs import module_of, PROGRAMS, ROBOT_PROGRAMS
+from armsim_ros.cli.programs import module_of, PROGRAMS, PURPOSES, ROBOT_PROGRAMS
 from armsim_ros.errors import ArmsimError, nearest, USAGE_STATUS
 
 _STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM)
@@ -29,11 +29,14 @@ def main(argv: Sequence[str] | None = None) -> int:
     :param argv: the words after ``armsim``; those of this process where None.
     :returns: the exit status.
     """
-    words = list(sys.argv[1:] if argv is None else argv)
+    words = [*(sys.argv[1:] if argv is None else argv)]
     if not words or words[0] in ('-h', '--help'):
         _say(_overview())
         return 0 if words else USAGE_STATUS
     name, *rest = words
+    if name == '--version':
+        _say(f'armsim_ros {_version()}')
+        return 0
     if name not in PROGRAMS:
         hint = nearest(name, tuple(PROGRAMS)) or f"known: {', '.join(PROGRAMS)}"
         _say(f"armsim: unknown program '{name}'; {hint}", sys.stderr)
@@ -50,10 +53,10 @@ def run(program: str, argv: Sequence[str] | None = None) -> int:
     :returns: 0, or 2 after a mistake of the user's, or 128 and a signal's number after one that
         the program did not handle (0 of bringup), or what the program says.
     """
-    words = list(sys.argv[1:] if argv is None else argv)
+    words = [*(sys.argv[1:] if argv is None else argv)]
     if program in ROBOT_PROGRAMS and {'-h', '--help'} & set(split_ros_args(words)[0]):
         _say(format_help(program, PROGRAMS[program]))
-        return 0
+        return _say_xacro_help(program, words)
     add_own_prefix()
     announce_often()
 
@@ -93,18 +96,59 @@ def run(program: str, argv: Sequence[str] | None = None) -> int:
 bringup = partial(run, 'bringup')
 simulation = partial(run, 'simulation')
 move_group = partial(run, 'move_group')
+servo_node = partial(run, 'servo_node')
+servo_node_main = partial(run, 'servo_node_main')
 spawner = partial(run, 'spawner')
 unspawner = partial(run, 'unspawner')
+web = partial(run, 'web')
+go = partial(run, 'go')
+state = partial(run, 'state')
+stop = partial(run, 'stop')
+echo = partial(run, 'echo')
+param = partial(run, 'param')
+plot = partial(run, 'plot')
 check_config = partial(run, 'check_config')
 migrate = partial(run, 'migrate')
 generate_config = partial(run, 'generate_config')
+launch = partial(run, 'launch')
+original = partial(run, 'original')
+overlay = partial(run, 'overlay')
+list = partial(run, 'list')  # noqa: A001 - entry points have the names of their programs
+
+
+def _say_xacro_help(program: str, words: Sequence[str]) -> int:
+    """Print the arguments of the xacro of the robot that is named, and return the status."""
+    if {*split_ros_args(words)[0]} <= {'-h', '--help'}:
+        return 0
+    from armsim_ros.cli.settings import xacro_help
+
+    try:
+        text = xacro_help(split_ros_args(words)[0])
+    except ArmsimError as error:
+        _say(f'{program}: {error}', sys.stderr)
+        return USAGE_STATUS
+    if text:
+        _say(f'\n{text}')
+    return 0
 
 
 def _overview() -> str:
     width = max(map(len, PROGRAMS))
-    rows = [f'  {name:<{width}}  {summary}' for name, summary in PROGRAMS.items()]
-    return '\n'.join(['usage: armsim PROGRAM [argument ...] [--ros-args ...]', '',
-                      'programs (armsim PROGRAM --help lists the arguments):', *rows])
+    lines = ['usage: armsim PROGRAM [argument ...] [--ros-args ...]', '       armsim --version']
+    for purpose, names in PURPOSES.items():
+        lines += ['', f'{purpose}:',
+                  *(f'  {name:<{width}}  {PROGRAMS[name]}' for name in names)]
+    return '\n'.join([*lines, '', 'armsim PROGRAM --help lists the arguments of each'])
+
+
+def _version() -> str:
+    """Return the package's version, where it stands once."""
+    from xml.etree import ElementTree
+
+    from armsim_ros.resources import PACKAGE, share_folder
+
+    manifest = share_folder(PACKAGE) / 'package.xml'
+    return ElementTree.parse(manifest).findtext('version', 'unknown')
 
 
 def _missing_module(program: str, module: str) -> str:

@@ -14,22 +14,53 @@ ROBOT_PROGRAMS = {
     'bringup': 'start simulation and move_group, watch them, stop them together',
     'simulation': 'physics, controllers, controller_manager, joint states, /clock',
     'move_group': 'planning scene, kinematics, planning, trajectory execution',
+    'servo_node': 'streaming: twists, joint jogs and poses to joint commands',
+    'servo_node_main': 'the same as servo_node, as it was called for Humble',
 }
-#: Those that talk to a running robot; each has arguments of its own.
+#: A page, and the controllers of a running robot; each has arguments of its own.
 CLIENT_PROGRAMS = {
+    'web': 'a page in the browser: see the robot, plan, execute, stop',
     'spawner': 'load, configure and activate controllers',
     'unspawner': 'deactivate and unload controllers',
+}
+#: Small commands to a running robot, for a terminal and for scripts.
+VERBS = {
+    'go': 'plan and move: armsim go scan_food, armsim go joint_1=30deg',
+    'state': 'print joint positions and controllers',
+    'stop': 'end every motion, whoever began it',
+    'echo': 'print the messages of a topic',
+    'param': 'list, read and set parameters of a node',
+    'plot': 'draw a motion: desired, actual, error, tolerance of each joint',
 }
 #: Those that read and write files and start nothing; each has arguments of its own.
 FILE_PROGRAMS = {
     'check_config': "read a robot's files, tell every mistake and what each key does here",
     'migrate': "write a robot's files in the layout of ROS 2",
+    'list': 'list the robots that are found: ours, those of the workspace, the installed ones',
     'generate_config': 'write a first set of files for a robot that has only a URDF',
 }
-PROGRAMS = {**ROBOT_PROGRAMS, **CLIENT_PROGRAMS, **FILE_PROGRAMS}
+#: Those that run a user's launch files.
+LAUNCH_PROGRAMS = {
+    'launch': "run a launch file as it is, with this package's programs in the originals' place",
+    'overlay': "let a ROS installation's own ros2 launch start this package's programs",
+    'original': "stand in for a program of ros2_control or MoveIt, with that one's arguments",
+}
+#: Where the module's folder has not the program's name.
+_ROOMS = {'servo_node': 'servo', 'servo_node_main': 'servo', 'original': 'originals'}
+PROGRAMS = {**ROBOT_PROGRAMS, **CLIENT_PROGRAMS, **VERBS, **FILE_PROGRAMS, **LAUNCH_PROGRAMS}
+#: What one wants to do -> the programs for it.
+PURPOSES = {
+    'run a robot': (*ROBOT_PROGRAMS, *LAUNCH_PROGRAMS),
+    'see it, move it, ask it': (*VERBS, *CLIENT_PROGRAMS),
+    "prepare a robot's files": tuple(FILE_PROGRAMS),
+}
 
 
 def module_of(program: str) -> str:
     """Return the module with a program's ``main``."""
+    if program in ('launch', 'overlay'):
+        return f'armsim_ros.launch.{"main" if program == "launch" else program}'
+    if program in VERBS:
+        return f'armsim_ros.nodes.verbs.{program}'
     folder = 'tools' if program in FILE_PROGRAMS else 'nodes'
-    return f'armsim_ros.{folder}.{program}.main'
+    return f'armsim_ros.{folder}.{_ROOMS.get(program, program)}.main'

@@ -4,15 +4,81 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 import math
 from pathlib import Path
+from typing import TypedDict
 
-from armsim_ros.cli.arguments import ProgramArguments, UsageError
+import yaml
+
+from armsim_ros.cli.arguments import (
+    check_xacro_words,
+    parse_arguments,
+    ProgramArguments,
+    UsageError,
+)
+from armsim_ros.config.robot_folder import find_files
 from armsim_ros.config.robot_settings import RobotSettings
 from armsim_ros.errors import Severity
 from armsim_ros.model.cell import Cell
 from armsim_ros.model.cell_loading import survey_cell
+from armsim_ros.model.xacro_text import declared_arguments
+from armsim_ros.packages import split_path
+
+LOCKSTEP = 'lockstep'
+MODES = ('realtime', LOCKSTEP)
+#: How far back the recording of a run reaches [s].
+LONGEST_RECORD = 600.0
+
+
+def xacro_help(words: Sequence[str]) -> str:
+    """
+    Return the arguments that the xacro of a robot declares, with their defaults, as text.
+
+    :param words: a command line; '' comes back where it names no robot, or one without xacro.
+    :raises ArmsimError: where the robot is not there.
+    """
+    wanted = [word for word in words if word not in ('-h', '--help')]
+    arguments = parse_arguments(wanted, xacro=True)
+    if not any(word.startswith(('robot', '--robot', 'urdf', '--urdf')) for word in wanted):
+        return ''
+    given = dict(arguments.xacro)
+    files = find_files(arguments.robot, **_sources(arguments), arguments=given)
+    declared: dict[str, str] = {}
+    for file in (files.urdf_file, files.srdf_file):
+        if file is not None and not files.is_cell:
+            declared = {**declared_arguments(
+                file, mappings=files.arguments,
+                packages=files.packages.beside(file.resolve())), **declared}
+    if not declared:
+        return ''
+    width = max(map(len, declared))
+    rows = [f'  {name + ":=":<{width + 2}}  (default: {value!r})'
+            for name, value in declared.items()]
+    return '\n'.join([f"arguments of the xacro of '{files.name}':", *rows])
+
+
+def _sources(arguments: ProgramArguments) -> Sources:
+    """Return where the files of the robot are, as keyword arguments."""
+    return {
+        'config': _path(arguments.config),
+        'urdf': _path(arguments.urdf),
+        'srdf': _path(arguments.srdf),
+        'controllers': tuple(Path(one).expanduser()
+                             for one in arguments.controllers.split(',') if one),
+        'packages_path': split_path(arguments.packages_path),
+    }
+
+
+class Sources(TypedDict):
+    """Where the files of a robot are; see :func:`find_files`."""
+
+    config: Path | None
+    urdf: Path | None
+    srdf: Path | None
+    controllers: tuple[Path, ...]
+    packages_path: tuple[Path, ...]
 
 
 def cell_of(arguments: ProgramArguments) -> tuple[Cell, list[str]]:
@@ -25,13 +91,13 @@ def cell_of(arguments: ProgramArguments) -> tuple[Cell, list[str]]:
     """
     survey = survey_cell(
         arguments.robot,
-        config=_path(arguments.config),
-        urdf=_path(arguments.urdf),
-        srdf=_path(arguments.srdf),
+        **_sources(arguments),
         world=arguments.world or None,
         namespace=arguments.namespace or None,
         overrides=_overrides(arguments),
+        arguments=dict(arguments.xacro),
     )
+    check_xacro_words(arguments, survey.declared)
     cell = survey.checked()
     warnings = [str(one) for one in survey.problems if one.severity is Severity.WARNING]
     moved = {axis: _number(axis, getattr(arguments, axis))
@@ -42,14 +108,14 @@ def cell_of(arguments: ProgramArguments) -> tuple[Cell, list[str]]:
 
 
 def _overrides(arguments: ProgramArguments) -> dict[str, object]:
-    overrides: dict[str, object] = {
+    overrides = {**_mode(arguments), **_given_overrides(arguments.overrides)}
+    overrides.update({
         path: True
-        for path, wanted in (
-            ('simulation.paused', arguments.paused),
-            ('planning_parameters.scene_from_world', arguments.scene_from_world),
-        )
+        for path, wanted in (('simulation.paused', arguments.paused),)
         if wanted
-    }
+    })
+    if arguments.scene_from_world:
+        overrides['planning_parameters.scene_from_world'] = arguments.scene_from_world
     for pair in filter(None, arguments.initial_positions.split(',')):
         joint, sign, value = pair.partition('=')
         if not sign or not joint.strip():
@@ -58,6 +124,40 @@ def _overrides(arguments: ProgramArguments) -> dict[str, object]:
         overrides[f'simulation.initial_positions.{joint.strip()}'] = _number(
             f'initial_positions of {joint.strip()}', value)
     return overrides
+
+
+def _mode(arguments: ProgramArguments) -> dict[str, object]:
+    """Return what mode, seed and record mean in settings."""
+    if arguments.mode not in MODES:
+        raise UsageError(f"'{arguments.mode}' is no mode; allowed: {', '.join(MODES)}")
+    seed = arguments.seed
+    if seed and not seed.isdecimal():
+        raise UsageError(f"cannot read the seed '{seed}'; allowed: 0 or a positive whole number")
+    overrides: dict[str, object] = {}
+    if arguments.mode == LOCKSTEP:
+        overrides.update({
+            'simulation.deterministic': True,
+            'simulation.paused': True,
+            'simulation.real_time_factor': 0.0,
+            'simulation.pace.priority': 0,
+        })
+    if seed or arguments.mode == LOCKSTEP:
+        overrides['ompl.planning_seed'] = int(seed or 0)
+    if arguments.record:
+        overrides['simulation.recorder.file'] = arguments.record
+        overrides['simulation.recorder.seconds'] = LONGEST_RECORD
+    return overrides
+
+
+def _given_overrides(text: str) -> dict[str, object]:
+    try:
+        given = yaml.safe_load(text) if text else {}
+    except yaml.YAMLError:
+        given = None
+    if not isinstance(given, dict) or not all(isinstance(path, str) for path in given):
+        raise UsageError(f"cannot read '{text}' of overrides; allowed: dotted paths with values, "
+                         "such as '{simulation.gravity: [0, 0, 0]}'")
+    return given
 
 
 def _placed(settings: RobotSettings, moved: dict[str, float]) -> RobotSettings:

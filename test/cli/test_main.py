@@ -12,6 +12,7 @@ from types import ModuleType
 import pytest
 
 from armsim_ros.cli import main as door
+from armsim_ros.cli.child_process import child_environment
 from armsim_ros.cli.environment import add_own_prefix, announce_often, started_by_bringup
 from armsim_ros.cli.programs import PROGRAMS, ROBOT_PROGRAMS
 from armsim_ros.errors import ResourceError
@@ -109,8 +110,18 @@ def test_the_module_runs_as_the_command():
     """``python -m armsim_ros`` is the command."""
     done = subprocess.run([sys.executable, '-m', 'armsim_ros', 'bringup', 'robt:=x'],
                           capture_output=True, text=True, check=False)
-    assert (done.returncode, done.stdout) == (2, '')
+    assert done.returncode == 2
     assert done.stderr == "bringup: unknown argument 'robt:=x'; did you mean 'robot'?\n"
+
+
+def test_the_working_folder_hides_no_package(tmp_path):
+    """A user's own ``numpy.py`` is not what the program imports."""
+    (tmp_path / 'numpy.py').write_text("raise SystemExit('the wrong numpy')")
+    done = subprocess.run([sys.executable, '-m', 'armsim_ros', 'check_config', 'sunday'],
+                          capture_output=True, text=True, check=False, cwd=tmp_path,
+                          env=child_environment())
+    assert 'the wrong numpy' not in done.stderr
+    assert (done.returncode, done.stderr) == (0, '')
 
 
 def test_the_own_prefix_is_the_last_to_be_searched(tmp_path, monkeypatch):

@@ -9,7 +9,7 @@ from collections.abc import Iterator, Sequence
 
 from armsim_ros.config.robot_settings import RobotSettings
 from armsim_ros.errors import PlanningError, Severity
-from armsim_ros.planning.controller_selection import controlled_joints, select_controllers
+from armsim_ros.execution.controller_selection import controlled_joints, select_controllers
 from armsim_ros.tools.check_config.key_table import key_table, KeyState, STATES
 from armsim_ros.tools.check_config.robot_check import RobotCheck
 

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -14,13 +14,22 @@ from armsim_ros.config.layout import LayoutReader
 from armsim_ros.config.robot_settings import RobotSettings
 from armsim_ros.config.sections import read_sections
 from armsim_ros.config.yaml_source import read_yaml_file
-from armsim_ros.errors import ArmsimError, ConfigError, Location, Problem, Severity
+from armsim_ros.errors import (
+    ArmsimError,
+    ConfigError,
+    Location,
+    nearest,
+    Problem,
+    Severity,
+    strictly,
+)
 from armsim_ros.model.cell import Cell
 from armsim_ros.model.cell_loading import survey_cell
 from armsim_ros.model.meshes import load_mesh
 from armsim_ros.model.robot_model import RobotModel
 from armsim_ros.model.urdf import parse_urdf
 from armsim_ros.model.xacro_text import read_description
+from armsim_ros.packages import Packages
 from armsim_ros.resources import find_robot, ROBOTS_FILE
 from armsim_ros.sim.assembly import build_managers, build_simulation
 from armsim_ros.tools.check_config.launch_file import answer_launch_file
@@ -51,7 +60,9 @@ class RobotCheck:
 
 
 def check_robot(robot: str, *, config: Path | None = None, urdf: Path | None = None,
-                srdf: Path | None = None, world: str | None = None) -> RobotCheck:
+                srdf: Path | None = None, world: str | None = None,
+               controllers: Iterable[Path] = (), arguments: Mapping[str, str] | None = None,
+               packages_path: Iterable[Path] = (), strict: bool = False) -> RobotCheck:
     """
     Check a robot's folder, or that of a cell and those of its robots.
 
@@ -60,12 +71,22 @@ def check_robot(robot: str, *, config: Path | None = None, urdf: Path | None = N
     :param urdf: another URDF or xacro file.
     :param srdf: another SRDF file.
     :param world: another world.
+    :param controllers: other files with the controllers of ros2_control.
+    :param arguments: arguments for the xacro of URDF and SRDF.
+    :param packages_path: where packages are looked for first.
+    :param strict: whether what the original stack silently ignores is a mistake.
     """
     try:
-        survey = survey_cell(robot, config=config, urdf=urdf, srdf=srdf, world=world)
+        survey = survey_cell(robot, config=config, urdf=urdf, srdf=srdf, world=world,
+                             controllers=controllers, arguments=arguments,
+                             packages_path=packages_path, strict=strict)
     except ConfigError as error:
         return RobotCheck(_sorted([*error.problems, *_files_alone(robot, config)]))
     found = list(survey.problems)
+    found += [Problem(f"no xacro of the robot declares the argument '{name}'",
+                      Location(str(survey.settings.urdf_file)), ', '.join(survey.declared),
+                      nearest(name, tuple(survey.declared)))
+              for name in arguments or {} if name not in survey.declared]
     for one in survey.robots or (survey.settings,):
         names = [controller.name for controller in one.controllers]
         read = [file.name for file in one.files]
@@ -78,6 +99,8 @@ def check_robot(robot: str, *, config: Path | None = None, urdf: Path | None = N
     if survey.cell is not None:
         settings = survey.cell.settings
         found += _assemble(survey.cell)
+    if strict:
+        found = [strictly(one) for one in found]
     return RobotCheck(_sorted(found), settings, survey.model, survey.robots)
 
 
@@ -125,11 +148,11 @@ def _check_launch_file(file: Path, controllers: Collection[str] | None,
 
 
 def _check_urdf_file(file: Path) -> list[Problem]:
-    folders = tuple(file.resolve().parents)[:4]
+    packages = Packages(near=(file.resolve(),))
     try:
-        text = read_description(file, extra_folders=folders)
+        text = read_description(file, packages=packages)
         content = parse_urdf(text, str(file), read_mesh=lambda uri, scale: load_mesh(
-            uri, scale, extra_folders=folders, base=file.parent))
+            uri, scale, packages=packages, base=file.parent))
     except ConfigError as error:
         return list(error.problems)
     return list(content.problems)
@@ -152,12 +175,14 @@ def _assemble(cell: Cell) -> list[Problem]:
     where = Location(str(cell.settings.folder))
     try:
         simulation = build_simulation(cell.settings, cell.model)
-        build_managers(cell, simulation)
+        managers = build_managers(cell, simulation)
     except ConfigError as error:
         return list(error.problems)
     except ArmsimError as error:
         return [Problem(str(error), where)]
-    return [Problem(text, where, severity=Severity.WARNING) for text in simulation.warnings]
+    refusals = [text for manager in managers.values() for text in manager.refusals]
+    return [Problem(text, where, severity=Severity.WARNING)
+            for text in (*refusals, *simulation.warnings)]
 
 
 def _sorted(problems: Iterable[Problem]) -> tuple[Problem, ...]:

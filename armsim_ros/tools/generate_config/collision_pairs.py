@@ -15,12 +15,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from armsim_ros.arrays import Vector
 from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.model.robot_model import RobotModel
 from armsim_ros.model.tree import adjacent_pairs
-from armsim_ros.planning.allowed_collision_matrix import Pair, sorted_pair
+from armsim_ros.planning.scene.allowed_collision_matrix import Pair, sorted_pair
 from armsim_ros.tools.generate_config.link_pairs import LinkPairs
 
 ADJACENT, ALWAYS, DEFAULT, NEVER = 'Adjacent', 'Always', 'Default', 'Never'
@@ -31,8 +31,6 @@ COUNTED_STATES = 300
 ALWAYS_SHARE = 0.95
 #: Pairs that never come nearer than this are never checked again [m].
 NEAR = 0.005
-
-Vector = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -5,16 +5,18 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 import shutil
 
+from armsim_ros.config.draft import empty_node
 from armsim_ros.config.robot_settings import RobotSettings
 from armsim_ros.errors import ConfigError, Location, ModelError, Problem, Severity
 from armsim_ros.model.loading import survey_robot_model
 from armsim_ros.model.robot_model import RobotModel
 from armsim_ros.model.srdf import parse_srdf
+from armsim_ros.packages import Packages
 from armsim_ros.tools.generate_config.collision_pairs import sample_pairs, SampledPairs
 from armsim_ros.tools.generate_config.found_groups import find_groups, FoundGroup
 from armsim_ros.tools.generate_config.named_states import find_states
@@ -25,7 +27,8 @@ USUAL_STATES = 10_000
 
 
 def generate_config(urdf: Path, target: Path, *, states: int = USUAL_STATES, seed: int = 0,
-                    copy: bool = False,
+                    copy: bool = False, arguments: Mapping[str, str] | None = None,
+                    packages_path: Iterable[Path] = (),
                     progress: Callable[[int], None] | None = None) -> list[str]:
     """
     Write SRDF, controllers, limits, kinematics and simulation settings beside a URDF.
@@ -35,11 +38,13 @@ def generate_config(urdf: Path, target: Path, *, states: int = USUAL_STATES, see
     :param states: random states in which collisions are looked for.
     :param seed: of the random numbers; the same gives the same files.
     :param copy: copy the URDF in place of a link to it.
+    :param arguments: arguments of the URDF's xacro.
+    :param packages_path: where packages are looked for first.
     :param progress: is told how many states are done.
     :returns: what was found, line by line.
     :raises ConfigError: the URDF has mistakes, has no movable joint, or files are there already.
     """
-    robot = read_urdf(urdf)
+    robot = read_urdf(urdf, arguments, packages_path)
     groups = find_groups(robot)
     if not groups:
         raise ModelError(Problem(f"robot '{robot.name}' has no movable joint",
@@ -55,15 +60,21 @@ def generate_config(urdf: Path, target: Path, *, states: int = USUAL_STATES, see
             *(f'{target / name}' for name in texts)]
 
 
-def read_urdf(urdf: Path) -> RobotModel:
+def read_urdf(urdf: Path, arguments: Mapping[str, str] | None = None,
+              packages_path: Iterable[Path] = ()) -> RobotModel:
     """
     Return the model of a URDF alone.
 
+    :param arguments: arguments of its xacro.
+    :param packages_path: where packages are looked for first.
     :raises ConfigError: with every mistake in it.
     """
     if not urdf.is_file():
         raise ConfigError(Problem(f"urdf '{urdf}' is no file"))
-    settings = RobotSettings(name=urdf.name.split('.')[0], folder=urdf.parent, urdf_file=urdf)
+    settings = RobotSettings(
+        name=urdf.name.split('.')[0], folder=urdf.parent, urdf_file=urdf,
+        arguments=dict(arguments or {}),
+    ).with_source(empty_node(), Packages(packages_path))
     robot, found = survey_robot_model(settings)
     mistakes = [one for one in found if one.severity is Severity.ERROR]
     if mistakes or robot is None:

@@ -9,14 +9,11 @@ from typing import Any
 
 import coal
 import numpy as np
-from numpy.typing import NDArray
 
+from armsim_ros.arrays import Matrix, Vector
 from armsim_ros.kinematics.kinematic_model import KinematicModel
-from armsim_ros.planning.allowed_collision_matrix import Pair
-from armsim_ros.planning.collision_geometry import corner_points, exact_shape, hull_shape
-
-Vector = NDArray[np.float64]
-Matrix = NDArray[np.float64]
+from armsim_ros.planning.collision.geometry import corner_points, exact_shape, hull_shape
+from armsim_ros.planning.scene.allowed_collision_matrix import Pair
 
 
 class LinkPairs:
@@ -29,7 +26,6 @@ class LinkPairs:
     """
 
     def __init__(self, model: KinematicModel, *, hulls: bool = False) -> None:
-        """Prepare the shapes."""
         shape_of = hull_shape if hulls else exact_shape
         self._model = model
         self.links = [name for name, link in model.robot.links.items() if link.collisions]

@@ -10,7 +10,8 @@ from pathlib import Path
 import sys
 
 from armsim_ros.cli.arguments import split_ros_args
-from armsim_ros.tools.words import argparse_words
+from armsim_ros.packages import split_path
+from armsim_ros.tools.words import argparse_words, part_words
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -22,6 +23,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     :raises ConfigError: the URDF has mistakes, or the files are there already.
     """
     words, _ = split_ros_args(sys.argv[1:] if argv is None else argv)
+    words, arguments = part_words(words, _parser())
     options = _parser().parse_args(argparse_words(words))
     # Slow to import, and not needed for --help.
     from armsim_ros.tools.check_config.report import exit_status, report_lines
@@ -30,12 +32,16 @@ def main(argv: Sequence[str] | None = None) -> int:
 
     target = options.to or Path.cwd() / options.urdf.name.split('.')[0]
     for line in generate_config(options.urdf, target, states=options.states, seed=options.seed,
-                                copy=options.copy):
+                                copy=options.copy, arguments=arguments,
+                                packages_path=options.packages_path):
         print(line, flush=True)
-    check = check_robot(str(target))
+    check = check_robot(str(target), arguments=arguments, packages_path=options.packages_path)
     for line in report_lines(check):
         print(line)
-    print(f'start it with: bringup robot:={target}')
+    given = [f'{name}:={value}' for name, value in arguments.items()]
+    if options.packages_path:
+        given.append(f"packages_path:={':'.join(map(str, options.packages_path))}")
+    print(' '.join([f'start it with: bringup robot:={target}', *given]))
     return exit_status(check)
 
 
@@ -45,9 +51,12 @@ def _parser() -> argparse.ArgumentParser:
         description='Write SRDF, controllers, joint limits, kinematics and simulation settings '
                     'for a robot of which there is only a URDF.',
         epilog='exit status: that of check_config for the new files')
-    parser.add_argument('urdf', type=Path, metavar='URDF', help='URDF or xacro file')
+    parser.add_argument('urdf', type=Path, metavar='URDF', help='URDF or xacro file; the '
+                        'arguments of a xacro follow as name:=value')
     parser.add_argument('--to', type=Path, metavar='DIR',
                         help="folder for the files; without it a folder with the URDF's name")
+    parser.add_argument('--packages-path', type=split_path, default=(), metavar='DIR:...',
+                        help='folders in which packages are looked for first')
     parser.add_argument('--states', type=int, default=10_000, metavar='N',
                         help='random states in which collisions are looked for (%(default)s)')
     parser.add_argument('--seed', type=int, default=0, help='of the random numbers (%(default)s)')

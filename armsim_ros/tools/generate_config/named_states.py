@@ -5,12 +5,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from armsim_ros.arrays import Vector
 from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.model.robot_model import RobotModel
-from armsim_ros.planning.allowed_collision_matrix import sorted_pair
-from armsim_ros.planning.collision_geometry import corner_points
+from armsim_ros.planning.collision.geometry import corner_points
+from armsim_ros.planning.scene.allowed_collision_matrix import sorted_pair
 from armsim_ros.tools.generate_config.collision_pairs import random_state
 from armsim_ros.tools.generate_config.link_pairs import LinkPairs
 
@@ -18,8 +18,6 @@ from armsim_ros.tools.generate_config.link_pairs import LinkPairs
 CLEARANCE = 0.01
 _TRIES = 2000
 _WANTED = 30
-
-Vector = NDArray[np.float64]
 
 
 def find_states(robot: RobotModel, seed: int = 0) -> dict[str, dict[str, float]]:

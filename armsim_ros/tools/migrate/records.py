@@ -38,7 +38,6 @@ class FileRecords(ConfigDraft):
     """
 
     def __init__(self, file: Path) -> None:
-        """Read the file."""
         super().__init__()
         self.file = file
         self.root = read_yaml_file(file)

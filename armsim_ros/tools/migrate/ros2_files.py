@@ -42,7 +42,6 @@ class Ros2Files:
     """
 
     def __init__(self, namespace: str) -> None:
-        """Begin without content."""
         self._namespace = namespace
         self._heads: dict[str, list[str]] = {}
         self._manager: list[str] = []

@@ -29,7 +29,6 @@ class SourceText:
     """
 
     def __init__(self, file: Path, root: YamlNode) -> None:
-        """Read the lines and find where each block ends."""
         self.name = file.name
         self.lines = file.read_text(encoding='utf-8-sig').splitlines()
         self._ends: dict[tuple[int, int], int] = {}

@@ -10,6 +10,7 @@ from armsim_ros.resources import cell_names, find_robot, PACKAGE, robot_names, s
 from armsim_ros.tools.check_config.main import main
 from armsim_ros.tools.check_config.schema import schemas
 
+SCHEMAS = schemas()
 #: File of a robot -> the schema it belongs to; the others hold several kinds of blocks.
 SCHEMA_OF = {
     'robots.yaml': 'robots',
@@ -24,14 +25,14 @@ SCHEMA_OF = {
 
 def mistakes(name, data):
     """Return the messages of a validator for plain data."""
-    validator = Draft202012Validator(schemas()[f'{name}.schema.json'])
+    validator = Draft202012Validator(SCHEMAS[f'{name}.schema.json'])
     return [error.message for error in validator.iter_errors(data)]
 
 
-@pytest.mark.parametrize('name', sorted(schemas()))
+@pytest.mark.parametrize('name', sorted(SCHEMAS))
 def test_each_schema_is_one(name):
     """It keeps to the standard's own schema."""
-    Draft202012Validator.check_schema(schemas()[name])
+    Draft202012Validator.check_schema(SCHEMAS[name])
 
 
 @pytest.mark.parametrize('robot', [*robot_names(), *cell_names()])
@@ -69,6 +70,6 @@ def test_a_slip_is_marked(name, data):
 def test_the_program_writes_them(tmp_path, capsys):
     """--schema DIR writes one file each and checks nothing."""
     assert main([f'--schema={tmp_path}']) == 0
-    assert {file.name for file in tmp_path.iterdir()} == set(schemas())
+    assert {file.name for file in tmp_path.iterdir()} == set(SCHEMAS)
     for file in tmp_path.iterdir():
         assert json.loads(file.read_text())['$schema'].startswith('https://json-schema.org/')

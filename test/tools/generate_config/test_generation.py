@@ -11,7 +11,7 @@ from armsim_ros.resources import find_robot, PACKAGE, share_folder
 from armsim_ros.stack import ArmSim
 from armsim_ros.testing.public_robots import public_srdf, public_urdf
 from armsim_ros.tools.check_config.robot_check import check_robot
-from armsim_ros.tools.generate_config.generation import generate_config
+from armsim_ros.tools.generate_config.generation import generate_config, read_urdf
 from armsim_ros.tools.generate_config.main import main
 
 OWN = share_folder(PACKAGE) / 'urdf'
@@ -133,3 +133,14 @@ def test_the_program_ends_as_check_config_does(tmp_path, capsys):
     text = capsys.readouterr().out
     assert "group 'arm' (frame -> sole): hip, knee, foot; moved by 'arm_controller'" in text
     assert f'start it with: bringup robot:={target}' in text
+
+
+def test_a_xacro_with_arguments(small_package, tmp_path):
+    """They decide what the robot is; the packages that it includes are found."""
+    file = small_package.write('../description_folder/urdf/full.urdf.xacro', (
+        small_package.XACRO.format('<xacro:arg name="tip" default="none"/>'
+                                   '<xacro:include filename="arm.urdf"/><link name="$(arg tip)"/>'
+                                   '<joint name="j" type="fixed"><parent link="lower"/>'
+                                   '<child link="$(arg tip)"/></joint>')))
+    assert generate_config(file, tmp_path / 'made', states=50, arguments={'tip': 'laser'})
+    assert 'laser' in read_urdf(file, {'tip': 'laser'}).links
