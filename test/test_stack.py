@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 
 from armsim_ros.config.loading import load_robot_settings
+from armsim_ros.control.tolerances import JointTolerance
+from armsim_ros.control.trajectory_goal import GoalStatus
 from armsim_ros.errors import (
     ConfigError,
     ControllerError,
@@ -155,3 +157,61 @@ def test_the_example_prints_the_same_digest_in_two_processes():
     ]  # fmt: skip
     assert 'digest' in runs[0]
     assert runs[0] == runs[1]
+
+
+@pytest.mark.parametrize('rate', [1000, 100])
+def test_many_steps_in_one_go_equal_single_ones(rate):
+    """How the steps are asked for changes no bit: at rest, in motion, and at rest again."""
+    digests, ends = [], []
+    for count in (1, 7, 500):
+        sim = ArmSim('sunday', overrides={'controller_manager.update_rate': rate})
+        sim.step(30)
+        (goal,) = sim.send_trajectory(through(0.1, 0.3))
+        goal.add_done_callback(lambda _, sim=sim: ends.append(sim.time))
+        steps = 0
+        while steps < 3500:
+            sim.step(min(count, 3500 - steps))
+            steps += count
+        digests.append(sim.digest())
+    assert digests[0] == digests[1] == digests[2]
+    assert ends[0] == ends[1] == ends[2]
+
+
+def test_a_robot_without_collision_geometry_is_planned_for(small_package):
+    """Nothing of it can touch anything, and it still moves."""
+    arm = ArmSim(str(small_package.folder))
+    trajectory = arm.plan('bent')
+    arm.execute(trajectory)
+    assert arm.joint_positions['shoulder'] == pytest.approx(0.5, abs=0.01)
+
+
+def test_a_path_tolerance_ends_a_goal_at_its_tick_however_steps_are_asked_for():
+    """A joint that is pushed away in the middle of a motion aborts the goal at the same tick."""
+    ends = []
+    for count in (1, 400):
+        sim = ArmSim('sunday')
+        sim.step(30)
+        controller = sim.manager.controllers['arm_joint_controller']
+        goal = controller.send_goal(
+            through(0.1, 0.3), [JointTolerance('joint_2', position=0.001)]
+        ).goal
+        sim.step(700)
+        sim.simulation.apply_wrench('link_3', force=(60.0, 0.0, 60.0))
+        for _ in range(800 // count):
+            sim.step(count)
+        ends.append((goal.status, goal.result, sim.digest()))
+    assert ends[0][0] is GoalStatus.ABORTED
+    assert 'joint_2' in ends[0][1].message
+    assert ends[0] == ends[1]
+
+
+def test_gains_set_at_run_time_reach_the_drives(sim):
+    """A joint with a tenth of its gain gives way ten times as far."""
+    controller = sim.manager.controllers['arm_joint_controller']
+    sim.simulation.apply_wrench('link_3', force=(30.0, 0.0, 0.0))
+    sags = []
+    for gain in (1000.0, 100.0):
+        controller.set_parameters({'gains.joint_2.p': gain})
+        sim.step(3000)
+        sags.append(abs(sim.joint_positions['joint_2']))
+    assert sags[1] == pytest.approx(10.0 * sags[0], rel=0.2)

@@ -16,6 +16,7 @@ from pathlib import Path
 import re
 import shlex
 import sys
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import pytest
@@ -62,11 +63,13 @@ class Server:
 
     :param namespace: of move_group, without a slash at the end.
     :param program: None where the server ran before.
+    :param home: its ROS_HOME, where that is known.
     """
 
     domain: int
     namespace: str
     program: Program | None
+    home: Path | None = None
 
     def name(self, relative: str) -> str:
         """Return the full name of one of move_group's endpoints."""
@@ -87,13 +90,16 @@ def running_server(pytestconfig: pytest.Config) -> Iterator[Server]:
     if not command:
         yield Server(int(os.environ.get('ROS_DOMAIN_ID', '0')), namespace, None)
         return
+    if command == shlex.split(OURS):
+        command.append('scene_from_world:=false')  # the tests bring their own objects
     with (
+        TemporaryDirectory() as home,
         private_domain() as domain,
-        Program(command, environment=ros_environment(domain)) as program,
+        Program(command, environment=ros_environment(domain) | {'ROS_HOME': home}) as program,
     ):
         ready = pytestconfig.getoption('server_ready', re.escape(READY))
         program.wait_for_line(ready, START_TIMEOUT)
-        yield Server(domain, namespace, program)
+        yield Server(domain, namespace, program, Path(home))
 
 
 @pytest.fixture(scope='session')

@@ -21,6 +21,7 @@ MESSAGES = (
     'control_msgs/msg/JointTrajectoryControllerState',
     'controller_manager_msgs/msg/ControllerManagerActivity',
     'moveit_msgs/msg/MotionPlanRequest',
+    'moveit_task_constructor_msgs/msg/Solution',
     'object_recognition_msgs/msg/RecognizedObjectArray',
     'octomap_msgs/msg/OctomapWithPose',
     'simulation_interfaces/msg/EntityFilters',

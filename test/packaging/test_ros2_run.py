@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The small ros2 command: it runs programs, explains itself, and steps back for the real one."""
+"""The small ros2 command: it runs programs and launch files, and steps back for the real one."""
 
 import os
 from pathlib import Path
@@ -49,6 +49,13 @@ def test_a_program_is_run_with_its_arguments_and_status(ros2):
     assert (done.stdout, done.returncode) == ('counted a --ros-args -p b:=c d\n', 5)
 
 
+def test_a_package_says_which_programs_it_has(ros2):
+    """Help that is asked of a package is no program of that name."""
+    done = ros2('run', 'parts', '--help')
+    assert (done.returncode, done.stderr) == (0, '')
+    assert 'ros2 run parts count' in done.stdout
+
+
 def test_a_prefix_command_goes_before(ros2):
     """--prefix puts a debugger or nice in front, as the real one does."""
     done = ros2('run', '--prefix', 'env X=1 sh', 'parts', 'count', 'a')
@@ -61,7 +68,6 @@ def test_a_prefix_command_goes_before(ros2):
     (['run', 'parts'], 'needs a package and a program'),
     (['run', '--perfix', 'x', 'parts', 'count'], "unknown option '--perfix'"),
     (['topic', 'list'], "this ros2 cannot 'topic'"),
-    (['launch', 'parts', 'count.launch.py', 'a:=b'], 'use: ros2 run parts count a:=b'),
 ])
 def test_what_cannot_be_run_is_explained(words, said, ros2):
     """The message names the nearest word or what to install; the status is 2."""
@@ -69,6 +75,16 @@ def test_what_cannot_be_run_is_explained(words, said, ros2):
     assert said in done.stderr
     assert done.returncode == 2
     assert 'Traceback' not in done.stderr
+
+
+def test_launch_runs_a_launch_file(ros2, tmp_path):
+    """Ros2 launch is armsim launch."""
+    file = tmp_path / 'count.launch.xml'
+    file.write_text('<launch><arg name="who"/><node pkg="parts" exec="count" name="$(var who)"/>'
+                    '</launch>')
+    done = ros2('launch', str(file), 'who:=anna', '-n')
+    assert done.stdout == 'process: parts/count name=anna ns=/ parameters=\n', done.stderr
+    assert done.returncode == 0
 
 
 def test_the_real_ros2_takes_over(ros2, tmp_path, prefix):

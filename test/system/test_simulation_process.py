@@ -121,13 +121,15 @@ def test_broken_yaml(ros_domain: int, robot: Path) -> None:
 
 
 def test_an_unknown_controller_type(ros_domain: int, robot: Path) -> None:
-    """The message names the type and those that there are."""
+    """The robot starts without the controller; a warning names type and place."""
     file = robot / 'trajectory_control.yaml'
     text = file.read_text()
     file.write_text(text.replace('position_controllers/Joint', 'pos_controllers/Joint'))
-    text = refused(ros_domain, robot)
-    assert 'trajectory_control.yaml:3' in text
-    assert 'pos_controllers/JointTrajectoryController' in text
+    with start_program('simulation', ros_domain, f'config:={robot}') as program:
+        line = program.wait_for_line('pos_controllers/JointTrajectoryController')
+        assert 'trajectory_control.yaml:3' in line
+        program.wait_for_line('runs; controllers:')
+        assert program.stop() == 0
 
 
 def test_a_joint_that_the_urdf_lacks(ros_domain: int, robot: Path) -> None:

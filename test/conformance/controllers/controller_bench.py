@@ -97,7 +97,6 @@ class TrajectoryController(TrajectoryClient):
     """
 
     def __init__(self, client: ClientNode, controller: str, joints: Sequence[str]) -> None:
-        """Subscribe to its state."""
         super().__init__(client, controller)
         self.joints = list(joints)
         self.states = client.collect(
@@ -238,7 +237,6 @@ class Bench:
     def __init__(
         self, domain: int, namespace: str, client: ClientNode, program: Program | None
     ) -> None:
-        """Make clients; nothing is called yet."""
         self.domain = domain
         self.namespace = namespace
         self.client = client

@@ -29,7 +29,6 @@ class Gripper:
     """A client of one gripper controller."""
 
     def __init__(self, bench: Bench, name: str, kind: type) -> None:
-        """Let only this controller run."""
         bench.activate(name)
         self._client = bench.client
         self._kind = kind

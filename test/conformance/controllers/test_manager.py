@@ -19,6 +19,8 @@ from controller_manager_msgs.srv import (
 from diagnostic_msgs.msg import DiagnosticArray
 from lifecycle_msgs.msg import State
 import pytest
+from rcl_interfaces.msg import ParameterEvent
+from rosgraph_msgs.msg import Clock
 from simulation_interfaces.msg import SimulationState
 from simulation_interfaces.srv import SetSimulationState
 
@@ -258,7 +260,31 @@ def test_nodes_live_in_the_managers_namespace(bench: Bench, arm: TrajectoryContr
     arm.wait_for_server()
     found = {f'{ns}/{name}' for name, ns in bench.client.node.get_node_names_and_namespaces()}
     assert {bench.name(one) for one in ('controller_manager', 'arm', BROADCASTER)} <= found
-    assert isinstance(arm.parameters.get('use_sim_time'), bool)
+    for name in ('controller_manager', 'arm', BROADCASTER):
+        assert ParameterClient(bench.client, bench.name(name)).get('use_sim_time') is True
+
+
+@statement('P8', 'O8')
+def test_nodes_take_the_simulations_time(bench: Bench, arm: TrajectoryController) -> None:
+    """While the simulation is paused time stands in the nodes of the controllers, too."""
+    clock = bench.client.collect('/clock', Clock)
+    events = bench.client.collect('/parameter_events', ParameterEvent)
+    pause, play = (
+        SetSimulationState.Request(state=SimulationState(state=state))
+        for state in (SimulationState.STATE_PAUSED, SimulationState.STATE_PLAYING)
+    )
+    assert bench.client.call('/set_simulation_state', SetSimulationState, pause).result.result == 1
+    try:
+        clock.clear()
+        now = clock.wait(3)[-1].clock
+        for value in (1.0, 0.0):
+            assert not arm.parameters.set('constraints.goal_time', value)
+        stamps = [event.stamp for event in events.wait(2) if event.node == arm.controller]
+    finally:
+        bench.client.call('/set_simulation_state', SetSimulationState, play)
+    assert stamps == [now, now]
+    clock.close()
+    events.close()
 
 
 @statement('P9')

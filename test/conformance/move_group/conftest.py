@@ -73,3 +73,10 @@ def lone(pytestconfig: pytest.Config) -> Iterator[Callable[..., LoneServer]]:
         pytest.skip('needs a server of its own with parameters of its own')
     with ExitStack() as stack:
         yield lambda *words, **options: stack.enter_context(LoneServer(*words, **options))
+
+
+@pytest.fixture
+def home(arm: Any) -> Any:
+    """Give the arm at rest in its first named state."""
+    assert arm.move(next(iter(arm.states))).code == 'SUCCESS'
+    return arm

@@ -37,7 +37,6 @@ class LoneServer:
     """
 
     def __init__(self, *words: str, wait: bool = True) -> None:
-        """Start it."""
         self._stack = ExitStack()
         self.domain = self._stack.enter_context(private_domain())
         self.program: Program = self._stack.enter_context(
@@ -88,7 +87,6 @@ class PlayedArm:
         self, client: ClientNode, joints: Mapping[str, float], topic: str, *,
         stamped: bool = True, qos: Any = 10,
     ) -> None:
-        """Begin to publish."""
         self.client = client
         self.positions = dict(joints)
         self.velocities: dict[str, float] = {}
@@ -127,11 +125,11 @@ class PlayedController:
     An action server whose goals end as the test says.
 
     ``behaviour`` is 'arrive' (at once, the arm jumps to the end), 'late' (the arm too, the result
-    only after ``release``), 'hold' (until cancelled), 'reject' or 'abort'.
+    only after ``release``), 'hold' (until cancelled), 'reject', 'abort' or 'mute' (the goal is
+    only answered after ``release``, and accepted then).
     """
 
     def __init__(self, player: PlayedArm, action: str, kind: Any) -> None:
-        """Make the server."""
         self.behaviour = 'arrive'
         self.error_string = 'the elbow is tired'
         self.goals: list[Any] = []
@@ -145,8 +143,12 @@ class PlayedController:
             goal_callback=self._accept, cancel_callback=self._cancel,
         ))
 
-    def _accept(self, goal: Any) -> GoalResponse:
+    async def _accept(self, goal: Any) -> GoalResponse:
         self.goals.append(goal)
+        if self.behaviour == 'mute':
+            future = Future()
+            self._running.append(future)
+            await future
         return GoalResponse.REJECT if self.behaviour == 'reject' else GoalResponse.ACCEPT
 
     def _cancel(self, _goal: Any) -> CancelResponse:
@@ -165,7 +167,7 @@ class PlayedController:
             self._running.append(future)
             await future
             handle.succeed()
-        elif self.behaviour == 'hold':
+        elif self.behaviour in ('hold', 'mute'):
             future = Future()
             self._running.append(future)
             await future

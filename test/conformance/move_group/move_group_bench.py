@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 import math
 from typing import Any
@@ -12,7 +12,12 @@ from xml.etree import ElementTree
 
 from action_msgs.msg import GoalStatus
 from moveit_msgs.action import ExecuteTrajectory, MoveGroup
-from moveit_msgs.msg import MoveItErrorCodes, PlanningScene, RobotState
+from moveit_msgs.msg import (
+    AllowedCollisionEntry,
+    MoveItErrorCodes,
+    PlanningScene,
+    RobotState,
+)
 from moveit_msgs.srv import (
     ApplyPlanningScene,
     GetCartesianPath,
@@ -70,7 +75,6 @@ class Feedback:
     """
 
     def __init__(self, client: ClientNode, action: str, kind: Any) -> None:
-        """Subscribe."""
         self._states = client.collect(
             f'{action}/_action/feedback', kind.Impl.FeedbackMessage, QoSProfile(depth=1000)
         )
@@ -100,7 +104,6 @@ class ArmBench:
     """
 
     def __init__(self, client: ClientNode, namespace: str, joint_states: str) -> None:
-        """Read URDF and SRDF from the server's parameters."""
         self.client = client
         self.namespace = namespace
         self.parameters = ParameterClient(client, self.name('move_group'))
@@ -335,6 +338,21 @@ class ArmBench:
         """Apply attached collision objects."""
         scene = quiet_diff()
         scene.robot_state.attached_collision_objects = list(objects)
+        return self.apply(scene)
+
+    def allow(self, name: str, others: Iterable[str]) -> bool:
+        """Let an object touch some links."""
+        scene = quiet_diff()
+        matrix = self.scene().allowed_collision_matrix
+        touch = set(others)
+        column = [one in touch for one in matrix.entry_names]
+        for row, touches in zip(matrix.entry_values, column, strict=True):
+            row.enabled = [*row.enabled, touches]
+        matrix.entry_names = [*matrix.entry_names, name]
+        matrix.entry_values = [
+            *matrix.entry_values, AllowedCollisionEntry(enabled=[*column, False])
+        ]
+        scene.allowed_collision_matrix = matrix
         return self.apply(scene)
 
     def objects(self) -> dict[str, Any]:

@@ -7,11 +7,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 import shutil
+import threading
 from typing import Any
 
 from control_msgs.action import GripperCommand
 from lone_server import LoneServer, PlayedArm, PlayedController
-from move_group_bench import ABORTED, seconds
+from move_group_bench import ABORTED, CANCELED, seconds
 import pytest
 
 from armsim_ros.resources import find_robot
@@ -105,6 +106,16 @@ def stand(started: Stand) -> Stand:
     """Give the stand with everything as at the start."""
     started.reset()
     return started
+
+
+def wait_for(condition: Callable[[], object]) -> None:
+    """Wait until something is so."""
+    pause = threading.Event()
+    for _ in range(1000):
+        if condition():
+            return
+        pause.wait(0.01)
+    raise AssertionError('it never came to be so')
 
 
 LOWER = ('joint_1', 'joint_2', 'joint_3')
@@ -220,6 +231,48 @@ def test_the_duration_monitor_can_be_switched_off(stand: Stand) -> None:
     assert stand.arm.parameters.set(name, True) == ''
 
 
+@pytest.mark.statement('EXE-7')
+def test_a_controller_that_never_answers(stand: Stand) -> None:
+    """-4 after some seconds; the next motion runs, and a late answer leads to a cancel."""
+    stand.upper.behaviour = 'mute'
+    ended = stand.arm.execute(stand.trajectory(*UPPER))
+    assert (ended.status, ended.code) == (ABORTED, 'CONTROL_FAILED')
+    assert "'upper' has not answered" in ended.result.error_code.message
+    assert stand.arm.execute(stand.trajectory(*LOWER)).code == 'SUCCESS'
+    stand.upper.release()
+    assert stand.upper.cancelled.wait(5.0)
+
+
+@pytest.mark.statement('EXE-7', 'ACT-5')
+def test_a_goal_is_cancelled_before_its_controller_answers(stand: Stand) -> None:
+    """The cancel ends it; what the controller accepts after that is cancelled there."""
+    stand.upper.behaviour = 'mute'
+    handle = stand.arm.send_execute(stand.trajectory(*UPPER))
+    wait_for(lambda: stand.upper.goals)
+    stand.arm.cancel(handle)
+    assert stand.arm.ended(handle, timeout=3.0).status == CANCELED
+    stand.upper.release()
+    assert stand.upper.cancelled.wait(5.0)
+
+
+@pytest.mark.statement('ACT-5', 'ACT-10')
+def test_a_goal_is_cancelled_while_it_waits_for_another(stand: Stand) -> None:
+    """The second one ends at once, and never reaches its controller; the first goes on."""
+    stand.lower.behaviour = 'hold'
+    first = stand.arm.send_execute(stand.trajectory(*LOWER))
+    wait_for(lambda: stand.lower.goals)
+    second = stand.arm.send_execute(stand.trajectory(*LOWER))
+    third = stand.arm.send_execute(stand.trajectory(*LOWER))
+    stand.arm.cancel(second)
+    assert stand.arm.ended(second, timeout=3.0).status == CANCELED
+    assert not stand.lower.cancelled.is_set()
+    stand.lower.behaviour = 'arrive'
+    stand.arm.cancel(first)
+    assert stand.arm.ended(first).status == CANCELED
+    assert stand.arm.ended(third).code == 'SUCCESS'
+    assert len(stand.lower.goals) == 2
+
+
 @pytest.mark.statement('EXE-5')
 def test_tolerance_of_one_joint(stand: Stand) -> None:
     """The start of one joint may be further away than that of the others."""
@@ -257,3 +310,22 @@ def test_a_controller_that_is_not_there(
     ended = arm.execute(trajectory)
     assert ended.code == 'CONTROL_FAILED'
     assert 'follow_joint_trajectory' in ended.result.error_code.message
+
+
+@pytest.mark.statement('BOOT-5', 'E12')
+def test_missing_acceleration_limits_do_not_hinder(
+    lone: Callable[..., LoneServer], robot: Path, tmp_path: Path
+) -> None:
+    """A default is assumed and told once, in one line that names the joints."""
+    folder = tmp_path / 'no_accelerations'
+    shutil.copytree(robot, folder)
+    limits = folder / 'joint_limits.yaml'
+    kept = [line for line in limits.read_text().splitlines() if 'acceleration' not in line]
+    limits.write_text('\n'.join(kept))
+    server = lone(f'robot:={folder}', URDF)
+    arm = server.play(START).arm
+    for step in (0.1, 0.2):
+        arm.planned({name: value + step for name, value in START.items()})
+    lines = [line for line in server.program.output if 'no acceleration limit' in line]
+    assert len(lines) == 1
+    assert all(name in lines[0] for name in START)

@@ -12,8 +12,6 @@ from collections.abc import Callable, Iterator
 import math
 from typing import Any
 
-from hypothesis import given, HealthCheck, Phase, settings
-from hypothesis import strategies as st
 from move_group_bench import name_of
 from moveit_msgs.msg import (
     AllowedCollisionMatrix,
@@ -33,40 +31,32 @@ from moveit_msgs.srv import (
     SetPlannerParams,
 )
 import pytest
-from random_messages import of_type, spoiled
 from wire import at, box, carried, pose_goal, quiet_diff, robot_state, tetrahedron, thing
+
+from benchmarks.random_messages import RandomMessages
 
 DEFAULT = 30
 LONGEST = 0.15
 
 
-@pytest.fixture(scope='module')
-def names(running: Any) -> tuple[str, ...]:
-    """Give texts that mean something to the server."""
-    return (
+@pytest.fixture
+def messages(running: Any) -> RandomMessages:
+    """Give messages with texts that mean something to the server."""
+    return RandomMessages((
         running.group, running.frame, running.tip, *running.links[:3], *running.group_joints[:3],
         'crate', 'tool', 'crate/handle', 'ompl', 'RRTConnect', 'PTP', 'LIN', 'CIRC', 'center',
         'pilz_industrial_motion_planner',
-    )
+    ))
 
 
 @pytest.fixture
 def fuzz(
-    pytestconfig: pytest.Config, running: Any, rules: Any, server: Any
+    pytestconfig: pytest.Config, running: Any, rules: Any, server: Any, messages: RandomMessages
 ) -> Iterator[Callable[..., None]]:
     """Give a function that tries many messages; afterwards the server has to work as before."""
-    def run(strategy: Any, judge: Callable[[Any], None]) -> None:
-        count = int(pytestconfig.getoption('fuzz', None) or DEFAULT)
-
-        @settings(
-            max_examples=count, deadline=None, database=None, phases=[Phase.generate],
-            suppress_health_check=list(HealthCheck), print_blob=False,
-        )
-        @given(strategy)
-        def each(message: Any) -> None:
-            judge(message)
-
-        each()
+    def run(judge: Callable[[Any], None], *patterns: Any) -> None:
+        for _ in range(int(pytestconfig.getoption('fuzz', None) or DEFAULT)):
+            judge(messages.like(*patterns))
 
     running.clear(rules)
     furnish(running)
@@ -120,7 +110,7 @@ def judge_plan(code: Any, trajectory: Any) -> None:
 
 
 @pytest.mark.statement('ERR-2', 'ERR-0.1')
-def test_plan_requests(fuzz: Any, running: Any, names: Any) -> None:
+def test_plan_requests(fuzz: Any, running: Any) -> None:
     """Any request is answered in time, with a trajectory or with code, sentence and source."""
     good = running.request(pose_goal(running.tip, running.pose()))
     state = running.positions()
@@ -136,13 +126,11 @@ def test_plan_requests(fuzz: Any, running: Any, names: Any) -> None:
         ).motion_plan_response
         judge_plan(answer.error_code, answer.trajectory)
 
-    fuzz(st.one_of(
-        of_type(MotionPlanRequest, names), spoiled(good, names), spoiled(other, names)
-    ), judge)
+    fuzz(judge, MotionPlanRequest, good, other)
 
 
 @pytest.mark.statement('SCN-2a', 'ERR-2')
-def test_collision_objects(fuzz: Any, running: Any, names: Any) -> None:
+def test_collision_objects(fuzz: Any, running: Any) -> None:
     """A refused object leaves the scene as it was; one that is taken has numbers only."""
     good = thing('crate', running.frame, [box(0.1, 0.1, 0.1)], pose=at(2.0))
 
@@ -154,11 +142,11 @@ def test_collision_objects(fuzz: Any, running: Any, names: Any) -> None:
             assert finite(item.pose)
             assert all(map(finite, (*item.primitive_poses, *item.mesh_poses)))
 
-    fuzz(st.one_of(of_type(CollisionObject, names), spoiled(good, names)), judge)
+    fuzz(judge, CollisionObject, good)
 
 
 @pytest.mark.statement('SCN-8', 'ERR-2')
-def test_attached_objects(fuzz: Any, running: Any, names: Any) -> None:
+def test_attached_objects(fuzz: Any, running: Any) -> None:
     """A refused attached object leaves the scene as it was."""
     tool = thing('tool', running.tip, [box(0.02, 0.02, 0.02)], pose=at(0.0, 0.0, 0.1))
     good = carried(tool, running.tip, [running.tip])
@@ -168,16 +156,12 @@ def test_attached_objects(fuzz: Any, running: Any, names: Any) -> None:
         if not running.attach(message):
             assert contents(running) == before
 
-    fuzz(st.one_of(of_type(AttachedCollisionObject, names), spoiled(good, names)), judge)
+    fuzz(judge, AttachedCollisionObject, good)
 
 
 @pytest.mark.statement('SCN-13a', 'ERR-2')
-def test_matrices_and_full_scenes(fuzz: Any, running: Any, rules: Any, names: Any) -> None:
+def test_matrices_and_full_scenes(fuzz: Any, running: Any, rules: Any) -> None:
     """A refused matrix leaves the rules; scenes with anything in them are answered."""
-    matrices = st.one_of(
-        of_type(AllowedCollisionMatrix, names), spoiled(rules.allowed_collision_matrix, names)
-    )
-
     def judge(message: Any) -> None:
         if isinstance(message, AllowedCollisionMatrix):
             scene = quiet_diff()
@@ -189,11 +173,11 @@ def test_matrices_and_full_scenes(fuzz: Any, running: Any, rules: Any, names: An
             running.apply(message)
             running.scene()
 
-    fuzz(st.one_of(matrices, of_type(type(rules), names), spoiled(rules, names)), judge)
+    fuzz(judge, AllowedCollisionMatrix, rules.allowed_collision_matrix, type(rules), rules)
 
 
 @pytest.mark.statement('SRV-1', 'ERR-2')
-def test_ik_requests(fuzz: Any, running: Any, names: Any) -> None:
+def test_ik_requests(fuzz: Any, running: Any) -> None:
     """Any request for inverse kinematics is answered; a solution comes with SUCCESS alone."""
     good = PositionIKRequest(group_name=running.group, pose_stamped=running.pose())
 
@@ -206,35 +190,27 @@ def test_ik_requests(fuzz: Any, running: Any, names: Any) -> None:
         assert solved == bool(answer.solution.joint_state.name)
         assert solved or answer.error_code.message
 
-    fuzz(st.one_of(of_type(PositionIKRequest, names), spoiled(good, names)), judge)
+    fuzz(judge, PositionIKRequest, good)
 
 
 @pytest.mark.statement('SRV-10', 'SRV-20', 'SRV-50', 'SRV-61', 'SRV-62', 'ERR-2')
-def test_questions(fuzz: Any, running: Any, names: Any) -> None:
+def test_questions(fuzz: Any, running: Any) -> None:
     """fk, validity, scene parts and planner parameters are answered whatever is asked."""
-    kinds = (
-        (GetPositionFK, 'compute_fk'), (GetStateValidity, 'check_state_validity'),
-        (GetPlanningScene, 'get_planning_scene'), (GetPlannerParams, 'get_planner_params'),
-        (SetPlannerParams, 'set_planner_params'),
-    )
+    kinds = {
+        'compute_fk': GetPositionFK, 'check_state_validity': GetStateValidity,
+        'get_planning_scene': GetPlanningScene, 'get_planner_params': GetPlannerParams,
+        'set_planner_params': SetPlannerParams,
+    }
+    by_request = {kind.Request: (running.name(name), kind) for name, kind in kinds.items()}
     state = GetStateValidity.Request(
         group_name=running.group, robot_state=robot_state(running.positions())
     )
-    strategies = [
-        of_type(kind.Request, names).map(lambda request, k=k: (k, request))
-        for k, (kind, _) in enumerate(kinds)
-    ]
-    strategies.append(spoiled(state, names).map(lambda request: (1, request)))
-
-    def judge(case: Any) -> None:
-        kind, name = kinds[case[0]]
-        running.client.call(running.name(name), kind, case[1])
-
-    fuzz(st.one_of(strategies), judge)
+    fuzz(lambda message: running.client.call(*by_request[type(message)], message),
+         *by_request, state)
 
 
 @pytest.mark.statement('SRV-31', 'SRV-34', 'ERR-2')
-def test_cartesian_requests(fuzz: Any, running: Any, names: Any) -> None:
+def test_cartesian_requests(fuzz: Any, running: Any) -> None:
     """Any request for a Cartesian path is answered, with a fraction from 0 to 1."""
     pose = running.pose().pose
     pose.position.z -= 0.02
@@ -253,4 +229,4 @@ def test_cartesian_requests(fuzz: Any, running: Any, names: Any) -> None:
             assert not answer.solution.joint_trajectory.points
             assert answer.error_code.message
 
-    fuzz(st.one_of(of_type(GetCartesianPath.Request, names), spoiled(good, names)), judge)
+    fuzz(judge, GetCartesianPath.Request, good)

@@ -4,18 +4,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+import math
+import threading
 from typing import Any
 
+from geometry_msgs.msg import TransformStamped
+from move_group_bench import name_of, xyz
 from moveit_msgs.action import MoveGroup
 from moveit_msgs.msg import DisplayTrajectory, PlanningScene
 import pytest
 from rclpy.action import ActionClient, get_action_names_and_types
 from rclpy.qos import QoSDurabilityPolicy, QoSProfile, QoSReliabilityPolicy
 from std_msgs.msg import String
-from wire import at, box, quiet_diff, thing
+from tf2_msgs.msg import TFMessage
+from wire import at, box, quiet_diff, sphere, thing
 
 RELIABLE, BEST_EFFORT = QoSReliabilityPolicy.RELIABLE, QoSReliabilityPolicy.BEST_EFFORT
 VOLATILE = QoSDurabilityPolicy.VOLATILE
+LATCHED = QoSProfile(depth=10, durability=QoSDurabilityPolicy.TRANSIENT_LOCAL)
 
 
 def services(arm: Any) -> dict[str, list[str]]:
@@ -124,13 +131,52 @@ def test_joint_states_are_heard_on_both_topics(arm: Any) -> None:
         assert found[0].qos_profile.reliability == BEST_EFFORT
 
 
-@pytest.mark.statement('IF-36')
-def test_transforms_are_heard(arm: Any) -> None:
-    """Frames of /tf and /tf_static are known to the scene."""
+@pytest.fixture
+def frames(arm: Any) -> Iterator[Any]:
+    """Give a function that publishes frames on /tf_static or /tf."""
     node = arm.client.node
-    for topic in ('/tf', '/tf_static'):
-        names = [one.node_name for one in node.get_subscriptions_info_by_topic(topic)]
-        assert 'move_group' in names
+    profiles = {'/tf_static': LATCHED, '/tf': 10}
+    publishers = {
+        topic: node.create_publisher(TFMessage, topic, profile)
+        for topic, profile in profiles.items()
+    }
+
+    def publish(topic: str, child: str, parent: str, z: float) -> None:
+        frame = TransformStamped(child_frame_id=child)
+        frame.header.frame_id = parent
+        frame.transform.translation.z, frame.transform.rotation.w = z, 1.0
+        message = TFMessage(transforms=[frame])
+        pause = threading.Event()
+        for _ in range(200):
+            publishers[topic].publish(message)
+            answer = arm.fk([arm.tip], frame=child)
+            if name_of(answer.error_code) == 'SUCCESS':
+                return
+            pause.wait(0.02)
+        raise AssertionError(f'{child} is not known: {answer.error_code}')
+
+    yield publish
+    for publisher in publishers.values():
+        arm.client.in_executor(lambda one=publisher: node.destroy_publisher(one))
+
+
+@pytest.mark.statement('IF-36', 'CON-5')
+@pytest.mark.parametrize('topic', ['/tf_static', '/tf'])
+def test_frames_of_others_are_known(arm: Any, frames: Any, topic: str) -> None:
+    """A frame mounted on the tip goes where the tip goes; what was put there stays."""
+    lens = f"lens_{topic.strip('/')}"
+    frames(topic, lens, arm.tip, 0.25)
+    assert arm.move(next(iter(arm.states))).code == 'SUCCESS'
+    for k in range(2):
+        (pose,) = arm.fk([arm.tip], frame=lens).pose_stamped
+        assert xyz(pose.pose.position) == pytest.approx((0.0, 0.0, -0.25), abs=1e-6)
+        assert arm.add(thing(f'seen {k}', lens, [sphere(0.01)], pose=at()))
+        seen = xyz(arm.objects()[f'seen {k}'].pose.position)
+        assert math.dist(seen, xyz(arm.pose().pose.position)) == pytest.approx(0.25, abs=2e-3)
+        assert arm.move(arm.near(0.3)).code == 'SUCCESS'
+        assert xyz(arm.objects()[f'seen {k}'].pose.position) == pytest.approx(seen)
+    one, two = (arm.objects()[f'seen {k}'].pose.position for k in range(2))
+    assert math.dist(xyz(one), xyz(two)) > 0.01
 
 
 @pytest.mark.statement('IF-40', 'IF-41')
@@ -156,8 +202,8 @@ def test_the_monitored_scene_is_diffs_after_the_first(arm: Any) -> None:
     )
     goal = arm.near(0.3)
     assert arm.move(goal).code == 'SUCCESS'
-    message = heard.wait_for(lambda one: one.robot_state.joint_state.name)
-    assert message.is_diff
+    message = heard.wait_for(lambda one: one.is_diff and one.robot_state.joint_state.name)
+    assert all(one.is_diff for one in heard.messages[1:])
     assert message.robot_state.is_diff
     assert not message.robot_state.attached_collision_objects
     heard.close()

@@ -5,54 +5,15 @@
 from __future__ import annotations
 
 import threading
-import time
 from typing import Any
 
+from motions import SLOW, target, until_at_rest, until_moving
 from move_group_bench import ABORTED, CANCELED, SUCCEEDED
 import pytest
 from std_msgs.msg import String
-from wire import box, quiet_diff, robot_state, thing
+from wire import quiet_diff, robot_state
 
 from armsim_ros.testing.client_node import ClientNode
-
-SLOW = {'max_velocity_scaling_factor': 0.05, 'max_acceleration_scaling_factor': 0.3}
-
-
-@pytest.fixture
-def home(arm: Any) -> Any:
-    """Give the arm at rest in its first named state."""
-    assert arm.move(next(iter(arm.states))).code == 'SUCCESS'
-    return arm
-
-
-def target(arm: Any) -> dict[str, float]:
-    """Return a state some way off."""
-    first, second = list(arm.states.values())[:2]
-    return {name: 0.5 * (first[name] + second[name]) for name in first}
-
-
-def until_moving(arm: Any, least: float = 0.02) -> None:
-    """Wait until a joint has moved [rad]."""
-    first = arm.positions()
-    for _ in range(2000):
-        now = arm.positions()
-        if max(abs(now[name] - first[name]) for name in first) > least:
-            return
-    raise AssertionError('the arm does not move')
-
-
-def until_at_rest(arm: Any) -> float:
-    """Wait until the arm stands still and return how long that took [s]."""
-    began = time.monotonic()
-    last = arm.positions()
-    while time.monotonic() - began < 5.0:
-        arm.joint_states.clear()
-        arm.joint_states.wait(5)
-        now = arm.positions()
-        if max(abs(now[name] - last[name]) for name in last) < 2e-4:
-            return time.monotonic() - began
-        last = now
-    raise AssertionError('the arm does not come to rest')
 
 
 def stop(arm: Any, word: str = 'stop') -> None:
@@ -151,8 +112,9 @@ def test_cancel_before_the_plan(home: Any) -> None:
         handle = home.send_move(target(home), plan_only=plan_only)
         home.cancel(handle)
         ended = home.ended(handle)
-        assert ended.code in ('PREEMPTED', 'SUCCESS')
-        assert ended.status in (CANCELED, SUCCEEDED)
+        assert (ended.status, ended.code) in (
+            (CANCELED, 'PREEMPTED'), (SUCCEEDED, 'SUCCESS')
+        )
         assert home.move(target(home), plan_only=True).code == 'SUCCESS'
 
 
@@ -308,51 +270,6 @@ def test_execution_switched_off(home: Any) -> None:
     finally:
         assert home.parameters.set('allow_trajectory_execution', True) == ''
     assert home.positions() == pytest.approx(before, abs=2e-3)
-
-
-@pytest.mark.statement('ACT-7', 'ACT-6', 'E19')
-def test_an_object_on_the_rest_of_the_path(home: Any) -> None:
-    """The arm stops before it: -3."""
-    goal = target(home)
-    handle = home.send_move(goal, **SLOW)
-    until_moving(home)
-    place = home.pose(goal)
-    home.add(thing('late', place.header.frame_id, [box(0.02, 0.02, 0.02)], pose=place.pose))
-    ended = home.ended(handle)
-    assert ended.code == 'MOTION_PLAN_INVALIDATED_BY_ENVIRONMENT_CHANGE'
-    assert 'late' in ended.result.error_code.message
-    assert ended.status == ABORTED
-    assert home.validity(home.positions()).valid
-
-
-@pytest.mark.statement('ACT-7')
-def test_an_object_beside_the_path(home: Any) -> None:
-    """The motion goes on."""
-    goal = target(home)
-    handle = home.send_move(goal, **{**SLOW, 'max_velocity_scaling_factor': 0.2})
-    until_moving(home)
-    place = home.pose(goal)
-    place.pose.position.x += 5.0
-    home.add(thing('beside', place.header.frame_id, [box(0.1, 0.1, 0.1)], pose=place.pose))
-    assert home.ended(handle).code == 'SUCCESS'
-
-
-@pytest.mark.statement('ACT-6', 'REQ-15')
-def test_replanning(home: Any) -> None:
-    """With replan the arm stops, plans again and arrives once the object is gone."""
-    goal = target(home)
-    handle = home.send_move(goal, replan=True, replan_attempts=4, replan_delay=4.0,
-                            **{**SLOW, 'max_velocity_scaling_factor': 0.15})
-    until_moving(home)
-    place = home.pose(goal)
-    home.add(thing('late', place.header.frame_id, [box(0.02, 0.02, 0.02)], pose=place.pose))
-    until_at_rest(home)
-    gone = thing('late', place.header.frame_id, [])
-    gone.operation = b'\x01'
-    home.add(gone)
-    ended = home.ended(handle)
-    assert ended.code == 'SUCCESS', ended.result.error_code
-    assert home.distance(goal) < 0.01
 
 
 @pytest.mark.statement('EXE-15')

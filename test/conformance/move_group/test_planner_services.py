@@ -117,8 +117,14 @@ def load(arm: Any, path: Path | str) -> bool:
     return bool(arm.client.call(name, LoadGeometryFromFile, request).success)
 
 
+@pytest.fixture
+def folder(server: Any, tmp_path: Path) -> Path:
+    """Give a folder in which the server may write."""
+    return tmp_path if server.home is None else server.home / 'scenes'
+
+
 @pytest.mark.statement('SRV-71', 'SCN-7')
-def test_a_world_as_a_file(arm: Any, tmp_path: Path) -> None:
+def test_a_world_as_a_file(arm: Any, folder: Path) -> None:
     """Save, clear, load: ids, shapes, poses, colours and subframes are back."""
     scene = quiet_diff()
     cup = thing('my cup', arm.frame, [box(0.1, 0.2, 0.3), sphere(0.05)], pose=at(2.0, 0.5),
@@ -131,9 +137,10 @@ def test_a_world_as_a_file(arm: Any, tmp_path: Path) -> None:
     scene.object_colors[0].color.b = scene.object_colors[0].color.a = 1.0
     assert arm.apply(scene)
     before = arm.scene()
-    assert save(arm, tmp_path / 'world.scene')
+    assert save(arm, folder / 'world.scene')
+    assert save(arm, folder / 'world.scene')
     assert arm.add(removal(''))
-    assert load(arm, tmp_path / 'world.scene')
+    assert load(arm, folder / 'world.scene')
     after = arm.scene()
     assert after.world == before.world
     assert after.object_colors == before.object_colors
@@ -172,3 +179,30 @@ def test_paths_that_are_none(arm: Any, tmp_path: Path) -> None:
     assert not load(arm, tmp_path)
     assert not save(arm, tmp_path)
     assert not save(arm, tmp_path / 'nowhere' / 'world.scene')
+
+
+@pytest.mark.statement('SRV-71')
+def test_no_file_of_the_user_is_written_over(arm: Any, server: Any, tmp_path: Path) -> None:
+    """Files are written in one folder, and only where none or a scene was before."""
+    if server.home is None:
+        pytest.skip('needs a server whose folder is known')
+    folder = server.home / 'scenes'
+    assert save(arm, 'relative.scene')
+    assert (folder / 'relative.scene').is_file()
+    assert load(arm, 'relative.scene')
+    (folder / 'letter.txt').write_text('Dear\nAda\n', encoding='utf-8')
+    (folder / 'link').symlink_to(tmp_path)
+    for path in ('letter.txt', tmp_path / 'new.scene', '../up.scene', 'link/new.scene', ''):
+        assert not save(arm, path)
+    assert (folder / 'letter.txt').read_text(encoding='utf-8') == 'Dear\nAda\n'
+    assert not list(tmp_path.iterdir())
+    assert not (server.home / 'up.scene').exists()
+
+
+@pytest.mark.statement('SRV-71')
+@pytest.mark.parametrize('name', ['two\nlines', 'two\u2028lines', '  padded ', 'cr\r'])
+def test_names_that_a_file_cannot_hold(arm: Any, folder: Path, name: str) -> None:
+    """They are refused, rather than written so that the file does not load again."""
+    assert arm.add(thing(name, arm.frame, [box(0.1, 0.1, 0.1)], pose=at(2.0)))
+    assert not save(arm, folder / 'odd.scene')
+    assert not (folder / 'odd.scene').exists()

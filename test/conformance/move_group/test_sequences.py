@@ -130,6 +130,8 @@ def test_codes(arm: Any, start: Any, case: str, code: str) -> None:
     elif case == 'overlap':
         first.blend_radius = second.blend_radius = 0.04
         request.items = [first, second, item(arm, pose, (0.0, 0.0, 0.0))]
+        for one in request.items:
+            one.req.max_acceleration_scaling_factor *= 0.5
     elif case == 'start':
         second.req.start_state = robot_state(start)
     else:

@@ -30,7 +30,8 @@ from armsim_ros.testing.domain import private_domain, ros_environment  # noqa: E
 from armsim_ros.testing.patient_action_client import PatientActionClient  # noqa: E402
 from armsim_ros.testing.program import Program  # noqa: E402
 
-GRIPPER_ARM = f'{shlex.quote(sys.executable)} -m armsim_ros bringup robot:=ROBOT'
+GRIPPER_ARM = (f'{shlex.quote(sys.executable)} -m armsim_ros bringup robot:=ROBOT '
+               'scene_from_world:=false')
 READY = 'You can start planning now!'
 
 

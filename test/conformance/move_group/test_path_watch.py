@@ -1,0 +1,57 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The rest of a path as it is watched while the arm moves."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from motions import SLOW, target, until_at_rest, until_moving
+from move_group_bench import ABORTED
+import pytest
+from wire import box, thing
+
+
+@pytest.mark.statement('ACT-7', 'ACT-6', 'E19')
+def test_an_object_on_the_rest_of_the_path(home: Any) -> None:
+    """The arm stops before it: -3."""
+    goal = target(home)
+    handle = home.send_move(goal, **SLOW)
+    until_moving(home)
+    place = home.pose(goal)
+    home.add(thing('late', place.header.frame_id, [box(0.02, 0.02, 0.02)], pose=place.pose))
+    ended = home.ended(handle)
+    assert ended.code == 'MOTION_PLAN_INVALIDATED_BY_ENVIRONMENT_CHANGE'
+    assert 'late' in ended.result.error_code.message
+    assert ended.status == ABORTED
+    assert home.validity(home.positions()).valid
+
+
+@pytest.mark.statement('ACT-7')
+def test_an_object_beside_the_path(home: Any) -> None:
+    """The motion goes on."""
+    goal = target(home)
+    handle = home.send_move(goal, **{**SLOW, 'max_velocity_scaling_factor': 0.2})
+    until_moving(home)
+    place = home.pose(goal)
+    place.pose.position.x += 5.0
+    home.add(thing('beside', place.header.frame_id, [box(0.1, 0.1, 0.1)], pose=place.pose))
+    assert home.ended(handle).code == 'SUCCESS'
+
+
+@pytest.mark.statement('ACT-6', 'REQ-15')
+def test_replanning(home: Any) -> None:
+    """With replan the arm stops, plans again and arrives once the object is gone."""
+    goal = target(home)
+    handle = home.send_move(goal, replan=True, replan_attempts=4, replan_delay=4.0,
+                            **{**SLOW, 'max_velocity_scaling_factor': 0.15})
+    until_moving(home)
+    place = home.pose(goal)
+    home.add(thing('late', place.header.frame_id, [box(0.02, 0.02, 0.02)], pose=place.pose))
+    until_at_rest(home)
+    gone = thing('late', place.header.frame_id, [])
+    gone.operation = b'\x01'
+    home.add(gone)
+    ended = home.ended(handle)
+    assert ended.code == 'SUCCESS', ended.result.error_code
+    assert home.distance(goal) < 0.01

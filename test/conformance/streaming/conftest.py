@@ -1,0 +1,71 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""One arm with forward controllers, servo_node and move_group, for all tests of the folder."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+import shutil
+import sys
+
+import pytest
+from rclpy.parameter import Parameter
+from rosgraph_msgs.msg import Clock
+
+from armsim_ros.resources import share_folder
+from armsim_ros.testing.client_node import ClientNode
+from armsim_ros.testing.domain import private_domain
+from armsim_ros.testing.programs import start_program
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from streaming_bench import FORWARD_CONTROLLERS, SENSORS, Streamed
+
+START_TIMEOUT = 90.0
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Register the mark."""
+    config.addinivalue_line('markers', 'statement(*names): the statements that a test checks')
+
+
+@contextmanager
+def running(folder: Path) -> Iterator[Streamed]:
+    """Run the stack with the forward controllers beside the robot's own."""
+    shutil.copytree(share_folder('armsim_ros') / 'config/sunday', folder)
+    (folder / 'forward_controllers.yaml').write_text(FORWARD_CONTROLLERS, encoding='utf-8')
+    with (folder / 'simulation.yaml').open('a', encoding='utf-8') as file:
+        file.write(SENSORS)
+    with private_domain() as domain:
+        program = start_program(
+            'bringup', domain, 'robot:=sunday', f'config:={folder}', 'servo:=true',
+            'scene_from_world:=false',
+        )
+        try:
+            program.wait_for_line('Servo initialized successfully', START_TIMEOUT)
+            program.wait_for_line('You can start planning now', START_TIMEOUT)
+            with ClientNode(domain, 'streaming_user') as client:
+                # Where the start took long, simulated time is behind the wall clock.
+                client.node.set_parameters([Parameter('use_sim_time', value=True)])
+                client.collect('/clock', Clock).wait(2)
+                yield Streamed(domain, program, client)
+        finally:
+            program.stop()
+
+
+@pytest.fixture(scope='session')
+def stack(
+    until_folder_ends: Callable[..., Streamed], tmp_path_factory: pytest.TempPathFactory
+) -> Streamed:
+    """Run the stack once for all tests of the folder."""
+    folder = tmp_path_factory.mktemp('streaming') / 'sunday'
+    return until_folder_ends(running(folder), Path(__file__).parent)
+
+
+@pytest.fixture
+def arm(stack: Streamed) -> Streamed:
+    """Give the stack with the trajectory controller active and the arm at its place."""
+    stack.begin()
+    return stack

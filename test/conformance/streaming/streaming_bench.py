@@ -1,0 +1,234 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""A user who streams: publishers, services, and records of what the arm did."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+import threading
+import time
+from typing import Any
+
+from control_msgs.msg import JointJog, JointTrajectoryControllerState
+from controller_manager_msgs.srv import SwitchController
+from geometry_msgs.msg import PoseStamped, TwistStamped
+from moveit_msgs.msg import ServoStatus
+from moveit_msgs.srv import ServoCommandType
+import numpy as np
+from rclpy.qos import QoSProfile
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Float64MultiArray
+from std_srvs.srv import SetBool
+from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+
+from armsim_ros.testing.client_node import ClientNode
+from armsim_ros.testing.program import Program
+
+NAMESPACE = '/sunday'
+ARM = 'arm_joint_controller'
+JOINTS = tuple(f'joint_{number}' for number in range(1, 7))
+PLACE = (0.0, 0.3, 1.5, 0.5, 1.0, 0.0)
+MANAGER = f'{NAMESPACE}/controller_manager'
+
+FORWARD_CONTROLLERS = """
+sunday:
+  position_stream:
+    type: position_controllers/JointGroupPositionController
+    joints: [joint_1, joint_2, joint_3, joint_4, joint_5, joint_6]
+  velocity_stream:
+    type: velocity_controllers/JointGroupVelocityController
+    joints: [joint_1, joint_2, joint_3, joint_4, joint_5, joint_6]
+  effort_stream:
+    type: effort_controllers/JointGroupEffortController
+    joints: [joint_1, joint_2, joint_3, joint_4, joint_5, joint_6]
+  named_stream:
+    type: forward_command_controller/ForwardCommandController
+    joints: [joint_1, joint_2]
+    interface_name: position
+  wrench:
+    type: force_torque_sensor_broadcaster/ForceTorqueSensorBroadcaster
+    sensor_name: wrist
+    frame_id: link_6
+  imu:
+    type: imu_sensor_broadcaster/IMUSensorBroadcaster
+    sensor_name: accelerometer
+    frame_id: link_3
+  tcp:
+    type: pose_broadcaster/PoseBroadcaster
+    pose_name: tool
+    frame_id: base_link
+  speed:
+    type: ur_controllers/SpeedScalingStateBroadcaster
+"""
+SENSORS = """
+sensors:
+  wrist: {type: force_torque, link: link_6}
+  accelerometer: {type: imu, link: link_3}
+  tool: {type: pose, link: link_6}
+"""
+BROADCASTERS = ('wrench', 'imu', 'tcp', 'speed')
+STREAMS = ('position_stream', 'velocity_stream', 'effort_stream', 'named_stream')
+
+
+@dataclass
+class Record:
+    """Stamps [s] and values, in the order in which they came."""
+
+    stamps: list[float]
+    values: list[Any]
+
+
+def beside(first: float, last: float = 0.0) -> Any:
+    """Return the place with its first and last joint turned (6,) [rad]."""
+    return np.array(PLACE) + np.array([first, 0.0, 0.0, 0.0, 0.0, last])
+
+
+class Streamed:
+    """The running stack and its user."""
+
+    def __init__(self, domain: int, program: Program, client: ClientNode) -> None:
+        self.domain, self.program, self.client = domain, program, client
+        node = client.node
+        self._lock = threading.Lock()
+        self._positions = np.zeros(6)
+        self.reference: Record = Record([], [])
+        self.measured: Record = Record([], [])
+        self.status: Record = Record([], [])
+        node.create_subscription(JointState, f'{NAMESPACE}/joint_states', self._joints, 10)
+        node.create_subscription(
+            JointTrajectoryControllerState, f'{NAMESPACE}/{ARM}/controller_state', self._state,
+            QoSProfile(depth=50),
+        )  # fmt: skip
+        node.create_subscription(
+            ServoStatus, '/servo_node/status', self._status, QoSProfile(depth=50)
+        )
+        self.trajectory = node.create_publisher(
+            JointTrajectory, f'{NAMESPACE}/{ARM}/joint_trajectory', 10
+        )
+        self.twist = node.create_publisher(TwistStamped, '/servo_node/delta_twist_cmds', 10)
+        self.jog = node.create_publisher(JointJog, '/servo_node/delta_joint_cmds', 10)
+        self.pose = node.create_publisher(PoseStamped, '/servo_node/pose_target_cmds', 10)
+        self.streams = {
+            name: node.create_publisher(Float64MultiArray, f'{NAMESPACE}/{name}/commands', 10)
+            for name in STREAMS
+        }
+        self.active = ARM
+
+    # ---------------------------------------------------------------- what comes in
+
+    def _joints(self, message: JointState) -> None:
+        known = dict(zip(message.name, message.position, strict=True))
+        with self._lock:
+            self._positions = np.array([known[name] for name in JOINTS])
+            self._keep(self.measured, message, self._positions)
+
+    def _state(self, message: JointTrajectoryControllerState) -> None:
+        with self._lock:
+            self._keep(self.reference, message, np.array(message.reference.positions))
+
+    def _status(self, message: ServoStatus) -> None:
+        with self._lock:
+            self.status.stamps.append(time.monotonic())
+            self.status.values.append((message.code, message.message))
+
+    def _keep(self, record: Record, message: Any, values: Any) -> None:
+        stamp = message.header.stamp
+        record.stamps.append(stamp.sec + 1e-9 * stamp.nanosec)
+        record.values.append(values)
+
+    def forget(self) -> None:
+        """Record anew."""
+        with self._lock:
+            for record in (self.reference, self.measured, self.status):
+                record.stamps.clear()
+                record.values.clear()
+
+    @property
+    def positions(self) -> Any:
+        """Where the joints are (6,) [rad]."""
+        with self._lock:
+            return self._positions.copy()
+
+    def moved(self, record: Record) -> Any:
+        """Return the values of a record (k, 6)."""
+        with self._lock:
+            return np.array(record.values)
+
+    def said(self) -> list[tuple[int, str]]:
+        """Return code and message of each status since ``forget``."""
+        with self._lock:
+            return list(self.status.values)
+
+    # ---------------------------------------------------------------- what goes out
+
+    def begin(self) -> None:
+        """Go to the place with the trajectory controller; servo runs and has no commands."""
+        self.client.call('/servo_node/pause_servo', SetBool, SetBool.Request(data=False))
+        self.use(ARM)
+        self.until(lambda: self.trajectory.get_subscription_count() > 0, 'the arm listens')
+        self.go(PLACE)
+        self.rest(0.1)
+        self.forget()
+
+    def use(self, name: str) -> Any:
+        """Have one controller active; returns the answer."""
+        if name == self.active:
+            return None
+        request = SwitchController.Request(
+            activate_controllers=[name], deactivate_controllers=[self.active], strictness=2
+        )
+        answer = self.client.call(f'{MANAGER}/switch_controller', SwitchController, request)
+        assert answer.ok, answer.message
+        self.active = name
+        return answer
+
+    def go(self, positions: Any, seconds: float = 1.5) -> None:
+        """Move with the trajectory controller and wait."""
+        point = JointTrajectoryPoint(positions=[float(value) for value in positions])
+        point.time_from_start.sec = int(seconds)
+        point.time_from_start.nanosec = int(1e9 * (seconds % 1.0))
+        self.trajectory.publish(JointTrajectory(joint_names=list(JOINTS), points=[point]))
+        self.until(lambda: np.abs(self.positions - positions).max() < 2e-3, 'the arm is there')
+
+    def until(self, condition: Any, what: str, timeout: float = 15.0) -> None:
+        """Wait for something."""
+        deadline = time.monotonic() + timeout
+        while not condition():
+            assert time.monotonic() < deadline, f'not in time: {what}'
+            time.sleep(0.005)
+
+    def choose(self, kind: int) -> bool:
+        """Choose the type of servo's commands."""
+        request = ServoCommandType.Request(command_type=kind)
+        return bool(self.client.call(
+            '/servo_node/switch_command_type', ServoCommandType, request).success)  # fmt: skip
+
+    def make_twist(self, linear: Any = (0, 0, 0), angular: Any = (0, 0, 0),
+                   frame: str = 'base_link') -> TwistStamped:  # fmt: skip
+        """Return a twist, not stamped."""
+        message = TwistStamped()
+        message.header.frame_id = frame
+        for name, value in zip('xyz', linear, strict=True):
+            setattr(message.twist.linear, name, float(value))
+        for name, value in zip('xyz', angular, strict=True):
+            setattr(message.twist.angular, name, float(value))
+        return message
+
+    def stream(self, publisher: Any, message: Any, seconds: float, period: float = 0.01) -> None:
+        """Publish a message again and again, stamped anew each time."""
+        end = time.monotonic() + seconds
+        while time.monotonic() < end:
+            if hasattr(message, 'header'):
+                message.header.stamp = self.client.node.get_clock().now().to_msg()
+            publisher.publish(message)
+            time.sleep(period)
+
+    def rest(self, seconds: float = 0.6) -> None:
+        """Wait until the arm rests."""
+        def still() -> bool:
+            before = self.positions
+            time.sleep(0.1)
+            return bool(np.abs(self.positions - before).max() < 1e-5)
+
+        time.sleep(seconds)
+        self.until(still, 'the arm rests')

@@ -1,0 +1,95 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Broadcasters of sensors and of the speed, seen through ROS alone."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+import math
+
+from control_msgs.msg import SpeedScalingFactor
+from controller_manager_msgs.srv import ListHardwareInterfaces, SwitchController
+from geometry_msgs.msg import PoseStamped, WrenchStamped
+import numpy as np
+import pytest
+from rclpy.qos import QoSProfile
+from sensor_msgs.msg import Imu
+from std_msgs.msg import Float64
+from streaming_bench import ARM, beside, BROADCASTERS, MANAGER, NAMESPACE, PLACE, Streamed
+from tf2_msgs.msg import TFMessage
+
+statement = pytest.mark.statement
+
+
+@pytest.fixture(scope='module')
+def broadcasters(stack: Streamed) -> Iterator[None]:
+    """Have all broadcasters active."""
+    stack.client.call(f'{MANAGER}/switch_controller', SwitchController, SwitchController.Request(
+        activate_controllers=BROADCASTERS, strictness=2))  # fmt: skip
+    yield
+    stack.client.call(f'{MANAGER}/switch_controller', SwitchController, SwitchController.Request(
+        deactivate_controllers=BROADCASTERS, strictness=2))  # fmt: skip
+
+
+@pytest.mark.usefixtures('broadcasters')
+@statement('BRO-1')
+def test_wrench(arm: Streamed) -> None:
+    """The weight beyond the wrist comes in its axes, unfiltered and filtered."""
+    for topic in ('wrench', 'wrench_filtered'):
+        messages = arm.client.collect(f'{NAMESPACE}/wrench/{topic}', WrenchStamped)
+        message = messages.wait(3)[-1]
+        assert message.header.frame_id == 'link_6'
+        force = message.wrench.force
+        assert 0.1 < math.hypot(force.x, force.y, force.z) < 50.0
+
+
+@pytest.mark.usefixtures('broadcasters')
+@statement('BRO-2')
+def test_imu(arm: Streamed) -> None:
+    """At rest the acceleration is what holds the link up."""
+    message = arm.client.collect(f'{NAMESPACE}/imu/imu', Imu).wait(3)[-1]
+    acceleration = message.linear_acceleration
+    assert message.header.frame_id == 'link_3'
+    assert math.hypot(acceleration.x, acceleration.y, acceleration.z) == pytest.approx(9.8, 0.01)
+
+
+@pytest.mark.usefixtures('broadcasters')
+@statement('BRO-2')
+def test_pose(arm: Streamed) -> None:
+    """The pose comes on its topic and on /tf, under the sensor's name."""
+    poses = arm.client.collect(f'{NAMESPACE}/tcp/pose', PoseStamped)
+    transforms = arm.client.collect('/tf', TFMessage, QoSProfile(depth=100))
+    place = poses.wait(3)[-1].pose.position
+    found = transforms.wait_for(
+        lambda message: any(one.child_frame_id == 'tool' for one in message.transforms))
+    (transform,) = [one for one in found.transforms if one.child_frame_id == 'tool']
+    assert transform.header.frame_id == 'base_link'
+    there = transform.transform.translation
+    np.testing.assert_allclose(
+        (place.x, place.y, place.z), (there.x, there.y, there.z), atol=1e-3)
+
+
+@pytest.mark.usefixtures('broadcasters')
+@statement('UR-2')
+def test_speed(arm: Streamed) -> None:
+    """Full speed is 100 percent; its interface is listed."""
+    message = arm.client.collect(f'{NAMESPACE}/speed/speed_scaling', Float64).wait(3)[-1]
+    assert message.data == 100.0
+    answer = arm.client.call(f'{MANAGER}/list_hardware_interfaces', ListHardwareInterfaces)
+    states = {one.name for one in answer.state_interfaces}
+    assert {'speed_scaling/speed_scaling_factor', 'wrist/force.x'} <= states
+
+
+@statement('UR-1')
+@pytest.mark.parametrize('factor', [math.nan, -1.0, math.inf])
+def test_senseless_factors(arm: Streamed, factor: float) -> None:
+    """They are dropped with a warning; the arm moves as before."""
+    topic = f'{NAMESPACE}/{ARM}/speed_scaling_input'
+    publisher = arm.client.node.create_publisher(SpeedScalingFactor, topic, 10)
+    arm.until(lambda: publisher.get_subscription_count() > 0, 'the topic is heard')
+    marker = len(arm.program.text)
+    publisher.publish(SpeedScalingFactor(factor=factor))
+    arm.until(lambda: 'speed scaling factor' in arm.program.text[marker:], 'the reason is told')
+    arm.go(beside(0.1), 0.5)
+    arm.go(PLACE, 0.5)
+    arm.client.in_executor(lambda: arm.client.node.destroy_publisher(publisher))

@@ -1,0 +1,209 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""servo_node beside a running arm, seen through ROS alone."""
+
+from __future__ import annotations
+
+import time
+
+from control_msgs.msg import JointJog
+from geometry_msgs.msg import Pose
+from moveit_msgs.msg import CollisionObject
+from moveit_msgs.srv import ApplyPlanningScene
+import numpy as np
+import pytest
+from shape_msgs.msg import SolidPrimitive
+from std_srvs.srv import SetBool, Trigger
+from streaming_bench import ARM, Streamed
+
+statement = pytest.mark.statement
+
+JOG, TWIST, POSE = 0, 1, 2
+
+
+@statement('SRV-2', 'SRV-3')
+def test_names(arm: Streamed) -> None:
+    """Topics and services have upstream's names and types."""
+    topics = dict(arm.client.node.get_topic_names_and_types())
+    services = dict(arm.client.node.get_service_names_and_types())
+    assert topics['/servo_node/delta_twist_cmds'] == ['geometry_msgs/msg/TwistStamped']
+    assert topics['/servo_node/delta_joint_cmds'] == ['control_msgs/msg/JointJog']
+    assert topics['/servo_node/pose_target_cmds'] == ['geometry_msgs/msg/PoseStamped']
+    assert topics['/servo_node/status'] == ['moveit_msgs/msg/ServoStatus']
+    assert services['/servo_node/switch_command_type'] == ['moveit_msgs/srv/ServoCommandType']
+    assert services['/servo_node/pause_servo'] == ['std_srvs/srv/SetBool']
+
+
+@statement('SRV-3')
+def test_unknown_type(arm: Streamed) -> None:
+    """A type that does not exist is refused."""
+    assert arm.choose(TWIST)
+    assert not arm.choose(7)
+
+
+@statement('SRV-7', 'SRV-12', 'NUM-3')
+def test_twist_and_silence(arm: Streamed) -> None:
+    """A twist moves the arm; silence brings it to rest, without a step of the reference."""
+    arm.choose(TWIST)
+    arm.forget()
+    arm.stream(arm.twist, arm.make_twist((0, 0, -0.2)), 1.0)
+    arm.rest(0.5)
+    references, stamps = arm.moved(arm.reference), np.array(arm.reference.stamps)
+    assert np.abs(references[-1] - references[0]).max() > 0.1
+    speeds = np.abs(np.diff(references, axis=0)) / np.diff(stamps)[: len(references) - 1, None]
+    assert speeds.max() < 1.5
+    assert (0, 'No warnings') in arm.said()
+
+
+@statement('SRV-8')
+def test_jog(arm: Streamed) -> None:
+    """A jog moves its joint and no other."""
+    arm.choose(JOG)
+    before = arm.positions
+    arm.stream(arm.jog, JointJog(joint_names=['joint_6'], velocities=[1.0]), 0.8)
+    arm.rest()
+    moved = arm.positions - before
+    assert moved[5] > 0.2
+    assert np.abs(moved[:5]).max() < 2e-3
+
+
+@statement('SRV-9')
+def test_pose(arm: Streamed) -> None:
+    """A pose is reached and held, and the status says so."""
+    from geometry_msgs.msg import PoseStamped
+
+    arm.choose(POSE)
+    message = PoseStamped()
+    message.header.frame_id = 'link_6'
+    message.pose.orientation.w = 1.0
+    for _ in range(20):
+        arm.stream(arm.pose, message, 0.25)
+        if (0, 'No warnings: pose reached') in arm.said():
+            return
+    pytest.fail(f'not reached: {arm.said()[-1]}')
+
+
+@statement('SRV-11')
+@pytest.mark.parametrize(
+    ('field', 'words'),
+    [('nan', 'twist.linear'), ('no frame', 'frame_id is empty'), ('frame', "frame 'nowhere'")],
+)
+def test_garbage(arm: Streamed, field: str, words: str) -> None:
+    """Garbage moves nothing; the message names the field; the next good command works."""
+    arm.choose(TWIST)
+    before = arm.positions
+    garbage = {
+        'nan': arm.make_twist((float('nan'), 0, 0)),
+        'no frame': arm.make_twist((0, 0, 0.1), frame=''),
+        'frame': arm.make_twist((0, 0, 0.1), frame='nowhere'),
+    }[field]
+    arm.forget()
+    arm.stream(arm.twist, garbage, 0.3)
+    assert any(code == -1 and words in text for code, text in arm.said())
+    arm.rest(0.3)
+    np.testing.assert_allclose(arm.positions, before, atol=1e-3)
+    arm.stream(arm.twist, arm.make_twist((0, 0, -0.2)), 0.5)
+    arm.rest()
+    assert np.abs(arm.positions - before).max() > 0.03
+
+
+@statement('SRV-12')
+def test_other_clock(arm: Streamed) -> None:
+    """A stamp of another clock is refused with the offset."""
+    arm.choose(TWIST)
+    message = arm.make_twist((0, 0, -0.2))
+    message.header.stamp.sec = int(time.time()) - 100
+    arm.forget()
+    arm.twist.publish(message)
+    arm.until(lambda: any(code == -1 and 'clock' in text for code, text in arm.said()),
+              'the status tells of the clock', 2.0)  # fmt: skip
+
+
+@statement('SRV-12')
+def test_no_stamp(arm: Streamed) -> None:
+    """A command without a stamp counts from its arrival."""
+    arm.choose(TWIST)
+    before = arm.positions
+    for _ in range(60):
+        arm.twist.publish(arm.make_twist((0, 0, -0.2)))
+        time.sleep(0.01)
+    arm.rest()
+    assert np.abs(arm.positions - before).max() > 0.03
+
+
+@statement('SRV-6')
+def test_type_that_is_not_chosen(arm: Streamed) -> None:
+    """A command of another type moves nothing, and the message says what to call."""
+    arm.choose(JOG)
+    before = arm.positions
+    arm.stream(arm.twist, arm.make_twist((0, 0, -0.2)), 0.4)
+    assert any(code == -1 and 'switch_command_type' in text for code, text in arm.said())
+    np.testing.assert_allclose(arm.positions, before, atol=1e-3)
+
+
+@statement('SRV-3', 'SRV-22')
+def test_pause(arm: Streamed) -> None:
+    """A pause stops the arm, the status goes on, and commands wait for its end."""
+    arm.choose(TWIST)
+    pause = SetBool.Request(data=True)
+    arm.stream(arm.twist, arm.make_twist((0, 0, -0.2)), 0.3)
+    assert arm.client.call('/servo_node/pause_servo', SetBool, pause).success
+    again = arm.client.call('/servo_node/pause_servo', SetBool, pause)
+    assert again.success
+    assert again.message == 'Requested pause state is already active.'
+    arm.rest()
+    before = arm.positions
+    arm.forget()
+    arm.stream(arm.twist, arm.make_twist((0, 0, -0.2)), 0.3)
+    np.testing.assert_allclose(arm.positions, before, atol=1e-3)
+    assert all('paused' in text for _, text in arm.said()[-3:])
+    assert arm.client.call('/servo_node/start_servo', Trigger).success
+
+
+@statement('SRV-21')
+def test_other_controller(arm: Streamed) -> None:
+    """With another controller active nothing moves, and the status names the inactive one."""
+    arm.choose(TWIST)
+    arm.use('position_stream')
+    before = arm.positions
+    time.sleep(0.3)
+    arm.forget()
+    arm.stream(arm.twist, arm.make_twist((0, 0, -0.2)), 0.5)
+    assert any(ARM in text for _, text in arm.said())
+    np.testing.assert_allclose(arm.positions, before, atol=1e-3)
+
+
+@statement('NUM-1')
+def test_status_rate(arm: Streamed) -> None:
+    """The status comes every period; how exactly, benchmarks/streaming.py measures."""
+    arm.forget()
+    time.sleep(1.0)
+    assert 60 < len(arm.said()) < 140
+
+
+@statement('SRV-16')
+def test_an_object_in_the_way(arm: Streamed) -> None:
+    """An object that comes into the scene stops the arm at once, and its name is told."""
+    arm.choose(TWIST)
+    scene = ApplyPlanningScene.Request()
+    scene.scene.is_diff = scene.scene.robot_state.is_diff = True
+    wall = CollisionObject(id='wall', operation=CollisionObject.ADD)
+    wall.header.frame_id = 'world'
+    wall.primitives = [SolidPrimitive(type=SolidPrimitive.BOX, dimensions=[0.6, 0.6, 0.02])]
+    wall.primitive_poses = [Pose()]
+    wall.pose.position.x, wall.pose.position.y, wall.pose.position.z = 0.16, 0.25, 1.2
+    wall.pose.orientation.w = 1.0
+    scene.scene.world.collision_objects = [wall]
+    assert arm.client.call('/apply_planning_scene', ApplyPlanningScene, scene).success
+    time.sleep(0.2)
+    try:
+        arm.forget()
+        arm.stream(arm.twist, arm.make_twist((0, 0, -0.3)), 1.5)
+        halted = [text for code, text in arm.said() if code in (4, 5)]
+        assert halted
+        assert any("'wall'" in text for text in halted)
+        arm.rest()
+        assert arm.said()[-1][0] in (0, 4, 5)
+    finally:
+        wall.operation = CollisionObject.REMOVE
+        arm.client.call('/apply_planning_scene', ApplyPlanningScene, scene)

@@ -1,0 +1,145 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Solutions of MoveIt Task Constructor, executed by move_group."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from geometry_msgs.msg import Pose
+from moveit_msgs.msg import CollisionObject, PlanningSceneComponents
+from moveit_msgs.srv import GetPlanningScene
+from moveit_task_constructor_msgs.action import ExecuteTaskSolution
+from moveit_task_constructor_msgs.msg import Solution, SubTrajectory
+import numpy as np
+import pytest
+from shape_msgs.msg import SolidPrimitive
+from streaming_bench import beside, JOINTS, PLACE, Streamed
+from trajectory_msgs.msg import JointTrajectoryPoint
+
+from armsim_ros.testing.patient_action_client import PatientActionClient
+
+statement = pytest.mark.statement
+
+SUCCESS, INVALID_MOTION_PLAN, CONTROL_FAILED, PREEMPTED = 1, -2, -4, -7
+
+
+@pytest.fixture(scope='module')
+def action(stack: Streamed) -> Iterator[PatientActionClient]:
+    """Give a client of the action."""
+    client = PatientActionClient(stack.client.node, ExecuteTaskSolution, '/execute_task_solution')
+    yield client
+    stack.client.in_executor(client.destroy)
+
+
+def part(*ways: Any, seconds: float = 0.5, thing: str = '') -> SubTrajectory:
+    """Return a part that goes through joint positions, then puts a box into the scene."""
+    made = SubTrajectory()
+    made.scene_diff.is_diff = made.scene_diff.robot_state.is_diff = True
+    if ways:
+        made.trajectory.joint_trajectory.joint_names = list(JOINTS)
+    for number, positions in enumerate(ways):
+        point = JointTrajectoryPoint(positions=[float(value) for value in positions])
+        time_ns = int(number * seconds * 1e9)
+        point.time_from_start.sec = time_ns // 10**9
+        point.time_from_start.nanosec = time_ns % 10**9
+        made.trajectory.joint_trajectory.points.append(point)
+    if thing:
+        box = CollisionObject(id=thing, operation=CollisionObject.ADD)
+        box.header.frame_id = 'world'
+        box.primitives = [SolidPrimitive(type=SolidPrimitive.BOX, dimensions=[0.1, 0.1, 0.1])]
+        box.pose = Pose()
+        box.pose.position.x = 3.0
+        box.primitive_poses = [Pose()]
+        made.scene_diff.world.collision_objects = [box]
+    return made
+
+
+def run(arm: Streamed, action: PatientActionClient, *parts: SubTrajectory) -> Any:
+    """Execute parts; return code, message and the numbers of feedback."""
+    seen: list[tuple[int, int]] = []
+    goal = ExecuteTaskSolution.Goal(solution=Solution(sub_trajectory=list(parts)))
+    assert action.wait_for_server(10.0)
+    handle = arm.client.result(action.send_goal_async(
+        goal, lambda m: seen.append((m.feedback.sub_id, m.feedback.sub_no))))  # fmt: skip
+    assert handle.accepted
+    result = arm.client.result(handle.get_result_async(), 30.0).result
+    return result.error_code.val, result.error_code.message, seen
+
+
+def objects(arm: Streamed) -> set[str]:
+    """Return the names of the objects in the scene."""
+    request = GetPlanningScene.Request()
+    request.components.components = PlanningSceneComponents.WORLD_OBJECT_NAMES
+    scene = arm.client.call('/get_planning_scene', GetPlanningScene, request).scene
+    return {one.id for one in scene.world.collision_objects}
+
+
+@statement('MTC-1', 'MTC-2', 'MTC-3')
+def test_parts_in_order(arm: Streamed, action: PatientActionClient) -> None:
+    """Parts run in order; each changes the scene after its motion and sends feedback."""
+    there = beside(0.2)
+    code, message, seen = run(
+        arm, action, part(PLACE, there, thing='first'), part(thing='second'), part(there, PLACE)
+    )
+    assert code == SUCCESS, message
+    assert seen == [(0, 3), (1, 3), (2, 3)]
+    assert {'first', 'second'} <= objects(arm)
+
+
+@statement('MTC-3')
+def test_empty_solution(arm: Streamed, action: PatientActionClient) -> None:
+    """Nothing to do is a success."""
+    assert run(arm, action)[0] == SUCCESS
+
+
+@statement('MTC-3')
+@pytest.mark.parametrize('wrong', ['joint', 'controller'])
+def test_all_parts_are_checked_first(
+    arm: Streamed, action: PatientActionClient, wrong: str
+) -> None:
+    """A part that cannot be executed is named before anything moves."""
+    there = beside(0.3)
+    second = part(there, PLACE, thing='never')
+    if wrong == 'joint':
+        second.trajectory.joint_trajectory.joint_names = [*JOINTS[:5], 'stranger']
+    else:
+        second.execution_info.controller_names = ['nobody']
+    before = arm.positions
+    code, message, seen = run(arm, action, part(PLACE, there), second)
+    assert code == (INVALID_MOTION_PLAN if wrong == 'joint' else CONTROL_FAILED)
+    assert 'part 1 of 2' in message
+    assert not seen
+    np.testing.assert_allclose(arm.positions, before, atol=2e-3)
+
+
+@statement('MTC-4')
+def test_a_failing_part_ends_the_task(arm: Streamed, action: PatientActionClient) -> None:
+    """Its code is the result's; what came before stays, what would follow does not happen."""
+    there = beside(0.1)
+    elsewhere = beside(1.0)
+    code, message, _ = run(
+        arm, action,
+        part(PLACE, there, thing='kept'), part(elsewhere, PLACE), part(thing='too late'),
+    )  # fmt: skip
+    assert code == CONTROL_FAILED
+    assert 'part 1 of 3' in message
+    assert 'kept' in objects(arm)
+    assert 'too late' not in objects(arm)
+
+
+@statement('MTC-4')
+def test_cancel(arm: Streamed, action: PatientActionClient) -> None:
+    """A cancel stops the arm; the goal is canceled with code -7."""
+    there = beside(1.0)
+    goal = ExecuteTaskSolution.Goal(
+        solution=Solution(sub_trajectory=[part(PLACE, there, seconds=4.0)]))  # fmt: skip
+    handle = arm.client.result(action.send_goal_async(goal))
+    arm.until(lambda: arm.positions[0] > 0.02, 'the arm moves')
+    arm.client.result(handle.cancel_goal_async())
+    outcome = arm.client.result(handle.get_result_async())
+    assert outcome.result.error_code.val == PREEMPTED
+    assert outcome.status == 5  # canceled
+    arm.rest(0.2)
+    assert arm.positions[0] < 0.8

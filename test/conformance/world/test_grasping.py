@@ -1,0 +1,89 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The suction cup as a program of the seeds' users drives it."""
+
+from __future__ import annotations
+
+import pytest
+from scene_user import Planner
+from simulation_interfaces.msg import EntityState
+from std_msgs.msg import Bool
+from std_srvs.srv import Empty
+from world_user import OK, pose, WorldUser
+
+from armsim_ros.testing.client_node import LATCHED
+
+statement = pytest.mark.statement
+
+GRIPPER = '/sunday/vacuum_gripper'
+LIGHT = 'armsim://box?size=0.04,0.04,0.04&mass=0.1'
+HEAVY = 'armsim://box?size=0.04,0.04,0.04&mass=2.5'
+
+
+def before_the_cup(world: WorldUser, name: str, distance: float) -> None:
+    """Put an object so far before the cup that looks along x of link_6 [m]."""
+    state = EntityState(pose=pose((0.005 + distance + 0.02, 0.0, 0.0)))
+    state.header.frame_id = 'link_6'
+    assert world.result('set_entity_state', entity=name, state=state)[0] == OK
+
+
+def switch(world: WorldUser, word: str) -> None:
+    """Call a service of the gripper."""
+    world.client.call(f'{GRIPPER}/{word}', Empty)
+
+
+@statement('D4', 'C5')
+def test_an_object_is_grasped_and_let_go(world: WorldUser) -> None:
+    """Grasping is latched; in the scene it is attached, and let go it is an obstacle again."""
+    planner = Planner(world)
+    assert world.client.latched(f'{GRIPPER}/grasping', Bool).data is False
+    grasping = world.client.collect(f'{GRIPPER}/grasping', Bool, LATCHED)
+    world.spawn('light', uri=LIGHT)
+    planner.wait(lambda objects: 'light' in objects)
+    switch(world, 'on')
+    before_the_cup(world, 'light', 0.002)
+    grasping.wait_for(lambda message: message.data)
+    planner.wait(lambda objects: 'light' not in objects)
+    attached = planner.attached()
+    assert attached['light'].link_name == 'link_6'
+    assert 'link_6' in attached['light'].touch_links
+    grasping.clear()
+    switch(world, 'off')
+    grasping.wait_for(lambda message: not message.data)
+    planner.wait(lambda objects: 'light' in objects)
+    assert 'light' not in planner.attached()
+    grasping.close()
+
+
+@statement('D5')
+def test_what_is_too_heavy_is_lost(world: WorldUser) -> None:
+    """One line of the log names force and limit; grasping becomes false."""
+    grasping = world.client.collect(f'{GRIPPER}/grasping', Bool, LATCHED)
+    lines = len(world.program.output)
+    world.spawn('heavy', uri=HEAVY)
+    switch(world, 'on')
+    before_the_cup(world, 'heavy', 0.0)
+    grasping.wait_for(lambda message: message.data)
+    line = world.program.wait_for_line("lost 'heavy'", after=lines)
+    assert 'holds 20 N' in line
+    grasping.clear()
+    assert not grasping.wait(2)[-1].data
+    grasping.close()
+
+
+@statement('A12', 'A19')
+def test_what_is_held_can_be_deleted_and_reset(world: WorldUser) -> None:
+    """It is let go first; a reset switches the vacuum off."""
+    grasping = world.client.collect(f'{GRIPPER}/grasping', Bool, LATCHED)
+    for name in ('first', 'second'):
+        world.spawn(name, uri=LIGHT)
+        switch(world, 'on')
+        before_the_cup(world, name, 0.002)
+        grasping.wait_for(lambda message: message.data)
+        if name == 'first':
+            assert world.result('delete_entity', entity=name)[0] == OK
+        else:
+            assert world.result('reset_simulation')[0] == OK
+        grasping.clear()
+        grasping.wait_for(lambda message: not message.data)
+    grasping.close()

@@ -1,0 +1,160 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Lockstep over ROS: a client in another process moves time, and runs end in the same digest."""
+
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+import json
+from pathlib import Path
+
+from mcap.reader import make_reader
+import pytest
+from rosgraph_msgs.msg import Clock
+from simulation_interfaces.msg import Result, SimulationState
+from simulation_interfaces.srv import GetSimulationState, StepSimulation
+from std_srvs.srv import Trigger
+
+from armsim_ros.testing.client_node import ClientNode
+from armsim_ros.testing.domain import private_domain
+from armsim_ros.testing.move_group_client import MoveGroupClient, SUCCESS
+from armsim_ros.testing.program import Program
+from armsim_ros.testing.programs import start_program
+from armsim_ros.testing.trajectory_client import SUCCEEDED, TrajectoryClient
+
+GROUP = 'manipulator'
+MILLISECOND_NS = 1_000_000
+
+
+class Lockstep:
+    """A client of a stack in lockstep."""
+
+    def __init__(self, client: ClientNode, program: Program) -> None:
+        self.client = client
+        self.program = program
+        self.move_group = MoveGroupClient(client)
+        self.states = self.move_group.named_states()
+        self.arm = TrajectoryClient(client, '/sunday/arm_joint_controller')
+
+    def trigger(self, name):
+        """Call one of the simulation's triggers; return its message."""
+        answer = self.client.call(f'/simulation/{name}', Trigger, timeout=60.0)
+        assert answer.success, answer.message
+        return answer.message
+
+    @property
+    def time_ns(self):
+        """Simulated time [ns]."""
+        return int(self.trigger('sync'))
+
+    def step(self, count):
+        """Move time."""
+        request = StepSimulation.Request(steps=count)
+        answer = self.client.call('/step_simulation', StepSimulation, request, timeout=60.0)
+        assert answer.result.result == Result.RESULT_OK, answer.result.error_message
+
+    def plan(self, state):
+        """Return a trajectory to a named state, and its duration [s]."""
+        answer = self.move_group.plan(GROUP, self.states[GROUP, state])
+        assert answer.error_code.val == SUCCESS, answer.error_code.message
+        trajectory = answer.planned_trajectory.joint_trajectory
+        end = trajectory.points[-1].time_from_start
+        return trajectory, end.sec + end.nanosec * 1e-9
+
+    def move(self, state):
+        """Plan to a named state, follow it, and stay a moment."""
+        trajectory, duration = self.plan(state)
+        goal = self.arm.send(trajectory)
+        assert goal.accepted()
+        self.step(round(duration * 1000) + 300)
+        outcome = goal.result()
+        assert outcome.status == SUCCEEDED, outcome.error_string
+
+
+@contextmanager
+def running(folder, *arguments):
+    """Run a stack in lockstep whose recordings go to a folder."""
+    overrides = json.dumps({'simulation.recorder.folder': str(folder)})
+    with private_domain() as domain:
+        program = start_program(
+            'bringup', domain, 'mode:=lockstep', f'overrides:={overrides}', *arguments)
+        try:
+            program.wait_for_line('You can start planning now', 60.0)
+            with ClientNode(domain, 'lockstep_user') as client:
+                yield Lockstep(client, program)
+        finally:
+            program.stop()
+
+
+@pytest.fixture(scope='module')
+def stack(tmp_path_factory):
+    """Run one stack for the module; its tests stand in the order of time."""
+    with running(tmp_path_factory.mktemp('lockstep')) as stack:
+        yield stack
+
+
+def test_time_begins_at_zero_and_stands(stack):
+    """Nothing moves time until a step is asked for, not even planning."""
+    answer = stack.client.call('/get_simulation_state', GetSimulationState)
+    assert answer.state.state == SimulationState.STATE_PAUSED
+    assert stack.time_ns == 0
+    stack.plan('scan_food')
+    assert stack.time_ns == 0
+
+
+def test_the_clock_tells_every_control_period(stack):
+    """After five control periods /clock has had the time of each."""
+    clock = stack.client.collect('/clock', Clock, 100)
+    begin_ns = stack.time_ns
+    clock.wait(1)
+    stack.step(5)
+    clock.wait_for(lambda message: ns(message) == begin_ns + 5 * MILLISECOND_NS)
+    heard = {ns(message) for message in clock.messages}
+    assert {begin_ns + k * MILLISECOND_NS for k in range(1, 6)} <= heard
+
+
+def test_the_same_requests_end_in_the_same_digest(stack, tmp_path):
+    """A second stack that is asked for the same does the same to the bit, planning included."""
+    begin = stack.time_ns // MILLISECOND_NS
+    with running(tmp_path) as other:
+        other.plan('scan_food')
+        other.step(begin)
+        for one in (stack, other):
+            one.move('scan_food')
+            one.move('home')
+        assert stack.trigger('digest') == other.trigger('digest')
+        other.step(1)
+        assert stack.trigger('digest') != other.trigger('digest')
+
+
+def test_move_group_executes_while_a_client_steps(stack):
+    """Plan and execute by the move action ends as in real time, though time leaps."""
+    with ThreadPoolExecutor(1) as pool:
+        moved = pool.submit(stack.move_group.move, GROUP, stack.states[GROUP, 'scan_food'])
+        while not moved.done():
+            stack.step(200)
+    result = moved.result()
+    assert result.error_code.val == SUCCESS, result.error_code.message
+
+
+def test_half_a_minute_of_a_resting_arm(stack):
+    """As many steps as one request may have, three times."""
+    begin_ns = stack.time_ns
+    for _ in range(3):
+        stack.step(10_000)
+    assert stack.time_ns == begin_ns + 30_000 * MILLISECOND_NS
+
+
+def test_a_dump_has_the_last_seconds(stack):
+    """The recording on request has joint states up to now, readable by the mcap library."""
+    path = Path(stack.trigger('dump'))
+    with path.open('rb') as stream:
+        times = [message.log_time for _, _, message in make_reader(stream).iter_messages(
+            topics=['/sunday/joint_states'])]
+    now_ns = stack.time_ns
+    assert now_ns - times[-1] <= 20 * MILLISECOND_NS
+    assert times[-1] - times[0] > 9_000 * MILLISECOND_NS
+
+
+def ns(message):
+    """Return the time of a message of /clock [ns]."""
+    return message.clock.sec * 1_000_000_000 + message.clock.nanosec
