@@ -48,7 +48,6 @@ class Stopwatch:
     """
 
     def __init__(self, client: ClientNode, action: str, duration: float) -> None:
-        """Wait for the server."""
         self.latencies = Latencies()
         self._client = client
         self._duration = duration

@@ -23,7 +23,7 @@ from armsim_ros.testing.program import Program
 from armsim_ros.testing.trajectory_client import trajectory_message, TrajectoryClient
 from benchmarks import bare_loop, listener
 from benchmarks.options import Options
-from benchmarks.stack import arm_of, peer, processor_seconds, running_stack, Stack
+from benchmarks.stack import arm_of, joint_states_of, peer, processor_seconds, running_stack, Stack
 
 #: The program's statistics look back so far; no phase is shorter [s].
 WINDOW = 10.0
@@ -90,8 +90,7 @@ def watch(stack: Stack, empty: Program, options: Options, phase: str) -> None:
 def goals_without_pause(stack: Stack, robot: str) -> Iterator[None]:
     """Send goal after goal, forth and back, from a thread of its own."""
     controller, joints = arm_of(robot)
-    topic = f'{controller.rpartition("/")[0]}/joint_states'
-    state = stack.client.collect(topic, JointState).wait(1)[-1]
+    state = stack.client.collect(joint_states_of(robot), JointState).wait(1)[-1]
     home = dict(zip(state.name, state.position, strict=True))
     arm = TrajectoryClient(stack.client, controller)
     stop = threading.Event()

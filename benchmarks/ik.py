@@ -73,7 +73,6 @@ class Judge:
     """Says whether joint positions put the tip at a pose, within the limits."""
 
     def __init__(self, arm: Arm) -> None:
-        """Read the URDF."""
         self._model = pin.buildModelFromUrdf(str(arm.urdf))
         self._data = self._model.createData()
         self._tip = self._model.getFrameId(arm.tip)

@@ -26,7 +26,6 @@ class Listener(Node):
     """A node that takes whatever is published and counts it."""
 
     def __init__(self) -> None:
-        """Wait for the graph and subscribe to all of it."""
         super().__init__(f'listener_{time.monotonic_ns()}')
         self.received = 0
         topics = self._all_topics()

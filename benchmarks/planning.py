@@ -23,8 +23,6 @@ import subprocess
 import sys
 from typing import Any
 
-import numpy as np
-
 from benchmarks.options import Options
 from benchmarks.planning_problems import (
     ACCELERATION,
@@ -231,4 +229,4 @@ def main(options: Options) -> None:
             print(f'{record.robot} {record.scene_name} {record.index}: '
                   f'{verdict.fault if verdict else record.message}')
     if options.report:
-        write_report(records, Path(options.report), np.array(os.getloadavg()))
+        write_report(records, Path(options.report))

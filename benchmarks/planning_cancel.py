@@ -40,8 +40,8 @@ def main(options: Options) -> None:
         for planner in PLANNERS:
             waits = []
             for number in range(options.runs):
-                wanted = _goal(group, planner, start, goal)
-                _block(wanted, obstacle)
+                wanted = plan_goal(group, planner, start, goal)
+                block(wanted, obstacle)
                 handle = client.result(
                     client.in_executor(lambda: action.send_goal_async(wanted)))  # noqa: B023
                 ended = client.in_executor(handle.get_result_async)
@@ -59,9 +59,10 @@ def main(options: Options) -> None:
                 print(f'{planner}: all {options.runs} goals were planned before the cancel came')
 
 
-def _goal(
+def plan_goal(
     group: str, planner: str, start: dict[str, float], goal: dict[str, float]
 ) -> MoveGroup.Goal:
+    """Return a goal that is planned with a planner, from one state to another."""
     message = MoveGroup.Goal()
     message.planning_options.plan_only = True
     request = message.request
@@ -77,7 +78,7 @@ def _goal(
     return message
 
 
-def _block(goal: MoveGroup.Goal, pose: np.ndarray) -> None:
+def block(goal: MoveGroup.Goal, pose: np.ndarray) -> None:
     """Put a box into the straight way, so that there has to be a search."""
     box = CollisionObject(id='in the way', operation=CollisionObject.ADD)
     box.primitives = [SolidPrimitive(type=SolidPrimitive.BOX, dimensions=[0.05] * 3)]

@@ -13,25 +13,21 @@ import time
 import numpy as np
 
 from armsim_ros.config.loading import load_robot_settings
+from armsim_ros.errors import MoveItErrorCode
 from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.model.geometry import Box
 from armsim_ros.model.loading import load_robot_model
 from armsim_ros.model.transforms import pose_matrix
-from armsim_ros.planning.cartesian_path import CartesianRequest
-from armsim_ros.planning.collision import CollisionChecker
-from armsim_ros.planning.error_codes import MoveItErrorCode
+from armsim_ros.planning.cartesian.cartesian_path import CartesianRequest
+from armsim_ros.planning.collision.collision_model import CollisionChecker
 from armsim_ros.planning.planner import MotionPlanner
-from armsim_ros.planning.request import (
-    Constraints,
-    JointConstraint,
-    MotionPlanRequest,
-    StartState,
-)
-from armsim_ros.planning.scene import PlanningScene
-from armsim_ros.planning.scene_update import (
+from armsim_ros.planning.request import Constraints, JointConstraint, MotionPlanRequest
+from armsim_ros.planning.scene.planning_scene import PlanningScene
+from armsim_ros.planning.scene.update import (
     AttachedObjectUpdate,
     CollisionObjectUpdate,
     SceneUpdate,
+    StartState,
 )
 from armsim_ros.planning.settings import settings_from_config
 from benchmarks.options import Options

@@ -19,14 +19,9 @@ from armsim_ros.model.geometry import Box
 from armsim_ros.model.loading import load_robot_model
 from armsim_ros.model.transforms import pose_matrix
 from armsim_ros.planning.planner import MotionPlanner, never
-from armsim_ros.planning.request import (
-    Constraints,
-    JointConstraint,
-    MotionPlanRequest,
-    StartState,
-)
-from armsim_ros.planning.scene import PlanningScene
-from armsim_ros.planning.scene_update import CollisionObjectUpdate
+from armsim_ros.planning.request import Constraints, JointConstraint, MotionPlanRequest
+from armsim_ros.planning.scene.planning_scene import PlanningScene
+from armsim_ros.planning.scene.update import CollisionObjectUpdate, StartState
 from armsim_ros.planning.settings import settings_from_config
 from benchmarks.options import Options
 from benchmarks.stack import resident_mib

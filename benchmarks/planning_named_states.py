@@ -10,13 +10,9 @@ from armsim_ros.config.loading import load_robot_settings
 from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.model.loading import load_robot_model
 from armsim_ros.planning.planner import MotionPlanner
-from armsim_ros.planning.request import (
-    Constraints,
-    JointConstraint,
-    MotionPlanRequest,
-    StartState,
-)
-from armsim_ros.planning.scene import PlanningScene
+from armsim_ros.planning.request import Constraints, JointConstraint, MotionPlanRequest
+from armsim_ros.planning.scene.planning_scene import PlanningScene
+from armsim_ros.planning.scene.update import StartState
 from armsim_ros.planning.settings import settings_from_config
 from benchmarks.options import Options
 

@@ -119,7 +119,7 @@ def _source() -> Path:
         folder.mkdir(parents=True, exist_ok=True)
         subprocess.run(
             [sys.executable, '-m', 'pip', 'download', '--quiet', '--no-deps', '--no-binary',
-             ':all:', '--dest', str(folder), SOURCE], check=True)
+             SOURCE.partition('=')[0], '--dest', str(folder), SOURCE], check=True)
         with tarfile.open(next(folder.glob('*.tar.gz'))) as archive:
             archive.extractall(folder, filter='data')
         unpacked = sorted(folder.glob('*/resources'))

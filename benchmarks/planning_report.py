@@ -10,11 +10,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from benchmarks.tables import machine_load, replace_section
+
 if TYPE_CHECKING:
     from benchmarks.planning import Record
 
 OURS = 'armsim_ros'
-BEGIN, END = '<!-- planning: begin -->', '<!-- planning: end -->'
 _HEAD = ('planner', 'solved', 'exact', 'motion exact', 'CPU ms median', 'p95', 'scene ms',
          'path rad', 'lasts s', 'CPU ratio', 'path ratio', 'time ratio')
 
@@ -29,10 +30,9 @@ def print_tables(records: Sequence[Record]) -> None:
             print('  '.join(cell.rjust(width) for cell, width in zip(row, widths, strict=True)))
 
 
-def write_report(records: Sequence[Record], page: Path, load: np.ndarray) -> None:
+def write_report(records: Sequence[Record], page: Path) -> None:
     """Put the tables between the marks of a page, and the plots beside it."""
-    lines = [f'Load of the machine at the end (1, 5, 15 min): '
-             f'{", ".join(f"{value:.1f}" for value in load)}.', '']
+    lines = [machine_load(), '']
     for title, part in _parts(records):
         lines += [f'**{title}**', '', '| ' + ' | '.join(_HEAD) + ' |',
                   '|' + '---|' * len(_HEAD)]
@@ -44,11 +44,7 @@ def write_report(records: Sequence[Record], page: Path, load: np.ndarray) -> Non
         name = f'planning_{robot}.svg'
         _plot([record for record in records if record.robot == robot], robot, folder / name)
         lines += [f'![Processor time of all planners, {robot}](images/{name})', '']
-    text = page.read_text(encoding='utf-8')
-    before, rest = text.split(BEGIN)
-    _, after = rest.split(END)
-    page.write_text(
-        before + BEGIN + '\n' + '\n'.join(lines) + END + after, encoding='utf-8')
+    replace_section(page, 'planning', lines)
 
 
 def _parts(records: Sequence[Record]) -> Iterable[tuple[str, list[Record]]]:

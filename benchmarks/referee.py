@@ -62,7 +62,6 @@ class Referee:
         self, urdf: str | Path, srdf: str | Path, joints: Sequence[str], *,
         velocity: float, acceleration: float,
     ) -> None:
-        """Read the robot."""
         self._model = pin.buildModelFromUrdf(str(urdf))
         self._robot = pin.buildGeomFromUrdf(self._model, str(urdf), pin.GeometryType.COLLISION)
         self._srdf = str(srdf)

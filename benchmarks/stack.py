@@ -40,7 +40,7 @@ class Stack:
             except OSError:
                 continue
             if parent and int(parent[1]) == self.program.process.pid:
-                for name in ('simulation', 'move_group'):
+                for name in ('simulation', 'move_group', 'servo_node', 'web'):
                     if name.encode() in words:
                         found[name] = int(folder.name)
         return found
@@ -83,6 +83,12 @@ def arm_of(robot: str) -> tuple[str, tuple[str, ...]]:
         if isinstance(each.parameters, JointTrajectoryControllerParameters)
     )
     return f'{settings.namespace}/{controller.name}', tuple(controller.parameters.joints)
+
+
+def joint_states_of(robot: str) -> str:
+    """Return the topic of a robot's joint states."""
+    controller, _ = arm_of(robot)
+    return f'{controller.rpartition("/")[0]}/joint_states'
 
 
 def processor_seconds(process: int) -> float:

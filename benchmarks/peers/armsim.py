@@ -16,14 +16,9 @@ from armsim_ros.model.geometry import Box, Cylinder
 from armsim_ros.model.loading import load_robot_model
 from armsim_ros.model.transforms import pose_from_quat_xyzw
 from armsim_ros.planning.planner import MotionPlanner
-from armsim_ros.planning.request import (
-    Constraints,
-    JointConstraint,
-    MotionPlanRequest,
-    StartState,
-)
-from armsim_ros.planning.scene import PlanningScene
-from armsim_ros.planning.scene_update import CollisionObjectUpdate
+from armsim_ros.planning.request import Constraints, JointConstraint, MotionPlanRequest
+from armsim_ros.planning.scene.planning_scene import PlanningScene
+from armsim_ros.planning.scene.update import CollisionObjectUpdate, StartState
 from armsim_ros.planning.settings import settings_from_config
 
 
@@ -31,7 +26,6 @@ class Planner:
     """One planner for all problems, as in a running move_group."""
 
     def __init__(self, robot):
-        """Read the robot."""
         settings = load_robot_settings(robot['folder'])
         self.robot = robot
         self.model = KinematicModel(load_robot_model(settings))

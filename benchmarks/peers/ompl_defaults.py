@@ -18,7 +18,6 @@ class Planner:
     """SimpleSetup with a callback that asks Pinocchio for collisions of the meshes."""
 
     def __init__(self, robot):
-        """Read the robot."""
         self.robot = robot
         self.model = pin.buildModelFromUrdf(robot['urdf'])
         self.geometry = pin.buildGeomFromUrdf(

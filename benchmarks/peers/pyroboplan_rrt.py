@@ -14,7 +14,6 @@ class Planner:
     """pyroboplan's planner."""
 
     def __init__(self, robot):
-        """Read the robot."""
         self.robot = robot
         self.model = pin.buildModelFromUrdf(robot['urdf'])
         self.geometry = pin.buildGeomFromUrdf(

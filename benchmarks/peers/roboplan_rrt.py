@@ -22,7 +22,6 @@ class Planner:
     """A scene and the three tools."""
 
     def __init__(self, robot):
-        """Write the settings file that accelerations are read from."""
         self.robot = robot
         path = pathlib.Path(tempfile.mkdtemp(), 'limits.yaml')
         lines = ['joint_limits:']

@@ -13,7 +13,6 @@ class Planner:
     """vamp's planner for a robot that it knows by the name of the URDF file."""
 
     def __init__(self, robot):
-        """Find the robot."""
         self.robot = getattr(vamp, pathlib.Path(robot['urdf']).stem)
         name = pathlib.Path(robot['urdf']).stem
         (self.module, self.plan_with, self.settings, self.simplify) = (

@@ -1,0 +1,94 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""
+What the page costs: its server without a visitor and with one, and the control tick beside it.
+
+The visitor reads both of a tab's websockets in a process of its own and draws nothing, so that
+the figures are those of the server. Where there is a Chromium it says how long a page takes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+import re
+import time
+
+from armsim_ros.testing.browser import chromium_path, launch_chromium
+from armsim_ros.testing.page_user import PageUser, printed_address, robot_is_seen
+from benchmarks import page_visitor
+from benchmarks.control_thread import goals_without_pause
+from benchmarks.options import Options
+from benchmarks.real_time import Phase, phase_tables, watched
+from benchmarks.stack import median, peer, running_stack, Stack
+from benchmarks.tables import machine_load, replace_section, Table
+
+#: Until a page has nothing more to do for a robot that has come [s].
+SETTLE = 5.0
+
+
+def main(options: Options) -> None:
+    """Print the tables; write them where ``--report`` says."""
+    lines: list[str] = []
+    for table in _tables(options):
+        table.print()
+        lines += table.markdown()
+    if options.report:
+        replace_section(Path(options.report), 'page', [machine_load(), '', *lines])
+
+
+def _tables(options: Options) -> Iterator[Table]:
+    phases: list[Phase] = []
+    traffic: list[tuple[str, ...]] = []
+    robot = f'robot:={options.robot}'
+    with running_stack(robot) as stack:
+        phases += _rest_and_motion(stack, options, 'without a page')
+    with running_stack(robot, 'web:=true') as stack:
+        address = printed_address(stack.program.wait_for_line('page: http', 60.0))
+        time.sleep(SETTLE)
+        phases += _rest_and_motion(stack, options, 'page, no visitor')
+        for name, work in (('at rest', None), ('moving', goals_without_pause)):
+            with peer('page_visitor', address, domain=stack.domain,
+                      settled=page_visitor.SETTLED) as visitor:
+                if work is None:
+                    phases.append(watched(f'one visitor, {name}', [stack], options))
+                else:
+                    with work(stack, options.robot):
+                        phases.append(watched(f'one visitor, {name}', [stack], options))
+                visitor.stop()
+            found = dict(re.findall(r'(\S+)=([\d.]+)', visitor.output[-1]))
+            traffic.append((name, found['kB/s'], found['messages/s']))
+        yield from phase_tables(phases, 'The page')
+        yield Table('The page: what one visitor is sent',
+                    ('robot', 'kB/s', 'messages a second'), traffic)
+        if chromium_path() is not None:
+            yield _load_table(address, options.runs)
+
+
+def _rest_and_motion(stack: Stack, options: Options, name: str) -> Iterator[Phase]:
+    yield watched(f'{name}, at rest', [stack], options)
+    with goals_without_pause(stack, options.robot):
+        yield watched(f'{name}, moving', [stack], options)
+
+
+def _load_table(address: str, runs: int) -> Table:
+    """Load the page in a new window each time; from the request to what is seen."""
+    from playwright.sync_api import sync_playwright
+
+    times: dict[str, list[float]] = {'panel ready': [], 'robot seen': []}
+    with sync_playwright() as programs:
+        browser = launch_chromium(programs)
+        for _ in range(runs):
+            window = browser.new_context(viewport={'width': 800, 'height': 520})
+            window.set_default_timeout(60_000)
+            user, begun = PageUser(window.new_page(), address), time.monotonic()
+            user.open()
+            times['panel ready'].append(time.monotonic() - begun)
+            user.wait_for_picture(robot_is_seen)
+            times['robot seen'].append(time.monotonic() - begun)
+            window.close()
+        browser.close()
+    return Table(
+        f'The page: loading it in Chromium without a graphics card, {runs} times',
+        ('until', 'median s', 'longest s'),
+        [(name, f'{median(each):.2f}', f'{max(each):.2f}') for name, each in times.items()])
