@@ -3,6 +3,8 @@
 PYTHON ?= python3
 VENV ?= .venv
 ARGS ?=
+# Tests that run at a time; 0 for one after the other.
+WORKERS ?= 2
 
 # An environment that exists keeps its Python unless one is named on the command line.
 this_python := $(if $(filter command environment,$(firstword $(origin PYTHON))),--this-python)
@@ -11,7 +13,7 @@ environment = @command -v $(PYTHON) > /dev/null \
 	$(PYTHON) scripts/env.py --venv $(VENV) $(this_python)
 
 .DEFAULT_GOAL := help
-.PHONY: help env bringup test lint bench bench-planning bench-ik bench-timing clean
+.PHONY: help env bringup test test-page lint docs bench bench-planning bench-ik bench-timing bench-simulation clean
 
 help: ## show this
 	@echo 'usage: make TARGET [ARGS="..."] [PYTHON=python3.12] [VENV=.venv]'
@@ -20,19 +22,28 @@ help: ## show this
 env: ## prepare the Python environment in .venv and build the interface packages
 	$(environment)
 
-bringup: ## start simulation and move_group: make bringup ARGS="robot:=sunday"
+bringup: ## start simulation, move_group and the page: make bringup ARGS="robot:=sunday"
 	$(environment)
-	@exec $(VENV)/bin/armsim bringup $(ARGS)
+	@exec $(VENV)/bin/armsim bringup web:=true $(ARGS)
 
 test: ## run the whole test suite: make test ARGS="-k name"
 	$(environment) --with test
-	@$(VENV)/bin/python -m pytest $(ARGS)
+	@$(VENV)/bin/python -m pytest -n $(WORKERS) --dist loadfile --no-loadscope-reorder $(ARGS)
+
+test-page: ## test the page in headless Chromium, which must be installed
+	$(environment) --with test
+	@$(VENV)/bin/python -m pytest -m browser test/nodes/web $(ARGS)
 
 lint: ## style, types of the core, and who may import whom
 	$(environment) --with test --with lint
 	@$(VENV)/bin/ruff check .
 	@$(VENV)/bin/mypy
 	@$(VENV)/bin/lint-imports
+
+docs: ## the documentation as HTML, with a reference of the library: build/docs/index.html
+	$(environment) --with docs
+	@$(VENV)/bin/python -m sphinx -q -W --keep-going -b html docs build/docs
+	@echo 'docs: build/docs/index.html'
 
 bench: ## start-up times and the lateness of the control tick
 	$(environment) --with test
@@ -46,6 +57,10 @@ bench-planning: ## planning problems for us and our peers, judged; about half an
 bench-ik: ## inverse kinematics of us and our peers
 	$(environment) --with test --with bench
 	@$(VENV)/bin/python -m benchmarks ik $(ARGS)
+
+bench-simulation: ## what a simulated step costs beside bare MuJoCo
+	$(environment) --with bench
+	@$(VENV)/bin/python -m benchmarks simulation --report docs/benchmarks.md $(ARGS)
 
 bench-timing: ## timing of random paths
 	$(environment) --with test

@@ -53,7 +53,7 @@ def forwarding_scripts():
     return paths
 
 
-def entry_points():
+def console_scripts():
     """Return the console scripts of this world."""
     if BUILDS_WHEEL:
         return [f'armsim = {PACKAGE}.cli.main:main']
@@ -84,5 +84,8 @@ setup(
     # Not in setup.cfg: colcon cannot read back what setuptools makes of it there.
     python_requires='>=3.10',
     data_files=data_files(),
-    entry_points={'console_scripts': entry_points()},
+    entry_points={
+        'console_scripts': console_scripts(),
+        'pytest11': [f'armsim = {PACKAGE}.testing.plugin'],
+    },
 )

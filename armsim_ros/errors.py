@@ -5,12 +5,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 import difflib
-from enum import Enum
+from enum import Enum, IntEnum
 
 #: Exit status of a program after a wrong command line or configuration.
 USAGE_STATUS = 2
+#: What is longer, or comes after so many others, gets no hint: the search would take too long.
+LONGEST_NAME, MOST_NAMES = 200, 1000
 
 
 class Severity(Enum):
@@ -49,6 +51,8 @@ class Problem:
     :param where: the place, or None where there is none.
     :param allowed: the values that would be right, as a phrase.
     :param remedy: the next thing to do, as a phrase.
+    :param strict: whether it is a mistake to who wants no tolerance, though the original stack
+        goes on without a word.
     """
 
     what: str
@@ -56,6 +60,7 @@ class Problem:
     allowed: str = ''
     remedy: str = ''
     severity: Severity = field(default=Severity.ERROR)
+    strict: bool = False
 
     def __str__(self) -> str:
         """Return one line: place, mistake, what is allowed, what to do."""
@@ -65,6 +70,18 @@ class Problem:
         if self.remedy:
             text += f'; {self.remedy}'
         return f'{self.where}: {text}' if self.where else text
+
+
+def ignored(problem: Problem) -> Problem:
+    """Return a mistake as the warning that it is where the original stack goes on without it."""
+    if problem.severity is not Severity.ERROR:
+        return problem
+    return replace(problem, severity=Severity.WARNING, strict=True)
+
+
+def strictly(problem: Problem) -> Problem:
+    """Return a problem as who wants no tolerance sees it."""
+    return replace(problem, severity=Severity.ERROR) if problem.strict else problem
 
 
 class ArmsimError(Exception):
@@ -84,7 +101,7 @@ class ConfigError(ArmsimError):
         if not found:
             raise ValueError('ConfigError needs at least one problem')
         self.problems: tuple[Problem, ...] = found
-        super().__init__('\n'.join(str(problem) for problem in found))
+        super().__init__('\n'.join(dict.fromkeys(str(problem) for problem in found)))
 
 
 class ModelError(ConfigError):
@@ -103,20 +120,59 @@ class ControllerError(ArmsimError):
     """A controller cannot do what was asked; the text says why."""
 
 
+class MoveItErrorCode(IntEnum):
+    """Constants of ``moveit_msgs/msg/MoveItErrorCodes``."""
+
+    UNDEFINED = 0
+    SUCCESS = 1
+    FAILURE = 99999
+    PLANNING_FAILED = -1
+    INVALID_MOTION_PLAN = -2
+    MOTION_PLAN_INVALIDATED_BY_ENVIRONMENT_CHANGE = -3
+    CONTROL_FAILED = -4
+    UNABLE_TO_AQUIRE_SENSOR_DATA = -5
+    TIMED_OUT = -6
+    PREEMPTED = -7
+    START_STATE_IN_COLLISION = -10
+    START_STATE_VIOLATES_PATH_CONSTRAINTS = -11
+    GOAL_IN_COLLISION = -12
+    GOAL_VIOLATES_PATH_CONSTRAINTS = -13
+    GOAL_CONSTRAINTS_VIOLATED = -14
+    INVALID_GROUP_NAME = -15
+    INVALID_GOAL_CONSTRAINTS = -16
+    INVALID_ROBOT_STATE = -17
+    INVALID_LINK_NAME = -18
+    INVALID_OBJECT_NAME = -19
+    FRAME_TRANSFORM_FAILURE = -21
+    COLLISION_CHECKING_UNAVAILABLE = -22
+    ROBOT_STATE_STALE = -23
+    SENSOR_INFO_STALE = -24
+    COMMUNICATION_FAILURE = -25
+    START_STATE_INVALID = -26
+    GOAL_STATE_INVALID = -27
+    UNRECOGNIZED_GOAL_TYPE = -28
+    CRASH = -29
+    ABORT = -30
+    NO_IK_SOLUTION = -31
+
+
 class PlanningError(ArmsimError):
     """
     A planning request cannot be answered.
 
-    :param code: the ``moveit_msgs/msg/MoveItErrorCodes`` value.
+    :param code: a value of :class:`MoveItErrorCode`.
     :param message: names links, joints, objects and numbers.
     :param source: the stage that found it.
+    :param contacts: what touches in the state that it is about, where it is about one.
     """
 
-    def __init__(self, code: int, message: str, source: str = '') -> None:
-        """Keep code and source beside the text."""
+    def __init__(
+        self, code: int, message: str, source: str = '', contacts: Sequence[object] = ()
+    ) -> None:
         super().__init__(message)
         self.code = code
         self.source = source
+        self.contacts = tuple(contacts)
 
 
 def nearest(name: str, known: Sequence[str]) -> str:
@@ -127,7 +183,10 @@ def nearest(name: str, known: Sequence[str]) -> str:
     :param known: all words that would be right.
     :returns: ``did you mean 'x'?`` or an empty text.
     """
-    hits = difflib.get_close_matches(name, known, n=max(1, len(known)), cutoff=0.6)
+    if len(name) > LONGEST_NAME:
+        return ''
+    near = [word for word in known if len(word) <= LONGEST_NAME][:MOST_NAMES]
+    hits = difflib.get_close_matches(name, near, n=max(1, len(near)), cutoff=0.6)
     # Of equally near words the one with the same letters: two of them were swapped in typing.
     hits.sort(key=lambda hit: sorted(hit) != sorted(name))
     return f"did you mean '{hits[0]}'?" if hits else ''

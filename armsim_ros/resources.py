@@ -4,78 +4,76 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 import os
 from pathlib import Path
 import re
-import sys
 
 from armsim_ros.errors import nearest, ResourceError
+from armsim_ros.packages import MANIFEST, package_name, package_of, Packages
 
 PACKAGE = 'armsim_ros'
 #: The file that makes a folder that of a cell with several robots.
 ROBOTS_FILE = 'robots.yaml'
 _SOURCE_TREE = Path(__file__).resolve().parent.parent
 _FIND = re.compile(r'\$\(find(?:-pkg-share)?\s+([^)\s]+)\s*\)')
-_SCHEME = 'package://'
+_SCHEMES = ('package://', 'model://')
 
 
-def share_folder(package: str, extra_folders: Iterable[Path] = ()) -> Path:
+def share_folder(package: str, packages: Packages | Iterable[Path] = ()) -> Path:
     """
     Return the folder that holds a package's files.
 
-    Looked up in this order: the folders given (the package's own folder, or one that contains
-    it), the ament index of ``AMENT_PREFIX_PATH``, ``sys.prefix/share``. Where this code runs
-    from its source tree, its own files are always those beside it: code and files of one
-    version.
+    Where this code runs from its source tree, its own files are always those beside it: code and
+    files of one version.
 
     :param package: the package's name.
-    :param extra_folders: where else to look, first.
+    :param packages: where to look; or folders to look at before all others.
     :raises ResourceError: where no place has it.
     """
-    tried: list[Path] = []
-    for folder in _candidates(package, extra_folders):
-        if folder.is_dir():
-            return folder
-        tried.append(folder)
-    places = ', '.join(str(folder) for folder in tried) or 'nowhere, no folder is set'
-    raise ResourceError(
-        f"package '{package}' is not found; looked at: {places}; source the workspace that has "
-        'it, or give the folder that contains it')
+    if package == PACKAGE and (_SOURCE_TREE / MANIFEST).is_file():
+        return _SOURCE_TREE
+    return as_packages(packages).folder(package)
 
 
-def resolve_uri(text: str, extra_folders: Iterable[Path] = (), *,
+def as_packages(packages: Packages | Iterable[Path]) -> Packages:
+    """Return where packages are looked for; folders alone are looked at before all others."""
+    return packages if isinstance(packages, Packages) else Packages(packages)
+
+
+def resolve_uri(text: str, packages: Packages | Iterable[Path] = (), *,
                 base: Path | None = None, within: Iterable[Path] | None = None) -> Path:
     """
     Return the file that a URDF or YAML text names.
 
-    :param text: ``package://pkg/x``, ``file:///x``, ``$(find pkg)/x`` or a path.
-    :param extra_folders: see :func:`share_folder`.
+    :param text: ``package://pkg/x``, ``model://pkg/x``, ``file:///x``, ``$(find pkg)/x`` or a
+        path.
+    :param packages: see :func:`share_folder`.
     :param base: the folder that a relative path starts from; the working folder where None.
     :param within: the folders that a file may lie in, besides those of packages that the text
         names; None allows all.
     :raises ResourceError: where the package or the file does not exist, or lies elsewhere.
     """
-    folders = tuple(extra_folders)
-    path = Path(os.path.expanduser(_plain_path(text, folders)))
+    found = as_packages(packages)
+    path = Path(os.path.expanduser(_plain_path(text, found)))
     if base is not None:
         path = base / path
     if within is not None:
-        check_inside(path, (*within, *_named_packages(text, folders)))
+        check_inside(path, (*within, *_named_packages(text, found), *_own_package(path, found)))
     if not path.exists():
         raise ResourceError(f"file '{path}' does not exist" +
                             (f" (named as '{text}')" if str(path) != text else ''))
     return path
 
 
-def expand_find(text: str, extra_folders: Iterable[Path] = ()) -> str:
+def expand_find(text: str, packages: Packages | Iterable[Path] = ()) -> str:
     """
     Replace every ``$(find pkg)`` and ``$(find-pkg-share pkg)`` by the package's folder.
 
     :raises ResourceError: where a package does not exist.
     """
-    folders = tuple(extra_folders)
-    return _FIND.sub(lambda match: str(share_folder(match.group(1), folders)), text)
+    found = as_packages(packages)
+    return _FIND.sub(lambda match: str(share_folder(match.group(1), found)), text)
 
 
 def check_inside(path: Path, folders: Iterable[Path]) -> None:
@@ -145,31 +143,25 @@ def _listing(folder: str) -> list[Path]:
     return [path for path in place.iterdir() if path.name[0] not in '._'] if place.is_dir() else []
 
 
-def _plain_path(text: str, folders: tuple[Path, ...]) -> str:
-    if text.startswith(_SCHEME):
-        package, _, rest = text[len(_SCHEME):].partition('/')
-        return str(share_folder(package, folders) / rest)
+def _own_package(path: Path, packages: Packages) -> list[Path]:
+    """Return the package that a file lies in, where its name leads to it."""
+    folder = package_of(Path(os.path.abspath(path)))
+    name = package_name(folder) if folder is not None else None
+    return [folder] if folder is not None and name and packages.find(name) == folder else []
+
+
+def _plain_path(text: str, packages: Packages) -> str:
+    for scheme in _SCHEMES:
+        if text.startswith(scheme):
+            package, _, rest = text[len(scheme):].partition('/')
+            return str(share_folder(package, packages) / rest)
     if text.startswith('file://'):
         return text[len('file://'):]
-    return expand_find(text, folders)
+    return expand_find(text, packages)
 
 
-def _named_packages(text: str, folders: tuple[Path, ...]) -> list[Path]:
+def _named_packages(text: str, packages: Packages) -> list[Path]:
     names = [match[1] for match in _FIND.finditer(text)]
-    if text.startswith(_SCHEME):
-        names.append(text[len(_SCHEME):].partition('/')[0])
-    return [share_folder(name, folders) for name in names]
-
-
-def _candidates(package: str, extra_folders: Iterable[Path]) -> Iterator[Path]:
-    if package == PACKAGE and (_SOURCE_TREE / 'package.xml').is_file():
-        yield _SOURCE_TREE
-    for folder in extra_folders:
-        if folder.name == package:
-            yield folder
-        yield folder / package
-    for prefix in os.environ.get('AMENT_PREFIX_PATH', '').split(os.pathsep):
-        marker = Path(prefix, 'share', 'ament_index', 'resource_index', 'packages', package)
-        if prefix and marker.is_file():
-            yield Path(prefix, 'share', package)
-    yield Path(sys.prefix, 'share', package)
+    names += [text[len(scheme):].partition('/')[0] for scheme in _SCHEMES
+              if text.startswith(scheme)]
+    return [share_folder(name, packages) for name in names]

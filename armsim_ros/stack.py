@@ -7,11 +7,11 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
+from armsim_ros.arrays import Matrix
 from armsim_ros.control.controller_manager import ControllerManager
 from armsim_ros.control.joint_trajectory_controller import JointTrajectoryController
 from armsim_ros.control.trajectory_goal import GoalStatus, TrajectoryGoal
@@ -23,25 +23,22 @@ from armsim_ros.errors import (
     Problem,
     SimulationError,
 )
+from armsim_ros.model.cell import Cell
 from armsim_ros.model.cell_loading import load_cell
-from armsim_ros.sim.assembly import as_one, build_manager, build_managers, build_simulation
+from armsim_ros.model.world_objects import world_in_root, WorldObject
+from armsim_ros.planning.counting_clock import CountingClock
+from armsim_ros.sim.assembly import build_control, build_manager, build_simulation
 from armsim_ros.sim.control_loop import ControlLoop
 from armsim_ros.trajectory import JointTrajectory
 
 if TYPE_CHECKING:
     from armsim_ros.planning.planner import MotionPlanner
     from armsim_ros.planning.request import Constraints
-    from armsim_ros.planning.scene import PlanningScene
+    from armsim_ros.planning.scene.planning_scene import PlanningScene
 
 __all__ = ['ArmSim', 'build_manager', 'build_simulation']
 
-Matrix = NDArray[np.float64]
-Goal = str | Mapping[str, float] | Matrix
-
-#: Tolerances of goals that are planned for: joint [rad or m], position [m], orientation [rad].
-JOINT_TOLERANCE, POSITION_TOLERANCE, ORIENTATION_TOLERANCE = 1e-4, 1e-3, 1e-2
-#: Time that the planner is made to believe passes at each look at its clock [s].
-PLANNING_TICK = 1e-4
+Goal: TypeAlias = 'str | Mapping[str, float] | Matrix | Constraints'
 
 
 class ArmSim:
@@ -51,32 +48,34 @@ class ArmSim:
     No wall clock is read: the same seed and the same calls give the same ``digest``. A cell of
     several robots is moved the same way: one world, one planner, one manager a robot.
 
-    :param robot: a name under ``config/``, or a path to a folder with the user's files; of a
-        robot or of a cell.
+    :param robot: a name under ``config/``, or a path to a folder with the user's files, of a
+        robot or of a cell; or what ``load_cell`` made of one, which many can share.
     :param seed: of the planner's random numbers.
     :param world: a world's name or file in place of the robot's own.
     :param overrides: dotted path -> value over the files, such as
-        ``{'simulation.gravity': [0, 0, 0]}``.
+        ``{'simulation.gravity': [0, 0, 0]}``. This and ``world`` are for files to be read.
     :raises ConfigError: the files do not describe a robot that can run.
     """
 
     def __init__(
         self,
-        robot: str | Path = 'sunday',
+        robot: str | Path | Cell = 'sunday',
         *,
         seed: int = 0,
         world: str | Path | None = None,
         overrides: Mapping[str, object] | None = None,
     ) -> None:
-        """Read the files, build the robot and start its controllers."""
         self.seed = seed
-        self.cell = load_cell(str(robot), world=world, overrides=overrides)
+        if not isinstance(robot, Cell):
+            robot = load_cell(str(robot), world=world, overrides=overrides)
+        self.cell = robot
         self.settings, self.model = self.cell.settings, self.cell.model
         self.simulation = build_simulation(self.settings, self.model)
-        self.managers = build_managers(self.cell, self.simulation)
+        self.managers, controllers, self.faults = build_control(self.cell, self.simulation)
         rate = self.settings.controller_manager.update_rate
-        self.loop = ControlLoop(self.simulation, as_one(self.managers), rate)
-        self._planning_ticks = 0
+        self.loop = ControlLoop(self.simulation, controllers, rate)
+        self._planning_clock = CountingClock()
+        self._shared_objects: list[str] = []
 
     @property
     def manager(self) -> ControllerManager:
@@ -101,16 +100,22 @@ class ArmSim:
         positions = self.simulation.state.position.tolist()
         return dict(zip(self.simulation.joint_names, positions, strict=True))
 
+    def link_pose(self, link: str) -> Matrix:
+        """
+        Return where a link is, (4, 4) in the model frame.
+
+        :raises PlanningError: there is no such link.
+        """
+        model = self.scene.kinematic_model
+        return model.link_pose(model.vector(self.joint_positions), link)
+
     def step(self, count: int = 1) -> None:
         """
         Do physics steps, with the controllers' updates that belong to them.
 
         :raises SimulationError: the physics became unstable.
         """
-        for _ in range(count):
-            self.loop.advance()
-            for fault in self.loop.poll_faults():
-                raise SimulationError(fault)
+        self._advance(count)
 
     def run_until(self, condition: Callable[[], bool] | float, *, timeout: float = 60.0) -> None:
         """
@@ -121,8 +126,8 @@ class ArmSim:
         :raises SimulationError: the condition did not come true in that time.
         """
         if not callable(condition):
-            while self.simulation.time_ns < round(condition * 1e9):
-                self.step()
+            left_ns = round(condition * 1e9) - self.simulation.time_ns
+            self.step(max(0, -(-left_ns // self.simulation.clock.step_ns)))
             return
         deadline = self.simulation.time_ns + round(timeout * 1e9)
         while not condition():
@@ -138,8 +143,8 @@ class ArmSim:
         """
         Plan a motion from the measured state.
 
-        :param goal: a named state, joint -> position [rad or m], or the pose (4, 4) of the
-            group's tip in the model's frame.
+        :param goal: a named state, joint -> position [rad or m], the pose (4, 4) of the group's
+            tip in the model's frame, or constraints.
         :param group: planning group; the first one where not given.
         :param allowed_time: time for the search [s]; it is counted in looks at the planner's
             clock, so that the result does not depend on the machine.
@@ -156,7 +161,7 @@ class ArmSim:
             max_velocity_scaling_factor=velocity,
             seed=self.seed,
         )
-        self.scene.set_positions(self.joint_positions)
+        self._update_scene()
         response = self.planner.plan(request, self.scene.snapshot(), clock=self._planning_clock)
         if not response.success:
             raise PlanningError(response.error_code, response.message, response.source)
@@ -170,7 +175,7 @@ class ArmSim:
         :raises ControllerError: no controller has the joints, or one refuses; the text says why.
         """
         from armsim_ros.config.moveit_controllers import MoveItControllerSettings
-        from armsim_ros.planning.controller_selection import select_controllers, split_trajectory
+        from armsim_ros.execution.controller_selection import select_controllers, split_trajectory
 
         several = len(self.managers) > 1
         usable = {
@@ -188,11 +193,11 @@ class ArmSim:
         except PlanningError as error:
             raise ControllerError(str(error)) from None
         parts = split_trajectory(trajectory, chosen)
-        for one, part in parts:
-            reason = usable[one.name].check_goal(part)
+        for controller, part in parts:
+            reason = usable[controller.name].check_goal(part)
             if reason:
-                raise ControllerError(f"controller '{one.name}' refuses: {reason}")
-        goals = (usable[one.name].send_goal(part).goal for one, part in parts)
+                raise ControllerError(f"controller '{controller.name}' refuses: {reason}")
+        goals = (usable[controller.name].send_goal(part).goal for controller, part in parts)
         return tuple(goal for goal in goals if goal is not None)
 
     def execute(self, trajectory: JointTrajectory) -> None:
@@ -208,11 +213,56 @@ class ArmSim:
             trajectory.duration * execution.allowed_execution_duration_scaling
             + execution.allowed_goal_duration_margin
         )
-        self.run_until(lambda: all(goal.done for goal in goals), timeout=allowed)
+        self._advance(
+            round(allowed * 1e9) // self.simulation.clock.step_ns + 1,
+            lambda: all(goal.done for goal in goals),
+        )
         for goal in goals:
+            if not goal.done:
+                raise SimulationError(
+                    f'the trajectory did not end within {allowed:g} s of simulated time'
+                )
             if goal.status is not GoalStatus.SUCCEEDED:
                 message = goal.result.message if goal.result else ''
                 raise ControllerError(f'the trajectory was {goal.status.name.lower()}: {message}')
+
+    def add_object(self, thing: WorldObject) -> None:
+        """
+        Put an object into the world that physics and planner share.
+
+        The planner sees it where it is when a plan is asked for.
+
+        :raises SimulationError: its name is taken, or the physics refuses it.
+        :raises PlanningError: the planner refuses it; nothing is added then.
+        """
+        from armsim_ros.planning.scene.initial_scene import collision_object
+
+        self.simulation.world.add(thing)
+        try:
+            self.scene.apply_object(collision_object(thing, world_in_root(self.settings)))
+        except PlanningError:
+            self.simulation.world.remove(thing.name)
+            raise
+        self._shared_objects.append(thing.name)
+
+    def remove_object(self, name: str) -> None:
+        """
+        Take an object out of the world.
+
+        :raises SimulationError: there is none of that name.
+        """
+        from armsim_ros.planning.scene.update import CollisionObjectUpdate, ObjectOperation
+
+        self.simulation.world.remove(name)
+        if name in self.scene.objects:
+            self.scene.apply_object(CollisionObjectUpdate(name, ObjectOperation.REMOVE))
+        if name in self._shared_objects:
+            self._shared_objects.remove(name)
+
+    def _advance(self, steps: int, until: Callable[[], bool] | None = None) -> None:
+        self.loop.advance(steps, until)
+        for fault in self.loop.poll_faults():
+            raise SimulationError(fault)
 
     def digest(self) -> str:
         """Return a hash of the state of plant, drives and time."""
@@ -222,7 +272,7 @@ class ArmSim:
     def scene(self) -> PlanningScene:
         """What the planner knows of robot and world; objects may be added to it."""
         from armsim_ros.kinematics.kinematic_model import KinematicModel
-        from armsim_ros.planning.initial_scene import initial_scene
+        from armsim_ros.planning.scene.initial_scene import initial_scene
 
         settings = self.settings
         return initial_scene(KinematicModel(self.model), settings, settings.planning_parameters)
@@ -241,40 +291,28 @@ class ArmSim:
             ),
         )
 
-    def _planning_clock(self) -> float:
-        self._planning_ticks += 1
-        return self._planning_ticks * PLANNING_TICK
+    def _update_scene(self) -> None:
+        from armsim_ros.planning.scene.update import CollisionObjectUpdate, ObjectOperation
+
+        self.scene.set_positions(self.joint_positions)
+        root = world_in_root(self.settings)
+        for name in self._shared_objects:
+            if name in self.scene.objects:
+                pose = root @ self.simulation.world.pose(name)
+                self.scene.apply_object(
+                    CollisionObjectUpdate(name, ObjectOperation.MOVE, pose=pose))
 
     def _constraints(self, goal: Goal, group: str) -> Constraints:
-        from armsim_ros.model.geometry import Sphere
-        from armsim_ros.model.transforms import quat_xyzw_from_matrix
-        from armsim_ros.planning.request import (
-            Constraints,
-            JointConstraint,
-            OrientationConstraint,
-            PositionConstraint,
-            Region,
-        )
+        from armsim_ros.planning.request import Constraints
 
         if isinstance(goal, str):
             goal = self._named_state(goal, group)
+        if isinstance(goal, Constraints):
+            return goal
         if isinstance(goal, Mapping):
-            tolerance = JOINT_TOLERANCE
-            return Constraints(
-                tuple(JointConstraint(name, goal[name], tolerance, tolerance) for name in goal)
-            )
+            return Constraints.of_joints(goal)
         pose = np.asarray(goal, dtype=np.float64)
-        tip = self.model.group(group).tips[0]
-        region = Region(Sphere(POSITION_TOLERANCE), pose)
-        x, y, z, w = quat_xyzw_from_matrix(pose).tolist()
-        return Constraints(
-            position_constraints=(PositionConstraint(tip, (region,), self.model.model_frame),),
-            orientation_constraints=(
-                OrientationConstraint(
-                    tip, (x, y, z, w), (ORIENTATION_TOLERANCE,) * 3, self.model.model_frame
-                ),
-            ),
-        )
+        return Constraints.of_pose(self.model.group(group).tips[0], pose, self.model.model_frame)
 
     def _named_state(self, name: str, group: str) -> dict[str, float]:
         states = self.model.semantic.named_states.get(group, {})

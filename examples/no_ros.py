@@ -12,11 +12,10 @@ numbers come from the seed.
 import argparse
 import sys
 
-from armsim_ros.errors import ArmsimError
-from armsim_ros.stack import ArmSim
+from armsim_ros import ArmSim, ArmsimError
 
 
-def run(robot, state, seed):
+def run(robot: str, state: str, seed: int) -> None:
     """Plan, execute and print what happened."""
     sim = ArmSim(robot, seed=seed)
     trajectory = sim.plan(state)
@@ -30,7 +29,7 @@ def run(robot, state, seed):
     print(f'digest {sim.digest()}')
 
 
-def main():
+def main() -> None:
     """Read the command line."""
     parser = argparse.ArgumentParser(description='Plan and execute without ROS.')
     parser.add_argument('state', nargs='?', default='scan_food', help='named state of the SRDF')

@@ -40,7 +40,6 @@ class Client:
     """The few things that this example waits for."""
 
     def __init__(self, node, timeout):
-        """Keep the node and how long [s] it waits for an answer."""
         self.node = node
         self.timeout = timeout
 

@@ -25,6 +25,8 @@ from rclpy.qos import qos_profile_sensor_data
 from trajectory_msgs.msg import JointTrajectoryPoint
 
 TIMEOUT = 30.0
+#: Feedback comes twenty times a second; a line is printed this often [s].
+FEEDBACK_PERIOD = 0.5
 
 
 def wait(node, future, what):
@@ -88,12 +90,19 @@ def main():
     if not client.wait_for_server(timeout_sec=TIMEOUT):
         sys.exit(f'no action server at {arguments.controller}: is the bringup running?')
 
+    shown = 0.0
+
     def print_feedback(message):
+        nonlocal shown
         feedback = message.feedback
         elapsed = feedback.desired.time_from_start
-        error = max(map(abs, feedback.error.positions), default=0.0)
         seconds = elapsed.sec + elapsed.nanosec * 1e-9
-        print(f'{seconds:5.2f} s: largest joint error {error:.5f} rad')
+        if seconds < shown:
+            return
+        shown = seconds + FEEDBACK_PERIOD
+        positions = ' '.join(f'{value:6.3f}' for value in feedback.actual.positions)
+        error = 1e3 * max(map(abs, feedback.error.positions), default=0.0)
+        print(f'{seconds:5.2f} s: joints at {positions} rad, largest error {error:.3g} mrad')
 
     handle = wait(node, client.send_goal_async(goal, print_feedback), 'answer to the goal')
     if not handle.accepted:

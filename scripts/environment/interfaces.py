@@ -30,7 +30,6 @@ class InterfaceWheel:
     """
 
     def __init__(self, root: Path, interpreter: Interpreter, ros: Path | None) -> None:
-        """Compute the key; nothing is built yet."""
         self._root = root
         self._interpreter = interpreter
         ours = sorted(path.parent.name for path in (root / FOLDER).glob('*/package.xml'))

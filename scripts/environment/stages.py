@@ -40,7 +40,6 @@ class EnvironmentBuilder:
     """
 
     def __init__(self, root: Path, venv: Path) -> None:
-        """Read what earlier runs have done."""
         self._root = root
         self._venv = venv
         self._python = venv / 'bin' / 'python'
@@ -79,7 +78,7 @@ class EnvironmentBuilder:
                 self._say('compiling the ROS interface packages beside it (a minute or two, once)')
                 wheel.start(self._python, log)
             self._install_requirements('packages', [
-                *requirements(self._root),
+                *requirements(self._root), *requirements(self._root, 'web'),
                 *(requirements(self._root, 'ros') if ros is None else ())])
             for extra in extras:
                 self._install_requirements(extra, requirements(self._root, extra))

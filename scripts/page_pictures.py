@@ -1,0 +1,148 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""
+Makes the pictures of the page in docs/images from a robot that runs, in headless Chromium.
+
+    .venv/bin/python scripts/page_pictures.py [first collision path two_arms panda]
+
+Ends with an error where the page does not come up or does not do what the picture shows.
+"""
+
+import argparse
+from contextlib import contextmanager
+import io
+from pathlib import Path
+import re
+import sys
+import tempfile
+
+from PIL import Image
+from playwright.sync_api import sync_playwright
+
+ROOT = Path(__file__).resolve().parent.parent
+sys.path.insert(0, str(ROOT))
+
+from armsim_ros.testing.browser import launch_chromium  # noqa: E402
+from armsim_ros.testing.domain import private_domain  # noqa: E402
+from armsim_ros.testing.page_user import (  # noqa: E402
+    PageUser,
+    printed_address,
+    robot_is_seen,
+)
+from armsim_ros.testing.program import Program  # noqa: E402
+from armsim_ros.testing.programs import start_program  # noqa: E402
+from armsim_ros.testing.public_robots import public_urdf  # noqa: E402
+from armsim_ros.testing.robot_user import READY  # noqa: E402
+
+IMAGES = ROOT / 'docs' / 'images'
+SIZE = {'width': 1200, 'height': 760}
+#: For what the page shows after a while [ms]; a machine without a graphics card is slow.
+PATIENCE = 120_000
+
+
+def main():
+    """Make the pictures that are named, or all."""
+    makers = {'first': first, 'collision': collision, 'path': path, 'two_arms': two_arms,
+              'panda': panda}
+    parser = argparse.ArgumentParser(description=__doc__.split('\n')[1])
+    parser.add_argument('names', nargs='*', metavar='PICTURE')
+    wanted = parser.parse_args().names or list(makers)
+    IMAGES.mkdir(parents=True, exist_ok=True)
+    with sync_playwright() as playwright:
+        browser = launch_chromium(playwright)
+        sunday = [makers[name] for name in wanted if name in ('first', 'collision', 'path')]
+        if sunday:
+            with robot() as address:
+                for make in sunday:
+                    scheme = 'dark' if make is path else 'light'
+                    make(open_page(browser, address, color_scheme=scheme))
+        for name in wanted:
+            if name in ('two_arms', 'panda'):
+                makers[name](browser)
+        browser.close()
+
+
+def first(page):
+    """Show what a newcomer sees, and a goal."""
+    page.choose('Goal state', 'scan_food')
+    page.wait_for_verdict('reachable')
+    save(page, 'page_first')
+
+
+def collision(page):
+    """Show the arm folded into itself."""
+    page.unfold('Joints')
+    for joint, angle in (('joint_2', 88), ('joint_3', 155)):
+        page.type_into(f'{joint} [°]', angle)
+    page.wait_for_verdict('collision')
+    save(page, 'page_collision')
+
+
+def path(page):
+    """Show a planned path with its curves, on a dark system."""
+    page.choose('Goal state', 'scan_face2')
+    page.press('Plan')
+    page.wait_for_result('planned')
+    page.unfold('Motion')
+    duration = float(page.field('Time').get_attribute('max'))
+    page.slide('Time', 0.55 * duration)
+    page.tab.locator('#part-motion').evaluate('part => part.scrollIntoView()')
+    save(page, 'page_path')
+
+
+def two_arms(browser):
+    """Show a cell of two arms, one of them where it was sent."""
+    with robot('robot:=two_bots') as address:
+        page = open_page(browser, address)
+        page.go(page.field('Goal state').locator('option').nth(1).get_attribute('value'))
+        save(page, 'page_two_arms')
+
+
+def panda(browser):
+    """Show a Panda with the meshes and the colours of its maker."""
+    urdf = public_urdf('panda')
+    with tempfile.TemporaryDirectory() as folder:
+        made = Program.module('armsim_ros', 'generate_config', str(urdf), '--to',
+                              f'{folder}/panda', environment=None)
+        if made.wait(240) != 0:
+            raise SystemExit(f'no configuration for the Panda:\n{made.text}')
+        with robot(f'robot:={folder}/panda', near=urdf) as address:
+            page = open_page(browser, address)
+            page.go('random valid')
+            save(page, 'page_panda')
+
+
+@contextmanager
+def robot(*arguments, near=None):
+    """Run a robot and its page; the page's address."""
+    with private_domain() as domain, start_program('bringup', domain, *arguments) as bringup, \
+            start_program('web', domain, *([f'near:={near}'] if near else [])) as web:
+        address = printed_address(web.wait_for_line('^page: ', 60))
+        bringup.wait_for_line(re.escape(READY), 120)
+        yield address
+
+
+def open_page(browser, address, **options):
+    """Open the page and wait until the robot is seen."""
+    window = browser.new_context(viewport=SIZE, **options)
+    window.set_default_timeout(PATIENCE)
+    page = PageUser(window.new_page(), address)
+    page.open()
+    page.wait_for_picture(robot_is_seen)
+    return page
+
+
+def save(page, name):
+    """Save the picture as soon as nothing in it changes any more, and close the page."""
+    page.resting_picture()
+    data = page.tab.screenshot()
+    picture = Image.open(io.BytesIO(data)).convert('RGB').quantize(256, dither=Image.Dither.NONE)
+    picture.save(IMAGES / f'{name}.png', optimize=True)
+    print(f'docs/images/{name}.png', flush=True)
+    page.tab.context.close()
+    if page.mistakes:
+        raise SystemExit(f'{name}: {page.mistakes}')
+
+
+if __name__ == '__main__':
+    main()
