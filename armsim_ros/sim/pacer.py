@@ -17,6 +17,9 @@ import numpy as np
 HISTORY = 10_000
 #: Wall time that a loop without a pace leaves to others in between [ns].
 BREATH = 100_000
+#: Share of its time that a loop which cannot keep the pace leaves to others, looked at after so
+#: many waits without a sleep; of what is beyond so long a time [ns] not all was work.
+LEFT_TO_OTHERS, SLEEPLESS_WAITS, LONGEST_WORK_NS = 0.2, 20, 100_000_000
 #: Wall time over which the pace is measured [ns].
 PACE_WINDOW_NS = 1_000_000_000
 
@@ -62,7 +65,9 @@ class Pacer:
     Waits for deadlines that lie one period apart.
 
     A late tick is followed by ticks without a wait until the delay is made up; what is beyond
-    ``catch_up_ns`` is dropped and counted. One thread waits; others may ask for statistics.
+    ``catch_up_ns`` is dropped and counted, and a part of the time is left to others: a thread of
+    real-time priority that never sleeps would starve them. One thread waits; others may ask for
+    statistics.
 
     :param clock: returns monotonic time [ns].
     :param sleep: sleeps for a time [s].
@@ -95,6 +100,7 @@ class Pacer:
         self._dropped_ns = 0.0
         self._pace = 1.0
         self._window_wall, self._window_paced = self._clock(), 0.0
+        self._slept_until, self._sleepless = self._clock(), 0
 
     def breathe(self) -> None:
         """Let others run for a moment, where no pace is kept; the next deadline counts from it."""
@@ -115,12 +121,16 @@ class Pacer:
                 self._sleep((ahead - self._spin_ns) * 1e-9)
             while self._spin_ns and self._clock() < self._deadline:
                 pass
-        elif -ahead > period_ns:
-            self._overruns += 1
-            excess = -ahead - max(self._catch_up_ns, period_ns)
-            if excess > 0.0:
-                self._dropped_ns += excess
-                self._deadline += excess
+            self._slept_until, self._sleepless = self._clock(), 0
+        else:
+            self._sleepless += 1
+            if -ahead > period_ns:
+                self._overruns += 1
+                excess = -ahead - max(self._catch_up_ns, period_ns)
+                if excess > 0.0:
+                    self._dropped_ns += excess
+                    self._deadline += excess
+                    self._give_way()
         now = self._clock()
         late = max(0, int(now - self._deadline))
         self._lateness[self._waits % HISTORY] = late
@@ -131,6 +141,13 @@ class Pacer:
             self._pace = self._window_paced / (now - self._window_wall)
             self._window_wall, self._window_paced = now, 0.0
         return late
+
+    def _give_way(self) -> None:
+        """Sleep for a part of the time since the last sleep, where that was many waits ago."""
+        if self._sleepless >= SLEEPLESS_WAITS:
+            work = min(self._clock() - self._slept_until, LONGEST_WORK_NS)
+            self._sleep(work * 1e-9 * LEFT_TO_OTHERS / (1.0 - LEFT_TO_OTHERS))
+            self._slept_until, self._sleepless = self._clock(), 0
 
     def doze(self, period_ns: float, count: int) -> int:
         """

@@ -102,6 +102,13 @@ def running_server(pytestconfig: pytest.Config) -> Iterator[Server]:
         yield Server(domain, namespace, program, Path(home))
 
 
+@pytest.fixture
+def own_server(pytestconfig: pytest.Config) -> Iterator[Server]:
+    """Start a server for one test, which may leave it in any state."""
+    with running_server(pytestconfig) as server:
+        yield server
+
+
 @pytest.fixture(scope='session')
 def server_client(server: Server) -> Iterator[ClientNode]:
     """Give a node beside the server."""

@@ -33,6 +33,13 @@ def running(server: Any, server_client: ClientNode) -> ArmBench:
     return ArmBench(server_client, server.namespace, joint_states_topic(server_client))
 
 
+@pytest.fixture
+def own_arm(own_server: Any) -> Iterator[ArmBench]:
+    """Give the arm of a server that no other test uses."""
+    with ClientNode(own_server.domain, 'own') as client:
+        yield ArmBench(client, own_server.namespace, joint_states_topic(client))
+
+
 def joint_states_topic(client: ClientNode) -> str:
     """Return the first topic on which somebody publishes joint states."""
     pause = threading.Event()

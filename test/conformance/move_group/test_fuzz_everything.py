@@ -20,9 +20,10 @@ DEFAULT = 30
 
 @pytest.mark.statement('ERR-2', 'SCN-2a')
 def test_every_endpoint_withstands_anything(
-    pytestconfig: pytest.Config, arm: Any, server: Any
+    pytestconfig: pytest.Config, own_arm: Any, own_server: Any
 ) -> None:
     """Requests are answered, refused edits change nothing, the arm stands, and all works on."""
+    arm, server = own_arm, own_server
     names = (arm.group, arm.frame, arm.tip, *arm.group_joints[:3], 'ompl', 'RRTConnect', 'LIN')
     with ClientNode(server.domain, 'fuzz') as client:
         fuzz = Fuzz(client, arm.joint_states.topic, names, namespace=server.namespace,

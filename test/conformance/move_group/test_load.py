@@ -9,6 +9,7 @@ import threading
 import time
 from typing import Any
 
+from motions import until_moving
 from move_group_bench import CANCELED, name_of
 from moveit_msgs.msg import CollisionObject
 from moveit_msgs.srv import GetPositionIK, SetPlannerParams
@@ -68,9 +69,7 @@ def test_a_motion_is_cancelled_during_a_plan(arm: Any, long_plan: Any) -> None:
             if name in arm.group_joints}
     trajectory = straight(arm, goal, 10.0)
     handle = arm.send_execute(trajectory)
-    first = arm.positions()
-    while max(abs(value - first[name]) for name, value in arm.positions().items()) < 0.02:
-        pass
+    until_moving(arm)
     in_time(lambda: arm.cancel(handle))
     before = arm.positions()
     assert in_time(lambda: arm.ended(handle)).status == CANCELED
