@@ -1,14 +1,9 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""
-The joint state broadcaster: samples joint states in simulated time for others to publish.
-
-The control loop's thread samples; any one thread takes the samples, in order, with ``poll``.
-"""
+"""The joint state broadcaster: samples the states of all joints."""
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -20,15 +15,13 @@ from numpy.typing import NDArray
 from armsim_ros.arrays import Vector
 from armsim_ros.config.base import Settings
 from armsim_ros.config.joint_state_broadcaster import JointStateBroadcasterParameters
-from armsim_ros.control.controller import Controller, ControllerContext, NEVER_NS
+from armsim_ros.control.broadcaster import Broadcaster
+from armsim_ros.control.controller import ControllerContext
 from armsim_ros.control.hardware_interface import COMMAND_INTERFACES
-from armsim_ros.control.rate import Rate
 
 InterfaceValues = tuple[str, tuple[str, ...], tuple[float, ...]]
 
 QUANTITIES = ('position', 'velocity', 'effort')
-CAPACITY = 256
-"""So many samples wait for their reader; then the oldest are dropped."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -60,7 +53,7 @@ class JointStateSnapshot:
         return self.interfaces() if self.interfaces is not None else None
 
 
-class JointStateBroadcaster(Controller[JointStateBroadcasterParameters]):
+class JointStateBroadcaster(Broadcaster[JointStateBroadcasterParameters, JointStateSnapshot]):
     """
     Samples the states of all joints, or of those that are asked for.
 
@@ -68,7 +61,6 @@ class JointStateBroadcaster(Controller[JointStateBroadcasterParameters]):
     """
 
     parameters_class: ClassVar[type[Settings]] = JointStateBroadcasterParameters
-    only_looks: ClassVar[bool] = True
 
     def __init__(
         self,
@@ -79,13 +71,10 @@ class JointStateBroadcaster(Controller[JointStateBroadcasterParameters]):
     ) -> None:
         """Start unconfigured, see :class:`Controller`."""
         super().__init__(name, type, parameters, context)
-        self.on_sample: Callable[[], object] | None = None
         self._restricted = bool(parameters.joints and parameters.interfaces)
         self._hardware_joints = self._published()
         extra = tuple(joint.name for joint in parameters.extra_joints)
         self.joint_names = self._hardware_joints + extra
-        self._samples: deque[JointStateSnapshot] = deque(maxlen=CAPACITY)
-        self._rate = Rate(parameters.publish_rate)
         self._gather: list[tuple[int, Vector, NDArray[np.intp], NDArray[np.intp]]] = []
         self._template = np.empty((3, 0))
         self._measured: tuple[tuple[str, tuple[str, ...], int], ...] = ()
@@ -97,9 +86,9 @@ class JointStateBroadcaster(Controller[JointStateBroadcasterParameters]):
         return self.joint_names
 
     @property
-    def required_command_interfaces(self) -> tuple[str, ...]:
-        """None: nothing is commanded."""
-        return ()
+    def publish_rate(self) -> float:
+        """Samples a second [Hz]."""
+        return self.parameters.publish_rate
 
     @property
     def required_state_interfaces(self) -> tuple[str, ...]:
@@ -140,22 +129,8 @@ class JointStateBroadcaster(Controller[JointStateBroadcasterParameters]):
                 source = np.array([hardware.index[j] for j in having], dtype=np.intp)
                 self._gather.append((row, hardware.state.of(kind), source, columns))
 
-    def activate(self, time_ns: int) -> None:
-        """Begin a new rhythm."""
-        self._rate = Rate(self.parameters.publish_rate)
-
-    def deactivate(self, time_ns: int) -> None:
-        """Sample no more; what was sampled can still be taken."""
-        self.time_ns = time_ns
-
-    def update(self, time_ns: int, period: float) -> None:
-        """Take a sample where it is time for one."""
-        if self._rate.due(time_ns):
-            self.sample(time_ns)
-
-    def sample(self, time_ns: int) -> None:
-        """Take a sample now [ns]; only in the control loop's thread."""
-        self.time_ns = time_ns
+    def read(self, time_ns: int) -> JointStateSnapshot:
+        """Return the states of now [ns]."""
         values = self._template.copy()
         for row, state, source, columns in self._gather:
             values[row, columns] = state[source]
@@ -167,27 +142,9 @@ class JointStateBroadcaster(Controller[JointStateBroadcasterParameters]):
             others = {} if self._restricted else hardware.other_states
             interfaces = partial(_interface_values, self._measured, self._extra, states, others)
         frame = self.parameters.frame_id
-        sample = JointStateSnapshot(
+        return JointStateSnapshot(
             time_ns, frame, self.joint_names, values[0], values[1], values[2], interfaces
         )
-        self._samples.append(sample)
-        if self.on_sample is not None:
-            self.on_sample()
-
-    def next_update(self, time_ns: int) -> int:
-        """Return when the next sample is due [ns]."""
-        due_ns = self._rate.next_due_ns(time_ns)
-        return NEVER_NS if due_ns is None else due_ns
-
-    def process_requests(self, time_ns: int) -> None:
-        """Do nothing: a broadcaster has no requests."""
-
-    def poll(self) -> JointStateSnapshot | None:
-        """Return the oldest sample that nobody has taken, or None."""
-        try:
-            return self._samples.popleft()
-        except IndexError:
-            return None
 
     def _published(self) -> tuple[str, ...]:
         hardware, model = self.context.hardware, self.context.model

@@ -1,15 +1,9 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""
-Broadcasters of sensors: they sample states that are no joint's for others to publish.
-
-The control loop's thread samples; any one thread takes the samples, in order, with ``poll``.
-"""
+"""Broadcasters of sensors: they sample states that are no joint's."""
 
 from __future__ import annotations
 
-from collections import deque
-from collections.abc import Callable
 from dataclasses import dataclass
 import math
 from typing import ClassVar
@@ -25,12 +19,8 @@ from armsim_ros.config.sensor_broadcasters import (
     PoseBroadcasterParameters,
     SpeedScalingStateBroadcasterParameters,
 )
-from armsim_ros.control.controller import Controller, NEVER_NS
-from armsim_ros.control.rate import Rate
+from armsim_ros.control.broadcaster import Broadcaster
 from armsim_ros.errors import ControllerError
-
-CAPACITY = 256
-"""So many samples wait for their reader; then the oldest are dropped."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -45,13 +35,8 @@ class SensorSample:
     values: Vector
 
 
-class SensorBroadcaster(Controller[BroadcasterParameters]):
+class SensorBroadcaster(Broadcaster[BroadcasterParameters, SensorSample]):
     """Samples the states that its parameters name."""
-
-    only_looks: ClassVar[bool] = True
-    _rate = Rate(0.0)
-    #: Called in the control loop's thread when there is a sample.
-    on_sample: Callable[[], object] | None = None
 
     @property
     def joints(self) -> tuple[str, ...]:
@@ -62,11 +47,6 @@ class SensorBroadcaster(Controller[BroadcasterParameters]):
     def publish_rate(self) -> float:
         """Samples a second; infinite is one at each update [Hz]."""
         return self.parameters.publish_rate or math.inf
-
-    @property
-    def required_command_interfaces(self) -> tuple[str, ...]:
-        """None: nothing is commanded."""
-        return ()
 
     @property
     def interfaces(self) -> tuple[str, ...]:
@@ -83,41 +63,14 @@ class SensorBroadcaster(Controller[BroadcasterParameters]):
         if self.parameters.missing:
             raise ControllerError(
                 f"parameter '{self.parameters.missing}' of '{self.name}' is empty")
-        self._samples: deque[SensorSample] = deque(maxlen=CAPACITY)
+        self._samples.clear()
 
-    def activate(self, time_ns: int) -> None:
-        """Begin a new rhythm."""
-        self._rate = Rate(self.publish_rate)
-
-    def deactivate(self, time_ns: int) -> None:
-        """Sample no more."""
-
-    def update(self, time_ns: int, period: float) -> None:
-        """Take a sample where it is time for one."""
-        self.time_ns = time_ns
-        if not self._rate.due(time_ns):
-            return
+    def read(self, time_ns: int) -> SensorSample:
+        """Return what is published of now [ns]."""
         states = self.context.hardware.other_states
         values = np.array([states[name] if name else math.nan
                            for name in self.interfaces])  # fmt: skip
-        self._samples.append(SensorSample(time_ns, self._shown(values)))
-        if self.on_sample is not None:
-            self.on_sample()
-
-    def next_update(self, time_ns: int) -> int:
-        """Return when the next sample is due [ns]."""
-        due_ns = self._rate.next_due_ns(time_ns)
-        return NEVER_NS if due_ns is None else due_ns
-
-    def process_requests(self, time_ns: int) -> None:
-        """Do nothing: a broadcaster has no requests."""
-
-    def poll(self) -> SensorSample | None:
-        """Return the oldest sample that nobody has taken, or None."""
-        try:
-            return self._samples.popleft()
-        except IndexError:
-            return None
+        return SensorSample(time_ns, self._shown(values))
 
     def _shown(self, values: Vector) -> Vector:
         """Return what is published for what was read."""

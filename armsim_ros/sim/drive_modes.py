@@ -4,8 +4,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from enum import IntEnum
 
+import numpy as np
+
+from armsim_ros.arrays import Mask
 from armsim_ros.control.hardware_interface import (
     ACCELERATION,
     COMMAND_INTERFACES,
@@ -55,3 +60,46 @@ def mode_of(joint: str, claim: frozenset[str]) -> Mode:
     raise SimulationError(
         f"joint '{joint}' cannot follow [{names}] together; allowed: {legal}"
     )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Followed:
+    """
+    What the drives of n joints follow.
+
+    :param claims: (n,) claimed interfaces.
+    :param position: (n,) those that follow positions; ``velocity`` and ``effort`` likewise.
+    :param velocity_given: (n,) whose velocities are claimed, beside positions or alone.
+    :param effort_added: (n,) whose effort adds to the torque of following positions.
+    """
+
+    claims: tuple[frozenset[str], ...]
+    position: Mask
+    velocity: Mask
+    effort: Mask
+    velocity_given: Mask
+    effort_added: Mask
+
+    @classmethod
+    def of(cls, joints: Sequence[str], claimed: Mapping[str, frozenset[str]]) -> Followed:
+        """
+        Return what the drives of joints follow; one that is not claimed holds.
+
+        :raises SimulationError: interfaces that cannot be followed together.
+        """
+        claims = tuple(claimed.get(name, frozenset()) for name in joints)
+        modes = np.array([mode_of(*pair) for pair in zip(joints, claims, strict=True)],
+                         dtype=np.int64)  # fmt: skip
+        return cls(
+            claims,
+            modes == Mode.POSITION,
+            modes == Mode.VELOCITY,
+            modes == Mode.EFFORT,
+            np.array([VELOCITY in claim for claim in claims], dtype=np.bool_),
+            np.array([claim == {POSITION, EFFORT} for claim in claims], dtype=np.bool_),
+        )
+
+    def changed(self, other: Followed) -> Mask:
+        """Return which joints (n,) have other claims than there."""
+        pairs = zip(self.claims, other.claims, strict=True)
+        return np.array([one != two for one, two in pairs], dtype=np.bool_)

@@ -11,10 +11,10 @@ import numpy as np
 from armsim_ros.arrays import Mask, Matrix, Vector
 from armsim_ros.config.pid_gains import PidGains
 from armsim_ros.config.simulation import SimulationSettings
-from armsim_ros.control.hardware_interface import EFFORT, JointArrays, POSITION, VELOCITY
+from armsim_ros.control.hardware_interface import JointArrays
 from armsim_ros.model.robot_model import RobotModel
 from armsim_ros.sim.drive_gains import count_moving, DriveGains, TUNING_STEPS
-from armsim_ros.sim.drive_modes import Mode, mode_of
+from armsim_ros.sim.drive_modes import Followed
 from armsim_ros.sim.inverse_dynamics import InverseDynamics, stride_of
 from armsim_ros.sim.joint_limits import DrivenLimits
 from armsim_ros.sim.reference import CommandInterpolator
@@ -55,9 +55,7 @@ class Servo:
         self._timestep = settings.timestep
         self._tune = tune
         count = len(self.joint_names)
-        self._mode = np.zeros(count, dtype=np.int64)
-        self._claims: list[frozenset[str]] = [frozenset()] * count
-        self._velocity_given = self._effort_added = np.zeros(count, dtype=np.bool_)
+        self._followed = Followed.of(self.joint_names, {})
         self._follows_effort: Mask = np.zeros(count, dtype=np.bool_)
         self._unknown = np.full(count, np.nan)
         self._velocity_command = np.zeros(count)
@@ -110,29 +108,21 @@ class Servo:
         :returns: (n,) where joints that followed velocities until now rest, NaN for the others.
         :raises SimulationError: interfaces that cannot be followed together; nothing changes.
         """
-        claims = [claimed.get(name, frozenset()) for name in self.joint_names]
-        modes = [mode_of(*pair) for pair in zip(self.joint_names, claims, strict=True)]
-        changed = np.array(
-            [new != old for new, old in zip(claims, self._claims, strict=True)], dtype=np.bool_
-        )
+        followed = Followed.of(self.joint_names, claimed)
+        changed = followed.changed(self._followed)
         rest = np.where(
             self._follows_effort,
             self._measured,
-            np.where(self._mode == Mode.VELOCITY, self.reference, self._target),
+            np.where(self._followed.velocity, self.reference, self._target),
         )
-        left = np.where(changed & (self._mode == Mode.VELOCITY), self.reference, np.nan)
+        left = np.where(changed & self._followed.velocity, self.reference, np.nan)
         self._target = np.where(changed, rest, self._target)
         self._interpolator.restart(self._target, changed)
         self._wanted = np.where(changed, rest, self._wanted)
         for values in (self._velocity_command, self._effort_command, self._integral):
             values[changed] = 0.0
-        self._claims = claims
+        self._followed = followed
         self._follows_effort = self._follows_effort & ~changed
-        self._mode = np.array(modes, dtype=np.int64)
-        self._velocity_given = np.array([VELOCITY in claim for claim in claims], dtype=np.bool_)
-        self._effort_added = np.array(
-            [claim == {POSITION, EFFORT} for claim in claims], dtype=np.bool_
-        )
         self._sort_modes()
         self._follow_inertia()
         return left
@@ -147,21 +137,21 @@ class Servo:
         """
         if self._any_effort:
             given = np.isfinite(command.effort)
-            self._follow_effort((self._mode == Mode.EFFORT) & given)
-            acting = self._follows_effort | (self._effort_added & given)
+            self._follow_effort(self._followed.effort & given)
+            acting = self._follows_effort | (self._followed.effort_added & given)
             self._effort_command = np.where(acting, command.effort, 0.0)
         wanted = command.position
         if self._only_positions and float(wanted.dot(wanted)) < np.inf:
             self._target = wanted.copy()
-            follows = self._follows_position
+            follows = self._followed.position
         else:
-            follows = self._follows_position & np.isfinite(wanted)
+            follows = self._followed.position & np.isfinite(wanted)
             self._target = np.where(follows, wanted, self._target)
         velocity = acceleration = self._unknown
-        if steps > 1 and self._only_references and follows is self._follows_position:
+        if steps > 1 and self._only_references and follows is self._followed.position:
             velocity, acceleration = feedforward.velocity, feedforward.acceleration
         elif steps > 1:
-            given = self._velocity_given
+            given = self._followed.velocity_given
             velocity = np.where(given, command.velocity, feedforward.velocity)
             acceleration = np.where(given, command.acceleration, feedforward.acceleration)
             velocity = np.where(follows, velocity, np.nan)
@@ -171,7 +161,7 @@ class Servo:
         )
         if self._any_velocity:
             bounded = np.clip(command.velocity, -self.limits.velocity, self.limits.velocity)
-            usable = self._follows_velocity & np.isfinite(bounded)
+            usable = self._followed.velocity & np.isfinite(bounded)
             self._velocity_command = np.where(usable, bounded, 0.0)
         self._drop_plan()
 
@@ -295,7 +285,7 @@ class Servo:
             moved = self.reference + h * self._velocity_command
             # The reference waits for a joint that is blocked, within reach of its effort.
             moved = np.minimum(np.maximum(moved, position - self._reach), position + self._reach)
-            wanted = np.where(self._follows_velocity, moved, wanted)
+            wanted = np.where(self._followed.velocity, moved, wanted)
         references = self.limits.bounded(
             self.reference, wanted[None], self._longest_step, self._step_weights
         )
@@ -384,19 +374,18 @@ class Servo:
         self._follow_inertia()
 
     def _sort_modes(self) -> None:
-        self._follows_position: Mask = self._mode == Mode.POSITION
-        self._follows_velocity: Mask = self._mode == Mode.VELOCITY
-        self._only_positions = bool(self._follows_position.all())
+        followed = self._followed
+        self._only_positions = bool(followed.position.all())
         # No claim but positions: what else is known of the reference comes as feed-forward.
-        self._only_references = self._only_positions and not self._velocity_given.any()
-        self._any_velocity = bool(self._follows_velocity.any())
-        self._any_effort = bool((self._mode == Mode.EFFORT).any() or self._effort_added.any())
+        self._only_references = self._only_positions and not followed.velocity_given.any()
+        self._any_velocity = bool(followed.velocity.any())
+        self._any_effort = bool(followed.effort.any() or followed.effort_added.any())
         self._needs_state = bool(
             self._any_velocity or self._follows_effort.any() or self.gains.integrate
         )
         # A velocity command is bounded itself; its reference must keep up with a dragged joint.
         self._longest_step = np.where(
-            self._follows_velocity, np.inf, self._timestep * self.limits.velocity
+            followed.velocity, np.inf, self._timestep * self.limits.velocity
         )
         with np.errstate(divide='ignore', invalid='ignore'):
             self._step_weights = 1.0 / self._longest_step

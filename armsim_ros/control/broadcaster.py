@@ -1,0 +1,91 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""
+The base of controllers that sample states at a rate of simulated time for others to publish.
+
+The control loop's thread samples; any one thread takes the samples, in order, with ``poll``.
+"""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections import deque
+from collections.abc import Callable
+from typing import ClassVar, Generic, TypeVar
+
+from armsim_ros.control.controller import Controller, ControllerContext, NEVER_NS, ParametersT
+from armsim_ros.control.rate import Rate
+
+SampleT = TypeVar('SampleT')
+
+CAPACITY = 256
+"""So many samples wait for their reader; then the oldest are dropped."""
+
+
+class Broadcaster(Controller[ParametersT], Generic[ParametersT, SampleT]):
+    """Commands nothing, and takes a sample whenever it is time for one."""
+
+    only_looks: ClassVar[bool] = True
+
+    def __init__(
+        self,
+        name: str,
+        type: str,  # noqa: A002
+        parameters: ParametersT,
+        context: ControllerContext,
+    ) -> None:
+        """Start unconfigured, see :class:`Controller`."""
+        super().__init__(name, type, parameters, context)
+        #: Called in the control loop's thread when there is a sample.
+        self.on_sample: Callable[[], object] | None = None
+        self._samples: deque[SampleT] = deque(maxlen=CAPACITY)
+        self._rate = Rate(0.0)
+
+    @property
+    @abstractmethod
+    def publish_rate(self) -> float:
+        """Samples a second; infinite is one at each update, 0 is none [Hz]."""
+
+    @abstractmethod
+    def read(self, time_ns: int) -> SampleT:
+        """Return a sample of now [ns]."""
+
+    @property
+    def required_command_interfaces(self) -> tuple[str, ...]:
+        """None: nothing is commanded."""
+        return ()
+
+    def activate(self, time_ns: int) -> None:
+        """Begin a new rhythm."""
+        self._rate = Rate(self.publish_rate)
+
+    def deactivate(self, time_ns: int) -> None:
+        """Sample no more; what was sampled can still be taken."""
+        self.time_ns = time_ns
+
+    def update(self, time_ns: int, period: float) -> None:
+        """Take a sample where it is time for one."""
+        if self._rate.due(time_ns):
+            self.sample(time_ns)
+
+    def sample(self, time_ns: int) -> None:
+        """Take a sample now [ns]; only in the control loop's thread."""
+        self.time_ns = time_ns
+        self._samples.append(self.read(time_ns))
+        if self.on_sample is not None:
+            self.on_sample()
+
+    def next_update(self, time_ns: int) -> int:
+        """Return when the next sample is due [ns]."""
+        due_ns = self._rate.next_due_ns(time_ns)
+        return NEVER_NS if due_ns is None else due_ns
+
+    def process_requests(self, time_ns: int) -> None:
+        """Do nothing: a broadcaster has no requests."""
+
+    def poll(self) -> SampleT | None:
+        """Return the oldest sample that nobody has taken, or None."""
+        try:
+            return self._samples.popleft()
+        except IndexError:
+            return None
