@@ -16,6 +16,8 @@ from rclpy.node import Node
 from rclpy.service import Service
 from type_description_interfaces.srv import GetTypeDescription
 
+from armsim_ros.nodes import qos
+
 #: Packages of the services that rclpy serves itself.
 _RCLPYS = ('rcl_interfaces', 'type_description_interfaces')
 
@@ -43,7 +45,8 @@ class GuardedNode(Node):
     def create_service(
         self, srv_type: Any, srv_name: str, callback: Answer, **options: Any
     ) -> Service:
-        """Serve; a callback that fails is logged and answered for."""
+        """Serve, a burst of requests too; a callback that fails is logged and answered for."""
+        options.setdefault('qos_profile', qos.SERVICES)
         return super().create_service(
             srv_type, srv_name, self._guarded(srv_type, callback), **options
         )

@@ -57,7 +57,13 @@ SERVICES = _profile(
     0,
     QoSHistoryPolicy.KEEP_ALL,
 )
-"""Services, those of actions too: a burst of requests loses none."""
+"""Services: a burst of requests loses none."""
+
+ACTION_SERVICES = dict.fromkeys(
+    ('goal_service_qos_profile', 'result_service_qos_profile', 'cancel_service_qos_profile'),
+    SERVICES,
+)
+"""Arguments of an action server, for the same."""
 
 DESCRIPTION = _profile(QoSReliabilityPolicy.RELIABLE, QoSDurabilityPolicy.TRANSIENT_LOCAL, 1)
 """Subscriptions to a latched text."""

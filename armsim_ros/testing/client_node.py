@@ -26,6 +26,9 @@ LATCHED = QoSProfile(
 )
 
 
+PATIENCE = 30.0
+"""Time [s] in which everything happens on a machine that does other things too."""
+
 FIND_BACK = 0.2
 """
 Time [s] for a server to find a new client.
@@ -64,7 +67,9 @@ class ClientNode:
         self._thread = threading.Thread(target=self._spin, name=name, daemon=True)
         self._thread.start()
 
-    def call(self, service: str, kind: type, request: Any = None, timeout: float = 10.0) -> Any:
+    def call(
+        self, service: str, kind: type, request: Any = None, timeout: float = PATIENCE
+    ) -> Any:
         """
         Call a service and return the response.
 
@@ -80,7 +85,7 @@ class ClientNode:
         future = client.call_async(kind.Request() if request is None else request)
         return self.result(future, deadline - time.monotonic(), f'answer of {service}')
 
-    def connect(self, services: Mapping[str, type], timeout: float = 10.0) -> None:
+    def connect(self, services: Mapping[str, type], timeout: float = PATIENCE) -> None:
         """
         Make ready to call services, many at once where that is wanted.
 
@@ -102,7 +107,7 @@ class ClientNode:
         """Let others find what this node has just made."""
         self._closing.wait(FIND_BACK)
 
-    def result(self, future: Future, timeout: float = 10.0, what: str = 'answer') -> Any:
+    def result(self, future: Future, timeout: float = PATIENCE, what: str = 'answer') -> Any:
         """
         Wait for a future of this node.
 
@@ -114,7 +119,7 @@ class ClientNode:
         assert done.wait(max(timeout, 0.0)), f'no {what} within {timeout:.1f} s'
         return future.result()
 
-    def in_executor(self, work: Callable[[], Any], timeout: float = 10.0) -> Any:
+    def in_executor(self, work: Callable[[], Any], timeout: float = PATIENCE) -> Any:
         """
         Do something in the executor's thread and return what it returns.
 
@@ -129,7 +134,7 @@ class ClientNode:
         """Subscribe to a topic and keep what arrives."""
         return Collector(self, topic, kind, qos)
 
-    def latched(self, topic: str, kind: type, timeout: float = 10.0) -> Any:
+    def latched(self, topic: str, kind: type, timeout: float = PATIENCE) -> Any:
         """Return the last value of a latched topic."""
         return self.collect(topic, kind, LATCHED).wait(1, timeout)[-1]
 
@@ -194,7 +199,7 @@ class Collector:
         with self._condition:
             self._messages.clear()
 
-    def wait(self, count: int = 1, timeout: float = 10.0) -> list[Any]:
+    def wait(self, count: int = 1, timeout: float = PATIENCE) -> list[Any]:
         """
         Return all messages as soon as there are ``count``.
 
@@ -208,7 +213,7 @@ class Collector:
             )
             return list(self._messages)
 
-    def wait_for(self, matches: Callable[[Any], bool], timeout: float = 10.0) -> Any:
+    def wait_for(self, matches: Callable[[Any], bool], timeout: float = PATIENCE) -> Any:
         """
         Return the first message that matches, waiting for it.
 

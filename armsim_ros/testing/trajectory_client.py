@@ -17,7 +17,7 @@ from rclpy.qos import QoSDurabilityPolicy, QoSHistoryPolicy, QoSProfile, QoSReli
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from armsim_ros.nodes.conversions.time import duration_from_seconds
-from armsim_ros.testing.client_node import ClientNode
+from armsim_ros.testing.client_node import ClientNode, PATIENCE
 
 ALL = QoSProfile(history=QoSHistoryPolicy.KEEP_ALL)
 
@@ -75,7 +75,7 @@ class Goal:
         self._handle: Any = None
         self._send_future: Any = None
 
-    def accepted(self, timeout: float = 10.0) -> bool:
+    def accepted(self, timeout: float = PATIENCE) -> bool:
         """Wait for the server's answer and return whether it took the goal."""
         if self._handle is None:
             self._handle = self._client.client.result(
@@ -93,7 +93,7 @@ class Goal:
             response.status, response.result.error_code, response.result.error_string
         )
 
-    def cancel(self, timeout: float = 10.0) -> bool:
+    def cancel(self, timeout: float = PATIENCE) -> bool:
         """Ask for cancellation; return whether the server agreed."""
         assert self.accepted(timeout), 'the goal was rejected'
         node = self._client.client
@@ -101,7 +101,7 @@ class Goal:
         response = node.result(future, timeout, 'answer to the cancellation')
         return bool(response.goals_canceling)
 
-    def wait_for_feedback(self, count: int = 1, timeout: float = 10.0) -> list[Any]:
+    def wait_for_feedback(self, count: int = 1, timeout: float = PATIENCE) -> list[Any]:
         """Return all feedback as soon as there are ``count`` messages."""
         with self._condition:
             enough = self._condition.wait_for(lambda: len(self.feedback) >= count, timeout)
@@ -144,7 +144,7 @@ class TrajectoryClient:
             JointTrajectory, f'{controller}/joint_trajectory', qos
         )
 
-    def wait_for_server(self, timeout: float = 10.0) -> None:
+    def wait_for_server(self, timeout: float = PATIENCE) -> None:
         """Wait until the action server answers to discovery."""
         assert self._action.wait_for_server(timeout), (
             f'no action server {self.controller}/follow_joint_trajectory in {timeout} s'

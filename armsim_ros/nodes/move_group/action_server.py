@@ -14,6 +14,7 @@ from rclpy.action.server import ServerGoalHandle
 from rclpy.task import Future
 
 from armsim_ros.errors import MoveItErrorCode
+from armsim_ros.nodes import qos
 from armsim_ros.nodes.move_group.context import Context
 
 #: How long a result waits for a client that asks late [s], and how many of them wait at most.
@@ -42,6 +43,7 @@ class MoveGroupActionServer(ActionServer):
             callback_group=context.group,
             cancel_callback=lambda goal: CancelResponse.ACCEPT,
             result_timeout=RESULT_TIMEOUT,
+            **qos.ACTION_SERVICES,
         )
         self._ended: deque[ServerGoalHandle] = deque()
 

@@ -17,7 +17,6 @@ from rclpy.node import Node
 
 from armsim_ros.control.controller_manager import ControllerManager
 from armsim_ros.errors import ControllerError
-from armsim_ros.nodes import qos
 from armsim_ros.nodes.conversions.controller_manager import (
     component_message,
     controller_message,
@@ -52,7 +51,7 @@ class ControllerManagerQueries:
                 self._set_component_state,
             ),
         ):
-            node.create_service(kind, f'~/{name}', answer, qos_profile=qos.SERVICES)
+            node.create_service(kind, f'~/{name}', answer)
 
     def _list_controllers(self, _: Any, response: Any) -> Any:
         response.controller = [

@@ -22,7 +22,6 @@ from rclpy.task import Future
 
 from armsim_ros.control.controller_manager import ControllerManager, Strictness
 from armsim_ros.errors import ArmsimError
-from armsim_ros.nodes import qos
 from armsim_ros.nodes.conversions.time import seconds_from_duration
 from armsim_ros.nodes.simulation.dispatcher import Dispatcher
 
@@ -72,9 +71,7 @@ class ControllerManagerServices:
         self._create('switch_controller', SwitchController, self._switch, waiting)
 
     def _create(self, name: str, kind: type, answer: Any, group: Any = None) -> None:
-        self._node.create_service(
-            kind, f'~/{name}', answer, qos_profile=qos.SERVICES, callback_group=group
-        )
+        self._node.create_service(kind, f'~/{name}', answer, callback_group=group)
 
     def _named(self, work: Callable[[str], object]) -> Callable[[Any, Any], Any]:
         def answer(request: Any, response: Any) -> Any:

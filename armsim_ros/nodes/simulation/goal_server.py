@@ -65,9 +65,7 @@ class GoalServer(ABC):
             goal_callback=self._decide,
             handle_accepted_callback=self._accept,
             cancel_callback=self._cancel,
-            goal_service_qos_profile=qos.SERVICES,
-            result_service_qos_profile=qos.SERVICES,
-            cancel_service_qos_profile=qos.SERVICES,
+            **qos.ACTION_SERVICES,
             result_timeout=RESULT_TIMEOUT,
         )
 

@@ -8,7 +8,6 @@ from control_msgs.srv import QueryTrajectoryState
 from rclpy.node import Node
 
 from armsim_ros.control.joint_trajectory_controller import JointTrajectoryController
-from armsim_ros.nodes import qos
 from armsim_ros.nodes.conversions.time import ns_from_time
 
 
@@ -22,7 +21,7 @@ class QueryStateService:
     def __init__(self, node: Node, controller: JointTrajectoryController) -> None:
         self._controller = controller
         self._service = node.create_service(
-            QueryTrajectoryState, '~/query_state', self._answer, qos_profile=qos.SERVICES
+            QueryTrajectoryState, '~/query_state', self._answer
         )
 
     def _answer(

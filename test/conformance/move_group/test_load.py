@@ -12,8 +12,9 @@ from typing import Any
 from motions import until_moving
 from move_group_bench import CANCELED, name_of
 from moveit_msgs.msg import CollisionObject
-from moveit_msgs.srv import GetPositionIK, SetPlannerParams
+from moveit_msgs.srv import GetPositionFK, GetPositionIK, SetPlannerParams
 import pytest
+from rclpy.qos import QoSHistoryPolicy, QoSProfile
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 from wire import at, box, quiet_diff, removal, thing
 
@@ -86,6 +87,21 @@ def test_a_plan_that_waits_for_another_can_be_cancelled(arm: Any, long_plan: Any
     in_time(lambda: arm.cancel(second))
     ended = in_time(lambda: arm.ended(second))
     assert (ended.status, ended.code) == (CANCELED, 'PREEMPTED')
+
+
+@pytest.mark.statement('SRV-1')
+def test_a_burst_of_questions(arm: Any) -> None:
+    """Three hundred requests at once are all answered."""
+    node = arm.client.node
+    every = QoSProfile(history=QoSHistoryPolicy.KEEP_ALL)
+    client = node.create_client(GetPositionFK, arm.name('compute_fk'), qos_profile=every)
+    assert client.wait_for_service(5.0)
+    arm.client.settle()
+    request = GetPositionFK.Request(fk_link_names=[arm.tip])
+    pending = [client.call_async(request) for _ in range(300)]
+    answers = [arm.client.result(one, 15.0, 'answer of compute_fk') for one in pending]
+    assert {name_of(answer.error_code) for answer in answers} == {'SUCCESS'}
+    arm.client.in_executor(lambda: node.destroy_client(client))
 
 
 @pytest.mark.statement('SRV-1', 'SRV-10')

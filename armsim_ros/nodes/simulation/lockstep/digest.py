@@ -12,7 +12,6 @@ from rclpy.node import Node
 from std_srvs.srv import Trigger
 
 from armsim_ros.errors import SimulationError
-from armsim_ros.nodes import qos
 from armsim_ros.nodes.simulation.world.work import Work
 
 
@@ -31,7 +30,7 @@ class Digest:
         self._digest = digest
         node.create_service(
             Trigger, '/simulation/digest', self._answer,
-            qos_profile=qos.SERVICES, callback_group=ReentrantCallbackGroup(),
+            callback_group=ReentrantCallbackGroup(),
         )  # fmt: skip
 
     async def _answer(self, _: Any, response: Trigger.Response) -> Trigger.Response:

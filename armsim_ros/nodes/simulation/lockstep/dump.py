@@ -19,7 +19,6 @@ from std_srvs.srv import Trigger
 from armsim_ros.config.simulation import RecorderSettings
 from armsim_ros.control.events import ControllerEvent
 from armsim_ros.errors import SimulationError
-from armsim_ros.nodes import qos
 from armsim_ros.nodes.simulation.world.work import Work
 from armsim_ros.recording.flight_recorder import FlightRecorder
 
@@ -49,7 +48,7 @@ class Dump:
         self._writer = ThreadPoolExecutor(1, 'recording')
         node.create_service(
             Trigger, '/simulation/dump', self._answer,
-            qos_profile=qos.SERVICES, callback_group=ReentrantCallbackGroup(),
+            callback_group=ReentrantCallbackGroup(),
         )  # fmt: skip
 
     def write_soon(self, reason: str) -> None:

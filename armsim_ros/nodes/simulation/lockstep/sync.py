@@ -12,7 +12,6 @@ from rclpy.node import Node
 from std_srvs.srv import Trigger
 
 from armsim_ros.errors import SimulationError
-from armsim_ros.nodes import qos
 from armsim_ros.nodes.simulation.world.work import Work
 
 
@@ -35,7 +34,7 @@ class Sync:
         self._publish = publish
         node.create_service(
             Trigger, '/simulation/sync', self._answer,
-            qos_profile=qos.SERVICES, callback_group=ReentrantCallbackGroup(),
+            callback_group=ReentrantCallbackGroup(),
         )  # fmt: skip
 
     async def _answer(self, _: Any, response: Trigger.Response) -> Trigger.Response:

@@ -19,7 +19,6 @@ from simulation_interfaces.srv import (
     SetEntityState,
 )
 
-from armsim_ros.nodes import qos
 from armsim_ros.nodes.simulation.world.answers import (
     answered,
     box,
@@ -57,9 +56,7 @@ class EntityServices:
             ('/set_entity_info', SetEntityInfo, self._set_info),
             ('/get_entity_bounds', GetEntityBounds, self._bounds),
         ):
-            node.create_service(
-                kind, name, answer, qos_profile=qos.SERVICES, callback_group=group
-            )
+            node.create_service(kind, name, answer, callback_group=group)
 
     @answered
     async def _list(self, request: Any, response: Any) -> None:

@@ -14,7 +14,6 @@ from simulation_interfaces.srv import ResetSimulation
 from std_srvs.srv import Empty
 
 from armsim_ros.errors import SimulationError
-from armsim_ros.nodes import qos
 from armsim_ros.nodes.simulation.world.answers import answered, refuse
 from armsim_ros.nodes.simulation.world.run_state import RunState
 from armsim_ros.nodes.simulation.world.work import Work
@@ -48,15 +47,14 @@ class Resetting:
         """Called in the loop's thread after each reset."""
         group = ReentrantCallbackGroup()
         node.create_service(ResetSimulation, '/reset_simulation', self._reset,
-                            qos_profile=qos.SERVICES, callback_group=group)
+                            callback_group=group)
         for name, answer in (
             ('/gazebo/pause_physics', self._pause),
             ('/gazebo/unpause_physics', self._unpause),
             ('/gazebo/reset_world', self._reset_world),
             ('/gazebo/reset_simulation', self._reset_simulation),
         ):
-            node.create_service(Empty, name, answer, qos_profile=qos.SERVICES,
-                                callback_group=group)
+            node.create_service(Empty, name, answer, callback_group=group)
 
     async def reset(self, scope: int, *, stop: bool = False) -> None:
         """

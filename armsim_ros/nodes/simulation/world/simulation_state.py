@@ -16,7 +16,6 @@ from simulation_interfaces.srv import (
     SetSimulationState,
 )
 
-from armsim_ros.nodes import qos
 from armsim_ros.nodes.simulation.dispatcher import Dispatcher
 from armsim_ros.nodes.simulation.world.answers import answered, refuse
 from armsim_ros.nodes.simulation.world.resetting import Resetting
@@ -54,9 +53,7 @@ class SimulationStateServices:
             ('/get_simulation_state', GetSimulationState, self._get),
             ('/set_simulation_state', SetSimulationState, self._set),
         ):
-            node.create_service(
-                kind, name, answer, qos_profile=qos.SERVICES, callback_group=group
-            )
+            node.create_service(kind, name, answer, callback_group=group)
 
     @answered
     async def _get(self, _: Any, response: Any) -> None:

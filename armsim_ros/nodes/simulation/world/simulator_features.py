@@ -12,7 +12,6 @@ from rclpy.node import Node
 from simulation_interfaces.msg import SimulatorFeatures as Features
 from simulation_interfaces.srv import GetSimulatorFeatures
 
-from armsim_ros.nodes import qos
 from armsim_ros.sim.world_files.resources import FORMATS
 
 #: What has a service here that does it.
@@ -60,8 +59,7 @@ class SimulatorFeatures:
         self._info = (
             f'armsim_ros with MuJoCo {mujoco.__version__}, Python {platform.python_version()}; '
             f'mode: real time; physics step: {timestep:g} s')
-        node.create_service(GetSimulatorFeatures, '/get_simulator_features', self._answer,
-                            qos_profile=qos.SERVICES)
+        node.create_service(GetSimulatorFeatures, '/get_simulator_features', self._answer)
 
     def _answer(self, _: Any, response: Any) -> Any:
         response.features.features = [int(feature) for feature in _FEATURES]

@@ -15,7 +15,6 @@ from simulation_interfaces.srv import DeleteEntity, GetSpawnables, SpawnEntities
 
 from armsim_ros.errors import ArmsimError
 from armsim_ros.model.world_objects import WorldObject
-from armsim_ros.nodes import qos
 from armsim_ros.nodes.simulation.world.answers import (
     answered,
     box,
@@ -88,9 +87,7 @@ class Spawning:
             ('/delete_entity', DeleteEntity, self._delete),
             ('/get_spawnables', GetSpawnables, self._spawnables),
         ):
-            node.create_service(
-                kind, name, answer, qos_profile=qos.SERVICES, callback_group=group
-            )
+            node.create_service(kind, name, answer, callback_group=group)
 
     @answered
     async def _spawn_one(self, request: Any, response: Any) -> None:

@@ -48,7 +48,7 @@ class Stepping:
         self._publish = publish
         group = ReentrantCallbackGroup()
         node.create_service(StepSimulation, '/step_simulation', self._step,
-                            qos_profile=qos.SERVICES, callback_group=group)
+                            callback_group=group)
         self._server = ActionServer(
             node,
             SimulateSteps,
@@ -56,9 +56,7 @@ class Stepping:
             execute_callback=self._execute,
             cancel_callback=lambda _: CancelResponse.ACCEPT,
             callback_group=group,
-            goal_service_qos_profile=qos.SERVICES,
-            result_service_qos_profile=qos.SERVICES,
-            cancel_service_qos_profile=qos.SERVICES,
+            **qos.ACTION_SERVICES,
         )
 
     @answered

@@ -47,8 +47,7 @@ class VacuumGripperServer:
         place = f'{namespace}/{gripper.name}'
         group = ReentrantCallbackGroup()
         for name, answer in (('on', self._on), ('off', self._off)):
-            node.create_service(Empty, f'{place}/{name}', answer, qos_profile=qos.SERVICES,
-                                callback_group=group)
+            node.create_service(Empty, f'{place}/{name}', answer, callback_group=group)
         self._publisher = node.create_publisher(Bool, f'{place}/grasping', qos.LATCHED)
         self._publish()
         dispatcher.every(_PERIOD, self._look)

@@ -19,7 +19,6 @@ from simulation_interfaces.srv import (
 )
 
 from armsim_ros.errors import ResourceError, SimulationError
-from armsim_ros.nodes import qos
 from armsim_ros.nodes.simulation.world.answers import answered, refuse
 from armsim_ros.nodes.simulation.world.filters import has_tags
 from armsim_ros.nodes.simulation.world.resetting import Resetting
@@ -72,9 +71,7 @@ class Worlds:
             ('/load_world', LoadWorld, self._load),
             ('/unload_world', UnloadWorld, self._unload),
         ):
-            node.create_service(
-                kind, name, answer, qos_profile=qos.SERVICES, callback_group=group
-            )
+            node.create_service(kind, name, answer, callback_group=group)
 
     @answered
     async def _available(self, request: Any, response: Any) -> None:
