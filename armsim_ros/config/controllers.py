@@ -30,6 +30,7 @@ from armsim_ros.config.joint_trajectory_controller import (
     JointTrajectoryControllerParameters,
     ScaledJointTrajectoryControllerParameters,
 )
+from armsim_ros.config.pid_controller import PidControllerParameters
 from armsim_ros.config.sensor_broadcasters import (
     ForceTorqueSensorBroadcasterParameters,
     IMUSensorBroadcasterParameters,
@@ -55,6 +56,7 @@ PARAMETERS: Mapping[str, type[Settings]] = {
     'imu_sensor_broadcaster/IMUSensorBroadcaster': IMUSensorBroadcasterParameters,
     'pose_broadcaster/PoseBroadcaster': PoseBroadcasterParameters,
     'gpio_controllers/GpioCommandController': GpioCommandControllerParameters,
+    'pid_controller/PidController': PidControllerParameters,
     BROADCASTER: JointStateBroadcasterParameters,
     'position_controllers/GripperActionController': GripperActionControllerParameters,
     'effort_controllers/GripperActionController': GripperActionControllerParameters,

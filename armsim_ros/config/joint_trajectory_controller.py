@@ -223,6 +223,18 @@ class JointTrajectoryControllerParameters(Settings):
         return self
 
     @property
+    def commanded(self) -> tuple[str, ...]:
+        """Joints of the hardware, or ``controller/joint`` of following controllers."""
+        return self.command_joints or self.joints
+
+    @property
+    def commanding(self) -> tuple[str, ...]:
+        """The joint whose trajectory each of them gets: its own, else that in its place."""
+        if set(self.commanded) <= set(self.joints):
+            return self.commanded
+        return self.joints
+
+    @property
     def uses_pid(self) -> bool:
         """Whether commands come from the PID: velocity alone or effort alone."""
         return self.command_interfaces in (('velocity',), ('effort',))

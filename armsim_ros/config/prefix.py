@@ -17,7 +17,7 @@ from armsim_ros.config.robot_settings import RobotSettings
 from armsim_ros.config.simulation import SimulationSettings
 
 #: Keys of controllers' parameters that hold a joint or a list of joints.
-_JOINTS = ('joint', 'joints', 'command_joints')
+_JOINTS = ('joint', 'joints', 'command_joints', 'dof_names', 'reference_and_state_dof_names')
 #: Keys that hold blocks by joint, beside other keys.
 _JOINT_BLOCKS = ('constraints', 'gains', 'velocity_ff')
 #: Keys that hold ``joint/interface``.
@@ -64,11 +64,16 @@ def _controller(controller: ControllerSettings, name: Rename) -> ControllerSetti
     parameters: Settings = controller.parameters
     content = parameters.model_dump(by_alias=True, exclude_unset=True)
     joints = set(controller.joints)
+
+    def joint(text: str) -> str:
+        owner, slash, own = text.rpartition('/')
+        return f'{owner}{slash}{name(own)}'  # controllers keep their names, their joints do not
+
     for key, value in content.items():
         if key in _JOINTS:
-            content[key] = name(value) if isinstance(value, str) else [name(one) for one in value]
+            content[key] = joint(value) if isinstance(value, str) else list(map(joint, value))
         elif key in _JOINT_BLOCKS:
-            content[key] = {name(inner) if inner in joints else inner: block
+            content[key] = {joint(inner) if inner in joints else inner: block
                             for inner, block in value.items()}
         elif key in _JOINT_INTERFACES:
             content[key] = name(value)

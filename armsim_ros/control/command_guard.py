@@ -158,14 +158,13 @@ class EffortGuard(CommandGuard):
 
 class OtherGuard(CommandGuard):
     """
-    Commands of sensors and gpios as they come; the last one stays.
+    Commands of sensors, gpios and following controllers as they come; the last one stays.
 
     :param interfaces: (n,) as ``gpio/interface``.
     """
 
     def __init__(self, interfaces: Sequence[str], hardware: HardwareInterface) -> None:
-        self._hardware = hardware
-        self._interfaces = tuple(interfaces)
+        self._stores = [(hardware.store_of(name), name) for name in interfaces]
 
     def start(self) -> None:
         """Leave the commands that stand."""
@@ -177,7 +176,8 @@ class OtherGuard(CommandGuard):
 
     def write(self, period: float) -> bool:
         """Write the values."""
-        self._hardware.other_commands.update(zip(self._interfaces, self._wanted, strict=False))
+        for (store, name), value in zip(self._stores, self._wanted, strict=False):
+            store[name] = value
         return False
 
     def time_out(self) -> None:
@@ -192,3 +192,25 @@ GUARDS: dict[str, type[CommandGuard]] = {
     VELOCITY: VelocityGuard,
     EFFORT: EffortGuard,
 }
+
+
+def guards_of(
+    targets: Sequence[tuple[str, str]], hardware: HardwareInterface, model: RobotModel | None
+) -> tuple[tuple[CommandGuard, list[int]], ...]:
+    """
+    Return the guards of a controller's commands, each with the places of its values.
+
+    :param targets: (owner, interface) of each value of a command.
+    """
+    columns: dict[str, list[int]] = {}
+    for column, (owner, kind) in enumerate(targets):
+        columns.setdefault(kind if owner in hardware.index else '', []).append(column)
+    others = columns.pop('', [])
+    guards: list[tuple[CommandGuard, list[int]]] = [
+        (GUARDS[kind]([targets[column][0] for column in chosen], hardware, model), chosen)
+        for kind, chosen in columns.items()
+    ]
+    if others:
+        names = ['/'.join(targets[column]) for column in others]
+        guards.append((OtherGuard(names, hardware), others))
+    return tuple(guards)

@@ -22,6 +22,7 @@ from armsim_ros.control.hardware_interface import (
     COMMAND_INTERFACES,
     EFFORT,
     HardwareInterface,
+    JointArrays,
     POSITION,
     VELOCITY,
 )
@@ -43,26 +44,35 @@ class CommandWriter:
     Commands of one trajectory controller.
 
     :param parameters: joints, command interfaces, gains.
-    :param hardware: whose command arrays are written.
+    :param hardware: whose command arrays are written, or the references of following
+        controllers where the commanded joints are those of controllers.
     """
 
     def __init__(
         self, parameters: JointTrajectoryControllerParameters, hardware: HardwareInterface
     ) -> None:
-        commanded = parameters.command_joints or parameters.joints
-        self._columns = compact([parameters.joints.index(name) for name in commanded])
-        self._target = compact([hardware.index[name] for name in commanded])
+        commanded, joints = parameters.commanded, parameters.commanding
+        self._columns = compact([parameters.joints.index(name) for name in joints])
+        chained = commanded[0] not in hardware.index
         self._hardware = hardware
+        command, feedforward = hardware.command, hardware.feedforward
+        if chained:
+            command = feedforward = JointArrays.filled(len(commanded))
+        self._command, self._feedforward = command, feedforward
+        self._target = compact(
+            [i if chained else hardware.index[name] for i, name in enumerate(commanded)])
         self._joints = len(parameters.joints)
         self._kinds = tuple(kind for kind in COMMAND_INTERFACES
                             if kind in parameters.command_interfaces)  # fmt: skip
-        self._commanded = commanded
+        self._commanded = joints
+        self._references = [
+            (kind, [f'{name}/{kind}' for name in commanded]) for kind in self._kinds if chained]
         self.forwards_position = POSITION in self._kinds
-        self._feeds_forward = self.forwards_position and EFFORT not in self._kinds
+        self._feeds_forward = (
+            self.forwards_position and EFFORT not in self._kinds and not chained)
         self._closed_loop = parameters.uses_pid and not (
             parameters.open_loop_control and self._kinds == (VELOCITY,)
         )
-        command, feedforward = hardware.command, hardware.feedforward
         rows = [COMMAND_INTERFACES.index(kind) for kind in self._kinds]
         self._routes = [
             (row, command.of(kind)) for row, kind in zip(rows, self._kinds, strict=True)
@@ -71,9 +81,9 @@ class CommandWriter:
             self._aside = [(1, feedforward.velocity), (2, feedforward.acceleration)]
         else:
             self._aside = []
-        self._pids = [Pid(parameters.gains[name]) for name in commanded]
-        self._column_list = [parameters.joints.index(name) for name in commanded]
-        self._scales = np.array([parameters.gains[n].ff_velocity_scale for n in commanded])
+        self._pids = [Pid(parameters.gains[name]) for name in joints]
+        self._column_list = [parameters.joints.index(name) for name in joints]
+        self._scales = np.array([parameters.gains[n].ff_velocity_scale for n in joints])
         self._closed = np.zeros(len(commanded))
 
     @property
@@ -90,7 +100,7 @@ class CommandWriter:
             pid.set_gains(gains)
             self._scales[i] = gains.ff_velocity_scale
         changed = {name: new[name] for name in self._commanded if new[name] != old[name]}
-        if changed and self.forwards_position:
+        if changed and self.forwards_position and not self._references:
             self._hardware.set_gains(changed)
 
     def reset(self) -> None:
@@ -112,7 +122,8 @@ class CommandWriter:
             self._close_loop(ahead, error, period)
             row = COMMAND_INTERFACES.index(self._kinds[0])
             output[row, columns] = self._closed
-            self._hardware.command.of(self._kinds[0])[target] = self._closed
+            self._command.of(self._kinds[0])[target] = self._closed
+            self._pass_on()
             return
         for row, command in self._routes:
             values = ahead[row, columns]
@@ -120,6 +131,7 @@ class CommandWriter:
             command[target] = values
         for row, feedforward in self._aside:
             feedforward[target] = ahead[row, columns]
+        self._pass_on()
 
     @property
     def plans(self) -> bool:
@@ -147,16 +159,26 @@ class CommandWriter:
         """Return the position commands that stand (n,), NaN for joints without [rad or m]."""
         positions = np.full(self._joints, np.nan)
         if self.forwards_position:
-            positions[self._columns] = self._hardware.command.position[self._target]
+            positions[self._columns] = self._command.position[self._target]
         return positions
 
     def release(self) -> None:
-        """Stop all but positions, which stay where they are."""
+        """Stop all but positions, which stay where they are; forget all of chained ones."""
+        if self._references:
+            for kind in self._kinds:
+                self._command.of(kind)[:] = np.nan
+            return
         for kind in self._kinds:
             if kind in (VELOCITY, ACCELERATION, EFFORT):
-                self._hardware.command.of(kind)[self._target] = 0.0
-        self._hardware.feedforward.velocity[self._target] = np.nan
-        self._hardware.feedforward.acceleration[self._target] = np.nan
+                self._command.of(kind)[self._target] = 0.0
+        self._feedforward.velocity[self._target] = np.nan
+        self._feedforward.acceleration[self._target] = np.nan
+
+    def _pass_on(self) -> None:
+        """Write the commands to the references of following controllers."""
+        for kind, names in self._references:
+            values = self._command.of(kind).tolist()
+            self._hardware.references.update(zip(names, values, strict=True))
 
     def _close_loop(self, ahead: Matrix, error: Matrix, period: float) -> None:
         closed = self._closed

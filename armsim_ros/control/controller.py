@@ -81,6 +81,8 @@ class Controller(ABC, Generic[ParametersT]):
         self.state = LifecycleState.UNCONFIGURED
         self.events = EventQueue(name)
         self.time_ns = 0
+        #: Whether another controller writes this one's references; the manager says so.
+        self.chained = False
 
     @property
     def active(self) -> bool:
@@ -102,6 +104,16 @@ class Controller(ABC, Generic[ParametersT]):
     @abstractmethod
     def required_state_interfaces(self) -> tuple[str, ...]:
         """Interfaces to read, as ``joint/interface``."""
+
+    @property
+    def reference_interfaces(self) -> tuple[str, ...]:
+        """What other controllers may write to, as ``controller/joint/interface``."""
+        return ()
+
+    @property
+    def exported_states(self) -> tuple[str, ...]:
+        """What other controllers may read of this one, as ``controller/joint/interface``."""
+        return ()
 
     @abstractmethod
     def configure(self) -> None:

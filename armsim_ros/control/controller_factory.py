@@ -30,6 +30,7 @@ from armsim_ros.control.joint_trajectory_controller import (
     ScaledJointTrajectoryController,
 )
 from armsim_ros.control.parameter_update import describe
+from armsim_ros.control.pid_controller import PidController
 from armsim_ros.control.sensor_broadcaster import (
     ForceTorqueSensorBroadcaster,
     IMUSensorBroadcaster,
@@ -64,6 +65,7 @@ CONTROLLER_TYPES: Mapping[str, type[Controller[Any]]] = {
     'imu_sensor_broadcaster/IMUSensorBroadcaster': IMUSensorBroadcaster,
     'pose_broadcaster/PoseBroadcaster': PoseBroadcaster,
     'gpio_controllers/GpioCommandController': GpioCommandController,
+    'pid_controller/PidController': PidController,
     'joint_state_broadcaster/JointStateBroadcaster': JointStateBroadcaster,
     'position_controllers/GripperActionController': GripperController,
     'effort_controllers/GripperActionController': GripperController,

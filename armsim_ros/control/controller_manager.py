@@ -129,7 +129,10 @@ class ControllerManager:
                          LifecycleState.INACTIVE)  # fmt: skip
             controller.state = LifecycleState.UNCONFIGURED
             self._changes += 1
+            self._withdraw(controller)
             controller.configure()
+            references = self.hardware.references
+            references.update(dict.fromkeys(controller.reference_interfaces, np.nan))
             controller.state = LifecycleState.INACTIVE
 
     def cleanup(self, name: str) -> None:
@@ -139,6 +142,7 @@ class ControllerManager:
             demand(controller, 'cleaned up', LifecycleState.INACTIVE,
                          LifecycleState.UNCONFIGURED)  # fmt: skip
             controller.state = LifecycleState.UNCONFIGURED
+            self._withdraw(controller)
             self._changes += 1
 
     def unload(self, name: str) -> None:
@@ -148,6 +152,7 @@ class ControllerManager:
             demand(controller, 'unloaded', LifecycleState.INACTIVE,
                          LifecycleState.UNCONFIGURED)  # fmt: skip
             controller.state = LifecycleState.FINALIZED
+            self._withdraw(controller)
             self.controllers = {k: v for k, v in self.controllers.items() if k != name}
             self._changes += 1
 
@@ -324,7 +329,7 @@ class ControllerManager:
         for arrays in (self.hardware.command, self.hardware.feedforward):
             for kind in COMMAND_INTERFACES:
                 arrays.of(kind)[:] = np.nan
-        for controller, _ in self._switches.active:
+        for controller, _ in reversed(self._switches.active):
             if controller.name in self._failures:
                 continue
             try:
@@ -334,7 +339,8 @@ class ControllerManager:
 
     def list_controllers(self) -> list[ControllerInfo]:
         """Return all loaded controllers in the order of loading."""
-        return [controller_info(controller) for controller in self.controllers.values()]
+        controllers = self.controllers.values()
+        return [controller_info(controller, controllers) for controller in controllers]
 
     def list_hardware_interfaces(self) -> tuple[list[InterfaceInfo], list[InterfaceInfo]]:
         """Return command interfaces and state interfaces, as ``joint/interface``."""
@@ -366,6 +372,13 @@ class ControllerManager:
         for controller in self.controllers.values():
             events += controller.poll_events()
         return sorted(events, key=lambda event: event.time_ns)
+
+    def _withdraw(self, controller: Controller[Any]) -> None:
+        """Offer nothing of a controller to others any more."""
+        for name in controller.reference_interfaces:
+            self.hardware.references.pop(name, None)
+        for name in controller.exported_states:
+            self.hardware.given_states.pop(name, None)
 
     def _serve(self) -> None:
         if not self._structure.acquire(blocking=False):

@@ -26,7 +26,7 @@ from armsim_ros.config.forward_command_controller import (
     JointVelocityControllerParameters,
     MultiInterfaceForwardCommandControllerParameters,
 )
-from armsim_ros.control.command_guard import CommandGuard, GUARDS, OtherGuard
+from armsim_ros.control.command_guard import CommandGuard, guards_of
 from armsim_ros.control.controller import Controller, NEVER_NS
 from armsim_ros.control.repeated_warning import RepeatedWarning
 from armsim_ros.errors import ControllerError
@@ -71,20 +71,8 @@ class ForwardController(Controller[ForwardParameters]):
 
     def activate(self, time_ns: int) -> None:
         """Take the joints over and forget what came before."""
-        columns: dict[str, list[int]] = {}
-        pairs = self.parameters.targets
-        hardware, model = self.context.hardware, self.context.model
-        for column, (owner, kind) in enumerate(pairs):
-            columns.setdefault(kind if owner in hardware.index else '', []).append(column)
-        others = columns.pop('', [])
-        guards: list[tuple[CommandGuard, list[int]]] = [
-            (GUARDS[kind]([pairs[column][0] for column in chosen], hardware, model), chosen)
-            for kind, chosen in columns.items()
-        ]
-        if others:
-            names = self.required_command_interfaces
-            guards.append((OtherGuard([names[column] for column in others], hardware), others))
-        self._guards = tuple(guards)
+        context = self.context
+        self._guards = guards_of(self.parameters.targets, context.hardware, context.model)
         for guard, _ in self._guards:
             guard.start()
         self._inbox = None

@@ -123,6 +123,9 @@ class HardwareInterface(ABC):
         self.plan = UpdatePlan.empty(0, len(joint_names))
         #: Command interface of a sensor or gpio -> the last command, NaN before the first.
         self.other_commands: dict[str, float] = {}
+        #: Reference of a chainable controller, as ``controller/joint/interface`` -> the last
+        #: value that a preceding controller wrote, NaN before the first.
+        self.references: dict[str, float] = {}
         #: Other states that controllers set, such as the pace of trajectories -> value.
         self.given_states: dict[str, float] = {}
 
@@ -142,8 +145,13 @@ class HardwareInterface(ABC):
         return self.given_states
 
     def commands_of(self, owner: str) -> tuple[str, ...]:
-        """Return what a joint, sensor or gpio can be commanded by."""
-        return self.command_interfaces.get(owner) or _kinds_of(owner, self.other_commands)
+        """Return what a joint, sensor, gpio or controller's joint can be commanded by."""
+        others = (*self.other_commands, *self.references)
+        return self.command_interfaces.get(owner) or _kinds_of(owner, others)
+
+    def store_of(self, interface: str) -> dict[str, float]:
+        """Return where the commands of what is no joint are kept."""
+        return self.references if interface in self.references else self.other_commands
 
     def states_of(self, owner: str) -> tuple[str, ...]:
         """Return what can be read of a joint, sensor or gpio."""

@@ -70,7 +70,7 @@ class JointTrajectoryController(Controller[JointTrajectoryControllerParameters])
     @property
     def required_command_interfaces(self) -> tuple[str, ...]:
         """Every command interface of every commanded joint."""
-        joints = self.parameters.command_joints or self.joints
+        joints = self.parameters.commanded
         return tuple(f'{j}/{kind}' for j in joints for kind in self.parameters.command_interfaces)
 
     @property

@@ -8,6 +8,8 @@ from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from armsim_ros.control.chainable_controller import ChainableController
+from armsim_ros.control.chains import Connections, connections, relative
 from armsim_ros.control.controller import Controller, LifecycleState
 from armsim_ros.control.hardware_interface import HardwareInterface
 from armsim_ros.model.robot_model import HardwareSystem
@@ -21,6 +23,11 @@ class ControllerInfo:
     :param claimed_interfaces: as ``joint/interface``; only while it is active.
     :param required_command_interfaces: only while it is inactive or active.
     :param required_state_interfaces: only while it is inactive or active.
+    :param chainable: whether others can write to its references.
+    :param chained: whether one does.
+    :param exported_states: what others may read of it, without its name.
+    :param references: what others may write to, without its name.
+    :param connections: to which controllers it writes, and to which of their references.
     """
 
     name: str
@@ -30,6 +37,11 @@ class ControllerInfo:
     claimed_interfaces: tuple[str, ...]
     required_command_interfaces: tuple[str, ...]
     required_state_interfaces: tuple[str, ...]
+    chainable: bool
+    chained: bool
+    exported_states: tuple[str, ...]
+    references: tuple[str, ...]
+    connections: Connections
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,8 +53,14 @@ class InterfaceInfo:
     is_claimed: bool
 
 
-def controller_info(controller: Controller[Any]) -> ControllerInfo:
-    """Return what there is to tell about a controller."""
+def controller_info(
+    controller: Controller[Any], controllers: Iterable[Controller[Any]]
+) -> ControllerInfo:
+    """
+    Return what there is to tell about a controller.
+
+    :param controllers: all that are loaded.
+    """
     known = controller.state in (LifecycleState.INACTIVE, LifecycleState.ACTIVE)
     commands = controller.required_command_interfaces
     return ControllerInfo(
@@ -53,6 +71,11 @@ def controller_info(controller: Controller[Any]) -> ControllerInfo:
         commands if controller.active else (),
         commands if known else (),
         controller.required_state_interfaces if known else (),
+        isinstance(controller, ChainableController),
+        controller.chained,
+        tuple(map(relative, controller.exported_states)) if known else (),
+        tuple(map(relative, controller.reference_interfaces)) if known else (),
+        connections(controller, controllers) if known else {},
     )
 
 
@@ -68,6 +91,7 @@ def interface_infos(
     :param systems: the declared hardware, whose sensors and gpios have interfaces of their own.
     :param idle: joints, sensors and gpios of hardware that is not active.
     """
+    controllers = tuple(controllers)
     claimed = {
         interface
         for controller in controllers
@@ -80,7 +104,10 @@ def interface_infos(
               *hardware.other_states]
     return (
         [InterfaceInfo(name, name.rpartition('/')[0] not in idle, name in claimed)
-         for name in commands],
+         for name in commands]
+        + [InterfaceInfo(name, one.chained, name in claimed)
+           for one in controllers for name in one.reference_interfaces
+           if name in hardware.references],
         [InterfaceInfo(name, True, False) for name in states],
     )
 

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from armsim_ros.config.controller_manager import ControllerManagerParameters
+from armsim_ros.control.chains import all_preceding, following, in_order, preceding
 from armsim_ros.control.controller import Controller, LifecycleState
 from armsim_ros.control.events import EventQueue
 from armsim_ros.control.hardware_component import Hardware
@@ -86,8 +87,8 @@ class SwitchExecution:
             return SwitchResult(False, f'nothing was switched: {"; ".join(problems)}')
         if not (activate or plan.deactivate):
             return SwitchResult(True, '; '.join(['nothing to do', *problems]))
-        stopping = [controllers[name] for name in plan.deactivate]
-        starting = [controllers[name] for name in activate]
+        stopping = in_order([controllers[name] for name in plan.deactivate])
+        starting = in_order([controllers[name] for name in activate])[::-1]
         wanted = [c for c in controllers.values() if c.active and c not in stopping] + starting
         try:
             self._hardware.perform_command_mode_switch(self._claims(wanted))
@@ -96,8 +97,10 @@ class SwitchExecution:
         for controller in stopping:
             self._deactivate(controller, time_ns)
         self._forget_positions(wanted)
-        failures = [text for c in starting if (text := self._activate(c, time_ns))]
+        failures = self._settle_chains(wanted, time_ns)
+        failures += [text for c in starting if (text := self._start(c, controllers, time_ns))]
         if failures:
+            failures += self._settle_chains([c for c in wanted if c.active], time_ns)
             claims = self._claims([c for c in wanted if c.active])
             self._hardware.perform_command_mode_switch(claims)
         self._refresh(controllers, time_ns)
@@ -107,15 +110,48 @@ class SwitchExecution:
     def replace_failed(
         self, controllers: Controllers, failed: Controller[Any], error: Exception, time_ns: int
     ) -> None:
-        """Deactivate a controller that raised, and activate its fallback controllers."""
+        """
+        Deactivate a controller that raised, and activate its fallback controllers.
+
+        Those that write to its references are deactivated with it.
+        """
         text = f"'{failed.name}' failed and is deactivated: {error.__class__.__name__}: {error}"
         self._events.add(time_ns, 'error', 'failure', text)
         entry = self._parameters.controllers.get(failed.name)
         fallbacks = entry.fallback_controllers if entry is not None else ()
-        request = SwitchRequest(fallbacks, (failed.name,), Strictness.BEST_EFFORT)
+        active = [one for one in controllers.values() if one.active]
+        chain = [failed.name, *(one.name for one in all_preceding(failed, active))]
+        request = SwitchRequest(fallbacks, chain, Strictness.BEST_EFFORT)
         result = self.execute(controllers, request, time_ns)
         if fallbacks or not result.ok:
             self._events.add(time_ns, 'warning', 'state', f'fallback: {result.message}')
+
+    def _settle_chains(self, controllers: Sequence[Controller[Any]], time_ns: int) -> list[str]:
+        """
+        Tell controllers whether their references are written; active ones begin anew for it.
+
+        :param controllers: those that are or will be active.
+        :returns: failures, in words.
+        """
+        failures = []
+        for controller in in_order(controllers)[::-1]:
+            chained = bool(preceding(controller, controllers))
+            if chained == controller.chained:
+                continue
+            if not controller.active:
+                controller.chained = chained
+                continue
+            self._deactivate(controller, time_ns)
+            controller.chained = chained
+            failures.append(self._activate(controller, time_ns))
+        return [text for text in failures if text]
+
+    def _start(self, controller: Controller[Any], controllers: Controllers, time_ns: int) -> str:
+        """Activate a controller unless one that follows it has failed to start."""
+        for one in following(controller, controllers.values()):
+            if not one.active:
+                return f"'{controller.name}' stays inactive without '{one.name}'"
+        return self._activate(controller, time_ns)
 
     def _activate(self, controller: Controller[Any], time_ns: int) -> str:
         try:
@@ -130,6 +166,7 @@ class SwitchExecution:
 
     def _deactivate(self, controller: Controller[Any], time_ns: int) -> None:
         controller.state = LifecycleState.INACTIVE
+        controller.chained = False
         try:
             controller.deactivate(time_ns)
         except Exception as error:  # noqa: BLE001 - it must not stay active because it fails
@@ -149,9 +186,7 @@ class SwitchExecution:
     def _refresh(self, controllers: Controllers, time_ns: int) -> None:
         rate = self._parameters.update_rate
         active = []
-        for controller in controllers.values():
-            if not controller.active:
-                continue
+        for controller in in_order([one for one in controllers.values() if one.active]):
             divisor = max(1, round(rate / controller.update_rate))
             if divisor * controller.update_rate != rate:
                 text = (

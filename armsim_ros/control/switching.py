@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from enum import IntEnum
 from typing import Any
 
+from armsim_ros.control.chains import broken_by_start, broken_by_stop
 from armsim_ros.control.controller import Controller, LifecycleState
 from armsim_ros.control.hardware_interface import HardwareInterface
 from armsim_ros.errors import ControllerError, nearest
@@ -62,6 +63,7 @@ def plan_switch(
             problems.append(f"'{name}' cannot be deactivated: it is {state}")
         else:
             stopping.append(name)
+    problems += broken_by_stop(controllers, stopping)
     owners = {
         interface: name
         for name, controller in controllers.items()
@@ -77,6 +79,7 @@ def plan_switch(
         starting.append(name)
         for interface in controllers[name].required_command_interfaces:
             owners[interface] = name
+    problems += broken_by_start(controllers, starting, stopping)
     return SwitchPlan(tuple(stopping), tuple(starting), tuple(problems))
 
 

@@ -29,11 +29,15 @@ def check_configuration(
                 f"joint '{joint}' is no joint of the hardware ({', '.join(hardware.joint_names)})"
                 f'{"; " if hint else ""}{hint}'
             )
-    for joint in parameters.command_joints:
-        if joint not in parameters.joints:
-            raise ControllerError(
-                f"command_joints: '{joint}' is not among joints ({', '.join(parameters.joints)})"
-            )
+    strangers = [name for name in parameters.command_joints if name not in parameters.joints]
+    chained = [name for name in strangers if '/' in name]
+    if strangers and len(chained) != len(parameters.joints):
+        odd = next((name for name in strangers if '/' not in name), strangers[0])
+        raise ControllerError(
+            f"command_joints: '{odd}' is not among "
+            f'joints ({", ".join(parameters.joints)}); allowed: some of them, or for each of them '
+            "one 'controller/joint' of a following controller"
+        )
     commands = parameters.command_interfaces
     if (commands == ('velocity',) or 'effort' in commands) and (
         'velocity' not in parameters.state_interfaces

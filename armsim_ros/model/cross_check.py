@@ -35,7 +35,7 @@ def check_settings(settings: RobotSettings, model: RobotModel,
 def fitting_controllers(settings: RobotSettings, model: RobotModel) -> tuple[str, ...]:
     """Return those of the controllers to spawn whose joints the robot has and can drive."""
     def drives(name: str) -> bool:
-        joint = model.joints.get(name)
+        joint = model.joints.get(name.rpartition('/')[2])
         return joint is not None and joint.active
 
     found = (settings.controller(name) for name in settings.spawn)
@@ -56,11 +56,13 @@ class _Check:
         """Check that each controller's joints are there and can be commanded."""
         for controller in self._settings.controllers:
             title = f"controller '{controller.name}'"
-            key = 'joint' if hasattr(controller.parameters, 'joint') else 'joints'
+            fields = type(controller.parameters).model_fields
+            key = next((key for key in ('joint', 'dof_names') if key in fields), 'joints')
             for position, joint in enumerate(controller.joints):
                 path = ('controllers', controller.name, key)
                 where = self._settings.locate(*path, position) or self._settings.locate(*path)
-                self._check_commanded(title, joint, where)
+                if not self._of_controller(joint):
+                    self._check_commanded(title, joint, where)
             if controller.type == BROADCASTER:
                 for position, joint in enumerate(controller.parameters.joints):
                     where = self._settings.locate(
@@ -171,6 +173,12 @@ class _Check:
             self._add(f"{title}: joint '{joint}' follows '{found.mimic.joint}' and cannot be "
                       'commanded by itself', where, severity=Severity.ERROR,
                       remedy='remove it from the controller, or its <mimic> from the URDF')
+
+    def _of_controller(self, joint: str) -> bool:
+        """Return whether it is the joint of a following controller, ``controller/joint``."""
+        owner, slash, own = joint.partition('/')
+        return bool(slash) and own in self._model.joints and any(
+            one.name == owner for one in self._settings.controllers)
 
     def _known_joint(self, title: str, joint: str, where: Location | None,
                      severity: Severity) -> bool:

@@ -7,6 +7,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from controller_manager_msgs.msg import (
+    ChainConnection,
     ControllerManagerActivity,
     ControllerState,
     HardwareComponentState,
@@ -35,6 +36,14 @@ def controller_message(info: ControllerInfo) -> ControllerState:
         claimed_interfaces=list(info.claimed_interfaces),
         required_command_interfaces=list(info.required_command_interfaces),
         required_state_interfaces=list(info.required_state_interfaces),
+        is_chainable=info.chainable,
+        is_chained=info.chained,
+        exported_state_interfaces=list(info.exported_states),
+        reference_interfaces=list(info.references),
+        chain_connections=[
+            ChainConnection(name=name, reference_interfaces=list(references))
+            for name, references in info.connections.items()
+        ],
     )
 
 

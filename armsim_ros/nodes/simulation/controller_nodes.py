@@ -16,6 +16,7 @@ from armsim_ros.control.gpio_command_controller import GpioCommandController
 from armsim_ros.control.gripper_controller import GripperController, ParallelGripperController
 from armsim_ros.control.joint_state_broadcaster import JointStateBroadcaster
 from armsim_ros.control.joint_trajectory_controller import JointTrajectoryController
+from armsim_ros.control.pid_controller import PidController
 from armsim_ros.control.rate import Rate
 from armsim_ros.control.sensor_broadcaster import SensorBroadcaster
 from armsim_ros.control.stand_in import StandInController
@@ -33,6 +34,7 @@ from armsim_ros.nodes.simulation.gripper_cmd import (
 )
 from armsim_ros.nodes.simulation.joint_states import JointStates
 from armsim_ros.nodes.simulation.joint_trajectory import JointTrajectorySubscription
+from armsim_ros.nodes.simulation.pid_topics import PidTopics
 from armsim_ros.nodes.simulation.query_state import QueryStateService
 from armsim_ros.nodes.simulation.rejected_goals import RejectedGoals
 from armsim_ros.nodes.simulation.sensor_topics import TOPICS
@@ -231,6 +233,21 @@ class SensorBroadcasterNode(ControllerNode):
             self._topics.publish(sample)
 
 
+class PidControllerNode(ControllerNode):
+    """A PID controller: references, states, feed-forward."""
+
+    def __init__(
+        self, controller: PidController, node: Node, dispatcher: Dispatcher
+    ) -> None:
+        super().__init__(controller, node, dispatcher)
+        self._topics = PidTopics(node, controller)
+
+    def publish(self, time_ns: int) -> None:
+        """Publish the state."""
+        if self.controller.active:
+            self._topics.publish(time_ns)
+
+
 class StandInNode(ControllerNode):
     """A stand-in for a vendor's controller; one for a speed scaling broadcaster publishes."""
 
@@ -259,6 +276,7 @@ _KINDS: tuple[tuple[type[Controller], Callable[..., ControllerNode]], ...] = (
     (ForwardController, ForwardControllerNode),
     (ParallelGripperController, GripperNode),
     (SensorBroadcaster, SensorBroadcasterNode),
+    (PidController, PidControllerNode),
     (StandInController, StandInNode),
 )
 

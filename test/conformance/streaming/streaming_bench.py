@@ -45,6 +45,23 @@ sunday:
     type: forward_command_controller/ForwardCommandController
     joints: [joint_1, joint_2]
     interface_name: position
+  chained_arm:
+    type: joint_trajectory_controller/JointTrajectoryController
+    joints: [joint_1, joint_2, joint_3, joint_4, joint_5, joint_6]
+    command_joints: [loop/joint_1, loop/joint_2, loop/joint_3,
+                     loop/joint_4, loop/joint_5, loop/joint_6]
+  loop:
+    type: pid_controller/PidController
+    dof_names: [joint_1, joint_2, joint_3, joint_4, joint_5, joint_6]
+    command_interface: velocity
+    reference_and_state_interfaces: [position]
+    gains:
+      joint_1: {p: 10.0}
+      joint_2: {p: 10.0}
+      joint_3: {p: 10.0}
+      joint_4: {p: 10.0}
+      joint_5: {p: 10.0}
+      joint_6: {p: 10.0}
   wrench:
     type: force_torque_sensor_broadcaster/ForceTorqueSensorBroadcaster
     sensor_name: wrist

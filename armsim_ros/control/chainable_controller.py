@@ -1,0 +1,91 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The base of controllers whose references come from a topic, or from a preceding controller."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+
+import numpy as np
+
+from armsim_ros.arrays import Vector
+from armsim_ros.control.controller import Controller, ParametersT
+from armsim_ros.control.repeated_warning import RepeatedWarning
+
+
+class ChainableController(Controller[ParametersT]):
+    """
+    Exports its references; what comes from the topic counts only while nobody writes them.
+
+    ``offer`` may be called from any thread; all else belongs to the control loop.
+    """
+
+    _inbox: Vector | None = None
+
+    @property
+    @abstractmethod
+    def references(self) -> tuple[tuple[str, str], ...]:
+        """(joint, interface) of each reference."""
+
+    @abstractmethod
+    def begin(self, time_ns: int) -> Vector:
+        """Take the joints over; return the references (m,) to begin with, NaN for none."""
+
+    @abstractmethod
+    def follow(self, references: Vector, time_ns: int, period: float) -> None:
+        """
+        Make one update with references.
+
+        :param references: (m,) that stand, NaN where none was given yet.
+        """
+
+    @property
+    def reference_interfaces(self) -> tuple[str, ...]:
+        """The references, with the controller's name."""
+        return tuple(f'{self.name}/{joint}/{kind}' for joint, kind in self.references)
+
+    def activate(self, time_ns: int) -> None:
+        """Take the joints over and forget what came before."""
+        self.time_ns = time_ns
+        self._inbox = None
+        self._wanted = self.begin(time_ns)
+        self._warning = RepeatedWarning(self.events)
+        self.context.hardware.references.update(
+            dict.fromkeys(self.reference_interfaces, float('nan')))
+
+    def update(self, time_ns: int, period: float) -> None:
+        """Take the newest references up and follow them."""
+        self.time_ns = time_ns
+        if self.chained:
+            written = self.context.hardware.references
+            coming = np.array([written[name] for name in self.reference_interfaces])
+        else:
+            given, self._inbox = self._inbox, None
+            coming = self._wanted if given is None else given
+        # What nobody has given stays as it was.
+        self._wanted = np.where(np.isfinite(coming), coming, self._wanted)
+        self.follow(self._wanted, time_ns, period)
+
+    def process_requests(self, time_ns: int) -> None:
+        """Do nothing: references wait for time to go on."""
+
+    def offer(self, references: Vector) -> str:
+        """
+        Take references from the topic; while chained or inactive they are dropped.
+
+        :param references: (m,), NaN for those that stay as they are.
+        :returns: why they were dropped, '' where they were taken.
+        """
+        if not self.active:
+            return 'the controller is not active'
+        if self.chained:
+            return self.drop('another controller writes the references')
+        self._inbox = references
+        self.context.wake()
+        return ''
+
+    def drop(self, reason: str) -> str:
+        """Warn, now and then, of references that are not followed."""
+        if self.active:
+            self._warning.add(self.time_ns, f'reference dropped: {reason}')
+        return reason
