@@ -19,6 +19,7 @@ class Options:
     :param goals: goals that are sent.
     :param messages: random ones that are sent.
     :param clients: processes that subscribe to everything.
+    :param busy: processes that compute beside what is measured.
     :param jogs: of an arm among obstacles.
     :param switches: between kinds of control.
     :param pairs: motions of two arms at once.
@@ -36,6 +37,7 @@ class Options:
     goals: int = 50
     messages: int = 10000
     clients: int = 10
+    busy: int = 0
     jogs: int = 1000
     switches: int = 10000
     pairs: int = 500

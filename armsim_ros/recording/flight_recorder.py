@@ -93,6 +93,9 @@ class FlightRecorder:
     def sample(self, now_ns: int) -> None:
         """Keep this moment; in the thread that moves time [ns]."""
         simulation, state = self._simulation, self._simulation.state
+        if self.samples and now_ns < self.samples[-1].time_ns:  # time was reset
+            self.samples.clear()
+            self.goals.clear()
         generation = tuple(manager.generation for manager in self._managers.values())
         if generation != self._generation:
             self._generation = generation

@@ -169,16 +169,22 @@ class ControlLoop:
                     break
         return stable
 
-    def restart(self, reason: str) -> None:
+    def restart(self, reason: str, *, states: bool = True, time: bool = False) -> None:
         """
-        Put robot and world back to the start; only from the thread that ticks.
+        Begin anew; only from the thread that ticks.
 
-        Goals are aborted, controllers stay active and hold the start, time goes on.
+        Goals are aborted, controllers stay active and hold where the robot is then.
 
         :param reason: for those who wait for a goal.
+        :param states: whether robot and world are put back to the start.
+        :param time: whether it begins at 0 again; it goes on else.
         """
         self._controllers.interrupt(self.clock.now_ns, reason)
-        self.simulation.reset()
+        if states:
+            self.simulation.reset()
+        if time:
+            self.clock.reset()
+            self._step_in_period = 0
         self._controllers.resume(self.clock.now_ns)
 
     def run(self, stop: threading.Event) -> None:

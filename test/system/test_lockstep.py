@@ -10,8 +10,14 @@ from pathlib import Path
 from mcap.reader import make_reader
 import pytest
 from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import JointState
 from simulation_interfaces.msg import Result, SimulationState
-from simulation_interfaces.srv import GetSimulationState, StepSimulation
+from simulation_interfaces.srv import (
+    GetSimulationState,
+    ResetSimulation,
+    SetSimulationState,
+    StepSimulation,
+)
 from std_srvs.srv import Trigger
 
 from armsim_ros.testing.client_node import ClientNode
@@ -34,6 +40,7 @@ class Lockstep:
         self.move_group = MoveGroupClient(client)
         self.states = self.move_group.named_states()
         self.arm = TrajectoryClient(client, '/sunday/arm_joint_controller')
+        self.joints = client.collect('/sunday/joint_states', JointState)
 
     def trigger(self, name):
         """Call one of the simulation's triggers; return its message."""
@@ -51,6 +58,25 @@ class Lockstep:
         request = StepSimulation.Request(steps=count)
         answer = self.client.call('/step_simulation', StepSimulation, request, timeout=60.0)
         assert answer.result.result == Result.RESULT_OK, answer.result.error_message
+
+    def reset(self, scope):
+        """Begin anew."""
+        request = ResetSimulation.Request(scope=scope)
+        answer = self.client.call('/reset_simulation', ResetSimulation, request)
+        assert answer.result.result == Result.RESULT_OK, answer.result.error_message
+
+    def state(self, state):
+        """Let time pass, or not."""
+        request = SetSimulationState.Request(state=SimulationState(state=state))
+        answer = self.client.call('/set_simulation_state', SetSimulationState, request)
+        assert answer.result.result == Result.RESULT_OK, answer.result.error_message
+
+    def positions(self):
+        """Return the joint positions of now [rad]."""
+        self.joints.clear()
+        now_ns = self.time_ns
+        message = self.joints.wait_for(lambda one: ns_of(one.header.stamp) == now_ns)
+        return dict(zip(message.name, message.position, strict=True))
 
     def plan(self, state):
         """Return a trajectory to a named state, and its duration [s]."""
@@ -155,6 +181,49 @@ def test_a_dump_has_the_last_seconds(stack):
     assert times[-1] - times[0] > 9_000 * MILLISECOND_NS
 
 
+def test_after_a_reset_of_all_the_run_repeats_itself(stack):
+    """Time is 0 again, and the same requests end in the same digest as before."""
+    digests = []
+    for _ in range(2):
+        stack.reset(ResetSimulation.Request.SCOPE_ALL)
+        assert stack.time_ns == 0
+        digests.append([stack.trigger('digest')])
+        stack.move('scan_food')
+        digests[-1].append(stack.trigger('digest'))
+    assert digests[0] == digests[1]
+
+
+def test_a_reset_of_time_alone_ends_goals_and_moves_nothing(stack):
+    """The arm stays where it is, its goal ends with the reason, and then it moves on."""
+    trajectory, _ = stack.plan('home')
+    goal = stack.arm.send(trajectory)
+    assert goal.accepted()
+    stack.step(200)
+    before = stack.positions()
+    stack.reset(ResetSimulation.Request.SCOPE_TIME)
+    assert 'reset' in goal.result().error_string
+    assert stack.time_ns == 0
+    stack.step(300)
+    after = stack.positions()
+    assert max(abs(after[name] - before[name]) for name in before) < 0.1
+    stack.move('home')
+
+
+def test_playing_is_as_fast_as_it_goes(stack):
+    """Played, ten simulated seconds pass at once; paused, time stands."""
+    begin_ns = stack.time_ns
+    stack.state(SimulationState.STATE_PLAYING)
+    while stack.time_ns < begin_ns + 10_000 * MILLISECOND_NS:
+        stack.client.settle()
+    stack.state(SimulationState.STATE_PAUSED)
+    assert stack.time_ns == stack.time_ns
+
+
 def ns(message):
     """Return the time of a message of /clock [ns]."""
-    return message.clock.sec * 1_000_000_000 + message.clock.nanosec
+    return ns_of(message.clock)
+
+
+def ns_of(time):
+    """Return a time [ns]."""
+    return time.sec * 1_000_000_000 + time.nanosec

@@ -143,6 +143,8 @@ class StateMonitor:
         now, at_rest = self.now_ns(), self.at_rest
         if self.asks is not None:
             now, at_rest = await self.asks(), False
+            if self.stamp_ns > now:  # time was reset
+                self._stamps = dict.fromkeys(self._stamps, -1)
         fresh = self.complete and at_rest and abs(now - self.stamp_ns) < 100_000_000
         patience = timeout if self.count else max(timeout, FIRST_STATE_TIMEOUT)
         recent = fresh or await self.newer_than(now, patience)
@@ -193,7 +195,9 @@ class StateMonitor:
         """Return the time that a message speaks of [ns]."""
         stamp = ns_from_time(message.header.stamp)
         now = self.now_ns()
-        if stamp == 0 and self.asks is None:
+        if self.asks is not None:
+            return stamp
+        if stamp == 0:
             self._warn_once(
                 'stamp', 'joint states have no stamp; the time of their arrival is used'
             )

@@ -27,7 +27,7 @@ _KNOWN = _TIME | _STATE | _SPAWNED
 #: What those read who wait for a goal.
 REASON = 'the simulation was reset'
 NO_TIME = ('time is not reset: programs that follow /clock take no step back; stop and start '
-           'the simulation for a new time')
+           'the simulation for a new time, or run it with mode:=lockstep')
 
 
 class Resetting:
@@ -36,13 +36,17 @@ class Resetting:
 
     :param node: the node that serves.
     :param work: makes changes beside the loop.
+    :param resets_time: whether it can begin at 0 again.
     """
 
-    def __init__(self, node: Node, work: Work, entities: Entities, state: RunState) -> None:
+    def __init__(
+        self, node: Node, work: Work, entities: Entities, state: RunState, *, resets_time: bool
+    ) -> None:
         self._node = node
         self._work = work
         self._entities = entities
         self._state = state
+        self._resets_time = resets_time
         self.followers: list[Callable[[], object]] = []
         """Called in the loop's thread after each reset."""
         group = ReentrantCallbackGroup()
@@ -58,9 +62,9 @@ class Resetting:
 
     async def reset(self, scope: int, *, stop: bool = False) -> None:
         """
-        Reset states, or what was spawned, or both.
+        Reset states, what was spawned, or time.
 
-        :param scope: a sum of SCOPE_STATE and SCOPE_SPAWNED.
+        :param scope: a sum of SCOPE_STATE, SCOPE_SPAWNED and, where time can be reset, SCOPE_TIME.
         :param stop: whether time stands still then.
         """
         def change() -> None:
@@ -70,8 +74,9 @@ class Resetting:
             def between_ticks() -> None:
                 if edit is not None:
                     self._entities.delete(edit)
-                if scope & _STATE:
-                    self._work.loop.restart(REASON)
+                if scope & (_STATE | _TIME):
+                    self._work.loop.restart(
+                        REASON, states=bool(scope & _STATE), time=bool(scope & _TIME))
                 if stop:
                     self._state.stop()
                 for follow in self.followers:
@@ -80,8 +85,8 @@ class Resetting:
             self._work.wait_for_loop(between_ticks)
 
         await self._work.beside(change)
-        what = [word for bit, word in ((_STATE, 'states'), (_SPAWNED, 'spawned entities'))
-                if scope & bit]
+        names = ((_TIME, 'time'), (_STATE, 'states'), (_SPAWNED, 'spawned entities'))
+        what = [word for bit, word in names if scope & bit]
         self._node.get_logger().info(f'reset: {" and ".join(what)}')
 
     @answered
@@ -92,12 +97,13 @@ class Resetting:
                    f'scope {request.scope} is not known; allowed: a sum of TIME (1), STATE (2), '
                    'SPAWNED (4), or ALL (255)')
             return
-        if scope == _TIME:
-            refuse(response.result, Result.RESULT_FEATURE_UNSUPPORTED, NO_TIME)
-            return
-        await self.reset(scope)
-        if scope & _TIME:
+        if scope & _TIME and not self._resets_time:
+            if scope == _TIME:
+                refuse(response.result, Result.RESULT_FEATURE_UNSUPPORTED, NO_TIME)
+                return
             response.result.error_message = NO_TIME
+            scope -= _TIME
+        await self.reset(scope)
 
     async def _pause(self, _: Any, response: Any) -> Any:
         if self._state.world is not None:

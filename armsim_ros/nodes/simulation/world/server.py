@@ -75,10 +75,12 @@ class WorldServer:
         resources = WorldResources(
             [Path(path).expanduser() for path in settings.simulation.resource_paths])
         work = Work(node, loop, dispatcher)
-        self.resetting = Resetting(node, work, self.entities, self.state)
+        deterministic = settings.simulation.deterministic
+        self.resetting = Resetting(
+            node, work, self.entities, self.state, resets_time=deterministic)
         # In lockstep, what planning knows must not depend on when a message comes.
         live = settings.planning_parameters.scene_from_world == 'live'
-        if live and not settings.simulation.deterministic:
+        if live and not deterministic:
             self._mirror = SceneMirror(
                 node, loop, dispatcher, cell.model.model_frame, world_in_root(settings))
             self.resetting.followers.append(self._mirror.begin_anew)
@@ -95,7 +97,7 @@ class WorldServer:
             SimulationStateServices(
                 node, self.state, self.resetting, dispatcher, quit_program),
             Stepping(node, work, self.state, publish),
-            SimulatorFeatures(node, settings.simulation.timestep),
+            SimulatorFeatures(node, settings.simulation.timestep, lockstep=deterministic),
         )
 
     def _changed(self, settings: LiveSettings) -> None:

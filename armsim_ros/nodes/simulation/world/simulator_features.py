@@ -53,16 +53,21 @@ class SimulatorFeatures:
 
     :param node: the node that serves.
     :param timestep: of the physics [s].
+    :param lockstep: whether time moves by steps alone; only then can it be reset.
     """
 
-    def __init__(self, node: Node, timestep: float) -> None:
+    def __init__(self, node: Node, timestep: float, *, lockstep: bool) -> None:
         self._info = (
             f'armsim_ros with MuJoCo {mujoco.__version__}, Python {platform.python_version()}; '
-            f'mode: real time; physics step: {timestep:g} s')
+            f'mode: {"lockstep" if lockstep else "real time"}; physics step: {timestep:g} s')
+        self._features = [
+            int(feature)
+            for feature in (*_FEATURES, *((Features.SIMULATION_RESET_TIME,) if lockstep else ()))
+        ]
         node.create_service(GetSimulatorFeatures, '/get_simulator_features', self._answer)
 
     def _answer(self, _: Any, response: Any) -> Any:
-        response.features.features = [int(feature) for feature in _FEATURES]
+        response.features.features = self._features
         response.features.spawn_formats = list(FORMATS)
         response.features.custom_info = self._info
         return response
