@@ -155,6 +155,14 @@ class SimulationSettings(Settings):
     integrator: Literal['implicitfast', 'implicit', 'euler'] = parameter(
         'implicitfast', "MuJoCo's integrator", read_only=True
     )
+    noslip_iterations: int = parameter(
+        0,
+        "further iterations of MuJoCo's solver against the creep of what is held by friction; "
+        'costs time in each step with contacts',
+        ge=0,
+        le=100,
+        read_only=True,
+    )
     gravity: Triple = parameter((0.0, 0.0, -9.8), 'gravity [m/s^2]', read_only=True)
     armature: float = parameter(
         0.01,

@@ -7,6 +7,7 @@ import threading
 import numpy as np
 import pytest
 
+from armsim_ros.config.world import WorldSettings
 from armsim_ros.errors import ControllerError, SimulationError
 from armsim_ros.sim.control_loop import ControlLoop, steps_per_update
 from armsim_ros.sim.pacer import Pacer
@@ -197,7 +198,7 @@ def test_a_fault_in_many_steps_is_told_as_in_single_ones(arm, settings, controll
     """What becomes unstable while the arm rests is found at the step where it happens."""
     told = []
     for steps in ([1] * 500, [500]):
-        simulation = Simulation(arm, settings)
+        simulation = Simulation(arm, settings, WorldSettings(floor=False))
         loop = ControlLoop(simulation, controllers, 1000)
         loop.advance(3)
         controllers.due_ns = 10**12

@@ -134,7 +134,9 @@ def test_a_held_object_can_be_deleted_and_others_come(cup):
     assert cup.gripper.held == 'cube'
     before = cup.relative('cube')
     cup.arm.step(1000)
-    np.testing.assert_allclose(cup.relative('cube'), before, atol=1e-3)
+    after = cup.relative('cube')
+    assert np.linalg.norm(after[:3, 3] - before[:3, 3]) < 1e-3
+    np.testing.assert_allclose(after[:3, :3], before[:3, :3], atol=1e-2)
     cup.arm.simulation.world.remove('cube')
     cup.arm.step(10)
     assert cup.changes == ['cube', '']

@@ -55,10 +55,11 @@ WORLD = WorldSettings.model_validate(
 )
 
 
-def block(name, xyz, mass=None, height=0.1):
+def block(name, xyz, mass=None, height=0.1, friction=0.8):
     """Return a block of 0.1 m by 0.1 m."""
     return WorldObject(
-        name, pose_matrix(xyz), (LinkGeometry(Box((0.1, 0.1, height)), np.eye(4)),), mass
+        name, pose_matrix(xyz), (LinkGeometry(Box((0.1, 0.1, height)), np.eye(4)),), mass,
+        friction,
     )
 
 
@@ -154,7 +155,7 @@ def test_the_arm_pushes_things_away(arm, settings, claim):
     """A light block is moved by the arm, which then reaches its goal."""
     simulation = Simulation(arm, settings)
     claim(simulation, 'position')
-    simulation.world.add(block('light', (0.4, 0.0, 0.2), mass=0.2, height=0.4))
+    simulation.world.add(block('light', (0.4, 0.0, 0.2), mass=0.2, height=0.4, friction=0.2))
     for k in range(2000):
         simulation.command.position[:] = (min(1.5, 1e-3 * k), 0.0, 0.0)
         simulation.write()
@@ -221,7 +222,7 @@ def still(arm, settings, claim):
     claim(simulation, 'position')
     simulation.world.add(block('shelf', (2.0, 0.0, 0.5)))
     simulation.world.add(block('above', (2.0, 0.0, 0.601), mass=0.2))
-    simulation.world.add(block('light', (0.4, 0.0, 0.2), mass=0.2, height=0.4))
+    simulation.world.add(block('light', (0.4, 0.0, 0.2), mass=0.2, height=0.4, friction=0.2))
     run(simulation, 1500)
     assert asleep(simulation) == {'above', 'light'}
     return simulation
