@@ -33,6 +33,7 @@ class FaultInjector(HardwareInterface):
     def __init__(self, hardware: HardwareInterface) -> None:
         super().__init__(hardware.joint_names)
         self.state = hardware.state
+        self.effort_bound = hardware.effort_bound
         self.other_commands = hardware.other_commands
         self.given_states = hardware.given_states
         self._hardware = hardware

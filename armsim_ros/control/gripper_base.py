@@ -31,6 +31,8 @@ class GripperBase(Controller[ParametersT]):
     _goal: GripperGoal | None = None
     _target = 0.0
     _last_movement_ns = 0
+    #: The drive gives no more, also while it holds what it has grasped; 0 is its own limit.
+    _bound = 0.0
     #: Whether the last update wrote what the next one would write, too.
     _calm = False
 
@@ -58,11 +60,13 @@ class GripperBase(Controller[ParametersT]):
         self._abort_pending()
         self._calm = False
         self._target = float(self.context.hardware.state.position[self._index])
+        self._bound = self._default_bound
 
     def deactivate(self, time_ns: int) -> None:
         """Abort the goal."""
         self._end(GoalStatus.ABORTED)
         self._abort_pending()
+        self.context.hardware.effort_bound[self._index] = math.inf
         self._release()
 
     def update(self, time_ns: int, period: float) -> None:
@@ -71,6 +75,7 @@ class GripperBase(Controller[ParametersT]):
         if self._inbox:
             self.process_requests(time_ns)
         self._calm = self._goal is None
+        self.context.hardware.effort_bound[self._index] = self._bound or math.inf
         self._command(period)
         if self._goal is not None:
             self._judge(time_ns)
@@ -90,6 +95,7 @@ class GripperBase(Controller[ParametersT]):
             self._end(GoalStatus.CANCELED)
             goal.execute()
             self._goal, self._target = goal, goal.position
+            self._bound = abs(goal.effort)
             self._last_movement_ns = time_ns
 
     def cancel(self, goal: GripperGoal) -> bool:
@@ -143,6 +149,11 @@ class GripperBase(Controller[ParametersT]):
             if not cancels:
                 goal.finish(GoalStatus.ABORTED, self._result())
 
+    @property
+    @abstractmethod
+    def _default_bound(self) -> float:
+        """Effort of a goal that names none [N*m or N]; 0 is the drive's own limit."""
+
     @abstractmethod
     def _command(self, period: float) -> None:
         """Write the command of one update."""
@@ -151,6 +162,6 @@ class GripperBase(Controller[ParametersT]):
     def _release(self) -> None:
         """Stop all but positions."""
 
-    @abstractmethod
     def _effort(self) -> float:
         """Return the effort for the result [N*m or N]."""
+        return self._bound

@@ -42,7 +42,6 @@ class GripperController(GripperBase[GripperActionControllerParameters]):
     def activate(self, time_ns: int) -> None:
         """Hold the joint where it is."""
         super().activate(time_ns)
-        self._bound = self.parameters.max_effort
         if self._pid is not None:
             self._pid.reset()
 
@@ -57,12 +56,10 @@ class GripperController(GripperBase[GripperActionControllerParameters]):
         :param position: [rad or m].
         :param max_effort: 0 takes the parameter's [N*m or N].
         """
-        return self._accept(GripperGoal(position, max_effort or self.parameters.max_effort))
+        return self._accept(GripperGoal(position, max_effort or self._default_bound))
 
     def _command(self, period: float) -> None:
         hardware, i = self.context.hardware, self._index
-        if self._goal is not None:
-            self._bound = abs(self._goal.effort)
         if self._pid is None:
             hardware.command.position[i] = self._target
             return
@@ -78,8 +75,13 @@ class GripperController(GripperBase[GripperActionControllerParameters]):
         if self._pid is not None:
             self.context.hardware.command.effort[self._index] = 0.0
 
+    @property
+    def _default_bound(self) -> float:
+        """The parameter's effort."""
+        return self.parameters.max_effort
+
     def _effort(self) -> float:
-        return self._output if self._pid is not None else self._bound
+        return self._output if self._pid is not None else super()._effort()
 
 
 class ParallelGripperController(GripperBase[ParallelGripperActionControllerParameters]):
@@ -106,19 +108,17 @@ class ParallelGripperController(GripperBase[ParallelGripperActionControllerParam
 
         :param positions: exactly one [rad or m].
         :param velocities: at most one, used where max_velocity_interface is set [rad/s or m/s].
-        :param efforts: at most one, used where max_effort_interface is set [N*m or N].
+        :param efforts: at most one, not to be exceeded [N*m or N].
         """
         if len(positions) != 1:
             return self._refuse(f'the command has {len(positions)} positions; allowed: 1')
-        effort = efforts[0] if efforts else self.parameters.max_effort
+        effort = efforts[0] if efforts else self._default_bound
         velocity = velocities[0] if velocities else self.parameters.max_velocity
         return self._accept(GripperGoal(positions[0], effort, velocity))
 
     def _command(self, period: float) -> None:
         self.context.hardware.command.position[self._index] = self._target
         goal, parameters = self._goal, self.parameters
-        self._write(parameters.max_effort_interface,
-                    goal.effort if goal is not None else parameters.max_effort)  # fmt: skip
         self._write(parameters.max_velocity_interface,
                     goal.velocity if goal is not None else parameters.max_velocity)  # fmt: skip
 
@@ -129,8 +129,9 @@ class ParallelGripperController(GripperBase[ParallelGripperActionControllerParam
             hardware.command.of(kind)[hardware.index[joint]] = value
 
     def _release(self) -> None:
-        for name in (self.parameters.max_effort_interface, self.parameters.max_velocity_interface):
-            self._write(name, 0.0)
+        self._write(self.parameters.max_velocity_interface, 0.0)
 
-    def _effort(self) -> float:
-        return self._goal.effort if self._goal is not None else self.parameters.max_effort
+    @property
+    def _default_bound(self) -> float:
+        """Effort of a goal that names none: the parameter's, where an interface is named."""
+        return self.parameters.max_effort if self.parameters.max_effort_interface else 0.0

@@ -109,6 +109,7 @@ class HardwareInterface(ABC):
     (velocity, acceleration) may be given with it and says how it moves there, NaN where the
     controller does not say. ``plan`` takes position commands of the periods ahead from
     controllers that know them; it has no room where the hardware has no use for them.
+    ``effort_bound`` is what a drive may give at most, beside its own limit [N*m or N].
 
     :param joint_names: (n,) all movable joints, mimic ones too; the order of all arrays.
     """
@@ -120,6 +121,7 @@ class HardwareInterface(ABC):
         self.state = JointArrays.filled(len(joint_names), 0.0)
         self.command = JointArrays.filled(len(joint_names))
         self.feedforward = JointArrays.filled(len(joint_names))
+        self.effort_bound = np.full(len(joint_names), np.inf)
         self.plan = UpdatePlan.empty(0, len(joint_names))
         #: Command interface of a sensor or gpio -> the last command, NaN before the first.
         self.other_commands: dict[str, float] = {}

@@ -68,6 +68,7 @@ class HardwarePart(HardwareInterface):
         self.state = _window(whole.state, place)
         self.command = _window(whole.command, place)
         self.feedforward = _window(whole.feedforward, place)
+        self.effort_bound = whole.effort_bound[place]
         self.plan = whole.plan.window(place)
         self.other_commands = whole.other_commands
         self.given_states = whole.given_states

@@ -11,6 +11,7 @@ from armsim_ros.config.forward_command_controller import (
     JointGroupPositionControllerParameters,
     JointPositionControllerParameters,
 )
+from armsim_ros.config.gripper_action_controller import GripperParameters
 from armsim_ros.config.pid_gains import PidGains
 from armsim_ros.config.robot_settings import RobotSettings
 from armsim_ros.control.controller_manager import ControllerManager, Strictness
@@ -21,10 +22,15 @@ from armsim_ros.control.shared_hardware import SharedHardware
 from armsim_ros.errors import ConfigError, ControllerError, Problem, SimulationError
 from armsim_ros.model.cell import Cell
 from armsim_ros.model.initial_state import initial_positions, START_KEYS
-from armsim_ros.model.robot_model import RobotModel
+from armsim_ros.model.robot_model import JointType, RobotModel
 from armsim_ros.sim.clock import SimClock
+from armsim_ros.sim.robot_spec import bound_or_infinite
 from armsim_ros.sim.simulation import Simulation
 
+#: So far before its position a finger presses with all its effort [m].
+FINGER_GIVE = 1e-3
+#: Share of the gain at which a joint that carries its armature alone becomes unstable.
+STABLE_SHARE = 0.2
 _FORWARD_POSITION = (JointGroupPositionControllerParameters, JointPositionControllerParameters)
 
 
@@ -38,6 +44,28 @@ def servo_gains(settings: RobotSettings) -> dict[str, PidGains]:
         if isinstance(controller.parameters, _FORWARD_POSITION):
             for joint, block in controller.parameters.gains.items():
                 gains.setdefault(joint, block)
+    return gains
+
+
+def finger_gains(settings: RobotSettings, model: RobotModel) -> dict[str, PidGains]:
+    """
+    Return gains of sliding joints that a gripper controller moves to positions.
+
+    A millimetre short of the position a finger presses with all its effort, as far as the
+    timestep allows gains so high: the force of a grasp is the goal's, not the error's.
+    """
+    simulation = settings.simulation
+    highest = STABLE_SHARE * simulation.armature_linear / simulation.timestep**2
+    gains: dict[str, PidGains] = {}
+    for controller in settings.controllers:
+        if not isinstance(controller.parameters, GripperParameters):
+            continue
+        joint = model.joints.get(controller.parameters.joint)
+        if joint is None or joint.type is not JointType.PRISMATIC:
+            continue
+        wanted = bound_or_infinite(joint.limits.effort) / FINGER_GIVE
+        least = simulation.servo.default_gains.p
+        gains[joint.name] = PidGains(p=max(least, min(wanted, highest)), i_clamp=0.0)
     return gains
 
 
@@ -57,7 +85,11 @@ def build_simulation(
         places = (settings.locate('simulation', key) for key in START_KEYS)
         raise ConfigError(Problem(str(error), next(filter(None, places), None))) from None
     return Simulation(
-        model, settings.simulation, settings.world, gains=servo_gains(settings), clock=clock
+        model,
+        settings.simulation,
+        settings.world,
+        gains={**finger_gains(settings, model), **servo_gains(settings)},
+        clock=clock,
     )
 
 

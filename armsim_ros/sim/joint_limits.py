@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from armsim_ros.arrays import Matrix, Vector
-from armsim_ros.model.robot_model import JointType, RobotModel
+from armsim_ros.model.robot_model import Joint, JointType, RobotModel
 from armsim_ros.sim.robot_spec import bound_or_infinite
 
 #: A servo follows references this much faster than the joint's rated velocity, so that a
@@ -68,3 +68,25 @@ class DrivenLimits:
             if (np.abs(way * weights) > 1.0).any():
                 references[i] = references[i - 1] + np.clip(way, -longest, longest)
         return references
+
+
+def fingers_driven(model: RobotModel) -> Vector:
+    """
+    Return for how many fingers each active joint has force (n,), in their order; 1 for most.
+
+    Sliding joints that mimic a sliding one are fingers of a gripper. Each presses with the effort
+    that is asked for, as if it had a drive of its own; one motor for all would share it.
+    """
+    counts = dict.fromkeys(model.active_joints, 1.0)
+    for joint in model.joints.values():
+        leader, reach = joint, 1.0
+        while leader.mimic is not None:
+            reach *= abs(leader.mimic.multiplier)
+            leader = model.joints[leader.mimic.joint]
+        if leader is not joint and _slides(joint) and _slides(leader) and leader.name in counts:
+            counts[leader.name] += reach
+    return np.array(list(counts.values()))
+
+
+def _slides(joint: Joint) -> bool:
+    return joint.type is JointType.PRISMATIC

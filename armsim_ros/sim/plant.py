@@ -52,11 +52,17 @@ class Plant:
     :param joint_names: (n,) the robot's movable joints; the order of all vectors.
     :param state: (n,) arrays that ``read`` refreshes.
     :param active: selects the joints with drives, in the drives' order.
+    :param fingers: (m,) for how many fingers each drive has force.
     :raises SimulationError: MuJoCo refuses the specification.
     """
 
     def __init__(
-        self, spec: PlantSpec, joint_names: tuple[str, ...], state: JointArrays, active: Any
+        self,
+        spec: PlantSpec,
+        joint_names: tuple[str, ...],
+        state: JointArrays,
+        active: Any,
+        fingers: Vector,
     ) -> None:
         keep_physics_quiet()
         self.spec = spec
@@ -64,7 +70,9 @@ class Plant:
         self._state, self._active = state, active
         self.model: Any = spec.compile()
         self.data: Any = mujoco.MjData(self.model)
-        count = len(state.effort[active])
+        count = len(fingers)
+        self._fingers, self._per_finger = fingers, 1.0 / fingers
+        self._bounds = np.full(count, np.inf)
         self._gains, self._given = np.zeros((count, 2)), np.zeros(count)
         self._bind()
 
@@ -77,6 +85,11 @@ class Plant:
         """
         self._gains[:, 0], self._gains[:, 1] = stiffness, damping
         np.negative(self._gains, out=self._bias)
+
+    def bound(self, efforts: Vector) -> None:
+        """Let the drives give no more than efforts (m,), nor than their own [N*m or N]."""
+        self._bounds[:] = efforts
+        self._bind_bounds()
 
     def drive(self, inputs: Vector) -> None:
         """Give the drives' actuators their inputs (m,); they stand until others come."""
@@ -171,7 +184,7 @@ class Plant:
         state.position[:] = self._qpos[self._qpos_at]
         state.velocity[:] = self._qvel[self._qvel_at]
         state.acceleration[:] = self._qacc[self._qvel_at]
-        state.effort[self._active] = self._force
+        state.effort[self._active] = self._force * self._per_finger
 
     def reset(self, positions: Vector) -> None:
         """Go back to the start of everything, but with the joints at ``positions`` (n,)."""
@@ -308,8 +321,20 @@ class Plant:
         self._qpos, self._qvel, self._qacc = data.qpos, data.qvel, data.qacc
         drives = len(self._given)
         self._inputs, self._force = data.ctrl[:drives], data.actuator_force[:drives]
+        limited = model.actuator_forcelimited[:drives].astype(np.bool_)
+        self._efforts = np.where(limited, model.actuator_forcerange[:drives, 1], np.inf)
+        self._bind_bounds()
         self._bias = model.actuator_biasprm[:drives, 1:3]
         np.negative(self._gains, out=self._bias)
         self._inputs[:] = self._given
         self._before = np.empty(mujoco.mj_stateSize(model, _WHOLE))
         self._checkpoints = Checkpoints(model, data)
+
+    def _bind_bounds(self) -> None:
+        """Give the actuators the bounds of their forces."""
+        most = np.minimum(self._efforts, self._bounds) * self._fingers
+        drives, limited = len(most), np.isfinite(most)
+        self.model.actuator_forcelimited[:drives] = limited
+        most[~limited] = 0.0
+        self.model.actuator_forcerange[:drives, 0] = -most
+        self.model.actuator_forcerange[:drives, 1] = most

@@ -16,7 +16,7 @@ from armsim_ros.model.robot_model import RobotModel
 from armsim_ros.sim.drive_gains import count_moving, DriveGains, TUNING_STEPS
 from armsim_ros.sim.drive_modes import Followed
 from armsim_ros.sim.inverse_dynamics import InverseDynamics, stride_of
-from armsim_ros.sim.joint_limits import DrivenLimits
+from armsim_ros.sim.joint_limits import DrivenLimits, fingers_driven
 from armsim_ros.sim.reference import CommandInterpolator
 
 
@@ -49,6 +49,7 @@ class Servo:
     ) -> None:
         self.joint_names = model.active_joints
         self.limits = DrivenLimits.of(model)
+        self._fingers = fingers_driven(model)
         self.dynamics = InverseDynamics(model, settings)
         self.gains = DriveGains(self.joint_names, settings, gains)
         self._feedforward = settings.servo.feedforward
@@ -139,7 +140,7 @@ class Servo:
             given = np.isfinite(command.effort)
             self._follow_effort(self._followed.effort & given)
             acting = self._follows_effort | (self._followed.effort_added & given)
-            self._effort_command = np.where(acting, command.effort, 0.0)
+            self._effort_command = np.where(acting, command.effort * self._fingers, 0.0)
         wanted = command.position
         if self._only_positions and float(wanted.dot(wanted)) < np.inf:
             self._target = wanted.copy()

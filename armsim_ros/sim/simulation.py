@@ -30,6 +30,7 @@ from armsim_ros.model.world_objects import world_objects
 from armsim_ros.sim.clock import SimClock
 from armsim_ros.sim.contacts import BodyContact, contacts, start_overlaps
 from armsim_ros.sim.interfaces import offered_commands, offered_states
+from armsim_ros.sim.joint_limits import fingers_driven
 from armsim_ros.sim.links import SimulatedLinks
 from armsim_ros.sim.mock_commands import MockCommands
 from armsim_ros.sim.mujoco_model import build_plant
@@ -78,8 +79,10 @@ class Simulation(SimulatedLinks, HardwareInterface):
         spec = build_plant(model, self.settings, things, floor=world.floor)
         start = model.complete(initial_positions(model, self.settings))
         self._initial = np.array([start[name] for name in self.joint_names])
-        inputs = np.full((8, len(self.joint_names)), np.nan)
-        self.command, self.feedforward = JointArrays(*inputs[:4]), JointArrays(*inputs[4:])
+        inputs = np.full((9, len(self.joint_names)), np.nan)
+        self.command, self.feedforward = JointArrays(*inputs[:4]), JointArrays(*inputs[4:8])
+        self.effort_bound = inputs[8]
+        self.effort_bound[:] = np.inf
         self._inputs, self._written = inputs, (b'', 0)
         self.plan = UpdatePlan.empty(MOST_PLANNED, len(self.joint_names))
         self._unchecked = np.zeros(len(self.joint_names))
@@ -90,7 +93,9 @@ class Simulation(SimulatedLinks, HardwareInterface):
             self._driven_views = (
                 _part(self.command, self._active), _part(self.feedforward, self._active)
             )  # fmt: skip
-        self._plant = Plant(spec, self.joint_names, self.state, self._active)
+        self._plant = Plant(
+            spec, self.joint_names, self.state, self._active, fingers_driven(model))
+        self._bounded = self.effort_bound.tobytes()
         self._servo = Servo(model, self.settings, gains or {}, self._plant.tune)
         self.world = WorldScene(self._plant, things, floor=world.floor)
         self.vacuum_grippers = {
@@ -206,6 +211,9 @@ class Simulation(SimulatedLinks, HardwareInterface):
         if self._servo.resting and written == self._written:
             return
         self._written = written
+        if (bounds := self.effort_bound.tobytes()) != self._bounded:
+            self._bounded = bounds
+            self._plant.bound(self.effort_bound[self._active])
         self._servo.write(*self._driven(), steps)
 
     @property
@@ -354,6 +362,7 @@ class Simulation(SimulatedLinks, HardwareInterface):
         """Return a hash of all that the future depends on: plant, drives, time."""
         parts = hashlib.sha256(self._plant.state_bytes())
         parts.update(self._servo.state_bytes())
+        parts.update(self._bounded)
         parts.update(self.time_ns.to_bytes(16, 'little', signed=True))
         return parts.hexdigest()
 
@@ -366,7 +375,7 @@ class Simulation(SimulatedLinks, HardwareInterface):
         return self._mock.arriving(views[0]), self._mock.arriving(views[1])
 
     def _settle_in(self) -> None:
-        self._inputs[:] = np.nan
+        self._inputs[:8] = np.nan
         self._plant.read()
         self._servo.restart(self.state.position[self._active])
 

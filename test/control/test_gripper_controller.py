@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Gripper goals: reached, stalled, canceled, replaced."""
 
+import numpy as np
 import pytest
 
 POSITION = 'position_controllers/GripperActionController'
@@ -115,16 +116,19 @@ def test_parallel_wants_exactly_one_position(rig, positions):
 
 
 def test_parallel_bounds_go_to_their_interfaces(rig):
-    """N2: velocity and effort of the command count only where an interface is named."""
+    """N2, D3: the effort bounds the drive; the default counts where an interface is named."""
     r = rig()
     hand = gripper(r, PARALLEL, max_effort_interface='a/effort', max_velocity_interface='')
     assert hand.required_command_interfaces == ('a/position', 'a/effort')
     r.step()
-    assert r.hardware.command.effort[0] == 10.0
+    assert r.hardware.effort_bound[0] == 10.0
     hand.send_goal([5.0], [0.7], [2.5])
     r.hardware.frozen = True
     r.step()
-    assert r.hardware.command.effort[0] == 2.5
+    assert r.hardware.effort_bound[0] == 2.5
+    assert np.isnan(r.hardware.command.effort[0])
+    r.manager.switch([], ['gripper'])
+    assert r.hardware.effort_bound[0] == np.inf
 
 
 def test_not_a_number_is_refused(rig):
