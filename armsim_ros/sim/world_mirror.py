@@ -7,6 +7,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -17,11 +18,24 @@ from armsim_ros.model.transforms import (
     quat_wxyz_from_matrix,
 )
 from armsim_ros.model.world_objects import FLOOR, floor_object, WorldObject
+from armsim_ros.sim.finger_contacts import FingerContacts
 from armsim_ros.sim.vacuum_gripper import VacuumGripper
 from armsim_ros.sim.world_scene import WorldScene
 
 #: What has moved by less is not told [m], [rad].
 LEAST_WAY, LEAST_TURN = 1e-3, math.radians(0.5)
+
+
+class Holder(NamedTuple):
+    """
+    What holds an object.
+
+    :param link: that the object goes with.
+    :param touch_links: links that may touch it then.
+    """
+
+    link: str
+    touch_links: tuple[str, ...]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -32,13 +46,13 @@ class WorldSnapshot:
     :param epoch: counts how often it began anew.
     :param objects: name -> object, the floor among them.
     :param poses: name -> (7,) position and quaternion wxyz in the world.
-    :param held: object -> the link that holds it.
+    :param held: object -> what holds it.
     """
 
     epoch: int
     objects: Mapping[str, WorldObject]
     poses: Mapping[str, Vector]
-    held: Mapping[str, str] = field(default_factory=dict)
+    held: Mapping[str, Holder] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -49,15 +63,15 @@ class WorldNews:
     :param added: new objects, or all; with (4, 4) poses.
     :param moved: name -> (4, 4).
     :param removed: names.
-    :param grasped: (object, link) that go together from now on.
-    :param released: (object, link) that do no more; this comes first, grasps come last.
+    :param grasped: objects and their holders that go together from now on.
+    :param released: those that do no more; this comes first, grasps come last.
     """
 
     added: tuple[tuple[WorldObject, Matrix], ...] = ()
     moved: tuple[tuple[str, Matrix], ...] = ()
     removed: tuple[str, ...] = ()
-    grasped: tuple[tuple[str, str], ...] = ()
-    released: tuple[tuple[str, str], ...] = ()
+    grasped: tuple[tuple[str, Holder], ...] = ()
+    released: tuple[tuple[str, Holder], ...] = ()
 
     @property
     def empty(self) -> bool:
@@ -72,12 +86,19 @@ class WorldWatch:
 
     :param world: is looked at.
     :param grippers: may hold objects.
+    :param fingers: may hold objects, too.
     """
 
-    def __init__(self, world: WorldScene, grippers: Iterable[VacuumGripper] = ()) -> None:
+    def __init__(
+        self,
+        world: WorldScene,
+        grippers: Iterable[VacuumGripper] = (),
+        fingers: FingerContacts | None = None,
+    ) -> None:
         self._world = world
         self._version = -1
         self._grippers = tuple(grippers)
+        self._fingers = fingers
         self._objects: dict[str, WorldObject] = {}
         self._fixed: dict[str, Vector] = {}
         self.epoch = 0
@@ -95,7 +116,12 @@ class WorldWatch:
                 for name, thing in self._objects.items() if thing.mass is None
             }
         names, rows = world.free_poses()
-        held = {one.held: one.settings.link for one in self._grippers if one.held in names}
+        held: dict[str, Holder] = {}
+        if self._fingers is not None:
+            held.update((name, Holder(gripper.palm, gripper.links))
+                        for name, gripper in self._fingers.held().items())
+        held.update((one.held, Holder(one.settings.link, (one.settings.link,)))
+                    for one in self._grippers if one.held in names)
         poses = {**self._fixed, **dict(zip(names, rows, strict=True))}
         return WorldSnapshot(self.epoch, self._objects, poses, held)
 
@@ -105,7 +131,7 @@ class WorldMirror:
 
     def __init__(self) -> None:
         self._told: dict[str, tuple[WorldObject, Vector]] = {}
-        self._held: dict[str, str] = {}
+        self._held: dict[str, Holder] = {}
         self._epoch = -1
 
     def news(self, now: WorldSnapshot, *, whole: bool = False) -> WorldNews:

@@ -8,7 +8,7 @@ import pytest
 from armsim_ros.model.geometry import Box
 from armsim_ros.model.transforms import pose_matrix
 from armsim_ros.model.world_objects import WorldObject
-from armsim_ros.sim.world_mirror import WorldMirror, WorldSnapshot, WorldWatch
+from armsim_ros.sim.world_mirror import Holder, WorldMirror, WorldSnapshot, WorldWatch
 
 
 def thing(name, mass=0.1):
@@ -18,6 +18,7 @@ def thing(name, mass=0.1):
 
 ROW = np.array([0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0])
 CUBE, BALL = thing('cube'), thing('ball')
+TIP = Holder('tip', ('tip',))
 
 
 def snapshot(objects, epoch=0, held=None, **rows):
@@ -75,11 +76,11 @@ def test_a_new_epoch_is_told_from_the_beginning(mirror):
 def test_what_is_held_goes_with_its_link(mirror):
     """Its pose is not told until it is let go; then it is, however little it has moved."""
     row = ROW + 1.0
-    news = mirror.news(snapshot([CUBE, BALL], held={'cube': 'tip'}, cube=row))
-    assert (news.grasped, news.moved) == ((('cube', 'tip'),), ())
-    assert mirror.news(snapshot([CUBE, BALL], held={'cube': 'tip'}, cube=row + 1.0)).empty
+    news = mirror.news(snapshot([CUBE, BALL], held={'cube': TIP}, cube=row))
+    assert (news.grasped, news.moved) == ((('cube', TIP),), ())
+    assert mirror.news(snapshot([CUBE, BALL], held={'cube': TIP}, cube=row + 1.0)).empty
     news = mirror.news(snapshot([CUBE, BALL], cube=ROW))
-    assert news.released == (('cube', 'tip'),)
+    assert news.released == (('cube', TIP),)
     assert [one.name for one, _ in news.added] == ['cube']
 
 

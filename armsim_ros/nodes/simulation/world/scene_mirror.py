@@ -26,7 +26,14 @@ from armsim_ros.nodes.conversions.geometry import pose_to_message
 from armsim_ros.nodes.simulation.dispatcher import Dispatcher
 from armsim_ros.planning.scene.world_type import WORLD_TYPE
 from armsim_ros.sim.control_loop import ControlLoop
-from armsim_ros.sim.world_mirror import WorldMirror, WorldNews, WorldSnapshot, WorldWatch
+from armsim_ros.sim.finger_contacts import FingerContacts
+from armsim_ros.sim.world_mirror import (
+    Holder,
+    WorldMirror,
+    WorldNews,
+    WorldSnapshot,
+    WorldWatch,
+)
 
 TOPIC = '/planning_scene'
 DEPTH = 100
@@ -43,16 +50,23 @@ class SceneMirror:
     :param node: the node that publishes.
     :param frame: the model frame.
     :param root: (4, 4) pose of the world in it.
+    :param fingers: those of the robots that have some.
     """
 
     def __init__(
-        self, node: Node, loop: ControlLoop, dispatcher: Dispatcher, frame: str, root: Matrix
+        self,
+        node: Node,
+        loop: ControlLoop,
+        dispatcher: Dispatcher,
+        frame: str,
+        root: Matrix,
+        fingers: FingerContacts | None = None,
     ) -> None:
         self._loop = loop
         self._dispatcher = dispatcher
         self._frame, self._root = frame, root
         self._watch = WorldWatch(
-            loop.simulation.world, loop.simulation.vacuum_grippers.values())
+            loop.simulation.world, loop.simulation.vacuum_grippers.values(), fingers)
         self._mirror = WorldMirror()
         self._session = uuid4().hex[:8]
         self._whole, self._looking = True, False
@@ -98,12 +112,13 @@ class SceneMirror:
             yield self._grasps(news.grasped, CollisionObject.ADD, epoch)
 
     def _grasps(
-        self, pairs: Iterable[tuple[str, str]], operation: bytes, epoch: str
+        self, pairs: Iterable[tuple[str, Holder]], operation: bytes, epoch: str
     ) -> PlanningScene:
         message = PlanningScene(is_diff=True)
         message.robot_state.is_diff = True
-        for name, link in pairs:
-            attached = AttachedCollisionObject(link_name=link, touch_links=[link])
+        for name, (link, touch_links) in pairs:
+            attached = AttachedCollisionObject(
+                link_name=link, touch_links=list(touch_links))
             attached.object = self._short(name, operation)
             attached.object.type.key, attached.object.type.db = WORLD_TYPE, epoch
             message.robot_state.attached_collision_objects.append(attached)

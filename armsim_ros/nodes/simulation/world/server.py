@@ -12,10 +12,12 @@ from rclpy.node import Node
 from armsim_ros.config.base import parameter, Settings
 from armsim_ros.config.simulation import RealTimeFactor
 from armsim_ros.model.cell import Cell
+from armsim_ros.model.grippers import grippers_of
 from armsim_ros.model.world_objects import world_in_root
 from armsim_ros.nodes.parameters import SettingsParameters
 from armsim_ros.nodes.simulation.dispatcher import Dispatcher
 from armsim_ros.nodes.simulation.world.entity_services import EntityServices
+from armsim_ros.nodes.simulation.world.gripper_contacts import GripperContacts
 from armsim_ros.nodes.simulation.world.resetting import Resetting
 from armsim_ros.nodes.simulation.world.run_state import RunState
 from armsim_ros.nodes.simulation.world.scene_mirror import SceneMirror
@@ -28,6 +30,7 @@ from armsim_ros.nodes.simulation.world.work import Work
 from armsim_ros.nodes.simulation.world.worlds import Worlds
 from armsim_ros.sim.control_loop import ControlLoop
 from armsim_ros.sim.entities import Entities, RobotEntity
+from armsim_ros.sim.finger_contacts import FingerContacts
 from armsim_ros.sim.world_files.resources import WorldResources
 
 #: What a robot stands in whose files name no world.
@@ -79,16 +82,25 @@ class WorldServer:
         self.resetting = Resetting(
             node, work, self.entities, self.state, resets_time=deterministic)
         # In lockstep, what planning knows must not depend on when a message comes.
+        grippers = {robot.name: grippers_of(robot) for robot in cell.robots}
+        everyone = [gripper for group in grippers.values() for gripper in group]
+        fingers = FingerContacts(loop.simulation, everyone)
         live = settings.planning_parameters.scene_from_world == 'live'
         if live and not deterministic:
             self._mirror = SceneMirror(
-                node, loop, dispatcher, cell.model.model_frame, world_in_root(settings))
+                node, loop, dispatcher, cell.model.model_frame, world_in_root(settings),
+                fingers if everyone else None)
             self.resetting.followers.append(self._mirror.begin_anew)
         self._grippers = [
             VacuumGripperServer(node, work, dispatcher, robot.settings.namespace, gripper)
             for robot in cell.robots
             for gripper in loop.simulation.vacuum_grippers.values()
             if gripper.settings.link in robot.model.links
+        ]
+        self._finger_topics = [
+            GripperContacts(
+                node, loop, dispatcher, robot.settings.namespace, gripper, fingers)
+            for robot in cell.robots for gripper in grippers[robot.name]
         ]
         self._services = (
             EntityServices(node, work, self.entities),
