@@ -20,6 +20,8 @@ BREATH = 100_000
 #: Share of its time that a loop which cannot keep the pace leaves to others, looked at after so
 #: many waits without a sleep; of what is beyond so long a time [ns] not all was work.
 LEFT_TO_OTHERS, SLEEPLESS_WAITS, LONGEST_WORK_NS = 0.2, 20, 100_000_000
+#: The first seconds [ns].
+START_NS = 5_000_000_000
 #: Wall time over which the pace is measured [ns].
 PACE_WINDOW_NS = 1_000_000_000
 
@@ -73,6 +75,8 @@ class Pacer:
     :param sleep: sleeps for a time [s].
     :param spin_ns: last part of each wait spent polling the clock [ns].
     :param catch_up_ns: delay that is made up [ns].
+    :param catch_up_at_start_ns: delay that is made up in the first seconds [ns], in which a
+        program still has other things to do.
     :param alarm: ends a ``doze`` when another thread sets it.
     """
 
@@ -83,6 +87,7 @@ class Pacer:
         sleep: Callable[[float], None] = time.sleep,
         spin_ns: int = 0,
         catch_up_ns: int = 100_000_000,
+        catch_up_at_start_ns: int = 0,
         alarm: Alarm | None = None,
     ) -> None:
         self.alarm: Alarm = alarm or threading.Event()
@@ -90,12 +95,14 @@ class Pacer:
         self._sleep = sleep
         self._spin_ns = spin_ns
         self._catch_up_ns = catch_up_ns
+        self._catch_up_at_start_ns = max(catch_up_at_start_ns, catch_up_ns)
         self._lateness = array('q', bytes(8 * HISTORY))
         self.start()
 
     def start(self) -> None:
         """Put the next deadline one period from now and forget the statistics."""
         self._deadline = float(self._clock())
+        self._started = self._deadline
         self._ticks = self._waits = self._overruns = 0
         self._dropped_ns = 0.0
         self._pace = 1.0
@@ -126,7 +133,9 @@ class Pacer:
             self._sleepless += 1
             if -ahead > period_ns:
                 self._overruns += 1
-                excess = -ahead - max(self._catch_up_ns, period_ns)
+                starting = self._deadline - self._started < START_NS
+                made_up = self._catch_up_at_start_ns if starting else self._catch_up_ns
+                excess = -ahead - max(made_up, period_ns)
                 if excess > 0.0:
                     self._dropped_ns += excess
                     self._deadline += excess

@@ -79,6 +79,20 @@ def test_drops_what_is_too_much_to_make_up(clock, pacer):
     assert clock.now == (1 + 39 + 30) * PERIOD
 
 
+def test_makes_up_what_the_start_has_held_up(clock):
+    """In the first seconds a long delay is made up as a whole, later it is not."""
+    pacer = Pacer(
+        clock=clock, sleep=clock.sleep, catch_up_ns=10 * PERIOD, catch_up_at_start_ns=1000 * PERIOD
+    )
+    clock.now += 700 * PERIOD
+    for _ in range(6000):
+        pacer.wait(PERIOD)
+    assert (pacer.statistics().dropped_ns, clock.now) == (0, 6000 * PERIOD)
+    clock.now += 700 * PERIOD
+    pacer.wait(PERIOD)
+    assert pacer.statistics().dropped_ns > 600 * PERIOD
+
+
 def test_a_loop_that_cannot_keep_the_pace_leaves_time_to_others(clock, pacer):
     """Ticks that take twice their period are followed by sleeps: a fifth of the time in all."""
     for _ in range(1000):

@@ -51,6 +51,8 @@ _STOP_TIME = 0.3
 _ANSWER_TIME = 0.02
 #: Events, the graph and the clocks are looked at this often, also while paused [s].
 _WATCH_PERIOD = 0.1
+#: A slow start may hold up the loop so long without making simulated time late for good [ns].
+_LONGEST_START_NS = 3_000_000_000
 _DIAGNOSTICS_PERIOD = 1.0
 
 
@@ -94,7 +96,9 @@ class SimulationProgram:
             controllers,
             settings.controller_manager.update_rate,
             pacer=Pacer(
-                spin_ns=round(pace.spin * 1e9), catch_up_ns=round(pace.catch_up * 1e9)
+                spin_ns=round(pace.spin * 1e9),
+                catch_up_ns=round(pace.catch_up * 1e9),
+                catch_up_at_start_ns=_LONGEST_START_NS,
             ),
             priority=pace.priority,
         )
