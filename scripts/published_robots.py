@@ -180,7 +180,7 @@ def _bring_up(row: Row) -> None:
 
 
 def _move(client: ClientNode) -> str:
-    """Move each active trajectory controller a little; return how many moved."""
+    """Move each active trajectory controller a little and back; return how many moved."""
     from controller_manager_msgs.srv import ListControllers
     from sensor_msgs.msg import JointState
 
@@ -204,16 +204,19 @@ def _move(client: ClientNode) -> str:
         joints = list(dict.fromkeys(text.rpartition('/')[0] for text in one.claimed_interfaces))
         message = states.wait(1)[-1]
         now = dict(zip(message.name, message.position, strict=True))
-        goal = [_near(now[joint], *limits.get(joint, (-1e3, 1e3))) for joint in joints]
-        sent = TrajectoryClient(client, f'/{one.name}').send(
-            trajectory_message(joints, [(2.0, goal)]))
-        outcome = sent.result(MOVE_TIMEOUT)
-        assert outcome.status == SUCCEEDED, f'{one.name}: {outcome.error_string}'
-        states.clear()
-        message = states.wait(1)[-1]
-        after = dict(zip(message.name, message.position, strict=True))
-        worst = max(abs(after[joint] - value) for joint, value in zip(joints, goal, strict=True))
-        assert worst < 0.01, f'{one.name} is {worst:.3f} away from its goal'
+        start = [now[joint] for joint in joints]
+        there = [_near(now[joint], *limits.get(joint, (-1e3, 1e3))) for joint in joints]
+        for goal in (there, start):
+            sent = TrajectoryClient(client, f'/{one.name}').send(
+                trajectory_message(joints, [(2.0, goal)]))
+            outcome = sent.result(MOVE_TIMEOUT)
+            assert outcome.status == SUCCEEDED, f'{one.name}: {outcome.error_string}'
+            states.clear()
+            message = states.wait(1)[-1]
+            after = dict(zip(message.name, message.position, strict=True))
+            worst = max(abs(after[joint] - value)
+                        for joint, value in zip(joints, goal, strict=True))
+            assert worst < 0.01, f'{one.name} is {worst:.3f} away from its goal'
         moved += 1
     assert moved, 'no trajectory controller is active'
     return f'{moved} of {len(arms)}'
@@ -272,6 +275,7 @@ def _pymoveit2(client: ClientNode, state: str) -> str:
         return ''
     links = [link.get('name') for link in _description(client).findall('link')]
     arm = MoveIt2(client.node, list(goal), links[0], links[-1], name)
+    assert arm.wait_for_joint_state(MOVE_TIMEOUT), 'pymoveit2 has seen no joint state'
     limits = _limits(client)
     first = next(iter(goal))
     target = {**goal, first: _near(goal[first], *limits.get(first, (-1e3, 1e3)))}

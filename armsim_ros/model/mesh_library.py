@@ -3,40 +3,27 @@
 """
 Meshes of the formats that a library reads: COLLADA, glTF and their like, through Assimp.
 
-Reading takes up to a second a file, so what was read is kept in the user's cache folder, found
-again by the content of the file.
+Reading takes up to a second a file, so what was read is kept.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
-import hashlib
-import io
-import os
 from pathlib import Path
 import re
-import tempfile
-import zipfile
 
 import numpy as np
 from numpy.typing import NDArray
+
+from armsim_ros.model.mesh_cache import cached
 
 #: Endings of the formats.
 ENDINGS = ('.dae', '.glb', '.gltf', '.ply')
 #: Formats whose file does not hold all of it, and so does not tell whether it has changed.
 _OF_SEVERAL_FILES = ('.gltf',)
-#: Changes when what is kept changes its meaning.
-_VERSION = 'v1'
 _UNIT = re.compile(rb'<unit\b[^>]*\bmeter\s*=\s*["\']([^"\']+)["\']')
 
 Vertices = NDArray[np.float64]
 Triangles = NDArray[np.int64]
-
-
-def cache_folder() -> Path:
-    """Return where meshes are kept: below ``XDG_CACHE_HOME`` or ``~/.cache``."""
-    base = os.environ.get('XDG_CACHE_HOME') or os.path.expanduser('~/.cache')
-    return Path(base, 'armsim_ros', 'meshes')
 
 
 def read_mesh_file(file: Path) -> tuple[Vertices, Triangles]:
@@ -56,24 +43,10 @@ def read_mesh_file(file: Path) -> tuple[Vertices, Triangles]:
         vertices, triangles = _read(file)
         return vertices * (_unit(data) if ending == '.dae' else 1.0), triangles
 
-    return read(data) if ending in _OF_SEVERAL_FILES else cached(data, ending, read)
-
-
-def cached(data: bytes, ending: str, read: Callable[[bytes], tuple[Vertices, Triangles]]
-           ) -> tuple[Vertices, Triangles]:
-    """
-    Return what a file's content was read to before, else read it and keep that.
-
-    :param ending: of the file; the same bytes may mean another thing in another format.
-    :raises ValueError: where ``read`` does.
-    """
-    digest = hashlib.sha256(data).hexdigest()
-    kept = cache_folder() / f'{_VERSION}-{digest}{ending}.npz'
-    found = _load(kept)
-    if found is None:
-        found = read(data)
-        _keep(kept, *found)
-    return found
+    if ending in _OF_SEVERAL_FILES:
+        return read(data)
+    vertices, triangles = cached(data, ending, read)
+    return vertices, triangles
 
 
 def _read(file: Path) -> tuple[Vertices, Triangles]:
@@ -98,22 +71,3 @@ def _unit(data: bytes) -> float:
     except ValueError:
         value = 1.0
     return value if value > 0.0 else 1.0
-
-
-def _load(kept: Path) -> tuple[Vertices, Triangles] | None:
-    try:
-        with np.load(io.BytesIO(kept.read_bytes()), allow_pickle=False) as arrays:
-            return arrays['vertices'], arrays['triangles']
-    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
-        return None
-
-
-def _keep(kept: Path, vertices: Vertices, triangles: Triangles) -> None:
-    """Keep a mesh; where the folder cannot be written it is read anew the next time."""
-    try:
-        kept.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.NamedTemporaryFile(dir=kept.parent, suffix='.npz', delete=False) as stream:
-            np.savez(stream, vertices=vertices, triangles=triangles)
-        os.replace(stream.name, kept)
-    except OSError:
-        return

@@ -79,7 +79,7 @@ class PlantSpec:
         self.spec = mujoco.MjSpec()
         self.spec.compiler.degree = False
         self._set_options(settings, contacts)
-        self._robot = RobotSpec(self.spec, model, settings, contacts=contacts)
+        self.robot = RobotSpec(self.spec, model, settings, contacts=contacts)
         self._grippers = settings.vacuum_grippers if contacts else {}
         for name, gripper in self._grippers.items():
             self._add_cup(name, gripper)
@@ -87,17 +87,17 @@ class PlantSpec:
     @property
     def warnings(self) -> tuple[str, ...]:
         """What had to be changed or guessed; one line each."""
-        return tuple(self._robot.warnings)
+        return tuple(self.robot.warnings)
 
     def name(self, element: str) -> str:
         """Return the MuJoCo name of a link or joint of the robot."""
-        return self._robot.name(element)
+        return self.robot.name(element)
 
     def _add_cup(self, name: str, gripper: VacuumGripperSettings) -> None:
         """Mark the rim of a vacuum gripper; the mark touches nothing."""
         link = self.spec.body(self.name(gripper.link))
         if link is None:
-            links = tuple(self._robot.model.links)
+            links = tuple(self.robot.model.links)
             raise SimulationError(
                 f"vacuum gripper '{name}': the robot has no link '{gripper.link}' "
                 f'{nearest(gripper.link, links)}'.rstrip())
@@ -203,7 +203,7 @@ class PlantSpec:
             return self.spec.compile()
         except (ValueError, RuntimeError, mujoco.FatalError) as error:
             raise SimulationError(
-                f"the physics cannot take robot '{self._robot.model.name}' and its world: {error}"
+                f"the physics cannot take robot '{self.robot.model.name}' and its world: {error}"
             ) from error
 
     def _set_options(self, settings: SimulationSettings, contacts: bool) -> None:

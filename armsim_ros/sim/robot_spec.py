@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import replace
 import math
 from typing import Any
 
@@ -12,7 +14,16 @@ import mujoco
 from armsim_ros.arrays import Matrix
 from armsim_ros.config.simulation import SimulationSettings
 from armsim_ros.errors import SimulationError
-from armsim_ros.model.robot_model import Inertial, Joint, JointType, Link, RobotModel
+from armsim_ros.model.convex_parts import convex_parts
+from armsim_ros.model.geometry import Mesh
+from armsim_ros.model.robot_model import (
+    Inertial,
+    Joint,
+    JointType,
+    Link,
+    LinkGeometry,
+    RobotModel,
+)
 from armsim_ros.model.transforms import pose_matrix, quat_wxyz_from_matrix
 from armsim_ros.sim.geoms import (
     add_geom,
@@ -22,6 +33,9 @@ from armsim_ros.sim.geoms import (
     VISUAL_GROUP,
 )
 
+#: Fields of the geoms that are seen and of those that touch.
+VISUAL = {'group': VISUAL_GROUP, **SEEN_ONLY}
+COLLISION = {'group': COLLISION_GROUP, **TOUCHING}
 #: What a link gets that moves though it and all that is fixed to it weigh nothing.
 LEAST_MASS, LEAST_INERTIA = 1e-3, 1e-6
 #: Stiffness of a mimic joint's constraint: time constant in timesteps, damping ratio.
@@ -97,22 +111,46 @@ class RobotSpec:
         return body
 
     def _add_shapes(self, body: Any, link: Link) -> None:
-        groups = (
-            ('visual', link.visuals, {'group': VISUAL_GROUP, **SEEN_ONLY}),
-            ('collision', link.collisions, {'group': COLLISION_GROUP, **TOUCHING}),
-        )
+        groups = (('visual', link.visuals, VISUAL), ('collision', link.collisions, COLLISION))
         for kind, shapes, fields in groups:
             for i, shape in enumerate(shapes):
-                add_geom(
-                    self.spec,
-                    body,
-                    shape.geometry,
-                    shape.origin,
-                    mesh_name=f'{self.name(link.name)}/{kind}/{i}',
-                    mass=0.0,
-                    rgba=shape.rgba or (0.6, 0.6, 0.6, 1.0),
-                    **fields,
-                )
+                self._add_shape(body, shape, f'{self.name(link.name)}/{kind}/{i}', fields)
+
+    def _add_shape(self, body: Any, shape: LinkGeometry, mesh_name: str,
+                   fields: Mapping[str, int]) -> None:
+        add_geom(
+            self.spec,
+            body,
+            shape.geometry,
+            shape.origin,
+            mesh_name=mesh_name,
+            mass=0.0,
+            rgba=shape.rgba or (0.6, 0.6, 0.6, 1.0),
+            **fields,
+        )
+
+    def decompose(self, link: str) -> int:
+        """
+        Let a link collide with the convex parts of its meshes in place of their hulls.
+
+        :returns: how many parts there are; 0 where nothing was changed.
+        """
+        body, count = self.spec.body(self.name(link)), 0
+        for i, shape in enumerate(self.model.links[link].collisions):
+            name = f'{self.name(link)}/collision/{i}'
+            parts = convex_parts(shape.geometry) if isinstance(shape.geometry, Mesh) else ()
+            if not parts:
+                continue
+            count += len(parts)
+            self.spec.delete(next(geom for geom in body.geoms if geom.meshname == name))
+            self.spec.delete(self.spec.mesh(name))
+            for number, part in enumerate(parts):
+                self._add_shape(body, replace(shape, geometry=part), f'{name}/{number}', COLLISION)
+        return count
+
+    def exclude(self, first: str, second: str) -> None:
+        """Let two links pass through each other."""
+        self.spec.add_exclude(bodyname1=self.name(first), bodyname2=self.name(second))
 
     def _moves_without_mass(self, link: Link) -> bool:
         """Whether the link hangs on a movable joint and nothing fixed to it has mass."""
@@ -194,7 +232,7 @@ class RobotSpec:
 
     def _add_exclusions(self) -> None:
         for first, second in untouching_pairs(self.model):
-            self.spec.add_exclude(bodyname1=self.name(first), bodyname2=self.name(second))
+            self.exclude(first, second)
 
 
 def bound_or_infinite(bound: float) -> float:

@@ -28,7 +28,7 @@ from armsim_ros.model.initial_state import initial_positions
 from armsim_ros.model.robot_model import RobotModel
 from armsim_ros.model.world_objects import world_objects
 from armsim_ros.sim.clock import SimClock
-from armsim_ros.sim.contacts import BodyContact, contacts, start_overlaps
+from armsim_ros.sim.contacts import BodyContact, contacts
 from armsim_ros.sim.interfaces import offered_commands, offered_states
 from armsim_ros.sim.joint_limits import fingers_driven
 from armsim_ros.sim.links import SimulatedLinks
@@ -37,6 +37,7 @@ from armsim_ros.sim.mujoco_model import build_plant
 from armsim_ros.sim.plant import Plant, selector
 from armsim_ros.sim.sensors import Sensors, sensors_of
 from armsim_ros.sim.servo import Servo
+from armsim_ros.sim.start_overlaps import resolve_overlaps
 from armsim_ros.sim.vacuum_gripper import VacuumGripper
 from armsim_ros.sim.world_scene import WorldScene
 
@@ -111,7 +112,7 @@ class Simulation(SimulatedLinks, HardwareInterface):
         self.other_commands = {name: math.nan for system in model.hardware
                                for name in system.other_commands}
         self.reset()
-        self._start_overlaps = start_overlaps(self._plant.model, self._plant.data, model.name)
+        self._start_overlaps = resolve_overlaps(self._plant, model)
 
     @property
     def command_interfaces(self) -> Mapping[str, tuple[str, ...]]:

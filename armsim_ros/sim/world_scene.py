@@ -20,9 +20,9 @@ from armsim_ros.model.transforms import (
     quat_wxyz_from_matrix,
 )
 from armsim_ros.model.world_objects import WorldObject
-from armsim_ros.sim.contacts import START_OVERLAP
 from armsim_ros.sim.mujoco_model import object_body_name
 from armsim_ros.sim.plant import Plant, StagedPlant
+from armsim_ros.sim.start_overlaps import START_OVERLAP
 
 Places = NDArray[np.intp]
 

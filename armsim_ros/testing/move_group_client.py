@@ -11,9 +11,9 @@ from xml.etree import ElementTree
 from moveit_msgs.action import ExecuteTrajectory, MoveGroup
 from moveit_msgs.msg import Constraints, JointConstraint, MoveItErrorCodes, RobotState
 from rclpy.action import ActionClient
-from std_msgs.msg import String
 
 from armsim_ros.testing.client_node import ClientNode
+from armsim_ros.testing.parameter_client import ParameterClient
 
 SUCCESS = MoveItErrorCodes.SUCCESS
 
@@ -35,8 +35,9 @@ class MoveGroupClient:
         )
 
     def named_states(self) -> dict[tuple[str, str], dict[str, float]]:
-        """Return (group, state) -> joint -> position [rad or m], from the published SRDF."""
-        text = self.client.latched(f'{self._namespace}/robot_description_semantic', String).data
+        """Return (group, state) -> joint -> position [rad or m], from move_group's SRDF."""
+        text = ParameterClient(self.client, f'{self._namespace}/move_group').get(
+            'robot_description_semantic')
         return {
             (state.get('group', ''), state.get('name', '')): {
                 joint.get('name', ''): float(joint.get('value', ''))
