@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+import copy
 from typing import Any, NamedTuple
 
 import mujoco
@@ -16,6 +17,7 @@ from armsim_ros.control.hardware_interface import JointArrays
 from armsim_ros.errors import SimulationError
 from armsim_ros.sim.compiler import compile_model
 from armsim_ros.sim.mujoco_model import PlantSpec
+from armsim_ros.sim.saved_state import PlantState
 from armsim_ros.sim.stability import Checkpoints, keep_physics_quiet, unstable_element
 from armsim_ros.sim.state_transfer import StateTransfer
 
@@ -201,6 +203,19 @@ class Plant:
         """Go back to where everything last was stable, at rest."""
         self._checkpoints.restore(self.model, self.data)
         self._begin()
+
+    def save(self) -> PlantState:
+        """Return the present state, for ``set_state``."""
+        return PlantState(copy.copy(self.data), self.model.eq_data.copy(), self._gains.copy(),
+                          self._given.copy())
+
+    def set_state(self, saved: PlantState) -> None:
+        """Be exactly what was saved, of a plant of the same specification."""
+        mujoco.mj_copyData(self.data, self.model, saved.data)
+        self.model.eq_data[:], self._given[:] = saved.welds, saved.inputs
+        self.tune(*saved.gains.T)
+        self._checkpoints = Checkpoints(self.model, self.data)
+        self.read()
 
     def stage(self) -> StagedPlant:
         """

@@ -18,9 +18,10 @@ from armsim_ros.sim.drive_modes import Followed
 from armsim_ros.sim.inverse_dynamics import InverseDynamics, stride_of
 from armsim_ros.sim.joint_limits import DrivenLimits, fingers_driven
 from armsim_ros.sim.reference import CommandInterpolator
+from armsim_ros.sim.saved_state import Restorable
 
 
-class Servo:
+class Servo(Restorable):
     """
     One drive a joint: inverse dynamics of the reference plus PID on the error.
 
@@ -39,6 +40,8 @@ class Servo:
     :param gains: joint -> gains of its controller; a block without any gain counts as none.
     :param tune: takes p and d of the actuators (n,) whenever they change.
     """
+
+    unchanging = frozenset({'joint_names', 'limits', 'dynamics', 'gains', '_tune'})
 
     def __init__(
         self,

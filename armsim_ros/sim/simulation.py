@@ -35,6 +35,7 @@ from armsim_ros.sim.links import SimulatedLinks
 from armsim_ros.sim.mock_commands import MockCommands
 from armsim_ros.sim.mujoco_model import build_plant
 from armsim_ros.sim.plant import Plant, selector
+from armsim_ros.sim.saved_state import SavableSimulation
 from armsim_ros.sim.sensors import Sensors, sensors_of
 from armsim_ros.sim.servo import Servo
 from armsim_ros.sim.start_overlaps import resolve_overlaps
@@ -47,7 +48,7 @@ MOST_PLANNED = 100
 MOST_READY = 2**31
 
 
-class Simulation(SimulatedLinks, HardwareInterface):
+class Simulation(SimulatedLinks, SavableSimulation, HardwareInterface):
     """
     One robot in its world, moved by MuJoCo in fixed steps.
 

@@ -14,6 +14,7 @@ from armsim_ros.arrays import Matrix, Vector
 from armsim_ros.config.simulation import VacuumGripperSettings
 from armsim_ros.sim.mujoco_model import cup_name, object_body_name, weld_name
 from armsim_ros.sim.plant import Plant
+from armsim_ros.sim.saved_state import Restorable
 from armsim_ros.sim.world_scene import WorldScene
 
 #: Simulated time between two looks at a cup that is on [ns].
@@ -30,7 +31,7 @@ PULL = 4.0
 TEAR_NS = 20_000_000
 
 
-class VacuumGripper:
+class VacuumGripper(Restorable):
     """
     One suction cup; only the thread that ticks may use it.
 
@@ -41,6 +42,8 @@ class VacuumGripper:
     :param plant: the physics.
     :param world: its objects.
     """
+
+    unchanging = frozenset({'name', 'settings', '_plant', '_world', '_axis'})
 
     def __init__(
         self, name: str, settings: VacuumGripperSettings, plant: Plant, world: WorldScene
