@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 import re
 from typing import Any
 
+from armsim_ros.config.admittance_controller import AdmittanceControllerParameters
 from armsim_ros.config.base import parameter, Settings
 from armsim_ros.config.forward_command_controller import (
     ForwardCommandControllerParameters,
@@ -57,6 +58,7 @@ PARAMETERS: Mapping[str, type[Settings]] = {
     'pose_broadcaster/PoseBroadcaster': PoseBroadcasterParameters,
     'gpio_controllers/GpioCommandController': GpioCommandControllerParameters,
     'pid_controller/PidController': PidControllerParameters,
+    'admittance_controller/AdmittanceController': AdmittanceControllerParameters,
     BROADCASTER: JointStateBroadcasterParameters,
     'position_controllers/GripperActionController': GripperActionControllerParameters,
     'effort_controllers/GripperActionController': GripperActionControllerParameters,

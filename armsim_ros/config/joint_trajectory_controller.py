@@ -228,6 +228,11 @@ class JointTrajectoryControllerParameters(Settings):
         return self.command_joints or self.joints
 
     @property
+    def chained(self) -> bool:
+        """Whether it writes to following controllers instead of joints."""
+        return '/' in self.commanded[0]
+
+    @property
     def commanding(self) -> tuple[str, ...]:
         """The joint whose trajectory each of them gets: its own, else that in its place."""
         if set(self.commanded) <= set(self.joints):

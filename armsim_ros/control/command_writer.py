@@ -53,7 +53,7 @@ class CommandWriter:
     ) -> None:
         commanded, joints = parameters.commanded, parameters.commanding
         self._columns = compact([parameters.joints.index(name) for name in joints])
-        chained = commanded[0] not in hardware.index
+        chained = parameters.chained
         self._hardware = hardware
         command, feedforward = hardware.command, hardware.feedforward
         if chained:

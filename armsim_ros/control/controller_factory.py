@@ -11,6 +11,7 @@ from pydantic import ValidationError
 
 from armsim_ros.config.base import Settings
 from armsim_ros.config.controllers import stand_in_for
+from armsim_ros.control.admittance_controller import AdmittanceController
 from armsim_ros.control.controller import Controller, ControllerContext
 from armsim_ros.control.forward_command_controller import (
     ForwardCommandController,
@@ -66,6 +67,7 @@ CONTROLLER_TYPES: Mapping[str, type[Controller[Any]]] = {
     'pose_broadcaster/PoseBroadcaster': PoseBroadcaster,
     'gpio_controllers/GpioCommandController': GpioCommandController,
     'pid_controller/PidController': PidController,
+    'admittance_controller/AdmittanceController': AdmittanceController,
     'joint_state_broadcaster/JointStateBroadcaster': JointStateBroadcaster,
     'position_controllers/GripperActionController': GripperController,
     'effort_controllers/GripperActionController': GripperController,

@@ -188,3 +188,13 @@ def skew(vector: Sequence[float] | Matrix) -> Matrix:
     """Return the matrix (3, 3) whose product with v is the cross product with v."""
     x, y, z = (float(part) for part in vector)
     return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+
+
+def rotation_vector(rotation: Matrix) -> Matrix:
+    """Return axis * angle (3,) [rad] of a rotation (3, 3)."""
+    quat = quat_xyzw_from_matrix(rotation)
+    sine = float(np.linalg.norm(quat[:3]))
+    if sine < 1e-12:
+        return np.zeros(3)
+    result: Matrix = quat[:3] / sine * (2.0 * math.atan2(sine, float(quat[3])))
+    return result

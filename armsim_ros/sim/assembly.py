@@ -12,6 +12,7 @@ from armsim_ros.config.forward_command_controller import (
     JointPositionControllerParameters,
 )
 from armsim_ros.config.gripper_action_controller import GripperParameters
+from armsim_ros.config.joint_trajectory_controller import JointTrajectoryControllerParameters
 from armsim_ros.config.pid_gains import PidGains
 from armsim_ros.config.robot_settings import RobotSettings
 from armsim_ros.control.controller_manager import ControllerManager, Strictness
@@ -38,8 +39,10 @@ def servo_gains(settings: RobotSettings) -> dict[str, PidGains]:
     """Return the gains that position controllers give for their joints; they go to the drives."""
     gains: dict[str, PidGains] = {}
     for controller in settings.controllers:
-        if POSITION in getattr(controller.parameters, 'command_interfaces', ()):
-            gains.update(controller.parameters.gains)
+        parameters = controller.parameters
+        if (isinstance(parameters, JointTrajectoryControllerParameters)
+                and POSITION in parameters.command_interfaces and not parameters.chained):
+            gains.update(parameters.gains)
     for controller in settings.controllers:
         if isinstance(controller.parameters, _FORWARD_POSITION):
             for joint, block in controller.parameters.gains.items():

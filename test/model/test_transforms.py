@@ -65,6 +65,7 @@ def test_axis_angle_is_a_rotation_about_the_axis():
     turned = tf.matrix_from_axis_angle((0, 0, 1), 0.7)
     assert turned == pytest.approx(tf.matrix_from_rpy((0, 0, 0.7)))
     assert tf.rotation_angle(np.eye(3), turned) == pytest.approx(0.7)
+    assert tf.rotation_vector(turned) == pytest.approx((0, 0, 0.7))
 
 
 @pytest.mark.parametrize('quat', [(0, 0, 0, 0), (math.nan, 0, 0, 1), (math.inf, 0, 0, 1)])

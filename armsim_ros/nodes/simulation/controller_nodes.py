@@ -10,6 +10,7 @@ from typing import Any
 from rclpy.node import Node
 from std_msgs.msg import Float64
 
+from armsim_ros.control.admittance_controller import AdmittanceController
 from armsim_ros.control.controller import Controller
 from armsim_ros.control.forward_command_controller import ForwardController
 from armsim_ros.control.gpio_command_controller import GpioCommandController
@@ -22,6 +23,7 @@ from armsim_ros.control.sensor_broadcaster import SensorBroadcaster
 from armsim_ros.control.stand_in import StandInController
 from armsim_ros.errors import ControllerError
 from armsim_ros.nodes.parameters import SettingsParameters
+from armsim_ros.nodes.simulation.admittance_topics import AdmittanceTopics
 from armsim_ros.nodes.simulation.commands import Commands
 from armsim_ros.nodes.simulation.controller_state import ControllerStatePublisher
 from armsim_ros.nodes.simulation.dispatcher import Dispatcher
@@ -233,14 +235,21 @@ class SensorBroadcasterNode(ControllerNode):
             self._topics.publish(sample)
 
 
-class PidControllerNode(ControllerNode):
-    """A PID controller: references, states, feed-forward."""
+class FollowingControllerNode(ControllerNode):
+    """A controller that others may write to: its references and its state."""
 
     def __init__(
-        self, controller: PidController, node: Node, dispatcher: Dispatcher
+        self,
+        controller: PidController | AdmittanceController,
+        node: Node,
+        dispatcher: Dispatcher,
     ) -> None:
         super().__init__(controller, node, dispatcher)
-        self._topics = PidTopics(node, controller)
+        self._topics: PidTopics | AdmittanceTopics
+        if isinstance(controller, PidController):
+            self._topics = PidTopics(node, controller)
+        else:
+            self._topics = AdmittanceTopics(node, controller)
 
     def publish(self, time_ns: int) -> None:
         """Publish the state."""
@@ -276,7 +285,8 @@ _KINDS: tuple[tuple[type[Controller], Callable[..., ControllerNode]], ...] = (
     (ForwardController, ForwardControllerNode),
     (ParallelGripperController, GripperNode),
     (SensorBroadcaster, SensorBroadcasterNode),
-    (PidController, PidControllerNode),
+    (PidController, FollowingControllerNode),
+    (AdmittanceController, FollowingControllerNode),
     (StandInController, StandInNode),
 )
 

@@ -11,8 +11,7 @@ import numpy as np
 
 from armsim_ros.arrays import Vector
 from armsim_ros.errors import MoveItErrorCode, PlanningError
-from armsim_ros.model.transforms import matrix_from_axis_angle, pose_from_parts
-from armsim_ros.planning.constraints.terms import rotation_vector
+from armsim_ros.model.transforms import matrix_from_axis_angle, pose_from_parts, rotation_vector
 
 _SOURCE = 'CIRC'
 _LEAST_RADIUS = 1e-6

@@ -10,7 +10,7 @@ import math
 import numpy as np
 
 from armsim_ros.arrays import Vector
-from armsim_ros.model.transforms import inverse_pose, quat_xyzw_from_matrix
+from armsim_ros.model.transforms import inverse_pose, rotation_vector
 from armsim_ros.planning.constraints.regions import contains, outside_by, region_center
 from armsim_ros.planning.request import Region
 
@@ -155,16 +155,6 @@ class OrientationTerm:
         text = (f"orientation of '{self.name}' is off by {np.round(error, 4).tolist()} rad, "
                 f'allowed {np.round(self.tolerances, 4).tolist()}')
         return ConstraintResult(inside, self.weight * float(np.linalg.norm(error)), text)
-
-
-def rotation_vector(rotation: Vector) -> Vector:
-    """Return axis * angle (3,) [rad] of a rotation (3, 3)."""
-    quat = quat_xyzw_from_matrix(rotation)
-    sine = float(np.linalg.norm(quat[:3]))
-    if sine < 1e-12:
-        return np.zeros(3)
-    result: Vector = quat[:3] / sine * (2.0 * math.atan2(sine, float(quat[3])))
-    return result
 
 
 def euler_xyz(rotation: Vector) -> Vector:

@@ -62,6 +62,19 @@ sunday:
       joint_4: {p: 10.0}
       joint_5: {p: 10.0}
       joint_6: {p: 10.0}
+  soft:
+    type: admittance_controller/AdmittanceController
+    joints: [joint_1, joint_2, joint_3, joint_4, joint_5, joint_6]
+    kinematics: {base: base_link, tip: link_6}
+    ft_sensor: {name: wrist, frame: {id: link_6}, filter_coefficient: 0.05}
+    control: {frame: {id: base_link}}
+    fixed_world_frame: {frame: {id: base_link}}
+    gravity_compensation: {frame: {id: link_6}}
+    admittance:
+      selected_axes: [false, false, false, false, false, false]
+      mass: [5.0, 5.0, 5.0, 0.5, 0.5, 0.5]
+      damping_ratio: [2.0, 2.0, 2.0, 2.0, 2.0, 2.0]
+      stiffness: [200.0, 200.0, 200.0, 20.0, 20.0, 20.0]
   wrench:
     type: force_torque_sensor_broadcaster/ForceTorqueSensorBroadcaster
     sensor_name: wrist

@@ -1,13 +1,17 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A trajectory controller before a PID controller, seen through ROS alone."""
+"""Controllers that others may write to, in chains and alone, seen through ROS alone."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from typing import Any
 
-from control_msgs.msg import MultiDOFCommand, MultiDOFStateStamped
+from control_msgs.msg import (
+    AdmittanceControllerState,
+    MultiDOFCommand,
+    MultiDOFStateStamped,
+)
 from controller_manager_msgs.srv import (
     ListControllers,
     ListHardwareInterfaces,
@@ -15,6 +19,8 @@ from controller_manager_msgs.srv import (
 )
 import numpy as np
 import pytest
+from rcl_interfaces.srv import SetParameters
+from rclpy.parameter import Parameter
 from std_srvs.srv import SetBool
 from streaming_bench import ARM, beside, JOINTS, MANAGER, NAMESPACE, Streamed
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
@@ -131,3 +137,50 @@ def test_pid_by_itself(loop: Streamed) -> None:
         f'{NAMESPACE}/loop/set_feedforward_control', SetBool, SetBool.Request(data=False))
     assert answer.success
     loop.client.in_executor(lambda: loop.client.node.destroy_publisher(publisher))
+
+
+@pytest.fixture
+def soft(arm: Streamed) -> Iterator[Streamed]:
+    """Have the admittance controller active; it yields nowhere."""
+    arm.use('soft')
+    yield arm
+    arm.use(ARM)
+
+
+def yield_along(arm: Streamed, axes: list[bool]) -> None:
+    """Choose the axes along which the admittance controller yields."""
+    request = SetParameters.Request(
+        parameters=[Parameter('admittance.selected_axes', value=axes).to_parameter_msg()])
+    (result,) = arm.client.call(f'{NAMESPACE}/soft/set_parameters', SetParameters, request).results
+    assert result.successful, result.reason
+
+
+@statement('CHN-3')
+def test_references_pass(soft: Streamed) -> None:
+    """Where the arm yields to nothing, it goes where the references lead."""
+    publisher = soft.client.node.create_publisher(
+        JointTrajectoryPoint, f'{NAMESPACE}/soft/joint_references', 10)
+    soft.until(lambda: publisher.get_subscription_count() > 0, 'the topic is heard')
+    goal = beside(0.2, 0.1)
+    soft.stream(publisher, JointTrajectoryPoint(positions=goal.tolist()), 0.1)
+    soft.until(lambda: np.abs(soft.positions - goal).max() < 2e-3, 'the arm is there')
+    soft.client.in_executor(lambda: soft.client.node.destroy_publisher(publisher))
+
+
+@statement('CHN-3')
+def test_yields_to_its_own_weight(soft: Streamed) -> None:
+    """What hangs beyond the sensor pulls the arm down as far as the spring lets it."""
+    states = soft.client.collect(f'{NAMESPACE}/soft/status', AdmittanceControllerState)
+    weight = -states.wait(30)[-1].wrench_base.wrench.force.z
+    before = soft.positions
+    yield_along(soft, [False, False, True, False, False, False])
+    try:
+        message = states.wait_for(
+            lambda one: abs(one.admittance_position.transform.translation.z + weight / 200.0)
+            < 0.05 * weight / 200.0)
+        assert message.joint_state.name == list(JOINTS)
+        offset = np.array(message.joint_state.position)
+        soft.until(lambda: np.abs(soft.positions - before - offset).max() < 5e-3,
+                   'the arm has yielded')  # fmt: skip
+    finally:
+        yield_along(soft, [False] * 6)
