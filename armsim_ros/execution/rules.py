@@ -88,6 +88,17 @@ def check_start(
             )
 
 
+def continues(first: JointTrajectory, second: JointTrajectory, tolerance: float) -> bool:
+    """
+    Return whether a trajectory begins where another one ends, for the joints of both.
+
+    :param tolerance: largest distance [rad or m].
+    """
+    ends = dict(zip(first.joint_names, first.points[-1].positions, strict=True))
+    begins = zip(second.joint_names, second.points[0].positions, strict=True)
+    return all(abs(ends[name] - begin) <= tolerance for name, begin in begins if name in ends)
+
+
 def unwound(
     trajectory: JointTrajectory, measured: Mapping[str, float], robot: RobotModel
 ) -> JointTrajectory:

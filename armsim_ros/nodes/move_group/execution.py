@@ -34,6 +34,7 @@ STATE_TIMEOUT, CONNECT_TIMEOUT, ANSWER_TIMEOUT, STOP_TIMEOUT, SETTLE_TIMEOUT = 1
 LOST_TIMEOUT = 2.0
 ARRIVED = 0.02
 LATE_RESULT = 2.0
+REPLACED = 'replaced by a newer trajectory for the same controller'
 #: Wall time in which a result comes that was sent when simulated time leapt [s].
 LEAP_TIME = 0.5
 
@@ -90,23 +91,32 @@ class Execution:
         self._handles = handles
         self._watch = watch
         self._runs: list[ControllerRun] = []
-        self._stopped = False
+        self._stopped = self._replaced = False
 
     def stop(self) -> None:
         """End it as soon as it looks."""
         self._stopped = True
 
+    def replace(self) -> None:
+        """Let it end when its controllers take a newer goal."""
+        self._replaced = True
+
     async def run(
-        self, trajectory: JointTrajectory, names: Sequence[str] = ()
+        self,
+        trajectory: JointTrajectory,
+        names: Sequence[str] = (),
+        *,
+        start_checked: bool = False,
     ) -> ExecutionOutcome:
         """
         Run the trajectory, and return how that ended.
 
         :param names: of the controllers to use; empty for a choice by joints.
+        :param start_checked: whether it is known to begin where the robot was when it came.
         """
         try:
             self._context.check_ending(SOURCE)
-            await self._start(await self._prepared(trajectory, names))
+            await self._start(await self._prepared(trajectory, names, start_checked))
             outcome = await self._until_done(trajectory)
             if outcome.success:
                 await self._come_to_rest()
@@ -121,7 +131,7 @@ class Execution:
         return outcome
 
     async def _prepared(
-        self, trajectory: JointTrajectory, names: Sequence[str]
+        self, trajectory: JointTrajectory, names: Sequence[str], start_checked: bool
     ) -> list[tuple[MoveItControllerSettings, JointTrajectory]]:
         context, settings = self._context, self._context.execution_settings
         if not settings.allow_trajectory_execution:
@@ -136,7 +146,7 @@ class Execution:
             context.settings.moveit_controllers,
             names=tuple(names),
         )
-        if settings.allowed_start_tolerance > 0.0:
+        if settings.allowed_start_tolerance > 0.0 and not start_checked:
             newer = context.states.newer_than(context.states.now_ns(), STATE_TIMEOUT)
             await self._wait(newer.done, STATE_TIMEOUT)
             check_start(
@@ -216,6 +226,8 @@ class Execution:
         failed = next((run for run in self._runs if run.failed), None)
         if failed is None:
             return ExecutionOutcome(MoveItErrorCode.SUCCESS)
+        if self._replaced:
+            return ExecutionOutcome(MoveItErrorCode.PREEMPTED, REPLACED)
         if failed.canceled:
             return ExecutionOutcome(
                 MoveItErrorCode.PREEMPTED, f"controller '{failed.name}': the goal was cancelled"
@@ -250,6 +262,8 @@ class Execution:
             raise _EndedError(MoveItErrorCode.FAILURE, self._context.ending)
         if self._stopped:
             raise _EndedError(MoveItErrorCode.PREEMPTED, "stopped by a 'stop' event")
+        if self._replaced and not self._runs:
+            raise _EndedError(MoveItErrorCode.PREEMPTED, REPLACED)
 
     async def _ended(self) -> None:
         """Wait, a second at most, until everything that was cancelled has ended."""

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 from armsim_ros.errors import MoveItErrorCode, PlanningError
 from armsim_ros.execution.controller_selection import controlled_joints, select_controllers
+from armsim_ros.execution.rules import check_sizes, check_start, continues
 from armsim_ros.nodes.move_group.context import Context
 from armsim_ros.nodes.move_group.controller_handles import HANDLES
 from armsim_ros.nodes.move_group.execution import Execution, ExecutionOutcome, Watch
@@ -38,8 +39,9 @@ class TrajectoryExecutionManager:
     """
     Starts executions and stops them all.
 
-    Those that need other controllers run at once, where what they sweep does not meet; those
-    that share a controller run one at a time.
+    Those that need other controllers run at once, where what they sweep does not meet. Of those
+    that share a controller one that begins where the robot is takes the place of the one that
+    runs; any other one waits until it has ended.
 
     :param context: the parts of move_group.
     """
@@ -71,8 +73,10 @@ class TrajectoryExecutionManager:
     async def queued(
         self, trajectory: JointTrajectory, watch: Watch, names: Sequence[str] = ()
     ) -> ExecutionOutcome:
-        """Run a trajectory as soon as those before it that share a controller have ended."""
+        """Run a trajectory in place of what runs, or after those that share a controller."""
         turn, stops = self._turn(trajectory, watch, names), self._stops
+        if self._takes_over(turn):
+            return await self.run(trajectory, watch, names, takes_over=True)
         self._waiting.append(turn)
         try:
             while True:
@@ -92,31 +96,41 @@ class TrajectoryExecutionManager:
         return await self.run(trajectory, watch, names)
 
     async def run(
-        self, trajectory: JointTrajectory, watch: Watch, names: Sequence[str] = ()
+        self,
+        trajectory: JointTrajectory,
+        watch: Watch,
+        names: Sequence[str] = (),
+        *,
+        takes_over: bool = False,
     ) -> ExecutionOutcome:
         """
         Run a trajectory now.
 
         :param trajectory: an empty one is a success at once.
         :param names: of the controllers to use; empty for a choice by joints.
+        :param takes_over: whether it replaces those that share a controller; it begins where the
+            robot is.
         :returns: CONTROL_FAILED while another one runs that shares a controller with it, or that
             it would meet.
         """
         if not trajectory.points:
             return ExecutionOutcome(MoveItErrorCode.SUCCESS)
         turn = self._turn(trajectory, watch, names)
-        if self._rivals(turn):
+        rivals = self._rivals(turn)
+        if rivals and not takes_over:
             return ExecutionOutcome(
                 MoveItErrorCode.CONTROL_FAILED, 'another trajectory is being executed'
             )
-        others = tuple(self._running)
+        others = tuple(other for other in self._running if other not in rivals)
         self._running.append(turn)
         try:
             if others:
                 sentence = await self._meeting(turn, others)
                 if sentence:
                     return ExecutionOutcome(MoveItErrorCode.CONTROL_FAILED, sentence)
-            return await turn.execution.run(trajectory, names)
+            for rival in rivals:
+                rival.execution.replace()
+            return await turn.execution.run(trajectory, names, start_checked=takes_over)
         finally:
             self._running.remove(turn)
             self._context.ticker.wake()
@@ -140,9 +154,26 @@ class TrajectoryExecutionManager:
             context.states.now_ns(),
         )
 
-    def _rivals(self, turn: _Turn) -> bool:
-        """Return whether something runs that shares a controller."""
-        return any(turn.controllers & other.controllers for other in self._running)
+    def _rivals(self, turn: _Turn) -> list[_Turn]:
+        """Return what runs and shares a controller."""
+        return [other for other in self._running if turn.controllers & other.controllers]
+
+    def _takes_over(self, turn: _Turn) -> bool:
+        """Return whether a trajectory takes the place of what runs on its controllers."""
+        rivals, settings = self._rivals(turn), self._context.execution_settings
+        tolerance = settings.allowed_start_tolerance
+        if not rivals or self._waits_behind(turn):
+            return False
+        try:
+            check_sizes(turn.trajectory)
+            for rival in rivals:
+                if continues(rival.trajectory, turn.trajectory, tolerance or 0.01):
+                    return False
+            check_start(turn.trajectory, self._context.states.positions, self._context.robot,
+                        tolerance, settings.allowed_start_tolerance_joints)  # fmt: skip
+        except PlanningError:
+            return False  # it is refused when its turn has come, unless the robot is there then
+        return True
 
     def _waits_behind(self, turn: _Turn) -> bool:
         """Return whether somebody came before who waits for the same controller."""

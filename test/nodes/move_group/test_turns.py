@@ -34,17 +34,20 @@ class Execution:
     made = ()
 
     def __init__(self, context, handles, watch):
-        self.stopped = self.over = self.began = False
+        self.stopped = self.over = self.began = self.replaced = False
 
     def stop(self):
         self.stopped = True
 
-    async def run(self, trajectory, names):
+    def replace(self):
+        self.replaced = True
+
+    async def run(self, trajectory, names, *, start_checked):
         self.began = True
         Execution.made = (*Execution.made, self)
-        while not (self.stopped or self.over):
+        while not (self.stopped or self.over or self.replaced):
             await Pulse()
-        code = MoveItErrorCode.PREEMPTED if self.stopped else MoveItErrorCode.SUCCESS
+        code = MoveItErrorCode.PREEMPTED if not self.over else MoveItErrorCode.SUCCESS
         return ExecutionOutcome(code)
 
 
@@ -91,7 +94,10 @@ def execution(cell, kinematics, monkeypatch):
     return TrajectoryExecutionManager(SimpleNamespace(
         node=None, settings=cell.settings, robot=cell.model, scene=PlanningScene(kinematics),
         ticker=SimpleNamespace(wake=lambda: None, next=Pulse),
-        states=SimpleNamespace(now_ns=lambda: 0), queries=SimpleNamespace(submit=now),
+        states=SimpleNamespace(now_ns=lambda: 0, positions={
+            f'{arm}_joint{number}': 0.0 for arm in ('left', 'right') for number in range(1, 6)}),
+        execution_settings=cell.settings.trajectory_execution,
+        queries=SimpleNamespace(submit=now),
     ))  # fmt: skip
 
 
@@ -127,6 +133,28 @@ def test_one_arm_waits_for_itself(execution):
     assert first.outcome.success
     assert len(Execution.made) == 3
     assert other.outcome is None
+
+
+def test_newer_motion_takes_over(execution):
+    """One that begins where the robot is replaces what its controller runs, and only that."""
+    other = Job(execution.queued(motion('right', START, OUTWARD['right']), Watch()))
+    first = Job(execution.queued(motion('left', START, OUTWARD['left']), Watch()))
+    newer = Job(execution.queued(motion('left', START, INWARD['left']), Watch()))
+    first.step()
+    assert first.outcome.code == MoveItErrorCode.PREEMPTED
+    assert (newer.outcome, other.outcome) == (None, None)
+    Execution.made[-1].over = True
+    newer.step()
+    assert newer.outcome.success
+
+
+def test_motion_from_elsewhere_does_not_take_over(execution):
+    """One that begins neither where the robot is nor where the motion ends stops nothing."""
+    first = Job(execution.queued(motion('left', START, OUTWARD['left']), Watch()))
+    stray = Job(execution.queued(motion('left', INWARD['left'], START), Watch()))
+    first.step()
+    assert (first.outcome, stray.outcome) == (None, None)
+    assert len(Execution.made) == 1
 
 
 def test_same_controller_now_is_refused(execution):
