@@ -75,6 +75,9 @@ class ProgramArguments:
     servo: bool = _argument(
         False, 'whether bringup starts servo_node too, for streams of commands',
         placeholder='true|false')
+    camera: bool = _argument(
+        False, 'whether the cameras of simulation.yaml see: bringup starts the program that '
+        'draws, the simulation tells it what', placeholder='true|false')
     paused: bool = _argument(
         False, 'whether the physics waits for an unpause at first', placeholder='true|false')
     mode: str = _argument(

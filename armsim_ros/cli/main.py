@@ -96,6 +96,7 @@ def run(program: str, argv: Sequence[str] | None = None) -> int:
 bringup = partial(run, 'bringup')
 simulation = partial(run, 'simulation')
 move_group = partial(run, 'move_group')
+camera = partial(run, 'camera')
 servo_node = partial(run, 'servo_node')
 servo_node_main = partial(run, 'servo_node_main')
 spawner = partial(run, 'spawner')

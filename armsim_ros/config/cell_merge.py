@@ -115,9 +115,12 @@ class _Merge:
                     f"the world '{one.simulation.world}' of robot '{name}' is not used here: the "
                     'world of a cell stands in its own simulation.yaml',
                     one.locate('simulation', 'world'), severity=Severity.INFO))
+        cameras = {name: camera for one in self.all
+                   for name, camera in one.simulation.cameras.items()}
         return self.block(
             'simulation', own, servo=servo, world=own.world, placement=own.placement,
-            initial_state=own.initial_state, initial_positions=own.initial_positions)
+            initial_state=own.initial_state, initial_positions=own.initial_positions,
+            cameras=cameras)
 
     def update_rate(self, simulation: SimulationSettings) -> int:
         """Return the rate of all controllers: the cell's own, else the highest that is given."""

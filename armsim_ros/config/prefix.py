@@ -121,4 +121,6 @@ def _simulation(block: SimulationSettings, name: Rename) -> SimulationSettings:
         'initial_positions': {name(joint): position
                               for joint, position in block.initial_positions.items()},
         'initial_state': f'{name(group)}{slash}{state}',
+        'cameras': {name(camera): one.model_copy(update={'link': name(one.link)})
+                    for camera, one in block.cameras.items()},
     })

@@ -5,12 +5,14 @@
 from __future__ import annotations
 
 import math
+import re
 from typing import Annotated, Literal
 
 from pydantic import AfterValidator, field_validator, model_validator
 from typing_extensions import Self
 
 from armsim_ros.config.base import parameter, Settings
+from armsim_ros.config.camera import CameraSettings
 from armsim_ros.config.pid_gains import PidGains
 
 Triple = tuple[float, float, float]
@@ -201,6 +203,8 @@ class SimulationSettings(Settings):
     sensors: dict[str, SensorSettings] = parameter(
         {}, "sensor -> its kind and link, beside those of the URDF's <ros2_control>",
         read_only=True)
+    cameras: dict[str, CameraSettings] = parameter(
+        {}, 'name -> camera, whose topics begin with the name', read_only=True)
     fault_injection: bool = parameter(
         False,
         'for tests: joints can be made to fail by the parameters faults.<joint>.lag, .bias and '
@@ -211,6 +215,15 @@ class SimulationSettings(Settings):
     pace: PaceSettings = parameter(PaceSettings(), 'how the loop keeps to the wall clock')
 
     _finite_gravity = field_validator('gravity')(finite_triple)
+
+    @field_validator('cameras')
+    @classmethod
+    def _topic_names(cls, value: dict[str, CameraSettings]) -> dict[str, CameraSettings]:
+        for name in value:
+            if re.fullmatch('[A-Za-z][A-Za-z0-9_]*', name) is None:
+                raise ValueError(f"a camera cannot be called '{name}'; allowed: a letter, then "
+                                 'letters, digits and underscores')
+        return value
 
     @field_validator('initial_positions')
     @classmethod

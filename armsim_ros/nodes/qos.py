@@ -48,6 +48,9 @@ TF = _profile(QoSReliabilityPolicy.RELIABLE, QoSDurabilityPolicy.VOLATILE, 100)
 DIAGNOSTICS = _profile(QoSReliabilityPolicy.RELIABLE, QoSDurabilityPolicy.VOLATILE, 10)
 """Publisher of /diagnostics, as diagnostic_updater has it."""
 
+PICTURES = _profile(QoSReliabilityPolicy.RELIABLE, QoSDurabilityPolicy.VOLATILE, 2)
+"""Publishers of camera pictures and of what belongs to them."""
+
 COMMAND = _profile(QoSReliabilityPolicy.BEST_EFFORT, QoSDurabilityPolicy.VOLATILE, 10)
 """Subscriptions to commands: match every publisher."""
 

@@ -32,7 +32,9 @@ class RobotProgram(Protocol):
         """End ``run``; from a signal handler too."""
 
 
-def serve(module: str, name: str, argv: Sequence[str] | None) -> int:
+def serve(
+    module: str, name: str, argv: Sequence[str] | None, *, watched: bool = True
+) -> int:
     """
     Run a program until SIGINT or SIGTERM.
 
@@ -41,6 +43,7 @@ def serve(module: str, name: str, argv: Sequence[str] | None) -> int:
     :param module: where the program's class is.
     :param name: of the class, a ``RobotProgram``.
     :param argv: the words after the program's name; those of this process where None.
+    :param watched: whether it tells where it has to wait for a processor.
     :returns: 0 after a signal, 2 after a mistake of the user's, else what the program says.
     """
     if started_by_bringup():
@@ -49,7 +52,8 @@ def serve(module: str, name: str, argv: Sequence[str] | None) -> int:
             os.set_blocking(descriptor, False)
     gc.disable()
     signals = StopSignals()
-    watch_process(module.split('.')[-2])
+    if watched:
+        watch_process(module.split('.')[-2])
     try:
         arguments = parse_arguments(sys.argv[1:] if argv is None else argv, xacro=True)
         kind: type[RobotProgram] = getattr(import_module(module), name)

@@ -32,13 +32,29 @@ def compile_model(spec: Any) -> Any:
     if not compiled:
         raise SimulationError(library.mjs_getError(spec._address).decode(errors='replace').strip())
     try:
-        # Some versions return 32 bits here, and leave the upper half of the register as it was.
-        size = library.mj_sizeModel(compiled) & 0x7FFFFFFF
-        buffer = ctypes.create_string_buffer(size)
-        library.mj_saveModel(compiled, None, buffer, size)
+        content = _content(compiled)
     finally:
         library.mj_deleteModel(compiled)
-    return mujoco.MjModel.from_binary_path(_NAME, {_NAME: buffer.raw})
+    return model_from_bytes(content)
+
+
+def model_to_bytes(model: Any) -> bytes:
+    """Return an ``MjModel`` as bytes, while other threads run."""
+    return _content(model._address)
+
+
+def model_from_bytes(content: bytes) -> Any:
+    """Return the ``MjModel`` of ``model_to_bytes``, of the same version of MuJoCo."""
+    return mujoco.MjModel.from_binary_path(_NAME, {_NAME: content})
+
+
+def _content(address: int) -> bytes:
+    library = _library()
+    # Some versions return 32 bits here, and leave the upper half of the register as it was.
+    size = library.mj_sizeModel(address) & 0x7FFFFFFF
+    buffer = ctypes.create_string_buffer(size)
+    library.mj_saveModel(address, None, buffer, size)
+    return buffer.raw
 
 
 @cache

@@ -50,8 +50,7 @@ class DomainLock:
     def __init__(
         self, domain: str, namespace: str, folder: Path, program: str = 'bringup'
     ) -> None:
-        place = namespace.strip('/').replace('/', '.')
-        self.path = folder / f'{program}-domain{domain}{"-" + place if place else ""}.lock'
+        self.path = _lock_file(domain, namespace, folder, program)
         _make_private(folder)
         self._file = open(self.path, 'a+', encoding='utf-8', opener=_open_itself)  # noqa: SIM115
         try:
@@ -60,7 +59,7 @@ class DomainLock:
             self._file.seek(0)
             holder = self._file.read().strip() or 'unknown'
             self._file.close()
-            where = f' in namespace {namespace}' if place else ''
+            where = f' in namespace {namespace}' if namespace.strip('/') else ''
             raise DomainTakenError(
                 f'another {program} (pid {holder}) already runs on ROS_DOMAIN_ID {domain}{where} '
                 'and every topic would be doubled; stop it first, or set another ROS_DOMAIN_ID '
@@ -85,14 +84,30 @@ def lock_domain(
     :param namespace: of the nodes where nothing remaps it.
     :raises DomainTakenError: where another process holds it.
     """
+    return DomainLock(*_place(ros_args, namespace), runtime_folder(), program)
+
+
+def lock_path(
+    ros_args: Sequence[str], *, program: str = 'bringup', namespace: str = '/'
+) -> Path:
+    """Return the file of the lock that ``lock_domain`` takes."""
+    return _lock_file(*_place(ros_args, namespace), runtime_folder(), program)
+
+
+def _place(ros_args: Sequence[str], namespace: str) -> tuple[str, str]:
+    """Return domain and namespace of this process's environment and ROS arguments."""
     if namespace == '/':
         namespace = os.environ.get('ROS_NAMESPACE', namespace)
     for word in ros_args:
         match = _NAMESPACE_RULE.match(word)
         if match:
             namespace = match.group(1)
-    domain = os.environ.get('ROS_DOMAIN_ID') or '0'
-    return DomainLock(domain, namespace, runtime_folder(), program)
+    return os.environ.get('ROS_DOMAIN_ID') or '0', namespace
+
+
+def _lock_file(domain: str, namespace: str, folder: Path, program: str) -> Path:
+    place = namespace.strip('/').replace('/', '.')
+    return folder / f'{program}-domain{domain}{"-" + place if place else ""}.lock'
 
 
 def _make_private(folder: Path) -> None:

@@ -21,8 +21,8 @@ from armsim_ros.nodes.web.main import MISSING, missing_package
 STARTED_PROGRAMS = ('simulation', 'move_group')
 #: Started on request.
 SERVO = 'servo_node'
-#: Nobody needs it to move the robot.
-PAGE = 'web'
+#: Nobody needs them to move the robot.
+PAGE, CAMERA = 'web', 'camera'
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -38,12 +38,13 @@ def main(argv: Sequence[str] | None = None) -> int:
     lock = lock_domain(arguments.ros_args)
     words = replace(arguments, web=False).to_argv()
     try:
-        programs = (*STARTED_PROGRAMS, *([SERVO] if arguments.servo else []))
+        programs = (*STARTED_PROGRAMS, *([SERVO] if arguments.servo else []),
+                    *([CAMERA] if arguments.camera else []))
         commands = {program: program_command(program, words) for program in programs}
         if arguments.web:
             commands.update(page_command(arguments))
         say(f"loading {arguments.robot}; starting {', '.join(commands)}")
-        status = Supervisor(commands, spare=(PAGE,)).run()
+        status = Supervisor(commands, spare=(PAGE, CAMERA)).run()
         if status == 0:
             say('all has stopped')
         return status

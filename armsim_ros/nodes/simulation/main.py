@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+import os
 
 from armsim_ros.nodes.robot_program import serve
 
@@ -16,4 +17,6 @@ def main(argv: Sequence[str] | None = None) -> int:
     :param argv: the words after the program's name; those of this process where None.
     :returns: 0 after a signal, 2 after a mistake of the user's, 1 after a failure.
     """
+    # Nothing is drawn here, and MuJoCo would not be imported where this cannot draw.
+    os.environ.pop('MUJOCO_GL', None)
     return serve('armsim_ros.nodes.simulation.program', 'SimulationProgram', argv)

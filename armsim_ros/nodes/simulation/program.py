@@ -21,6 +21,9 @@ from armsim_ros.cli.settings import cell_of
 from armsim_ros.control.events import ControllerEvent
 from armsim_ros.errors import USAGE_STATUS
 from armsim_ros.nodes.bringup.domain_lock import DomainLock, lock_domain
+from armsim_ros.nodes.camera.link import NAME as CAMERA
+from armsim_ros.nodes.camera.link import socket_path
+from armsim_ros.nodes.simulation.camera_feed import CameraFeed
 from armsim_ros.nodes.simulation.clock import Clock
 from armsim_ros.nodes.simulation.clock_hint import ClockHint
 from armsim_ros.nodes.simulation.dispatcher import Dispatcher
@@ -39,6 +42,7 @@ from armsim_ros.nodes.simulation.world.server import WorldServer
 from armsim_ros.nodes.simulation.world.work import Work
 from armsim_ros.recording.flight_recorder import FlightRecorder
 from armsim_ros.sim.assembly import build_control, build_simulation
+from armsim_ros.sim.camera.camera import Camera, cameras_of
 from armsim_ros.sim.clock import SimClock
 from armsim_ros.sim.control_loop import ControlLoop
 from armsim_ros.sim.pacer import Pacer
@@ -78,6 +82,7 @@ class SimulationProgram:
         self._time = SimTime(used=arguments.use_sim_time)
         self._cell, self._warnings = cell_of(arguments)
         self._locks = self._lock_names()
+        self._cameras = self._lock_cameras() if arguments.camera else ()
         settings = self._cell.settings
         simulation = settings.simulation
         self._dispatcher = Dispatcher(leaves_out=not simulation.deterministic)
@@ -180,6 +185,17 @@ class SimulationProgram:
             for robot in robots
         ]
 
+    def _lock_cameras(self) -> tuple[Camera, ...]:
+        """Return the cameras, and keep their place for us."""
+        settings = self._cell.settings.simulation
+        if not settings.cameras:
+            raise UsageError(
+                f"camera:=true finds no camera: '{self._cell.model.name}' has none under "
+                "'cameras' in its simulation.yaml")
+        cameras = cameras_of(settings.cameras, self._cell.model)
+        self._locks.append(lock_domain(self._ros_args, program=CAMERA))
+        return cameras
+
     def _create_nodes(self) -> None:
         """Create first what others must discover early: controllers, /clock, transforms."""
         self._robots = [
@@ -232,6 +248,11 @@ class SimulationProgram:
             self._publish_now, self.stop,
         )
         self._create_lockstep_services()
+        if self._cameras:
+            self._feed = CameraFeed(
+                self._loop, self._cameras, socket_path(self._ros_args),
+                self._simulation_node.get_logger().error,
+                lockstep=self._cell.settings.simulation.deterministic)
         logger = self._robots[0].node.get_logger()
         self._clock_hint = ClockHint(self._clock, logger.warning)
         self._dispatcher.every(_WATCH_PERIOD, self._watch)

@@ -77,10 +77,12 @@ class Tf:
             _fill(stamped, xyz, xyzw)
 
 
-def transform(parent: str, child: str) -> TransformStamped:
-    """Return a transform message between two frames."""
+def transform(parent: str, child: str, pose: Matrix | None = None) -> TransformStamped:
+    """Return a transform message between two frames; without a pose (4, 4) they are one."""
     message = TransformStamped(child_frame_id=child)
     message.header.frame_id = parent
+    if pose is not None:
+        _fill(message, pose[:3, 3].tolist(), quat_xyzw_from_matrix(pose).tolist())
     return message
 
 
@@ -92,12 +94,7 @@ def _static(robot: RobotModel, placement: Matrix) -> list[TransformStamped]:
     ]
     if robot.model_frame != robot.root_link:
         poses.append((robot.model_frame, robot.root_link, placement))
-    messages = []
-    for parent, child, pose in poses:
-        message = transform(parent, child)
-        _fill(message, pose[:3, 3].tolist(), quat_xyzw_from_matrix(pose).tolist())
-        messages.append(message)
-    return messages
+    return [transform(*one) for one in poses]
 
 
 def _fill(message: TransformStamped, xyz: list[float], xyzw: list[float]) -> None:

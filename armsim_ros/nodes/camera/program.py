@@ -1,0 +1,153 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The camera program from start to end."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import suppress
+import os
+from pathlib import Path
+import time
+from typing import Any
+
+import rclpy
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.parameter import Parameter
+from rclpy.signals import SignalHandlerOptions
+from tf2_msgs.msg import TFMessage
+
+from armsim_ros.cli.arguments import ProgramArguments
+from armsim_ros.nodes import qos
+from armsim_ros.nodes.camera.diagnostics import RenderingDiagnostics
+from armsim_ros.nodes.camera.gl_backend import choose_backend, NoRenderingError, VARIABLE
+from armsim_ros.nodes.camera.picture_source import PictureSource
+from armsim_ros.nodes.camera.topics import CameraTopics
+from armsim_ros.nodes.polling_node import PollingNode
+from armsim_ros.nodes.simulation.tf import transform
+from armsim_ros.sim.camera.camera import Camera
+from armsim_ros.sim.camera.snapshot import Snapshot
+
+#: Wall time between two looks at services and listeners while no picture comes [s].
+_REST = 0.2
+#: The lowest priority that gets a share of the processor at all, and where a session has its own.
+_LOWEST, _OF_SESSION = 19, Path('/proc/self/autogroup')
+
+
+class CameraProgram:
+    """
+    Asks the simulation for what is to be shown, draws and publishes it, all in one thread.
+
+    At most one picture of each camera is on its way, so that one that would be late is never
+    begun.
+
+    :param arguments: the command line.
+    :param stop_wanted: whether a signal came.
+    """
+
+    def __init__(self, arguments: ProgramArguments, stop_wanted: Callable[[], bool]) -> None:
+        self._arguments = arguments
+        self._stop_wanted = stop_wanted
+        self._source = PictureSource(arguments.ros_args)
+        self._topics: list[CameraTopics] = []
+        self._asked: set[int] = set()
+        self._renderer: Any = None
+
+    def stop(self) -> None:
+        """End ``run``, which looks at the signals often enough by itself."""
+
+    def run(self) -> int:
+        """
+        Run until a stop is wanted.
+
+        :returns: the exit status.
+        """
+        rclpy.init(args=['camera', *self._arguments.ros_args],
+                   signal_handler_options=SignalHandlerOptions.NO)
+        use_sim_time = Parameter('use_sim_time', value=self._arguments.use_sim_time)
+        self._node = PollingNode('camera', parameter_overrides=[use_sim_time])
+        self._diagnostics = RenderingDiagnostics(self._node)
+        self._static_publisher = self._node.create_publisher(TFMessage, '/tf_static', qos.LATCHED)
+        executor = SingleThreadedExecutor()
+        executor.add_node(self._node)
+        try:
+            self._choose_backend()
+            while not self._stop_wanted():
+                executor.spin_once(0.0 if self._source.connected else _REST)
+                self._diagnostics.publish()
+                if self._diagnostics.fault:
+                    continue
+                if self._source.connected:
+                    self._work()
+                elif cameras := self._source.connect():
+                    self._serve(cameras)
+        finally:
+            self._source.close()
+            if self._renderer is not None:
+                self._renderer.close()
+            executor.shutdown(0.0)
+            self._node.destroy_node()
+            rclpy.try_shutdown()
+        return 0
+
+    def _choose_backend(self) -> None:
+        try:
+            self._diagnostics.backend = choose_backend(os.environ, self._stop_wanted)
+        except NoRenderingError as error:
+            self._diagnostics.fault = str(error)
+            self._node.get_logger().error(self._diagnostics.fault)
+        else:
+            os.environ[VARIABLE] = self._diagnostics.backend
+
+    def _serve(self, cameras: tuple[Camera, ...]) -> None:
+        """Have the topics of a simulation that has just been found."""
+        # Only now: this imports mujoco, which looks once at what is to draw.
+        from armsim_ros.sim.camera.scene_renderer import SceneRenderer
+
+        for topics in self._topics:
+            topics.close()
+        if self._renderer is not None:
+            self._renderer.close()
+        self._asked.clear()
+        # Up to here it starts as any program does.
+        _give_way()
+        self._renderer = SceneRenderer(cameras)
+        self._topics = [CameraTopics(self._node, camera) for camera in cameras]
+        self._diagnostics.cameras = len(cameras)
+        frames = [transform(*one) for camera in cameras for one in camera.transforms]
+        if frames:
+            self._static_publisher.publish(TFMessage(transforms=frames))
+        names = ', '.join(camera.name for camera in cameras)
+        self._node.get_logger().info(f'cameras: {names}; drawn by {self._diagnostics.backend}')
+
+    def _work(self) -> None:
+        """Draw what has come, or wait a little for it."""
+        for number, topics in enumerate(self._topics):
+            if not self._source.lockstep and number not in self._asked and topics.wanted:
+                self._asked.add(number)
+                self._source.tell(number)
+        message = self._source.receive(_REST)
+        if isinstance(message, Snapshot):
+            self._asked.discard(message.camera)
+            self._show(message)
+            if self._source.lockstep:
+                self._source.tell(message.camera)
+        elif message is not None:
+            self._renderer.load(message)
+        elif not self._source.connected:
+            self._diagnostics.cameras = 0
+
+    def _show(self, snapshot: Snapshot) -> None:
+        topics, picture = self._topics[snapshot.camera], None
+        if topics.seen:
+            begin = time.monotonic()
+            picture = self._renderer.draw(snapshot)
+            self._diagnostics.count(time.monotonic() - begin)
+        topics.publish(snapshot.time_ns, picture)
+
+
+def _give_way() -> None:
+    """Let all others go first, before this thread and those that it starts from now on."""
+    os.setpriority(os.PRIO_PROCESS, 0, _LOWEST)
+    with suppress(OSError):  # where the system does not part its time between sessions
+        _OF_SESSION.write_text(str(_LOWEST), encoding='ascii')

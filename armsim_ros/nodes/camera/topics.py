@@ -1,0 +1,109 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The topics of one camera: colour, depth, points."""
+
+from __future__ import annotations
+
+from array import array
+import sys
+from typing import Any
+
+from rclpy.node import Node
+from sensor_msgs.msg import CameraInfo, Image, PointCloud2, PointField
+
+from armsim_ros.nodes import qos
+from armsim_ros.nodes.conversions.time import fill_time
+from armsim_ros.sim.camera.camera import Camera
+from armsim_ros.sim.camera.picture import Picture, points
+
+_BIG_ENDIAN = sys.byteorder == 'big'
+_POINT_FIELDS = [PointField(name=name, offset=4 * i, datatype=PointField.FLOAT32, count=1)
+                 for i, name in enumerate(('x', 'y', 'z', 'rgb'))]  # fmt: skip
+_POINT_SIZE = 16
+
+
+class CameraTopics:
+    """
+    ``<name>/color/image_raw``, ``<name>/depth/image_raw``, their infos, ``<name>/depth/points``.
+
+    :param node: the node that publishes.
+    """
+
+    def __init__(self, node: Node, camera: Camera) -> None:
+        self._node, self._camera = node, camera
+
+        def publisher(kind: Any, topic: str) -> Any:
+            return node.create_publisher(kind, f'/{camera.name}/{topic}', qos.PICTURES)
+
+        self._colour = publisher(Image, 'color/image_raw')
+        self._depth = publisher(Image, 'depth/image_raw')
+        self._points = publisher(PointCloud2, 'depth/points')
+        self._infos = [publisher(CameraInfo, f'{kind}/camera_info') for kind in ('color', 'depth')]
+        self._info = camera_info(camera)
+
+    def close(self) -> None:
+        """Take the topics down."""
+        for one in (self._colour, self._depth, self._points, *self._infos):
+            self._node.destroy_publisher(one)
+
+    @property
+    def wanted(self) -> bool:
+        """Whether anybody listens."""
+        return self.seen or any(one.get_subscription_count() for one in self._infos)
+
+    @property
+    def seen(self) -> bool:
+        """Whether anybody listens to what has to be drawn."""
+        return any(one.get_subscription_count()
+                   for one in (self._colour, self._depth, self._points))
+
+    def publish(self, time_ns: int, picture: Picture | None) -> None:
+        """
+        Publish a picture to those who listen; None publishes what is known without one.
+
+        :param time_ns: of the state that it shows [ns].
+        """
+        fill_time(self._info.header.stamp, time_ns)
+        if picture is not None:
+            self._publish_picture(picture)
+        for info in self._infos:
+            if info.get_subscription_count():
+                info.publish(self._info)
+
+    def _publish_picture(self, picture: Picture) -> None:
+        if self._colour.get_subscription_count():
+            self._colour.publish(self._image(picture.colour, 'rgb8'))
+        if self._depth.get_subscription_count():
+            self._depth.publish(self._image(picture.depth, '32FC1'))
+        if self._points.get_subscription_count():
+            camera = self._camera
+            self._points.publish(PointCloud2(
+                header=self._info.header, height=camera.height, width=camera.width,
+                fields=_POINT_FIELDS, is_bigendian=_BIG_ENDIAN, point_step=_POINT_SIZE,
+                row_step=_POINT_SIZE * camera.width, is_dense=False,
+                data=_bytes(points(picture, camera))))
+
+    def _image(self, pixels: Any, encoding: str) -> Image:
+        return Image(
+            header=self._info.header, height=pixels.shape[0], width=pixels.shape[1],
+            encoding=encoding, is_bigendian=_BIG_ENDIAN,
+            step=pixels[0].nbytes, data=_bytes(pixels))
+
+
+def camera_info(camera: Camera) -> CameraInfo:
+    """Return how a camera maps points to pixels, without a time."""
+    focal, (u, v) = camera.focal, camera.centre
+    message = CameraInfo(
+        height=camera.height, width=camera.width, distortion_model='plumb_bob', d=[0.0] * 5,
+        k=[focal, 0.0, u, 0.0, focal, v, 0.0, 0.0, 1.0],
+        r=[1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0],
+        p=[focal, 0.0, u, 0.0, 0.0, focal, v, 0.0, 0.0, 0.0, 1.0, 0.0])
+    message.header.frame_id = camera.optical_frame
+    return message
+
+
+def _bytes(pixels: Any) -> array[int]:
+    """Return pixels as what rclpy copies in one go."""
+    content = array('B')
+    content.frombytes(pixels.tobytes())
+    return content

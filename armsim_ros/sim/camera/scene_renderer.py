@@ -1,0 +1,107 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""
+Draws the plant without a screen.
+
+The way in which MuJoCo draws, ``MUJOCO_GL``, is chosen before this module is imported.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from armsim_ros.sim.camera.camera import Camera
+from armsim_ros.sim.camera.picture import measured, Picture
+from armsim_ros.sim.camera.plant_copy import PlantCopy
+from armsim_ros.sim.camera.snapshot import Snapshot
+
+#: What is nearer is not drawn, so that a camera sees through its own housing [m].
+_NEAR = 0.02
+#: What is farther is not drawn [m].
+_FAR = 100.0
+_MOST_GEOMS = 10_000
+#: Light that comes from the camera: of all sides, of its own, mirrored.
+_LIGHT = {'ambient': 0.45, 'diffuse': 0.55, 'specular': 0.05}
+
+
+class SceneRenderer:
+    """
+    Draws pictures of one plant; only one thread may use it.
+
+    :param cameras: all whose pictures are asked for.
+    """
+
+    def __init__(self, cameras: Iterable[Camera]) -> None:
+        self._cameras = tuple(cameras)
+        self._size = (max(one.width for one in self._cameras),
+                      max(one.height for one in self._cameras))
+        self._window = mujoco.GLContext(*self._size)
+        self._window.make_current()
+        self._context: Any = None
+
+    def load(self, model: bytes) -> None:
+        """Take another plant, an ``MjModel`` as bytes."""
+        self._plant = PlantCopy(model)
+        visual = self._plant.model.vis
+        visual.global_.offwidth, visual.global_.offheight = self._size
+        # One sample a pixel: depths of two surfaces have no mean.
+        visual.quality.offsamples = 0
+        for part, strength in _LIGHT.items():
+            getattr(visual.headlight, part)[:] = strength
+        self._scene = mujoco.MjvScene(self._plant.model, _MOST_GEOMS)
+        self._scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = 0
+        self._scene.flags[mujoco.mjtRndFlag.mjRND_REFLECTION] = 0
+        if self._context is not None:
+            self._context.free()
+        self._context = mujoco.MjrContext(self._plant.model, mujoco.mjtFontScale.mjFONTSCALE_50)
+        mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._context)
+        self._context.readDepthMap = mujoco.mjtDepthMap.mjDEPTH_ZEROFAR
+
+    def draw(self, snapshot: Snapshot) -> Picture:
+        """Return what the snapshot's camera sees of it."""
+        camera = self._cameras[snapshot.camera]
+        self._plant.show(snapshot)
+        model, data = self._plant.model, self._plant.data
+        mujoco.mjv_updateScene(
+            model, data, mujoco.MjvOption(), None, mujoco.MjvCamera(),
+            mujoco.mjtCatBit.mjCAT_ALL, self._scene)
+        self._look_through(camera)
+        # Once more: the light that comes from the camera.
+        mujoco.mjv_makeLights(model, data, self._scene)
+        place = mujoco.MjrRect(0, 0, camera.width, camera.height)
+        mujoco.mjr_render(place, self._scene, self._context)
+        colour = np.empty((camera.height, camera.width, 3), np.uint8)
+        buffer = np.empty((camera.height, camera.width), np.float32)
+        mujoco.mjr_readPixels(colour, buffer, place, self._context)
+        return Picture(colour[::-1], measured(_metres(buffer)[::-1], camera.range))
+
+    def close(self) -> None:
+        """Give back what the graphics library holds."""
+        if self._context is not None:
+            self._context.free()
+        self._window.free()
+
+    def _look_through(self, camera: Camera) -> None:
+        """Put both eyes of the scene where the camera is."""
+        data = self._plant.data
+        body = self._plant.model.body(camera.body).id
+        carrier = data.xmat[body].reshape(3, 3)
+        mount = camera.optical_pose
+        axes = carrier @ mount[:3, :3]
+        half = _NEAR * 0.5 * camera.height / camera.focal
+        for eye in self._scene.camera:
+            eye.pos[:] = data.xpos[body] + carrier @ mount[:3, 3]
+            eye.forward[:], eye.up[:] = axes[:, 2], -axes[:, 1]
+            eye.frustum_center, eye.frustum_width = 0.0, 0.0
+            eye.frustum_bottom, eye.frustum_top = -half, half
+            eye.frustum_near, eye.frustum_far = _NEAR, _FAR
+            eye.orthographic = 0
+
+
+def _metres(buffer: Any) -> Any:
+    """Return depths along the axis [m] from a buffer that is 1 at ``_NEAR`` and 0 at ``_FAR``."""
+    return np.float32(_NEAR * _FAR) / (buffer * np.float32(_FAR - _NEAR) + np.float32(_NEAR))
