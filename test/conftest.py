@@ -8,6 +8,7 @@ from pathlib import Path
 
 from machine import Machine
 import pytest
+from rendering import rendering_backend
 
 from armsim_ros.cli.environment import announce_often, FASTDDS_PROFILES
 from armsim_ros.cli.quiet_end import QuietEnd
@@ -106,6 +107,15 @@ def pytest_runtest_teardown(item, nextitem):
     for folder in list(shared):
         if nextitem is None or not nextitem.path.is_relative_to(folder):
             shared.pop(folder).close()
+
+
+@pytest.fixture(scope='session')
+def drawing():
+    """Return what draws without a screen; skip where nothing does."""
+    backend = rendering_backend()
+    if backend is None:
+        pytest.skip('nothing on this machine can draw; that this is said is another test')
+    return backend
 
 
 @pytest.fixture

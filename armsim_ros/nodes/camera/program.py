@@ -131,6 +131,7 @@ class CameraProgram:
             self._asked.discard(message.camera)
             self._show(message)
             if self._source.lockstep:
+                self._topics[message.camera].wait_until_taken()
                 self._source.tell(message.camera)
         elif message is not None:
             self._renderer.load(message)

@@ -8,6 +8,7 @@ from array import array
 import sys
 from typing import Any
 
+from rclpy.duration import Duration
 from rclpy.node import Node
 from sensor_msgs.msg import CameraInfo, Image, PointCloud2, PointField
 
@@ -20,6 +21,7 @@ _BIG_ENDIAN = sys.byteorder == 'big'
 _POINT_FIELDS = [PointField(name=name, offset=4 * i, datatype=PointField.FLOAT32, count=1)
                  for i, name in enumerate(('x', 'y', 'z', 'rgb'))]  # fmt: skip
 _POINT_SIZE = 16
+_LONGEST_TRANSPORT = Duration(seconds=10)
 
 
 class CameraTopics:
@@ -69,6 +71,12 @@ class CameraTopics:
         for info in self._infos:
             if info.get_subscription_count():
                 info.publish(self._info)
+
+    def wait_until_taken(self) -> None:
+        """Wait until all reliable subscriptions have what was published, or are too slow."""
+        for one in (self._colour, self._depth, self._points, *self._infos):
+            if one.get_subscription_count():
+                one.wait_for_all_acked(_LONGEST_TRANSPORT)
 
     def _publish_picture(self, picture: Picture) -> None:
         if self._colour.get_subscription_count():

@@ -17,10 +17,7 @@ from armsim_ros.testing.programs import start_program
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from world_user import WorldUser
-
-READY = 'You can start planning now!'
-START_TIMEOUT = 60.0
+from world_user import READY, START_TIMEOUT, WorldUser
 
 
 def pytest_configure(config: pytest.Config) -> None:

@@ -18,6 +18,8 @@ from armsim_ros.testing.client_node import ClientNode, Collector
 from armsim_ros.testing.program import Program
 from armsim_ros.testing.trajectory_client import trajectory_message, TrajectoryClient
 
+READY = 'You can start planning now!'
+START_TIMEOUT = 60.0
 UNSUPPORTED, OK, NOT_FOUND, FAILED = 0, 1, 2, 4
 STOPPED, PLAYING, PAUSED, QUITTING, NO_WORLD, LOADING = range(6)
 ARM = '/sunday/arm_joint_controller'

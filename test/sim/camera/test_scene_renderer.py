@@ -10,18 +10,14 @@ import sys
 import draw_balls
 import numpy as np
 import pytest
-from rendering import rendering_backend
 
 
 @pytest.fixture(scope='module')
-def pictures(tmp_path_factory):
+def pictures(drawing, tmp_path_factory):
     """Return what a program of its own has drawn."""
-    backend = rendering_backend()
-    if backend is None:
-        pytest.skip('nothing on this machine can draw; that it says so is tested elsewhere')
     file = tmp_path_factory.mktemp('pictures') / 'balls.npz'
     subprocess.run([sys.executable, draw_balls.__file__, str(file)], check=True, timeout=300,
-                   env={**os.environ, 'MUJOCO_GL': backend,
+                   env={**os.environ, 'MUJOCO_GL': drawing,
                         'PYTHONPATH': str(Path(__file__).parents[3])})
     with np.load(file) as content:
         return dict(content)
