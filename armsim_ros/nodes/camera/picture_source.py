@@ -30,15 +30,16 @@ class PictureSource:
         """Whether a simulation is there."""
         return self._connection is not None
 
-    def connect(self) -> tuple[Camera, ...]:
-        """Return the cameras of the simulation; none while there is no simulation."""
+    def connect(self) -> tuple[tuple[Camera, ...], bytes]:
+        """Return the simulation's cameras and plant; no camera while there is none."""
         try:
             self._connection = Client(str(self._path), FAMILY)
             cameras, self.lockstep = read_greeting(self._connection.recv_bytes())
+            plant = self._connection.recv_bytes()[1:]
         except (OSError, EOFError):
             self.close()
-            return ()
-        return cameras
+            return (), b''
+        return cameras, plant
 
     def tell(self, camera: int) -> None:
         """Ask for the camera's next picture; in lockstep, say that one is out."""
@@ -50,7 +51,7 @@ class PictureSource:
 
     def receive(self, timeout: float) -> Snapshot | bytes | None:
         """
-        Return what is to be drawn: a snapshot, or the bytes of the plant that later ones are of.
+        Return what is to be drawn: a snapshot, or the bytes of a plant that later ones are of.
 
         :param timeout: wall time after which None is returned [s].
         """

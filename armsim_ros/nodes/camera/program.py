@@ -8,6 +8,7 @@ from collections.abc import Callable
 from contextlib import suppress
 import os
 from pathlib import Path
+import threading
 import time
 from typing import Any
 
@@ -79,8 +80,8 @@ class CameraProgram:
                     continue
                 if self._source.connected:
                     self._work()
-                elif cameras := self._source.connect():
-                    self._serve(cameras)
+                else:
+                    self._serve(*self._source.connect())
         finally:
             self._source.close()
             if self._renderer is not None:
@@ -99,8 +100,10 @@ class CameraProgram:
         else:
             os.environ[VARIABLE] = self._diagnostics.backend
 
-    def _serve(self, cameras: tuple[Camera, ...]) -> None:
-        """Have the topics of a simulation that has just been found."""
+    def _serve(self, cameras: tuple[Camera, ...], plant: bytes) -> None:
+        """Have the topics of a simulation that has just been found, if one was."""
+        if not cameras:
+            return
         # Only now: this imports mujoco, which looks once at what is to draw.
         from armsim_ros.sim.camera.scene_renderer import SceneRenderer
 
@@ -109,9 +112,13 @@ class CameraProgram:
         if self._renderer is not None:
             self._renderer.close()
         self._asked.clear()
-        # Up to here it starts as any program does.
-        _give_way()
+        before = _threads()
         self._renderer = SceneRenderer(cameras)
+        self._renderer.load(plant)
+        # It starts as any program does; from here on it draws below all others, but in lockstep,
+        # where time stands until it has drawn.
+        if not self._source.lockstep:
+            _give_way({threading.get_native_id(), *(_threads() - before)})
         self._topics = [CameraTopics(self._node, camera) for camera in cameras]
         self._diagnostics.cameras = len(cameras)
         frames = [transform(*one) for camera in cameras for one in camera.transforms]
@@ -147,8 +154,15 @@ class CameraProgram:
         topics.publish(snapshot.time_ns, picture)
 
 
-def _give_way() -> None:
-    """Let all others go first, before this thread and those that it starts from now on."""
-    os.setpriority(os.PRIO_PROCESS, 0, _LOWEST)
+def _threads() -> set[int]:
+    """Return the system's numbers of this process's threads."""
+    return set(map(int, os.listdir('/proc/self/task')))
+
+
+def _give_way(threads: set[int]) -> None:
+    """Let everybody else go before these threads, and those that they start from now on."""
+    for thread in threads:
+        with suppress(ProcessLookupError):
+            os.setpriority(os.PRIO_PROCESS, thread, _LOWEST)
     with suppress(OSError):  # where the system does not part its time between sessions
         _OF_SESSION.write_text(str(_LOWEST), encoding='ascii')

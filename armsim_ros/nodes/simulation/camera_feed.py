@@ -124,10 +124,11 @@ class CameraFeed:
                     self._asked.add(message[0])
 
     def _send(self, connection: Connection) -> None:
-        """Send what is due, the plant before the first snapshot of it."""
-        known: Any = None
+        """Send the plant as it is, and what is due; a changed plant before its snapshots."""
+        known = self._simulation.mujoco_model
         with suppress(OSError):
             connection.send_bytes(self._greeting)
+            connection.send_bytes(PLANT + model_to_bytes(known))
             while (due := self._due.get()) is not None:
                 snapshot, model = due
                 if model is not known:

@@ -23,6 +23,7 @@ class PlantCopy:
         # What sleeps, and what never moves, would stay where it is.
         self.model.opt.enableflags &= ~int(mujoco.mjtEnableBit.mjENBL_SLEEP)
         self.data = mujoco.MjData(self.model)
+        self._place()
 
     def show(self, snapshot: Snapshot) -> None:
         """Put all bodies where they were."""
@@ -31,6 +32,9 @@ class PlantCopy:
         self.data.qpos[:] = values[:joints]
         model.body_pos[:] = values[joints:bodies].reshape(-1, 3)
         model.body_quat[:] = values[bodies:].reshape(-1, 4)
-        mujoco.mj_kinematics(model, self.data)
-        mujoco.mj_comPos(model, self.data)
-        mujoco.mj_camlight(model, self.data)
+        self._place()
+
+    def _place(self) -> None:
+        mujoco.mj_kinematics(self.model, self.data)
+        mujoco.mj_comPos(self.model, self.data)
+        mujoco.mj_camlight(self.model, self.data)

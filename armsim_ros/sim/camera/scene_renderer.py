@@ -44,7 +44,7 @@ class SceneRenderer:
         self._context: Any = None
 
     def load(self, model: bytes) -> None:
-        """Take another plant, an ``MjModel`` as bytes."""
+        """Take another plant, an ``MjModel`` as bytes, and be ready to draw it."""
         self._plant = PlantCopy(model)
         visual = self._plant.model.vis
         visual.global_.offwidth, visual.global_.offheight = self._size
@@ -60,11 +60,15 @@ class SceneRenderer:
         self._context = mujoco.MjrContext(self._plant.model, mujoco.mjtFontScale.mjFONTSCALE_50)
         mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._context)
         self._context.readDepthMap = mujoco.mjtDepthMap.mjDEPTH_ZEROFAR
+        # The first picture of a plant takes ten times as long as those after it.
+        self._draw(self._cameras[0])
 
     def draw(self, snapshot: Snapshot) -> Picture:
         """Return what the snapshot's camera sees of it."""
-        camera = self._cameras[snapshot.camera]
         self._plant.show(snapshot)
+        return self._draw(self._cameras[snapshot.camera])
+
+    def _draw(self, camera: Camera) -> Picture:
         model, data = self._plant.model, self._plant.data
         mujoco.mjv_updateScene(
             model, data, mujoco.MjvOption(), None, mujoco.MjvCamera(),
