@@ -17,7 +17,7 @@ from armsim_ros.config.robot_folder import find_files, RobotFolder
 from armsim_ros.config.robot_settings import RobotSettings
 from armsim_ros.config.sections import read_sections
 from armsim_ros.config.validation import read_settings
-from armsim_ros.config.world import WorldSettings
+from armsim_ros.config.world import is_foreign_world, WorldSettings
 from armsim_ros.config.yaml_node import node_of, YamlNode
 from armsim_ros.config.yaml_source import parse_yaml, read_yaml_file
 from armsim_ros.errors import (
@@ -119,6 +119,11 @@ def survey_files(
         draft.problems[:] = [_of_published(one, files.package) for one in draft.problems]
     world_file, world_settings = _read_world(
         world, values['simulation'].world, files, draft)
+    if is_foreign_world(world_file) and values['planning_parameters'].scene_from_world == 'fixed':
+        draft.problems.append(Problem(
+            "planning knows nothing of this world: scene_from_world is 'fixed', which reads "
+            "worlds in YAML only; 'live' tells planning of any", Location(str(world_file), 1, 1),
+            severity=Severity.WARNING))
     settings = RobotSettings(
         name=files.name,
         namespace=chosen,
@@ -209,6 +214,8 @@ def _read_world(given: str | Path | None, configured: str, files: RobotFolder,
         file = beside if beside.is_file() else find_world(str(world))
         if not given:
             check_inside(file, (files.folder, share_folder(PACKAGE) / 'worlds'))
+        if is_foreign_world(file):
+            return file, WorldSettings()
         node = read_yaml_file(file)
     except ResourceError as error:
         place = draft.section('simulation').locate(['world'])

@@ -22,6 +22,7 @@ mass it falls and can be pushed, without one it stands where it is::
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Annotated, Literal
 
 from pydantic import Field, field_validator
@@ -145,6 +146,15 @@ class WorldObjectSettings(Settings):
     color: tuple[Unit, Unit, Unit, Unit] = parameter((0.6, 0.6, 0.6, 1.0), 'r, g, b, a in 0..1')
 
     _all_finite = field_validator('xyz', 'rpy')(finite_triple)
+
+
+#: Ends of the names of worlds that are not in our YAML: SDF and MJCF.
+FOREIGN_WORLDS = ('.sdf', '.world', '.xml', '.mjcf')
+
+
+def is_foreign_world(file: Path | None) -> bool:
+    """Return whether a world's file is SDF or MJCF, which the simulation alone reads."""
+    return file is not None and file.suffix in FOREIGN_WORLDS
 
 
 class WorldSettings(Settings):

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from pathlib import Path
 from typing import NamedTuple
 
 from armsim_ros.config.forward_command_controller import (
@@ -15,6 +16,7 @@ from armsim_ros.config.gripper_action_controller import GripperParameters
 from armsim_ros.config.joint_trajectory_controller import JointTrajectoryControllerParameters
 from armsim_ros.config.pid_gains import PidGains
 from armsim_ros.config.robot_settings import RobotSettings
+from armsim_ros.config.world import is_foreign_world
 from armsim_ros.control.controller_manager import ControllerManager, Strictness
 from armsim_ros.control.faults import FaultInjector, FaultyControllers
 from armsim_ros.control.hardware_interface import HardwareInterface, POSITION
@@ -27,6 +29,8 @@ from armsim_ros.model.robot_model import JointType, RobotModel
 from armsim_ros.sim.clock import SimClock
 from armsim_ros.sim.robot_spec import bound_or_infinite
 from armsim_ros.sim.simulation import Simulation
+from armsim_ros.sim.world_files.loaded import LoadedWorld
+from armsim_ros.sim.world_files.resources import WorldResources
 
 #: So far before its position a finger presses with all its effort [m].
 FINGER_GIVE = 1e-3
@@ -90,10 +94,23 @@ def build_simulation(
     return Simulation(
         model,
         settings.simulation,
-        settings.world,
+        _foreign_world(settings) or settings.world,
         gains={**finger_gains(settings, model), **servo_gains(settings)},
         clock=clock,
     )
+
+
+def _foreign_world(settings: RobotSettings) -> LoadedWorld | None:
+    """
+    Return the world of an SDF or MJCF file; None where the robot stands in none.
+
+    :raises SimulationError: the file cannot be used.
+    """
+    file = settings.world_file
+    if file is None or not is_foreign_world(file):
+        return None
+    folders = (file.parent, *map(Path, settings.simulation.resource_paths))
+    return WorldResources(folder.expanduser() for folder in folders).world(str(file), '')
 
 
 def build_manager(

@@ -40,6 +40,7 @@ from armsim_ros.sim.sensors import Sensors, sensors_of
 from armsim_ros.sim.servo import Servo
 from armsim_ros.sim.start_overlaps import resolve_overlaps
 from armsim_ros.sim.vacuum_gripper import VacuumGripper
+from armsim_ros.sim.world_files.loaded import LoadedWorld
 from armsim_ros.sim.world_scene import WorldScene
 
 #: Updates that can be planned ahead.
@@ -67,7 +68,7 @@ class Simulation(SimulatedLinks, SavableSimulation, HardwareInterface):
         self,
         model: RobotModel,
         settings: SimulationSettings | None = None,
-        world: WorldSettings | None = None,
+        world: WorldSettings | LoadedWorld | None = None,
         *,
         gains: Mapping[str, PidGains] | None = None,
         clock: SimClock | None = None,
@@ -77,7 +78,11 @@ class Simulation(SimulatedLinks, SavableSimulation, HardwareInterface):
         self.settings = settings or SimulationSettings()
         self.clock = clock or SimClock(self.settings.timestep_ns)
         world = world or WorldSettings()
-        things = world_objects(world)
+        self._unused_of_world: tuple[str, ...] = ()
+        if isinstance(world, LoadedWorld):
+            things, self._unused_of_world = world.things, world.unused
+        else:
+            things = world_objects(world)
         spec = build_plant(model, self.settings, things, floor=world.floor)
         start = model.complete(initial_positions(model, self.settings))
         self._initial = np.array([start[name] for name in self.joint_names])
@@ -145,6 +150,7 @@ class Simulation(SimulatedLinks, SavableSimulation, HardwareInterface):
     def warnings(self) -> tuple[str, ...]:
         """What the user should know of robot, world and gains; one line each."""
         return (
+            *(f'not used of the world: {line}' for line in self._unused_of_world),
             *self._plant.spec.warnings,
             *self._servo.stiffness_warnings(),
             *self._start_overlaps,
