@@ -26,7 +26,7 @@ from armsim_ros.errors import (
 from armsim_ros.model.cell import Cell
 from armsim_ros.model.cell_loading import load_cell
 from armsim_ros.model.world_objects import world_in_root, WorldObject
-from armsim_ros.planning.counting_clock import CountingClock
+from armsim_ros.planning.budget import CountingClock
 from armsim_ros.sim.assembly import build_control, build_manager, build_simulation
 from armsim_ros.sim.control_loop import ControlLoop
 from armsim_ros.trajectory import JointTrajectory
@@ -251,11 +251,11 @@ class ArmSim:
 
         :raises SimulationError: there is none of that name.
         """
-        from armsim_ros.planning.scene.update import CollisionObjectUpdate, ObjectOperation
+        from armsim_ros.planning.scene.objects import CollisionObject, ObjectOperation
 
         self.simulation.world.remove(name)
         if name in self.scene.objects:
-            self.scene.apply_object(CollisionObjectUpdate(name, ObjectOperation.REMOVE))
+            self.scene.apply_object(CollisionObject(name, ObjectOperation.REMOVE))
         if name in self._shared_objects:
             self._shared_objects.remove(name)
 
@@ -292,7 +292,7 @@ class ArmSim:
         )
 
     def _update_scene(self) -> None:
-        from armsim_ros.planning.scene.update import CollisionObjectUpdate, ObjectOperation
+        from armsim_ros.planning.scene.objects import CollisionObject, ObjectOperation
 
         self.scene.set_positions(self.joint_positions)
         root = world_in_root(self.settings)
@@ -300,7 +300,7 @@ class ArmSim:
             if name in self.scene.objects:
                 pose = root @ self.simulation.world.pose(name)
                 self.scene.apply_object(
-                    CollisionObjectUpdate(name, ObjectOperation.MOVE, pose=pose))
+                    CollisionObject(name, ObjectOperation.MOVE, pose=pose))
 
     def _constraints(self, goal: Goal, group: str) -> Constraints:
         from armsim_ros.planning.request import Constraints

@@ -22,13 +22,9 @@ from armsim_ros.planning.cartesian.cartesian_path import CartesianRequest
 from armsim_ros.planning.collision.collision_model import CollisionChecker
 from armsim_ros.planning.planner import MotionPlanner
 from armsim_ros.planning.request import Constraints, JointConstraint, MotionPlanRequest
+from armsim_ros.planning.scene.objects import AttachedObject, CollisionObject, ObjectShape
 from armsim_ros.planning.scene.planning_scene import PlanningScene
-from armsim_ros.planning.scene.update import (
-    AttachedObjectUpdate,
-    CollisionObjectUpdate,
-    SceneUpdate,
-    StartState,
-)
+from armsim_ros.planning.scene.update import SceneUpdate, StartState
 from armsim_ros.planning.settings import settings_from_config
 from benchmarks.options import Options
 
@@ -54,9 +50,9 @@ def main(options: Options) -> None:
     _longest_silence(planner, scene, group, states)
 
 
-def _box(name: str, operation: int, xyz: tuple[float, ...]) -> CollisionObjectUpdate:
-    shapes = (Box((0.05, 0.05, 0.05)),) if operation == ADD else ()
-    return CollisionObjectUpdate(name, operation, pose=pose_matrix(xyz), primitives=shapes)
+def _box(name: str, operation: int, xyz: tuple[float, ...]) -> CollisionObject:
+    shapes = (ObjectShape(Box((0.05, 0.05, 0.05))),) if operation == ADD else ()
+    return CollisionObject(name, operation, pose=pose_matrix(xyz), shapes=shapes)
 
 
 def _edits(scene: PlanningScene, group: str) -> None:
@@ -69,13 +65,13 @@ def _edits(scene: PlanningScene, group: str) -> None:
     held = replace(_box('held', ADD, (0.0, 0.0, 0.5)), frame_id=tip)
 
     def attach(k: int) -> None:
-        scene.apply_attached(AttachedObjectUpdate(tip, held, (tip,)))
+        scene.apply_attached(AttachedObject(tip, held, (tip,)))
 
     def detach(k: int) -> None:
-        scene.apply_attached(AttachedObjectUpdate(tip, CollisionObjectUpdate('held', REMOVE)))
+        scene.apply_attached(AttachedObject(tip, CollisionObject('held', REMOVE)))
 
     def remove(k: int) -> None:
-        scene.apply_object(CollisionObjectUpdate('held', REMOVE))
+        scene.apply_object(CollisionObject('held', REMOVE))
 
     def add(k: int) -> None:
         scene.apply_object(_box('held', ADD, (5.0, 0.1 * k, 3.0)))

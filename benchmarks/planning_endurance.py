@@ -20,8 +20,9 @@ from armsim_ros.model.loading import load_robot_model
 from armsim_ros.model.transforms import pose_matrix
 from armsim_ros.planning.planner import MotionPlanner, never
 from armsim_ros.planning.request import Constraints, JointConstraint, MotionPlanRequest
+from armsim_ros.planning.scene.objects import CollisionObject, ObjectShape
 from armsim_ros.planning.scene.planning_scene import PlanningScene
-from armsim_ros.planning.scene.update import CollisionObjectUpdate, StartState
+from armsim_ros.planning.scene.update import StartState
 from armsim_ros.planning.settings import settings_from_config
 from benchmarks.options import Options
 from benchmarks.stack import resident_mib
@@ -93,9 +94,9 @@ def _edit(scene: PlanningScene, group: str, rng: np.random.Generator, number: in
     low, high = np.maximum(model.lower, -np.pi), np.minimum(model.upper, np.pi)
     tip = scene.robot.semantic.groups[group].links[-1]
     place = model.link_pose(model.apply_mimic(rng.uniform(low, high)), tip)[:3, 3]
-    scene.apply_object(CollisionObjectUpdate(
+    scene.apply_object(CollisionObject(
         f'box {number % BOXES}', 0, scene.model_frame, pose=pose_matrix(tuple(place)),
-        primitives=(Box(tuple(rng.uniform(0.02, 0.15, 3))),)))
+        shapes=(ObjectShape(Box(tuple(rng.uniform(0.02, 0.15, 3)))),)))
 
 
 def _request(

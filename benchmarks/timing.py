@@ -12,10 +12,9 @@ import time
 import numpy as np
 from toppra import algorithm, constraint, SplineInterpolator
 
-from armsim_ros.planning.timing.blended_path import BlendedPath
 from armsim_ros.planning.timing.limits import MotionLimits
 from armsim_ros.planning.timing.path_timing import MAX_DEVIATION
-from armsim_ros.planning.timing.time_parameterization import time_path
+from armsim_ros.planning.timing.time_parameterization import BlendedPath, time_path
 from benchmarks.options import Options
 from benchmarks.planning_problems import ACCELERATION, VELOCITY
 

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+import math
 
 import numpy as np
 from numpy.typing import NDArray
@@ -75,4 +76,41 @@ class Capsule:
 
 Geometry = Box | Sphere | Cylinder | Cone | Plane | Mesh | Capsule
 
-__all__ = ['Box', 'Capsule', 'Cone', 'Cylinder', 'Geometry', 'Mesh', 'Plane', 'Sphere']
+LARGEST = 1e5
+"""Lengths and distances beyond this [m] are taken for mistakes."""
+
+
+def shape_fault(shape: Geometry) -> str:
+    """Return why a shape cannot be used: no extent, or numbers that are none; '' where it can."""
+    if isinstance(shape, Mesh):
+        return _mesh_fault(shape)
+    if isinstance(shape, Plane):
+        normal = math.hypot(shape.a, shape.b, shape.c)
+        if not math.isfinite(normal) or not math.isfinite(shape.d) or normal < 1e-9:
+            return 'a plane needs finite coefficients and a normal (a, b, c) other than 0'
+        far = abs(shape.d) / normal > LARGEST
+        return f'the plane lies more than {LARGEST:g} m away' if far else ''
+    if isinstance(shape, Box):
+        sizes: tuple[float, ...] = shape.size
+    elif isinstance(shape, Sphere):
+        sizes = (shape.radius,)
+    else:
+        sizes = (shape.length, shape.radius)
+    if not all(math.isfinite(size) and 0.0 < size <= LARGEST for size in sizes):
+        return (f'a {type(shape).__name__.lower()} cannot have the dimensions '
+                f'{[float(size) for size in sizes]} m; allowed: above 0, up to {LARGEST:g} m')
+    return ''
+
+
+def _mesh_fault(mesh: Mesh) -> str:
+    vertices, triangles = np.asarray(mesh.vertices), np.asarray(mesh.triangles)
+    if triangles.ndim != 2 or triangles.shape[1:] != (3,) or not len(triangles):
+        return 'a mesh needs at least one triangle of three vertices'
+    if vertices.ndim != 2 or vertices.shape[1:] != (3,):
+        return 'the vertices of a mesh need three coordinates each'
+    if not np.isfinite(vertices).all() or np.abs(vertices).max(initial=0.0) > LARGEST:
+        return 'the mesh has a vertex that is not finite or too far away'
+    if triangles.min() < 0 or triangles.max() >= len(vertices):
+        return (f'a triangle of the mesh names vertex {int(triangles.max())}, but there are '
+                f'{len(vertices)} vertices')
+    return ''

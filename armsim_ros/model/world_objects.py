@@ -28,6 +28,14 @@ from armsim_ros.model.geometry import Box, Capsule, Cone, Cylinder, Geometry, Me
 from armsim_ros.model.robot_model import Inertial, LinkGeometry
 from armsim_ros.model.transforms import inverse_pose, pose_matrix
 
+WORLD_TYPE = 'armsim_ros/world'
+"""
+Key of the object type that marks objects of a simulated world in messages.
+
+Its ``db`` is the world's epoch. In a planning scene they have no type, so that who sends them back
+is known for a user.
+"""
+
 #: Name of the floor where it is an object, and its size [m].
 FLOOR = 'floor'
 FLOOR_EDGE, FLOOR_DEPTH = 10.0, 0.1

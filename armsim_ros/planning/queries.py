@@ -14,8 +14,7 @@ from armsim_ros.errors import MoveItErrorCode, PlanningError
 from armsim_ros.kinematics.inverse import IKTarget
 from armsim_ros.planning.collision.collision_model import Contact
 from armsim_ros.planning.constraints.path_constraints import ConstraintSet
-from armsim_ros.planning.constraints.regions import is_place
-from armsim_ros.planning.constraints.terms import ConstraintResult
+from armsim_ros.planning.constraints.terms import ConstraintResult, is_place
 from armsim_ros.planning.context import PlanningContext
 from armsim_ros.planning.request import Constraints
 from armsim_ros.planning.scene.planning_scene import PlanningScene

@@ -17,8 +17,9 @@ from armsim_ros.model.loading import load_robot_model
 from armsim_ros.model.transforms import pose_from_quat_xyzw
 from armsim_ros.planning.planner import MotionPlanner
 from armsim_ros.planning.request import Constraints, JointConstraint, MotionPlanRequest
+from armsim_ros.planning.scene.objects import CollisionObject, ObjectShape
 from armsim_ros.planning.scene.planning_scene import PlanningScene
-from armsim_ros.planning.scene.update import CollisionObjectUpdate, StartState
+from armsim_ros.planning.scene.update import StartState
 from armsim_ros.planning.settings import settings_from_config
 
 
@@ -42,10 +43,10 @@ class Planner:
                 Box(tuple(each['size'])) if each['type'] == 'box'
                 else Cylinder(each['radius'], each['length'])
             )
-            self.scene.apply_object(CollisionObjectUpdate(
+            self.scene.apply_object(CollisionObject(
                 each['id'], 0, self.scene.model_frame,
                 pose=pose_from_quat_xyzw(each['position'], each['quat_xyzw']),
-                primitives=(shape,)))
+                shapes=(ObjectShape(shape),)))
         self.planner.check_state(self.scene.snapshot(), self.scene.q)
 
     def plan(self, problem, seed, seconds):

@@ -13,8 +13,8 @@ from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.model.geometry import Box
 from armsim_ros.model.transforms import pose_matrix
 from armsim_ros.planning.planner import MotionPlanner
+from armsim_ros.planning.scene.objects import CollisionObject, ObjectShape
 from armsim_ros.planning.scene.planning_scene import PlanningScene
-from armsim_ros.planning.scene.update import CollisionObjectUpdate
 
 
 def pytest_addoption(parser):
@@ -81,8 +81,9 @@ def plan_for(log):
 def add_box():
     """Put a box into a scene."""
     def add(scene, name, size, xyz, rpy=(0.0, 0.0, 0.0)):
-        scene.apply_object(CollisionObjectUpdate(
-            name, 0, scene.model_frame, pose=pose_matrix(xyz, rpy), primitives=(Box(size),)))
+        scene.apply_object(CollisionObject(
+            name, 0, scene.model_frame, pose=pose_matrix(xyz, rpy),
+            shapes=(ObjectShape(Box(size)),)))
     return add
 
 

@@ -23,8 +23,9 @@ from armsim_ros.model.loading import load_robot_model
 from armsim_ros.model.transforms import pose_from_parts, quat_xyzw_from_rpy
 from armsim_ros.planning.planner import MotionPlanner
 from armsim_ros.planning.request import Constraints, JointConstraint, MotionPlanRequest
+from armsim_ros.planning.scene.objects import CollisionObject, ObjectShape
 from armsim_ros.planning.scene.planning_scene import PlanningScene
-from armsim_ros.planning.scene.update import CollisionObjectUpdate, message_pose
+from armsim_ros.planning.scene.update import message_pose
 from benchmarks.planning_problems import Problem
 from benchmarks.referee import Referee
 
@@ -112,11 +113,10 @@ class Bench:
                 Box(tuple(each['size'])) if each['type'] == 'box'
                 else Cylinder(radius=each['radius'], length=each['length'])
             )
-            scene.apply_object(CollisionObjectUpdate(
+            scene.apply_object(CollisionObject(
                 each['id'], frame_id=scene.model_frame,
                 pose=message_pose(each['position'], each['quat_xyzw']),
-                primitives=(shape,), primitive_poses=(pose_from_parts(np.zeros(3), np.eye(3)),),
-            ))
+                shapes=(ObjectShape(shape, pose_from_parts(np.zeros(3), np.eye(3))),)))
         return scene
 
     def plan(self, problem: Problem) -> tuple[Any, float]:

@@ -20,8 +20,8 @@ from armsim_ros.model.loading import load_robot_model
 from armsim_ros.model.transforms import pose_from_parts
 from armsim_ros.planning.planner import MotionPlanner
 from armsim_ros.planning.request import Constraints, JointConstraint, MotionPlanRequest
+from armsim_ros.planning.scene.objects import CollisionObject, ObjectShape
 from armsim_ros.planning.scene.planning_scene import PlanningScene
-from armsim_ros.planning.scene.update import CollisionObjectUpdate
 from armsim_ros.planning.settings import settings_from_config
 
 GROUP = 'manipulator'
@@ -60,9 +60,8 @@ def touching_box(scene: PlanningScene) -> None:
     pose = pose_from_parts(tip + np.array([0.0, 0.0, -0.2]), np.eye(3))
     size, judge = 0.02, planner(scene)
     while size < 0.5:
-        scene.apply_object(CollisionObjectUpdate(
-            'box', pose=pose, primitives=(Box((size, size, size)),), primitive_poses=(np.eye(4),)
-        ))
+        scene.apply_object(CollisionObject(
+            'box', pose=pose, shapes=(ObjectShape(Box((size, size, size)), np.eye(4)),)))
         if judge.check_state(scene.snapshot(), scene.q).contacts:
             return
         size += 0.005

@@ -121,12 +121,12 @@ def test_an_object_in_the_way(planner, scene, request_for, add_box, clock):
 
 def test_attached_object_is_planned_with(planner, scene, request_for, add_box, clock):
     """SCN-10: an attached object takes part in collision checks of the plan."""
-    from armsim_ros.planning.scene.update import AttachedObjectUpdate, CollisionObjectUpdate
+    from armsim_ros.planning.scene.update import AttachedObject, CollisionObject
     tip = scene.robot.semantic.groups[GROUP].tips[-1]
     scene.set_positions(scene.robot.semantic.named_states[GROUP]['scan_food'])
     place = scene.frame_pose(tip) @ pose_matrix((0.0, 0.0, 0.0))
     add_box(scene, 'tray', (0.9, 0.9, 0.02), place[:3, 3])
-    scene.apply_attached(AttachedObjectUpdate(tip, CollisionObjectUpdate('tray', 0)))
+    scene.apply_attached(AttachedObject(tip, CollisionObject('tray', 0)))
     response = planner.plan(request_for('scan_food', 'home'), scene, clock=clock)
     assert response.error_code in (-10, -12)
     assert "'tray'" in response.message

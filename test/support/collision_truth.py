@@ -9,10 +9,11 @@ import numpy as np
 
 from armsim_ros.model.geometry import Box, Capsule, Cone, Cylinder, Mesh, Plane, Sphere
 from armsim_ros.model.transforms import pose_matrix
-from armsim_ros.planning.scene.update import (
-    AttachedObjectUpdate,
-    CollisionObjectUpdate,
+from armsim_ros.planning.scene.objects import (
+    AttachedObject,
+    CollisionObject,
     ObjectOperation,
+    ObjectShape,
 )
 
 ADD, REMOVE, APPEND, MOVE = ObjectOperation
@@ -84,12 +85,8 @@ def states(scene, count, seed=0):
 
 def thing(id_, geometry, at, rpy=(0, 0, 0), operation=ADD):
     """Return an update with one shape."""
-    kind = 'primitives'
-    if isinstance(geometry, Mesh):
-        kind = 'meshes'
-    elif isinstance(geometry, Plane):
-        kind = 'planes'
-    return CollisionObjectUpdate(id_, operation, pose=pose_matrix(at, rpy), **{kind: (geometry,)})
+    return CollisionObject(
+        id_, operation, pose=pose_matrix(at, rpy), shapes=(ObjectShape(geometry),))
 
 
 def clutter(scene, make_mesh):
@@ -100,6 +97,6 @@ def clutter(scene, make_mesh):
     scene.apply_object(thing('hat', Cone(0.1, 0.2), (-0.4, -0.5, 0.0)))
     scene.apply_object(thing('cube', make_mesh(0.15), (0.75, -0.2, 0.02), (0.3, 0.3, 0.3)))
     scene.apply_object(thing('wall', Plane(1.0, 0.2, 0.0, 0.75), (0, 0, 0)))
-    scene.apply_attached(AttachedObjectUpdate(
+    scene.apply_attached(AttachedObject(
         'finger', thing('held', Capsule(0.02, 0.1), (0.95, 0.05, 0.0), (0, 1.57, 0)),
         ('finger',)))

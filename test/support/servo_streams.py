@@ -8,8 +8,8 @@ from armsim_ros.config.servo import ServoNodeSettings, ServoParameters
 from armsim_ros.model.geometry import Box
 from armsim_ros.model.transforms import pose_matrix
 from armsim_ros.planning.collision.collision_model import CollisionChecker
+from armsim_ros.planning.scene.objects import CollisionObject, ObjectShape
 from armsim_ros.planning.scene.planning_scene import PlanningScene
-from armsim_ros.planning.scene.update import CollisionObjectUpdate
 from armsim_ros.planning.servo.assembly import build_stream
 from armsim_ros.planning.servo.commands import JointJog, Twist
 
@@ -60,9 +60,8 @@ class Streamer:
 
     def add_box(self, name, size, xyz):
         """Put a box into the scene."""
-        self.scene.apply_object(CollisionObjectUpdate(
-            name, pose=pose_matrix(xyz), primitives=(Box(size),),
-            primitive_poses=(np.eye(4),)))  # fmt: skip
+        self.scene.apply_object(CollisionObject(
+            name, pose=pose_matrix(xyz), shapes=(ObjectShape(Box(size), np.eye(4)),)))  # fmt: skip
 
     def steps(self):
         """Return the largest step of each joint, and the largest change of it."""

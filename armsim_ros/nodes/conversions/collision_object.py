@@ -1,8 +1,10 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""``moveit_msgs`` CollisionObject and AttachedCollisionObject to updates, and objects back."""
+"""``moveit_msgs`` CollisionObject and AttachedCollisionObject to objects, and back."""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 from moveit_msgs.msg import AttachedCollisionObject
 from moveit_msgs.msg import CollisionObject as CollisionObjectMessage
@@ -11,7 +13,7 @@ from shape_msgs.msg import Mesh as MeshMessage
 from shape_msgs.msg import SolidPrimitive
 
 from armsim_ros.arrays import Matrix
-from armsim_ros.model.geometry import Capsule, Sphere
+from armsim_ros.model.geometry import Capsule, Geometry, Sphere
 from armsim_ros.model.transforms import pose_matrix
 from armsim_ros.model.world_objects import WorldObject
 from armsim_ros.nodes.conversions.geometry import (
@@ -23,45 +25,71 @@ from armsim_ros.nodes.conversions.geometry import (
     solid_to_message,
 )
 from armsim_ros.nodes.conversions.trajectory import trajectory_from_message, trajectory_to_message
-from armsim_ros.planning.scene.attached_object import AttachedObject
-from armsim_ros.planning.scene.update import AttachedObjectUpdate, CollisionObjectUpdate
-from armsim_ros.planning.scene.world_object import CollisionObject, ObjectShape, ObjectType
+from armsim_ros.planning.scene.objects import (
+    AttachedObject,
+    CollisionObject,
+    object_error,
+    ObjectOperation,
+    ObjectShape,
+    ObjectType,
+)
 
 
-def object_update_from_message(message: CollisionObjectMessage) -> CollisionObjectUpdate:
+def object_from_message(message: CollisionObjectMessage) -> CollisionObject:
     """
-    Return what a message asks to do with an object.
+    Return an object, or what a message asks to do with it.
 
-    :raises PlanningError: for a shape or pose that cannot exist.
+    :raises PlanningError: for a shape or pose that cannot exist, and for more poses than shapes.
     """
-    return CollisionObjectUpdate(
+    operation = message.operation[0]
+    given: list[tuple[list[Geometry], tuple[Matrix, ...]]] = [
+        (list(map(convert, shapes)), tuple(map(pose_from_message, poses)))
+        for convert, shapes, poses in (
+            (primitive_from_message, message.primitives, message.primitive_poses),
+            (mesh_from_message, message.meshes, message.mesh_poses),
+            (plane_from_message, message.planes, message.plane_poses),
+        )
+    ]
+    moves = operation == ObjectOperation.MOVE
+    made = operation in (ObjectOperation.ADD, ObjectOperation.APPEND)
+    return CollisionObject(
         id=message.id,
-        operation=message.operation[0],
+        operation=operation,
         frame_id=message.header.frame_id,
         pose=pose_from_message(message.pose),
-        primitives=tuple(primitive_from_message(item) for item in message.primitives),
-        primitive_poses=tuple(pose_from_message(item) for item in message.primitive_poses),
-        meshes=tuple(mesh_from_message(item) for item in message.meshes),
-        mesh_poses=tuple(pose_from_message(item) for item in message.mesh_poses),
-        planes=tuple(plane_from_message(item) for item in message.planes),
-        plane_poses=tuple(pose_from_message(item) for item in message.plane_poses),
+        shapes=tuple(
+            shape for shapes, poses in given if made
+            for shape in _placed(message.id, shapes, poses)
+        ),
         subframes={
             name: pose_from_message(pose)
             for name, pose in zip(message.subframe_names, message.subframe_poses, strict=False)
         },
         type=ObjectType(message.type.key, message.type.db),
+        shape_poses=tuple(poses if moves else () for _, poses in given),
     )
 
 
-def attached_update_from_message(message: AttachedCollisionObject) -> AttachedObjectUpdate:
+def _placed(id_: str, shapes: Sequence[Geometry], poses: Sequence[Matrix]) -> list[ObjectShape]:
+    """Return shapes at their poses; those that are missing are the identity."""
+    if len(poses) > len(shapes):
+        raise object_error(
+            f"object '{id_}': {len(poses)} poses are given for {len(shapes)} shapes; "
+            'at most one pose a shape is allowed'
+        )
+    rest = (ObjectShape(shape) for shape in shapes[len(poses):])
+    return [*map(ObjectShape, shapes, poses), *rest]
+
+
+def attached_from_message(message: AttachedCollisionObject) -> AttachedObject:
     """
-    Return what a message asks to do with a carried object.
+    Return a carried object, or what a message asks to do with it.
 
     :raises PlanningError: for a shape or pose that cannot exist.
     """
-    return AttachedObjectUpdate(
+    return AttachedObject(
         link_name=message.link_name,
-        object=object_update_from_message(message.object),
+        object=object_from_message(message.object),
         touch_links=tuple(message.touch_links),
         detach_posture=trajectory_from_message(message.detach_posture),
         weight=float(message.weight),
@@ -118,7 +146,8 @@ def world_object_to_message(
             ball, half = Sphere(part.geometry.radius), 0.5 * part.geometry.length
             shapes += [ObjectShape(ball, part.origin @ pose_matrix((0.0, 0.0, end)))
                        for end in (-half, half)]
-    return object_to_message(CollisionObject(thing.name, pose, tuple(shapes)), frame_id)
+    return object_to_message(
+        CollisionObject(thing.name, pose=pose, shapes=tuple(shapes)), frame_id)
 
 
 def removal_message(object_id: str, frame_id: str) -> CollisionObjectMessage:

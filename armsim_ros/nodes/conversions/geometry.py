@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-import math
+from typing import TypeVar
 
 from geometry_msgs.msg import Point, Pose, Quaternion, Transform
 import numpy as np
@@ -15,9 +15,21 @@ from shape_msgs.msg import Plane as PlaneMessage
 
 from armsim_ros.arrays import Matrix
 from armsim_ros.errors import MoveItErrorCode, PlanningError
-from armsim_ros.model.geometry import Box, Capsule, Cone, Cylinder, Geometry, Mesh, Plane, Sphere
+from armsim_ros.model.geometry import (
+    Box,
+    Capsule,
+    Cone,
+    Cylinder,
+    Geometry,
+    Mesh,
+    Plane,
+    shape_fault,
+    Sphere,
+)
 from armsim_ros.model.transforms import quat_xyzw_from_matrix
 from armsim_ros.planning.scene.update import message_pose
+
+Shape = TypeVar('Shape', bound=Geometry)
 
 _DIMENSIONS = {
     SolidPrimitive.BOX: ('BOX', 3),
@@ -70,15 +82,12 @@ def primitive_from_message(message: SolidPrimitive) -> Geometry:
     sizes = [float(value) for value in message.dimensions]
     if len(sizes) != count:
         raise _refused(f'a {name} needs {count} dimensions, {len(sizes)} were given')
-    if not all(math.isfinite(size) and size > 0.0 for size in sizes):
-        raise _refused(f'a {name} has dimensions {sizes}; allowed: numbers above 0 [m]')
     if message.type == SolidPrimitive.BOX:
-        return Box((sizes[0], sizes[1], sizes[2]))
+        return _usable(Box((sizes[0], sizes[1], sizes[2])))
     if message.type == SolidPrimitive.SPHERE:
-        return Sphere(sizes[0])
-    if message.type == SolidPrimitive.CYLINDER:
-        return Cylinder(radius=sizes[1], length=sizes[0])
-    return Cone(radius=sizes[1], length=sizes[0])
+        return _usable(Sphere(sizes[0]))
+    kind = Cylinder if message.type == SolidPrimitive.CYLINDER else Cone
+    return _usable(kind(radius=sizes[1], length=sizes[0]))
 
 
 def mesh_from_message(message: MeshMessage) -> Mesh:
@@ -89,15 +98,7 @@ def mesh_from_message(message: MeshMessage) -> Mesh:
     """
     vertices = np.array([(v.x, v.y, v.z) for v in message.vertices], dtype=np.float64)
     triangles = np.array([t.vertex_indices for t in message.triangles], dtype=np.int64)
-    if not len(triangles):
-        raise _refused('a mesh has no triangles')
-    if not len(vertices) or triangles.max() >= len(vertices):
-        raise _refused(
-            f'a mesh has {len(vertices)} vertices, a triangle names vertex {triangles.max()}'
-        )
-    if not np.isfinite(vertices).all():
-        raise _refused('a mesh has a vertex that is not finite')
-    return Mesh(vertices.reshape(-1, 3), triangles.reshape(-1, 3))
+    return _usable(Mesh(vertices.reshape(-1, 3), triangles.reshape(-1, 3)))
 
 
 def plane_from_message(message: PlaneMessage) -> Plane:
@@ -107,9 +108,7 @@ def plane_from_message(message: PlaneMessage) -> Plane:
     :raises PlanningError: its normal has no direction.
     """
     a, b, c, d = (float(value) for value in message.coef)
-    if not all(map(math.isfinite, (a, b, c, d))) or a * a + b * b + c * c < 1e-12:
-        raise _refused(f'a plane has coefficients {[a, b, c, d]}; its normal has no direction')
-    return Plane(a, b, c, d)
+    return _usable(Plane(a, b, c, d))
 
 
 def solid_to_message(geometry: Geometry) -> SolidPrimitive | MeshMessage | PlaneMessage:
@@ -140,6 +139,13 @@ def solid_to_message(geometry: Geometry) -> SolidPrimitive | MeshMessage | Plane
 def points_to_messages(points: Matrix | Sequence[Sequence[float]]) -> list[Point]:
     """Return points (n, 3) [m] as messages."""
     return [Point(x=float(x), y=float(y), z=float(z)) for x, y, z in points]
+
+
+def _usable(shape: Shape) -> Shape:
+    fault = shape_fault(shape)
+    if fault:
+        raise _refused(fault)
+    return shape
 
 
 def _refused(text: str) -> PlanningError:

@@ -23,8 +23,8 @@ from moveit_msgs.msg import (
 from std_msgs.msg import ColorRGBA
 
 from armsim_ros.nodes.conversions.collision_object import (
+    object_from_message,
     object_to_message,
-    object_update_from_message,
 )
 from armsim_ros.nodes.conversions.geometry import (
     pose_from_transform,
@@ -34,13 +34,11 @@ from armsim_ros.nodes.conversions.robot_state import (
     robot_state_to_message,
     start_state_from_message,
 )
+from armsim_ros.planning.scene.allowed_collision_matrix import AcmUpdate
+from armsim_ros.planning.scene.content import FixedFrame
+from armsim_ros.planning.scene.objects import CollisionObject
 from armsim_ros.planning.scene.planning_scene import PlanningScene
-from armsim_ros.planning.scene.update import (
-    AcmUpdate,
-    CollisionObjectUpdate,
-    FixedFrame,
-    SceneUpdate,
-)
+from armsim_ros.planning.scene.update import SceneUpdate
 
 
 class Component(IntFlag):
@@ -89,9 +87,9 @@ def update_from_message(message: PlanningSceneMessage) -> SceneUpdate:
     )
 
 
-def world_objects(message: PlanningSceneWorld) -> tuple[CollisionObjectUpdate, ...]:
+def world_objects(message: PlanningSceneWorld) -> tuple[CollisionObject, ...]:
     """Return the updates that a world message holds; an octomap is left out."""
-    return tuple(object_update_from_message(item) for item in message.collision_objects)
+    return tuple(object_from_message(item) for item in message.collision_objects)
 
 
 def scene_to_message(
@@ -122,7 +120,7 @@ def scene_to_message(
     if components & Component.TRANSFORMS:
         message.fixed_frame_transforms = transforms(content)
     if components & Component.ALLOWED_COLLISION_MATRIX:
-        message.allowed_collision_matrix = acm_to_message(content.full_update().acm)
+        message.allowed_collision_matrix = acm_to_message(content.acm.to_update())
     if components & Component.LINK_PADDING_AND_SCALING:
         message.link_padding = paddings(content.link_padding)
         message.link_scale = scales(content.link_scale)

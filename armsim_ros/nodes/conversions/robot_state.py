@@ -9,10 +9,10 @@ from collections.abc import Iterable, Mapping
 from moveit_msgs.msg import RobotState
 
 from armsim_ros.nodes.conversions.collision_object import (
+    attached_from_message,
     attached_object_to_message,
-    attached_update_from_message,
 )
-from armsim_ros.planning.scene.attached_object import AttachedObject
+from armsim_ros.planning.scene.objects import AttachedObject
 from armsim_ros.planning.scene.update import StartState
 
 
@@ -28,7 +28,7 @@ def start_state_from_message(message: RobotState) -> StartState:
         velocities=tuple(float(value) for value in message.joint_state.velocity),
         is_diff=bool(message.is_diff),
         attached_objects=tuple(
-            attached_update_from_message(item) for item in message.attached_collision_objects
+            attached_from_message(item) for item in message.attached_collision_objects
         ),
     )
 

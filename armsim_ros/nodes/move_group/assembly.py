@@ -30,7 +30,7 @@ from armsim_ros.nodes.move_group.trajectory_execution_event import TrajectoryExe
 from armsim_ros.nodes.move_group.transforms import Transforms
 from armsim_ros.nodes.move_group.worker import Worker
 from armsim_ros.nodes.polling_node import PollingNode
-from armsim_ros.planning.counting_clock import CountingClock
+from armsim_ros.planning.budget import CountingClock
 from armsim_ros.planning.planner import MotionPlanner, warm_up
 from armsim_ros.planning.scene.initial_scene import initial_scene, links_that_stand
 from armsim_ros.planning.scene.world_ownership import WorldOwnership

@@ -5,8 +5,8 @@
 from __future__ import annotations
 
 from armsim_ros.nodes.move_group.context import Context
-from armsim_ros.planning.scene.attached_object import AttachedObject
 from armsim_ros.planning.scene.content import SceneContent
+from armsim_ros.planning.scene.objects import AttachedObject
 
 
 class AttachHint:

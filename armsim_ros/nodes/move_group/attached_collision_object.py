@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from moveit_msgs.msg import AttachedCollisionObject as Message
 
-from armsim_ros.nodes.conversions.collision_object import attached_update_from_message
+from armsim_ros.nodes.conversions.collision_object import attached_from_message
 from armsim_ros.nodes.move_group.context import Context
 from armsim_ros.nodes.move_group.failures import reported
 
@@ -25,7 +25,7 @@ class AttachedCollisionObject:
     def _receive(self, message: Message) -> None:
         def edit() -> None:
             with reported(self._context.logger, 'attached_collision_object', None):
-                self._context.scene.apply_attached(attached_update_from_message(message))
+                self._context.scene.apply_attached(attached_from_message(message))
 
         self._context.states.update_scene()
         self._context.edits.submit(edit)

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from moveit_msgs.msg import CollisionObject as Message
 
-from armsim_ros.nodes.conversions.collision_object import object_update_from_message
+from armsim_ros.nodes.conversions.collision_object import object_from_message
 from armsim_ros.nodes.move_group.context import Context
 from armsim_ros.nodes.move_group.failures import reported
 
@@ -25,6 +25,6 @@ class CollisionObjectTopic:
     def _receive(self, message: Message) -> None:
         def edit() -> None:
             with reported(self._context.logger, 'collision_object', None):
-                self._context.scene.apply_object(object_update_from_message(message))
+                self._context.scene.apply_object(object_from_message(message))
 
         self._context.edits.submit(edit)

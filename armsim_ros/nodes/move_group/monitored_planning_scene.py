@@ -111,7 +111,7 @@ class MonitoredPlanningScene:
             getattr(before.content, part) is not getattr(now.content, part) for part in GEOMETRY
         ):
             changed = True
-            _fill_geometry(message, before, now)
+            fill_geometry(message, before, now)
         frames_changed = before.content.frames is not now.content.frames
         if wanted.publish_transforms_updates and frames_changed:
             changed = True
@@ -119,9 +119,10 @@ class MonitoredPlanningScene:
         return message if changed else None
 
 
-def _fill_geometry(
+def fill_geometry(
     message: PlanningSceneMessage, before: PlanningScene, now: PlanningScene
 ) -> None:
+    """Tell a follower, whose scene is as it was before, of objects and rules as they are now."""
     frame = now.model_frame
     message.world.collision_objects = [
         removal_message(name, frame)
@@ -145,7 +146,7 @@ def _fill_geometry(
             attached.append(gone)
     message.robot_state.attached_collision_objects = attached
     if before.content.acm is not now.content.acm:
-        message.allowed_collision_matrix = acm_to_message(now.full_update().acm)
+        message.allowed_collision_matrix = acm_to_message(now.acm.to_update())
     message.link_padding = paddings(now.link_padding)
     message.link_scale = scales(now.link_scale)
     if before.content.colors is not now.content.colors:

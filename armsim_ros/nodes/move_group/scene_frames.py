@@ -14,7 +14,7 @@ from armsim_ros.arrays import Matrix
 from armsim_ros.model.transforms import quat_xyzw_from_matrix
 from armsim_ros.nodes import qos
 from armsim_ros.nodes.move_group.context import Context
-from armsim_ros.planning.scene.world_object import CollisionObject
+from armsim_ros.planning.scene.objects import CollisionObject
 
 RATE, PREFIX = 'planning_scene_frame_publishing_rate', 'planning_scene_tf_prefix'
 

@@ -15,7 +15,7 @@ from armsim_ros.nodes.move_group.context import Context
 from armsim_ros.nodes.move_group.controller_handles import HANDLES
 from armsim_ros.nodes.move_group.execution import Execution, ExecutionOutcome, Watch
 from armsim_ros.planning.collision.collision_model import CollisionChecker
-from armsim_ros.planning.collision.meeting import meeting
+from armsim_ros.planning.collision.motion_proof import meeting
 from armsim_ros.planning.scene.planning_scene import PlanningScene
 from armsim_ros.trajectory import JointTrajectory
 

@@ -18,9 +18,9 @@ from armsim_ros.nodes import qos
 from armsim_ros.nodes.conversions.frame_names import child_frame_ids
 from armsim_ros.nodes.conversions.geometry import pose_from_transform
 from armsim_ros.nodes.polling_node import PollingNode
-from armsim_ros.planning.scene.object_checks import check_pose
+from armsim_ros.planning.scene.content import FixedFrame
+from armsim_ros.planning.scene.objects import check_pose
 from armsim_ros.planning.scene.planning_scene import PlanningScene
-from armsim_ros.planning.scene.update import FixedFrame
 
 #: Transforms that differ by less are the same.
 SAME = 1e-9

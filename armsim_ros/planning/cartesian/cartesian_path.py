@@ -14,12 +14,10 @@ import numpy as np
 from armsim_ros.arrays import Vector
 from armsim_ros.errors import MoveItErrorCode, PlanningError
 from armsim_ros.model.robot_model import JointType
-from armsim_ros.planning.cartesian.curve_follower import CurveFollower
-from armsim_ros.planning.cartesian.curves import Line
+from armsim_ros.planning.cartesian.curves import CurveFollower, Line
 from armsim_ros.planning.collision.state_validity import StateValidity
 from armsim_ros.planning.constraints.path_constraints import ConstraintSet
-from armsim_ros.planning.constraints.regions import is_place
-from armsim_ros.planning.constraints.terms import Frame
+from armsim_ros.planning.constraints.terms import Frame, is_place
 from armsim_ros.planning.context import PlanningContext
 from armsim_ros.planning.request import Constraints
 from armsim_ros.planning.request_checks import link_speed_limit

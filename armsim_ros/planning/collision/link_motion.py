@@ -11,8 +11,8 @@ import numpy as np
 from armsim_ros.arrays import Matrix, Vector
 from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.model.robot_model import Joint, JointType
-from armsim_ros.planning.collision.geometry import corner_points
-from armsim_ros.planning.scene.attached_object import AttachedObject
+from armsim_ros.planning.collision.bodies import corner_points
+from armsim_ros.planning.scene.objects import AttachedObject
 
 #: What a sliding joint without limits counts as [m].
 LONGEST_TRAVEL = 1e3

@@ -20,9 +20,8 @@ from armsim_ros.planning.collision.bodies import (
 )
 from armsim_ros.planning.collision.contacts import BodyType
 from armsim_ros.planning.collision.tables import CollisionTables
-from armsim_ros.planning.scene.attached_object import AttachedObject
 from armsim_ros.planning.scene.content import SceneContent
-from armsim_ros.planning.scene.world_object import CollisionObject, ObjectShape
+from armsim_ros.planning.scene.objects import AttachedObject, CollisionObject, ObjectShape
 
 #: Parts of a scene's content that matter to collisions.
 PARTS = ('acm', 'link_scale', 'link_padding', 'objects', 'attached')

@@ -12,14 +12,15 @@ from armsim_ros.arrays import Vector
 from armsim_ros.errors import nearest, PlanningError
 from armsim_ros.model.robot_model import JointType
 from armsim_ros.model.transforms import matrix_from_quat_xyzw
-from armsim_ros.planning.constraints.regions import is_place, region_fault
 from armsim_ros.planning.constraints.terms import (
     ConstraintResult,
     EPSILON,
     Frame,
+    is_place,
     JointTerm,
     OrientationTerm,
     PositionTerm,
+    region_fault,
 )
 from armsim_ros.planning.log import Log
 from armsim_ros.planning.request import (

@@ -12,8 +12,7 @@ import numpy as np
 
 from armsim_ros.arrays import Vector
 from armsim_ros.errors import MoveItErrorCode, PlanningError
-from armsim_ros.planning.cartesian.curve_follower import CurveFollower
-from armsim_ros.planning.cartesian.curves import Curve
+from armsim_ros.planning.cartesian.curves import Curve, CurveFollower
 from armsim_ros.planning.timing.limits import MotionLimits
 from armsim_ros.planning.timing.quintic import QuinticMotion
 

@@ -12,7 +12,6 @@ from typing import TypeVar
 from armsim_ros.errors import MoveItErrorCode, PlanningError
 from armsim_ros.model.robot_model import RobotModel
 from armsim_ros.model.tree import adjacent_pairs
-from armsim_ros.planning.scene.update import AcmUpdate
 
 Pair = tuple[str, str]
 Key = TypeVar('Key')
@@ -21,6 +20,21 @@ Key = TypeVar('Key')
 def sorted_pair(first: str, second: str) -> Pair:
     """Return the two names in alphabetical order."""
     return (first, second) if first <= second else (second, first)
+
+
+@dataclass(frozen=True, slots=True)
+class AcmUpdate:
+    """
+    Content of ``moveit_msgs/msg/AllowedCollisionMatrix``.
+
+    :param entry_names: n names of links and objects.
+    :param entry_values: n rows of n booleans, True where the two may touch.
+    """
+
+    entry_names: tuple[str, ...] = ()
+    entry_values: tuple[tuple[bool, ...], ...] = ()
+    default_entry_names: tuple[str, ...] = ()
+    default_entry_values: tuple[bool, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -11,8 +11,7 @@ import numpy as np
 from armsim_ros.arrays import Matrix, Vector
 from armsim_ros.errors import MoveItErrorCode, nearest, PlanningError
 from armsim_ros.kinematics.kinematic_model import KinematicModel
-from armsim_ros.planning.scene.content import SceneContent
-from armsim_ros.planning.scene.draft import SceneDraft
+from armsim_ros.planning.scene.content import SceneContent, SceneDraft
 
 SceneParts = SceneContent | SceneDraft
 

@@ -9,7 +9,6 @@ from armsim_ros.config.planning_parameters import PlanningParameters
 from armsim_ros.config.robot_settings import RobotSettings
 from armsim_ros.config.world import WorldSettings
 from armsim_ros.kinematics.kinematic_model import KinematicModel
-from armsim_ros.model.geometry import Mesh
 from armsim_ros.model.robot_model import JointType, RobotModel
 from armsim_ros.model.world_objects import (
     FLOOR,
@@ -18,8 +17,8 @@ from armsim_ros.model.world_objects import (
     world_objects,
     WorldObject,
 )
+from armsim_ros.planning.scene.objects import CollisionObject, ObjectShape
 from armsim_ros.planning.scene.planning_scene import PlanningScene
-from armsim_ros.planning.scene.update import CollisionObjectUpdate
 
 
 def initial_scene(
@@ -47,25 +46,17 @@ def initial_scene(
     return scene
 
 
-def collision_object(thing: WorldObject, root: Matrix) -> CollisionObjectUpdate:
+def collision_object(thing: WorldObject, root: Matrix) -> CollisionObject:
     """
     Return an object of the simulated world as one to be added to a scene.
 
     :param root: (4, 4) pose of the world in the root link's frame.
     """
-    solid = [part for part in thing.parts if not isinstance(part.geometry, Mesh)]
-    meshes = [part for part in thing.parts if isinstance(part.geometry, Mesh)]
-    return CollisionObjectUpdate(
-        thing.name,
-        pose=root @ thing.pose,
-        primitives=tuple(part.geometry for part in solid),
-        primitive_poses=tuple(part.origin for part in solid),
-        meshes=tuple(part.geometry for part in meshes if isinstance(part.geometry, Mesh)),
-        mesh_poses=tuple(part.origin for part in meshes),
-    )
+    shapes = tuple(ObjectShape(part.geometry, part.origin) for part in thing.parts)
+    return CollisionObject(thing.name, pose=root @ thing.pose, shapes=shapes)
 
 
-def _fixed_objects(world: WorldSettings, root: Matrix) -> list[CollisionObjectUpdate]:
+def _fixed_objects(world: WorldSettings, root: Matrix) -> list[CollisionObject]:
     """
     Return what of a world never moves.
 

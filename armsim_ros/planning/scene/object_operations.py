@@ -1,67 +1,93 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Edits of the world: each changes a draft, or refuses."""
+"""Edits of the objects in the world and on the robot: each changes a draft, or refuses."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 from types import MappingProxyType
 
 import numpy as np
 
 from armsim_ros.arrays import Matrix
-from armsim_ros.errors import nearest
+from armsim_ros.errors import MoveItErrorCode, nearest, PlanningError
 from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.model.geometry import Geometry, Mesh, Plane
 from armsim_ros.model.transforms import inverse_pose
-from armsim_ros.planning.scene.draft import SceneDraft
+from armsim_ros.planning.scene.content import SceneDraft
 from armsim_ros.planning.scene.frames import frame_pose
-from armsim_ros.planning.scene.object_checks import check_geometry, check_pose, object_error
-from armsim_ros.planning.scene.update import CollisionObjectUpdate, ObjectOperation
-from armsim_ros.planning.scene.world_object import CollisionObject, ObjectShape
+from armsim_ros.planning.scene.objects import (
+    AttachedObject,
+    check_pose,
+    checked_shape,
+    CollisionObject,
+    object_error,
+    ObjectOperation,
+    ObjectShape,
+    OCTOMAP_ID,
+)
 
-#: The id that octomaps have in messages; no other object may have it.
-OCTOMAP_ID = '<octomap>'
+_KINDS = ('primitive', 'mesh', 'plane')
 
 
-def apply_object(
-    kinematics: KinematicModel, draft: SceneDraft, update: CollisionObjectUpdate
-) -> None:
+def apply_object(kinematics: KinematicModel, draft: SceneDraft, item: CollisionObject) -> None:
     """
     Do one operation on a world object.
 
     :raises PlanningError: INVALID_OBJECT_NAME or FRAME_TRANSFORM_FAILURE with the reason.
     """
-    operation = known_operation(update)
+    operation = _known_operation(item)
     if operation is ObjectOperation.REMOVE:
-        _remove(draft, update.id)
+        _remove(draft, item.id)
         return
-    check_id(update.id)
+    _check_id(item.id)
+    old = draft.objects.get(item.id)
     if operation is ObjectOperation.MOVE:
-        draft.put(_moved(kinematics, draft, update))
+        draft.put(_moved(kinematics, draft, old, item))
         return
-    old = draft.objects.get(update.id)
-    body = build_object(kinematics, draft, update)
+    body = _built(kinematics, draft, item)
     if operation is ObjectOperation.APPEND and old is not None:
-        body = merged(old, body)
+        body = _merged(old, body)
     elif old is not None and body.type.empty:
         body = replace(body, type=old.type)
     draft.put(body)
 
 
-def known_operation(update: CollisionObjectUpdate) -> ObjectOperation:
-    """Return the operation of an update; PlanningError for a number that is none."""
+def apply_attached(kinematics: KinematicModel, draft: SceneDraft, item: AttachedObject) -> None:
+    """
+    Do one operation on an attached object.
+
+    :raises PlanningError: INVALID_OBJECT_NAME, INVALID_LINK_NAME or FRAME_TRANSFORM_FAILURE.
+    """
+    operation = _known_operation(item.object)
+    if operation is ObjectOperation.REMOVE:
+        _detach(kinematics, draft, item)
+        return
+    _check_id(item.id)
+    if operation is ObjectOperation.MOVE:
+        raise object_error(
+            f"attached object '{item.id}' cannot be moved on its link; detach it, "
+            'or attach it again with another pose'
+        )
+    _check_link(kinematics, item)
+    if operation is ObjectOperation.APPEND and item.id in draft.attached:
+        draft.attach(_appended(kinematics, draft, item))
+    else:
+        draft.attach(_attached(kinematics, draft, item))
+
+
+def _known_operation(item: CollisionObject) -> ObjectOperation:
+    """Return what to do; PlanningError for a number that is no operation."""
     try:
-        return ObjectOperation(update.operation)
+        return ObjectOperation(item.operation)
     except ValueError:
         raise object_error(
-            f"object '{update.id}': operation {update.operation} is unknown; allowed: "
-            + ', '.join(f'{item.name} {item.value}' for item in ObjectOperation)
+            f"object '{item.id}': operation {item.operation} is unknown; allowed: "
+            + ', '.join(f'{each.name} {each.value}' for each in ObjectOperation)
         ) from None
 
 
-def check_id(id_: str) -> None:
+def _check_id(id_: str) -> None:
     """Refuse an id that no object may have."""
     if not id_:
         raise object_error('an object needs an id that is not empty')
@@ -69,52 +95,56 @@ def check_id(id_: str) -> None:
         raise object_error(f"the id '{OCTOMAP_ID}' is kept for octomaps, choose another")
 
 
-def build_object(
-    kinematics: KinematicModel, draft: SceneDraft, update: CollisionObjectUpdate
+# -------------------------------------------------------------------- in the world
+
+
+def _built(
+    kinematics: KinematicModel, draft: SceneDraft, item: CollisionObject
 ) -> CollisionObject:
     """
     Return the object that an ADD or APPEND describes, in the model frame.
 
     Where the object's own pose is not given and there is a single shape, the shape's pose
     becomes the object's.
-
-    :raises PlanningError: INVALID_OBJECT_NAME or FRAME_TRANSFORM_FAILURE.
     """
-    what = f"object '{update.id}'"
-    if not update.has_shapes:
+    what = f"object '{item.id}'"
+    if not item.shapes:
         raise object_error(f'{what} has no shape; give primitives, meshes or planes')
-    shapes = [
-        *_shapes(update.primitives, update.primitive_poses, f'primitive of {what}'),
-        *_shapes(update.meshes, update.mesh_poses, f'mesh of {what}'),
-        *_shapes(update.planes, update.plane_poses, f'plane of {what}'),
-    ]
-    pose = given_pose(update)
-    if len(shapes) == 1 and pose is None:
-        pose = shapes[0].pose
-        shapes = [ObjectShape(shapes[0].geometry, np.eye(4))]
-    header = frame_pose(kinematics, draft, update.frame_id)
+    shapes = tuple(checked_shape(shape, f'{_kind(shape.geometry)} {number} of {what}')
+                   for number, shape in enumerate(item.shapes))
+    pose, shapes = _single_shape(_given_pose(item), shapes)
     subframes = {
         name: check_pose(value, f"subframe '{name}' of {what}")
-        for name, value in update.subframes.items()
+        for name, value in item.subframes.items()
     }
-    return CollisionObject(
-        update.id,
-        check_pose(header if pose is None else header @ pose, f'the pose of {what}'),
-        tuple(shapes),
-        MappingProxyType(subframes),
-        update.type,
-    )
+    body = replace(item, shapes=shapes, subframes=MappingProxyType(subframes))
+    return body.at(_in_model_frame(kinematics, draft, item, pose))
 
 
-def given_pose(update: CollisionObjectUpdate) -> Matrix | None:
-    """Return the object's own pose, None where it is absent or identity."""
-    if update.pose is None:
-        return None
-    pose = check_pose(update.pose, f"the pose of object '{update.id}'")
+def _given_pose(item: CollisionObject) -> Matrix | None:
+    """Return the object's own pose, None where it is the identity."""
+    pose = check_pose(item.pose, f"the pose of object '{item.id}'")
     return None if np.array_equal(pose, np.eye(4)) else pose
 
 
-def merged(old: CollisionObject, new: CollisionObject) -> CollisionObject:
+def _single_shape(
+    pose: Matrix | None, shapes: tuple[ObjectShape, ...]
+) -> tuple[Matrix | None, tuple[ObjectShape, ...]]:
+    """Give the pose of an only shape to its object where that has none."""
+    if pose is None and len(shapes) == 1:
+        return shapes[0].pose, (ObjectShape(shapes[0].geometry),)
+    return pose, shapes
+
+
+def _in_model_frame(
+    kinematics: KinematicModel, draft: SceneDraft, item: CollisionObject, pose: Matrix | None
+) -> Matrix:
+    header = frame_pose(kinematics, draft, item.frame_id)
+    return check_pose(
+        header if pose is None else header @ pose, f"the pose of object '{item.id}'")
+
+
+def _merged(old: CollisionObject, new: CollisionObject) -> CollisionObject:
     """Return the old object with the shapes and subframes of another, each where it stands."""
     shift = inverse_pose(old.pose) @ new.pose
     shapes = tuple(ObjectShape(item.geometry, shift @ item.pose) for item in new.shapes)
@@ -125,23 +155,6 @@ def merged(old: CollisionObject, new: CollisionObject) -> CollisionObject:
         subframes=MappingProxyType({**old.subframes, **subframes}),
         type=old.type if new.type.empty else new.type,
     )
-
-
-def _shapes(
-    geometries: Sequence[Geometry], poses: Sequence[Matrix], what: str
-) -> list[ObjectShape]:
-    if len(poses) > len(geometries):
-        raise object_error(
-            f'{what}: {len(poses)} poses are given for {len(geometries)} shapes; '
-            'at most one pose a shape is allowed'
-        )
-    shapes = []
-    for index, geometry in enumerate(geometries):
-        name = f'{what}, number {index}'
-        check_geometry(geometry, name)
-        pose = check_pose(poses[index], f'the pose of {name}') if index < len(poses) else np.eye(4)
-        shapes.append(ObjectShape(geometry, pose))
-    return shapes
 
 
 def _remove(draft: SceneDraft, id_: str) -> None:
@@ -156,51 +169,35 @@ def _remove(draft: SceneDraft, id_: str) -> None:
 
 
 def _moved(
-    kinematics: KinematicModel, draft: SceneDraft, update: CollisionObjectUpdate
+    kinematics: KinematicModel, draft: SceneDraft, old: CollisionObject | None,
+    item: CollisionObject,
 ) -> CollisionObject:
-    old = draft.objects.get(update.id)
     if old is None:
         raise object_error(
-            f"object '{update.id}' is not in the world, so it cannot be moved "
-            f'{nearest(update.id, tuple(draft.objects))}'.rstrip()
+            f"object '{item.id}' is not in the world, so it cannot be moved "
+            f'{nearest(item.id, tuple(draft.objects))}'.rstrip()
         )
-    shapes = _moved_shapes(old, update)
-    pose = given_pose(update)
-    if pose is None and shapes is not None and len(shapes) == 1:
-        pose = shapes[0].pose
-        shapes = (ObjectShape(shapes[0].geometry, np.eye(4)),)
-    header = frame_pose(kinematics, draft, update.frame_id)
-    return replace(
-        old,
-        pose=check_pose(
-            header if pose is None else header @ pose, f"the pose of object '{update.id}'"
-        ),
-        shapes=old.shapes if shapes is None else shapes,
-    )
+    pose = _given_pose(item)
+    if not any(item.shape_poses):
+        return old.at(_in_model_frame(kinematics, draft, item, pose))
+    pose, shapes = _single_shape(pose, _moved_shapes(old, item))
+    return replace(old.at(_in_model_frame(kinematics, draft, item, pose)), shapes=shapes)
 
 
-def _moved_shapes(
-    old: CollisionObject, update: CollisionObjectUpdate
-) -> tuple[ObjectShape, ...] | None:
-    """Return the shapes at the poses of a MOVE, None where it gives none."""
-    given = {
-        'mesh': list(update.mesh_poses),
-        'plane': list(update.plane_poses),
-        'primitive': list(update.primitive_poses),
-    }
-    if not any(given.values()):
-        return None
-    kinds = [_kind(item.geometry) for item in old.shapes]
+def _moved_shapes(old: CollisionObject, item: CollisionObject) -> tuple[ObjectShape, ...]:
+    """Return the shapes at the poses that a MOVE gives."""
+    given = {kind: list(poses) for kind, poses in zip(_KINDS, item.shape_poses, strict=True)}
+    kinds = [_kind(shape.geometry) for shape in old.shapes]
     for kind, poses in given.items():
         if len(poses) != kinds.count(kind):
             raise object_error(
-                f"object '{update.id}' has {kinds.count(kind)} shapes of kind {kind}, but "
+                f"object '{item.id}' has {kinds.count(kind)} shapes of kind {kind}, but "
                 f'the move gives {len(poses)} poses; give one a shape, or none at all'
             )
-    what = f"a shape's pose of object '{update.id}'"
+    what = f"a shape's pose of object '{item.id}'"
     return tuple(
-        ObjectShape(item.geometry, check_pose(given[kind].pop(0), what))
-        for kind, item in zip(kinds, old.shapes, strict=True)
+        ObjectShape(shape.geometry, check_pose(given[kind].pop(0), what))
+        for kind, shape in zip(kinds, old.shapes, strict=True)
     )
 
 
@@ -208,3 +205,98 @@ def _kind(geometry: Geometry) -> str:
     if isinstance(geometry, Mesh):
         return 'mesh'
     return 'plane' if isinstance(geometry, Plane) else 'primitive'
+
+
+# -------------------------------------------------------------------- on the robot
+
+
+def _check_link(kinematics: KinematicModel, item: AttachedObject) -> None:
+    if not kinematics.has_link(item.link_name):
+        known = tuple(kinematics.robot.links)
+        raise PlanningError(
+            MoveItErrorCode.INVALID_LINK_NAME,
+            f"object '{item.id}' cannot be attached to link '{item.link_name}', which robot "
+            f"'{kinematics.robot.name}' does not have "
+            f'{nearest(item.link_name, known)}'.rstrip(),
+            'planning scene',
+        )
+
+
+def _attached(
+    kinematics: KinematicModel, draft: SceneDraft, item: AttachedObject
+) -> AttachedObject:
+    link, body = item.link_name, _in_world(kinematics, draft, item)
+    on_link = inverse_pose(kinematics.link_pose(draft.q, link)) @ body.pose
+    return replace(
+        item, object=body.at(on_link, link), touch_links=tuple(dict.fromkeys(item.touch_links)))
+
+
+def _in_world(
+    kinematics: KinematicModel, draft: SceneDraft, item: AttachedObject
+) -> CollisionObject:
+    """Return the object to attach at its pose in the model frame."""
+    if item.object.shapes:
+        return _built(kinematics, draft, item.object)
+    if item.id in draft.objects:
+        return draft.objects[item.id]
+    if item.id in draft.attached:
+        return _released(kinematics, draft, draft.attached[item.id])
+    raise object_error(
+        f"object '{item.id}' is not in the world, so it cannot be attached to link "
+        f"'{item.link_name}'; add it first, or give its shapes "
+        f'{nearest(item.id, tuple(draft.objects))}'.rstrip()
+    )
+
+
+def _appended(
+    kinematics: KinematicModel, draft: SceneDraft, item: AttachedObject
+) -> AttachedObject:
+    old = draft.attached[item.id]
+    if old.link_name != item.link_name:
+        raise object_error(
+            f"object '{old.id}' is attached to link '{old.link_name}', so nothing can be "
+            f"appended to it on link '{item.link_name}'"
+        )
+    body = old.object
+    if item.object.shapes:
+        added = _built(kinematics, draft, item.object)
+        on_link = inverse_pose(kinematics.link_pose(draft.q, old.link_name)) @ added.pose
+        if _given_pose(item.object) is not None:
+            body = body.at(on_link, old.link_name)
+        body = _merged(body, added.at(on_link))
+    return AttachedObject(
+        old.link_name,
+        body,
+        tuple(dict.fromkeys((*old.touch_links, *item.touch_links))),
+        item.detach_posture if item.detach_posture.points else old.detach_posture,
+        item.weight or old.weight,
+    )
+
+
+def _detach(kinematics: KinematicModel, draft: SceneDraft, item: AttachedObject) -> None:
+    id_, link = item.id, item.link_name
+    if link:
+        _check_link(kinematics, item)
+    if not id_:
+        gone = [each for each in draft.attached.values() if link in ('', each.link_name)]
+    else:
+        found = draft.attached.get(id_)
+        if found is None:
+            raise object_error(
+                f"object '{id_}' is not attached, so it cannot be detached "
+                f'{nearest(id_, tuple(draft.attached))}'.rstrip()
+            )
+        if link not in ('', found.link_name):
+            raise object_error(
+                f"object '{id_}' is attached to link '{found.link_name}', not to '{link}'"
+            )
+        gone = [found]
+    for each in gone:
+        draft.detach(each, _released(kinematics, draft, each))
+
+
+def _released(
+    kinematics: KinematicModel, draft: SceneDraft, item: AttachedObject
+) -> CollisionObject:
+    """Return an attached object as one of the world, where it is now."""
+    return item.object.at(kinematics.link_pose(draft.q, item.link_name) @ item.object.pose)

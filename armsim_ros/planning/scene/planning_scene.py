@@ -17,22 +17,15 @@ from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.model.robot_model import RobotModel
 from armsim_ros.planning.scene import frames
 from armsim_ros.planning.scene.allowed_collision_matrix import AllowedCollisionMatrix
-from armsim_ros.planning.scene.attach_operations import apply_attached
-from armsim_ros.planning.scene.attached_object import AttachedObject
-from armsim_ros.planning.scene.content import SceneContent
-from armsim_ros.planning.scene.difference import full_update
-from armsim_ros.planning.scene.draft import SceneDraft
-from armsim_ros.planning.scene.merge import apply_start_state, apply_update
-from armsim_ros.planning.scene.object_operations import apply_object
+from armsim_ros.planning.scene.content import Color, FixedFrame, SceneContent, SceneDraft
+from armsim_ros.planning.scene.object_operations import apply_attached, apply_object
+from armsim_ros.planning.scene.objects import AttachedObject, CollisionObject
 from armsim_ros.planning.scene.update import (
-    AttachedObjectUpdate,
-    CollisionObjectUpdate,
-    Color,
-    FixedFrame,
+    apply_start_state,
+    apply_update,
     SceneUpdate,
     StartState,
 )
-from armsim_ros.planning.scene.world_object import CollisionObject
 
 Listener = Callable[[SceneContent, SceneContent], None]
 
@@ -80,9 +73,8 @@ class PlanningScene:
         #: Held while an edit is made, and while one is put in place.
         self._editing, self._lock = threading.RLock(), threading.RLock()
         self._listeners: list[Listener] = []
-        #: Count the edits of world, attached objects and rules; of the state; of the frames.
+        #: Count the edits of world, attached objects and rules; of the frames.
         self.geometry_version = 0
-        self.state_version = 0
         self.transform_version = 0
 
     # ---------------------------------------------------------------- what it holds
@@ -211,21 +203,21 @@ class PlanningScene:
         """Replace the allowed collision matrix."""
         self._edit(lambda draft: draft.replace(acm=acm))
 
-    def apply_object(self, update: CollisionObjectUpdate) -> None:
+    def apply_object(self, item: CollisionObject) -> None:
         """
         Add, remove, extend or move a world object.
 
         :raises PlanningError: with the reason; the scene is as it was then.
         """
-        self._edit(lambda draft: apply_object(self.kinematic_model, draft, update))
+        self._edit(lambda draft: apply_object(self.kinematic_model, draft, item))
 
-    def apply_attached(self, update: AttachedObjectUpdate) -> None:
+    def apply_attached(self, item: AttachedObject) -> None:
         """
         Attach, extend or detach an object.
 
         :raises PlanningError: with the reason; the scene is as it was then.
         """
-        self._edit(lambda draft: apply_attached(self.kinematic_model, draft, update))
+        self._edit(lambda draft: apply_attached(self.kinematic_model, draft, item))
 
     def apply(self, update: SceneUpdate) -> None:
         """
@@ -265,8 +257,6 @@ class PlanningScene:
 
     def _commit(self, content: SceneContent) -> None:
         before, self._content = self._content, content
-        if before.q is not content.q or before.attached is not content.attached:
-            self.state_version += 1
         if before.frames is not content.frames:
             self.transform_version += 1
         if any(
@@ -287,13 +277,7 @@ class PlanningScene:
             copy._initial, copy._content = self._initial, self._content
         copy._editing, copy._lock = threading.RLock(), threading.RLock()
         copy._listeners = []
-        copy.geometry_version = copy.state_version = copy.transform_version = 0
-        return copy
-
-    def holding(self, content: SceneContent) -> PlanningScene:
-        """Return a scene of its own that holds the content of another scene of this robot."""
-        copy = self.snapshot()
-        copy._content = content
+        copy.geometry_version = copy.transform_version = 0
         return copy
 
     def with_update(self, update: SceneUpdate) -> PlanningScene:
@@ -317,10 +301,6 @@ class PlanningScene:
             lambda draft: apply_start_state(self.kinematic_model, draft, start, strict=strict)
         )
         return overlay
-
-    def full_update(self) -> SceneUpdate:
-        """Return all that the scene holds as the content of a message."""
-        return full_update(self.kinematic_model, self._content)
 
     def add_listener(self, listener: Listener) -> Callable[[], None]:
         """

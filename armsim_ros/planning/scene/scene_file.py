@@ -19,16 +19,21 @@ import numpy as np
 
 from armsim_ros.arrays import Matrix
 from armsim_ros.errors import MoveItErrorCode, PlanningError
-from armsim_ros.model.geometry import Box, Cone, Cylinder, Geometry, Mesh, Plane, Sphere
-from armsim_ros.model.transforms import quat_xyzw_from_matrix
-from armsim_ros.planning.scene.planning_scene import PlanningScene
-from armsim_ros.planning.scene.update import (
-    CollisionObjectUpdate,
-    Color,
-    message_pose,
-    SceneUpdate,
+from armsim_ros.model.geometry import (
+    Box,
+    Cone,
+    Cylinder,
+    Geometry,
+    Mesh,
+    Plane,
+    shape_fault,
+    Sphere,
 )
-from armsim_ros.planning.scene.world_object import CollisionObject
+from armsim_ros.model.transforms import quat_xyzw_from_matrix
+from armsim_ros.planning.scene.content import Color
+from armsim_ros.planning.scene.objects import CollisionObject, ObjectShape
+from armsim_ros.planning.scene.planning_scene import PlanningScene
+from armsim_ros.planning.scene.update import message_pose, SceneUpdate
 
 LARGEST_FILE = 200_000_000
 """A file beyond this many bytes is refused."""
@@ -148,7 +153,7 @@ class _Reader:
 
     def scene(self) -> SceneUpdate:
         name = self._line('the name of the scene')
-        objects: list[CollisionObjectUpdate] = []
+        objects: list[CollisionObject] = []
         colors: dict[str, Color] = {}
         while (line := self._line("'* id' or '.'")) != '.':
             if not line.startswith('* '):
@@ -159,32 +164,21 @@ class _Reader:
                 colors[item.id] = color
         return SceneUpdate(name=name, objects=tuple(objects), object_colors=colors)
 
-    def _object(self, name: str) -> tuple[CollisionObjectUpdate, Color]:
+    def _object(self, name: str) -> tuple[CollisionObject, Color]:
         old = len(self._peek().split()) == 1
         pose = np.eye(4) if old else self._pose()
-        shapes: dict[str, list[tuple[Geometry, Matrix]]] = {'solid': [], 'mesh': [], 'plane': []}
+        shapes: list[ObjectShape] = []
         color = _NO_COLOR
         for _ in range(self._count('the number of shapes')):
             geometry = self._shape()
-            place = self._pose()
+            shapes.append(ObjectShape(geometry, self._pose()))
             color = self._color()
-            kind = type(geometry).__name__.lower()
-            shapes[kind if kind in shapes else 'solid'].append((geometry, place))
         frames = {}
         for _ in range(0 if old else self._count('the number of subframes')):
             name_of_frame = self._line('the name of a subframe')
             frames[name_of_frame] = self._pose()
-        return CollisionObjectUpdate(
-            name,
-            pose=pose,
-            primitives=tuple(shape for shape, _ in shapes['solid']),
-            primitive_poses=tuple(place for _, place in shapes['solid']),
-            meshes=tuple(shape for shape, _ in shapes['mesh'] if isinstance(shape, Mesh)),
-            mesh_poses=tuple(place for _, place in shapes['mesh']),
-            planes=tuple(shape for shape, _ in shapes['plane'] if isinstance(shape, Plane)),
-            plane_poses=tuple(place for _, place in shapes['plane']),
-            subframes=frames,
-        ), color
+        return CollisionObject(
+            name, pose=pose, shapes=tuple(shapes), subframes=frames), color
 
     def _shape(self) -> Geometry:
         kind = self._line('the kind of a shape')
@@ -194,17 +188,18 @@ class _Reader:
         if kind not in counts:
             raise self._wrong(f"'{kind}'", ', '.join([*counts, 'mesh']))
         sizes = self._floats(counts[kind], f'the dimensions of a {kind}')
+        made: Geometry
         if kind == 'plane':
-            return Plane(sizes[0], sizes[1], sizes[2], sizes[3])
-        if min(sizes) <= 0.0:
-            raise self._wrong(f'{sizes}', f'dimensions of a {kind} above 0 [m]')
-        if kind == 'box':
-            return Box((sizes[0], sizes[1], sizes[2]))
-        if kind == 'sphere':
-            return Sphere(sizes[0])
-        return (Cylinder if kind == 'cylinder' else Cone)(radius=sizes[0], length=sizes[1])
+            made = Plane(sizes[0], sizes[1], sizes[2], sizes[3])
+        elif kind == 'box':
+            made = Box((sizes[0], sizes[1], sizes[2]))
+        elif kind == 'sphere':
+            made = Sphere(sizes[0])
+        else:
+            made = (Cylinder if kind == 'cylinder' else Cone)(radius=sizes[0], length=sizes[1])
+        return self._usable(made)
 
-    def _mesh(self) -> Mesh:
+    def _mesh(self) -> Geometry:
         corners, faces = (int(value) for value in self._floats(2, 'two counts of a mesh'))
         if min(corners, faces) < 1 or corners + faces > len(self._lines):
             raise self._wrong(f'{corners} {faces}', 'as many lines as the mesh has parts')
@@ -212,9 +207,13 @@ class _Reader:
         triangles = np.array(
             [self._floats(3, 'a triangle') for _ in range(faces)], dtype=np.int64
         )
-        if triangles.min() < 0 or triangles.max() >= corners:
-            raise self._wrong(f'vertex {triangles.max()}', f'vertices 0 to {corners - 1}')
-        return Mesh(vertices, triangles)
+        return self._usable(Mesh(vertices, triangles))
+
+    def _usable(self, shape: Geometry) -> Geometry:
+        fault = shape_fault(shape)
+        if fault:
+            raise _error(f'{self._path}:{self._next}: {fault}')
+        return shape
 
     def _pose(self) -> Matrix:
         position = self._floats(3, 'a position')

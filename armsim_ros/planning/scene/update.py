@@ -1,7 +1,7 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
 """
-What a client may ask of a planning scene: the content of its messages as plain values.
+Scene messages and start states as plain values, and how a draft of a scene takes them over.
 
 Values stand as the client gave them; what is wrong with them is found where they are used.
 Poses are (4, 4); :func:`message_pose` makes one from a message's numbers.
@@ -9,84 +9,30 @@ Poses are (4, 4); :func:`message_pose` makes one from a message's numbers.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
-from enum import IntEnum
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 import math
+from types import MappingProxyType
+from typing import Any
 
 from armsim_ros.arrays import Matrix
-from armsim_ros.errors import MoveItErrorCode, PlanningError
-from armsim_ros.model.geometry import Geometry, Mesh, Plane
+from armsim_ros.errors import MoveItErrorCode, nearest, PlanningError
+from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.model.transforms import pose_from_quat_xyzw
-from armsim_ros.planning.scene.world_object import ObjectType
-from armsim_ros.trajectory import JointTrajectory
+from armsim_ros.planning.scene.allowed_collision_matrix import AcmUpdate, AllowedCollisionMatrix
+from armsim_ros.planning.scene.content import Color, FixedFrame, SceneContent, SceneDraft
+from armsim_ros.planning.scene.frames import frame_pose
+from armsim_ros.planning.scene.object_operations import apply_attached, apply_object
+from armsim_ros.planning.scene.objects import (
+    AttachedObject,
+    check_pose,
+    CollisionObject,
+    object_error,
+    ObjectOperation,
+)
 
-Color = tuple[float, float, float, float]
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class FixedFrame:
-    """
-    A frame that stands still in another one, as transforms tell it.
-
-    Where it is in the model frame is found out when it is used: what carries it may move.
-
-    :param parent: a link, object or another such frame; '' is the model frame.
-    :param pose: (4, 4) in the parent frame.
-    """
-
-    parent: str
-    pose: Matrix
-
-
-class ObjectOperation(IntEnum):
-    """Constants of ``moveit_msgs/msg/CollisionObject``."""
-
-    ADD = 0
-    REMOVE = 1
-    APPEND = 2
-    MOVE = 3
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class CollisionObjectUpdate:
-    """
-    Content of ``moveit_msgs/msg/CollisionObject``.
-
-    :param operation: a value of :class:`ObjectOperation`.
-    :param frame_id: frame of ``pose``; '' is the model frame.
-    :param pose: (4, 4) of the object, None or identity where it is not given.
-    :param primitive_poses: (4, 4) each in the object's frame; missing ones are identity.
-    """
-
-    id: str
-    operation: int = ObjectOperation.ADD
-    frame_id: str = ''
-    pose: Matrix | None = None
-    primitives: tuple[Geometry, ...] = ()
-    primitive_poses: tuple[Matrix, ...] = ()
-    meshes: tuple[Mesh, ...] = ()
-    mesh_poses: tuple[Matrix, ...] = ()
-    planes: tuple[Plane, ...] = ()
-    plane_poses: tuple[Matrix, ...] = ()
-    subframes: Mapping[str, Matrix] = field(default_factory=dict)
-    type: ObjectType = field(default_factory=ObjectType)
-
-    @property
-    def has_shapes(self) -> bool:
-        """Whether the client gave any geometry."""
-        return bool(self.primitives or self.meshes or self.planes)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class AttachedObjectUpdate:
-    """Content of ``moveit_msgs/msg/AttachedCollisionObject``."""
-
-    link_name: str
-    object: CollisionObjectUpdate
-    touch_links: tuple[str, ...] = ()
-    detach_posture: JointTrajectory = field(default_factory=lambda: JointTrajectory(()))
-    weight: float = 0.0
+#: Refusals of one message that are told; what comes after them is not tried any more.
+MOST_REFUSALS = 10
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,28 +50,13 @@ class StartState:
     joint_names: tuple[str, ...] = ()
     positions: tuple[float, ...] = ()
     is_diff: bool = True
-    attached_objects: tuple[AttachedObjectUpdate, ...] = ()
+    attached_objects: tuple[AttachedObject, ...] = ()
     velocities: tuple[float, ...] = ()
 
     @classmethod
     def from_positions(cls, positions: Mapping[str, float]) -> StartState:
         """Return the monitored state with these joints [rad or m] laid over it."""
         return cls(tuple(positions), tuple(positions.values()))
-
-
-@dataclass(frozen=True, slots=True)
-class AcmUpdate:
-    """
-    Content of ``moveit_msgs/msg/AllowedCollisionMatrix``.
-
-    :param entry_names: n names of links and objects.
-    :param entry_values: n rows of n booleans, True where the two may touch.
-    """
-
-    entry_names: tuple[str, ...] = ()
-    entry_values: tuple[tuple[bool, ...], ...] = ()
-    default_entry_names: tuple[str, ...] = ()
-    default_entry_values: tuple[bool, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -144,7 +75,7 @@ class SceneUpdate:
     is_diff: bool = True
     name: str = ''
     robot_state: StartState = field(default_factory=StartState)
-    objects: tuple[CollisionObjectUpdate, ...] = ()
+    objects: tuple[CollisionObject, ...] = ()
     acm: AcmUpdate | None = None
     link_padding: Mapping[str, float] = field(default_factory=dict)
     link_scale: Mapping[str, float] = field(default_factory=dict)
@@ -186,3 +117,152 @@ def message_pose(xyz: Sequence[float], quat_xyzw: Sequence[float]) -> Matrix:
         quat_xyzw = (0.0, 0.0, 0.0, 1.0)
     largest = max(abs(part) for part in quat_xyzw)
     return pose_from_quat_xyzw(xyz, [part / largest for part in quat_xyzw])
+
+
+def apply_update(
+    kinematics: KinematicModel, draft: SceneDraft, update: SceneUpdate, initial: SceneContent
+) -> None:
+    """
+    Do all that a scene message asks for.
+
+    Every operation is tried, so that the error can name what is wrong with each.
+
+    :param draft: to be dropped where the update is refused.
+    :param initial: what a message that is no difference starts from; its allowed collision
+        matrix stays where such a message gives none.
+    :raises PlanningError: with the code of the first refusal and the sentences of all.
+    """
+    refusals: list[PlanningError] = []
+
+    def attempt(step: Callable[..., None], *arguments: Any) -> None:
+        if len(refusals) < MOST_REFUSALS:
+            try:
+                step(kinematics, draft, *arguments)
+            except PlanningError as error:
+                refusals.append(error)
+
+    if not update.is_diff:
+        draft.begin_anew(initial, keep_attached=update.robot_state.is_diff)
+    standing = draft.objects
+    if update.name:
+        draft.replace(name=update.name)
+    attempt(_set_frames, update.fixed_frames)
+    if update.robot_state.joint_names or update.robot_state.positions:
+        attempt(_set_joints, update.robot_state)
+        if not update.robot_state.is_diff:
+            draft.replace(attached=initial.attached)
+    for attached in update.robot_state.attached_objects:
+        attempt(apply_attached, attached)
+    attempt(_set_acm, update.acm)
+    attempt(_set_padding, update.link_padding)
+    attempt(_set_scale, update.link_scale)
+    attempt(_set_colors, update.object_colors)
+    for item in update.objects:
+        taken = item.id in standing and item.id not in draft.objects
+        if item.operation == ObjectOperation.REMOVE and taken and item.id in draft.attached:
+            continue  # the same message has attached it
+        attempt(apply_object, item)
+    if refusals:
+        raise _joined(refusals)
+
+
+def _joined(refusals: Sequence[PlanningError]) -> PlanningError:
+    """Return the errors of an update as one."""
+    first = refusals[0]
+    if len(refusals) == 1:
+        return first
+    text = '; '.join(map(str, refusals))
+    more = ', and perhaps more' if len(refusals) == MOST_REFUSALS else ''
+    return PlanningError(
+        first.code, f'{len(refusals)} parts{more}, are refused: {text}', first.source
+    )
+
+
+def apply_start_state(
+    kinematics: KinematicModel, draft: SceneDraft, start: StartState, *, strict: bool
+) -> None:
+    """
+    Take over a client's start state.
+
+    :raises PlanningError: INVALID_ROBOT_STATE, or what an attached object is refused for.
+    """
+    _set_joints(kinematics, draft, start)
+    given = bool(start.joint_names or start.attached_objects)
+    if strict and given and not start.is_diff:
+        draft.replace(attached=MappingProxyType({}))
+    for attached in start.attached_objects:
+        apply_attached(kinematics, draft, attached)
+
+
+def _set_joints(kinematics: KinematicModel, draft: SceneDraft, state: StartState) -> None:
+    names, positions = state.joint_names, state.positions
+    if len(names) != len(positions):
+        raise PlanningError(
+            MoveItErrorCode.INVALID_ROBOT_STATE,
+            f'the robot state has {len(names)} joint names but {len(positions)} positions',
+            'planning scene',
+        )
+    if names:
+        q = kinematics.vector(dict(zip(names, positions, strict=True)), draft.q)
+        q.setflags(write=False)
+        draft.replace(q=q)
+
+
+def _set_frames(
+    kinematics: KinematicModel, draft: SceneDraft, frames: Mapping[str, FixedFrame]
+) -> None:
+    draft.update('frames', {
+        name.lstrip('/'): replace(
+            frame, pose=check_pose(frame.pose, f"the pose of frame '{name}'")
+        )
+        for name, frame in frames.items()
+        if name.lstrip('/')
+    })
+    for name in frames:
+        frame_pose(kinematics, draft, name.lstrip('/'))
+
+
+def _set_acm(_: KinematicModel, draft: SceneDraft, acm: AcmUpdate | None) -> None:
+    if acm is None:
+        return
+    made = AllowedCollisionMatrix.from_update(acm)
+    if acm.entry_names:
+        draft.replace(acm=made)
+
+
+def _set_padding(
+    kinematics: KinematicModel, draft: SceneDraft, padding: Mapping[str, float]
+) -> None:
+    for link, value in padding.items():
+        _check_link(kinematics, link, 'padding')
+        if not (math.isfinite(value) and value >= 0.0):
+            raise object_error(f"padding {value} m of link '{link}'; allowed: 0 or more")
+    draft.update('link_padding', padding)
+
+
+def _set_scale(
+    kinematics: KinematicModel, draft: SceneDraft, scale: Mapping[str, float]
+) -> None:
+    for link, value in scale.items():
+        _check_link(kinematics, link, 'scale')
+        if not (math.isfinite(value) and value > 0.0):
+            raise object_error(f"scale {value} of link '{link}'; allowed: above 0")
+    draft.update('link_scale', scale)
+
+
+def _set_colors(_: KinematicModel, draft: SceneDraft, colors: Mapping[str, Color]) -> None:
+    for id_, color in colors.items():
+        if not all(math.isfinite(part) and 0.0 <= part <= 1.0 for part in color):
+            raise object_error(f"color {color} of object '{id_}'; allowed: 0 to 1 for r, g, b, a")
+    draft.update('colors', colors)
+
+
+def _check_link(kinematics: KinematicModel, link: str, what: str) -> None:
+    if not kinematics.has_link(link):
+        known = tuple(kinematics.robot.links)
+        raise PlanningError(
+            MoveItErrorCode.INVALID_LINK_NAME,
+            f"{what} is given for link '{link}', which robot '{kinematics.robot.name}' does "
+            f'not have {nearest(link, known)}'.rstrip(),
+            'planning scene',
+        )

@@ -18,24 +18,26 @@ import threading
 import numpy as np
 
 from armsim_ros.errors import PlanningError
+from armsim_ros.model.geometry import Mesh
+from armsim_ros.model.world_objects import WORLD_TYPE
 from armsim_ros.planning.scene.content import SceneContent
-from armsim_ros.planning.scene.planning_scene import PlanningScene
-from armsim_ros.planning.scene.update import (
-    AttachedObjectUpdate,
-    CollisionObjectUpdate,
+from armsim_ros.planning.scene.objects import (
+    AttachedObject,
+    CollisionObject,
     ObjectOperation,
-    SceneUpdate,
+    ObjectShape,
+    ObjectType,
 )
-from armsim_ros.planning.scene.world_object import ObjectType
-from armsim_ros.planning.scene.world_type import WORLD_TYPE
+from armsim_ros.planning.scene.planning_scene import PlanningScene
+from armsim_ros.planning.scene.update import SceneUpdate
 
 Log = Callable[[str], object]
 
 
 def of_world(update: SceneUpdate) -> bool:
     """Return whether it is a simulated world that tells something."""
-    attached = (one.object for one in update.robot_state.attached_objects)
-    kinds = [one.type.key for one in (*update.objects, *attached)]
+    attached = (item.object for item in update.robot_state.attached_objects)
+    kinds = [item.type.key for item in (*update.objects, *attached)]
     return update.is_diff and bool(kinds) and set(kinds) == {WORLD_TYPE}
 
 
@@ -53,7 +55,7 @@ class WorldOwnership:
         self._standing = tuple(standing)
         self._log = log
         self._epoch = ''
-        self._owned: dict[str, CollisionObjectUpdate] = {}
+        self._owned: dict[str, CollisionObject] = {}
         self._taken: set[str] = set()
         self._removed: set[str] = set()
         self._foreign: set[str] = set()
@@ -91,7 +93,7 @@ class WorldOwnership:
         if problems:
             raise problems[0]
 
-    def _tell(self, item: CollisionObjectUpdate, update: SceneUpdate) -> None:
+    def _tell(self, item: CollisionObject, update: SceneUpdate) -> None:
         self._begin_epoch(item.type, update)
         if item.operation == ObjectOperation.ADD:
             self._add(item, update)
@@ -100,7 +102,7 @@ class WorldOwnership:
         elif item.id in self.owned and item.id in self._scene.objects:
             self._move(item)
 
-    def _add(self, item: CollisionObjectUpdate, update: SceneUpdate) -> None:
+    def _add(self, item: CollisionObject, update: SceneUpdate) -> None:
         known = self._owned.get(item.id)
         if known is not None and item.id not in self._scene.attached:
             if not _same(known, item):
@@ -120,11 +122,11 @@ class WorldOwnership:
         self._foreign.discard(item.id)
         self._put(item, update)
 
-    def _move(self, item: CollisionObjectUpdate) -> None:
-        self._scene.apply_object(CollisionObjectUpdate(
+    def _move(self, item: CollisionObject) -> None:
+        self._scene.apply_object(CollisionObject(
             item.id, ObjectOperation.MOVE, frame_id=item.frame_id, pose=item.pose))
 
-    def _put(self, item: CollisionObjectUpdate, update: SceneUpdate) -> None:
+    def _put(self, item: CollisionObject, update: SceneUpdate) -> None:
         colors = {name: color for name, color in update.object_colors.items() if name == item.id}
         plain = replace(item, type=ObjectType())
         self._scene.apply(SceneUpdate(objects=(plain,), object_colors=colors))
@@ -143,9 +145,9 @@ class WorldOwnership:
         if id_ in self._scene.attached:
             self._detach(id_)
         if id_ in self._scene.objects:
-            self._scene.apply_object(CollisionObjectUpdate(id_, ObjectOperation.REMOVE))
+            self._scene.apply_object(CollisionObject(id_, ObjectOperation.REMOVE))
 
-    def _tell_attached(self, item: AttachedObjectUpdate) -> None:
+    def _tell_attached(self, item: AttachedObject) -> None:
         id_ = item.object.id
         if id_ not in self.owned:
             return
@@ -156,8 +158,8 @@ class WorldOwnership:
             self._scene.apply_attached(item)
 
     def _detach(self, id_: str) -> None:
-        self._scene.apply_attached(AttachedObjectUpdate(
-            '', CollisionObjectUpdate(id_, ObjectOperation.REMOVE)))
+        self._scene.apply_attached(AttachedObject(
+            '', CollisionObject(id_, ObjectOperation.REMOVE)))
 
     def _begin_epoch(self, kind: ObjectType, update: SceneUpdate) -> None:
         """Forget take-overs where the world begins anew; its first message tells all of it."""
@@ -167,7 +169,7 @@ class WorldOwnership:
             self._epoch = kind.db
             old, taken = tuple(self._owned), tuple(self._taken)
             self._taken, self._removed = set(), set()
-        told = {one.id for one in update.objects if one.operation == ObjectOperation.ADD}
+        told = {item.id for item in update.objects if item.operation == ObjectOperation.ADD}
         for id_ in old:
             if id_ not in told or id_ in self._scene.attached:
                 self._remove(id_)
@@ -175,7 +177,7 @@ class WorldOwnership:
             if id_ in told and id_ in self._scene.attached:
                 self._detach(id_)
             if id_ in told and id_ in self._scene.objects:
-                self._scene.apply_object(CollisionObjectUpdate(id_, ObjectOperation.REMOVE))
+                self._scene.apply_object(CollisionObject(id_, ObjectOperation.REMOVE))
 
     def _look(self, before: SceneContent, after: SceneContent) -> None:
         """Note what the user does to the world's objects; in the thread that edits."""
@@ -201,13 +203,15 @@ class WorldOwnership:
                           + ', until it is deleted there or the simulation is reset')
 
 
-def _same(first: CollisionObjectUpdate, second: CollisionObjectUpdate) -> bool:
+def _same(first: CollisionObject, second: CollisionObject) -> bool:
     """Return whether two tell of the same shapes; where they are does not count."""
-    def sizes(item: CollisionObjectUpdate) -> tuple[object, ...]:
-        return (item.primitives, tuple((mesh.vertices.tobytes(), mesh.triangles.tobytes())
-                                       for mesh in item.meshes))
+    def content(shape: ObjectShape) -> object:
+        mesh = shape.geometry
+        if isinstance(mesh, Mesh):
+            return mesh.vertices.tobytes(), mesh.triangles.tobytes()
+        return mesh
 
-    def poses(item: CollisionObjectUpdate) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
-        return np.array([*item.primitive_poses, *item.mesh_poses])
-
-    return sizes(first) == sizes(second) and bool(np.allclose(poses(first), poses(second)))
+    return len(first.shapes) == len(second.shapes) and all(
+        content(one) == content(other) and np.allclose(one.pose, other.pose)
+        for one, other in zip(first.shapes, second.shapes, strict=True)
+    )

@@ -18,8 +18,14 @@ from armsim_ros.model.transforms import matrix_from_axis_angle, pose_from_parts
 from armsim_ros.planning.budget import Budget
 from armsim_ros.planning.collision.state_validity import StateValidity
 from armsim_ros.planning.constraints.path_constraints import ConstraintSet
-from armsim_ros.planning.constraints.regions import random_point, region_center, region_size
-from armsim_ros.planning.constraints.terms import JointTerm, OrientationTerm, PositionTerm
+from armsim_ros.planning.constraints.terms import (
+    JointTerm,
+    OrientationTerm,
+    PositionTerm,
+    random_point,
+    region_center,
+    region_size,
+)
 
 MAX_GOALS = 10
 """Most goal states that a search gets."""

@@ -12,7 +12,7 @@ import numpy as np
 
 from armsim_ros.arrays import Matrix, Vector
 from armsim_ros.kinematics.kinematic_model import KinematicModel
-from armsim_ros.planning.collision.geometry import corner_points, exact_shape, hull_shape
+from armsim_ros.planning.collision.bodies import corner_points, exact_shape, hull_shape
 from armsim_ros.planning.scene.allowed_collision_matrix import Pair
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from armsim_ros.arrays import Vector
 from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.model.robot_model import RobotModel
-from armsim_ros.planning.collision.geometry import corner_points
+from armsim_ros.planning.collision.bodies import corner_points
 from armsim_ros.planning.scene.allowed_collision_matrix import sorted_pair
 from armsim_ros.tools.generate_config.collision_pairs import random_state
 from armsim_ros.tools.generate_config.link_pairs import LinkPairs

@@ -14,8 +14,8 @@ from armsim_ros.model.geometry import Box
 from armsim_ros.model.loading import load_robot_model
 from armsim_ros.model.transforms import pose_matrix
 from armsim_ros.nodes.move_group.scene_frames import SceneFrames
+from armsim_ros.planning.scene.objects import AttachedObject, CollisionObject, ObjectShape
 from armsim_ros.planning.scene.planning_scene import PlanningScene
-from armsim_ros.planning.scene.update import AttachedObjectUpdate, CollisionObjectUpdate
 
 
 class Node:
@@ -52,11 +52,11 @@ def published():
     """Return what gives the transforms of a scene with a box, and one in the hand."""
     scene = PlanningScene(KinematicModel(load_robot_model(load_robot_settings('sunday'))))
     for name in ('box', 'tool'):
-        scene.apply_object(CollisionObjectUpdate(
-            name, pose=pose_matrix((0.5, 0.1, 1.2)), primitives=(Box((0.1, 0.1, 0.1)),),
-            primitive_poses=(np.eye(4),), subframes={'top': pose_matrix((0, 0, 0.05))},
-        ))  # fmt: skip
-    scene.apply_attached(AttachedObjectUpdate('link_6', CollisionObjectUpdate('tool')))
+        scene.apply_object(CollisionObject(
+            name, pose=pose_matrix((0.5, 0.1, 1.2)),
+            shapes=(ObjectShape(Box((0.1, 0.1, 0.1)), np.eye(4)),),
+            subframes={'top': pose_matrix((0, 0, 0.05))}))  # fmt: skip
+    scene.apply_attached(AttachedObject('link_6', CollisionObject('tool')))
 
     def make(**parameters):
         node = Node(**parameters)

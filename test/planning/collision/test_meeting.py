@@ -8,7 +8,7 @@ import pytest
 from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.model.cell_loading import load_cell
 from armsim_ros.planning.collision.collision_model import CollisionChecker
-from armsim_ros.planning.collision.meeting import meeting
+from armsim_ros.planning.collision.motion_proof import meeting
 from armsim_ros.planning.scene.planning_scene import PlanningScene
 from armsim_ros.trajectory import JointTrajectory, TrajectoryPoint
 

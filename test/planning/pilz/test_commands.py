@@ -15,7 +15,8 @@ from armsim_ros.model.geometry import Box
 from armsim_ros.model.transforms import pose_from_parts
 from armsim_ros.planning.pilz.profile import TrapezoidalProfile
 from armsim_ros.planning.request import Constraints, JointConstraint, MotionPlanRequest
-from armsim_ros.planning.scene.update import CollisionObjectUpdate, StartState
+from armsim_ros.planning.scene.objects import CollisionObject, ObjectShape
+from armsim_ros.planning.scene.update import StartState
 from armsim_ros.planning.timing.quintic import QuinticMotion
 
 GROUP, TIP = 'manipulator', 'tool0'
@@ -182,10 +183,9 @@ def test_obstacles_are_not_avoided_but_seen(bench: Any) -> None:
     """PLZ-6: a command whose way is blocked is -2."""
     wanted = bench.moved(-0.1, 0.3, -0.1)
     middle = 0.5 * (bench.pose + wanted)
-    bench.scene.apply_object(CollisionObjectUpdate(
+    bench.scene.apply_object(CollisionObject(
         'post', pose=pose_from_parts(middle[:3, 3], np.eye(3)),
-        primitives=(Box((0.02, 0.02, 0.02)),), primitive_poses=(np.eye(4),),
-    ))
+        shapes=(ObjectShape(Box((0.02, 0.02, 0.02)), np.eye(4)),)))
     answer = bench.run('LIN', bench.at(wanted))
     assert answer.error_code == MoveItErrorCode.INVALID_MOTION_PLAN
     assert "'post'" in answer.message

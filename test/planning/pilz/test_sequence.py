@@ -14,11 +14,8 @@ from armsim_ros.errors import MoveItErrorCode
 from armsim_ros.model.geometry import Sphere
 from armsim_ros.model.transforms import pose_from_parts
 from armsim_ros.planning.pilz.sequence import SequenceItem
-from armsim_ros.planning.scene.update import (
-    AttachedObjectUpdate,
-    CollisionObjectUpdate,
-    StartState,
-)
+from armsim_ros.planning.scene.objects import AttachedObject, CollisionObject, ObjectShape
+from armsim_ros.planning.scene.update import StartState
 from armsim_ros.planning.timing.quintic import QuinticMotion
 
 CORNERS = ((0.0, 0.15, 0.0), (0.0, 0.15, 0.12), (0.0, 0.0, 0.12))
@@ -166,17 +163,19 @@ def test_a_motion_without_a_plan_is_named(bench: Any) -> None:
 def test_a_blend_that_hits_something(bench: Any) -> None:
     """Both lines are free, what lies inside the corner is not: -2 with what it would touch."""
     ahead = np.array([0.0, 0.0, 0.15])
-    bench.scene.apply_attached(AttachedObjectUpdate(TIP, CollisionObjectUpdate(
-        'feeler', frame_id=TIP, pose=pose_from_parts(ahead, np.eye(3)),
-        primitives=(Sphere(0.005),))))
+    bench.scene.apply_attached(AttachedObject(
+        TIP,
+        CollisionObject(
+            'feeler', frame_id=TIP, pose=pose_from_parts(ahead, np.eye(3)),
+            shapes=(ObjectShape(Sphere(0.005)),))))
     motions = (line(bench, CORNERS[0], 0.08), line(bench, CORNERS[1]))
     free = bench.sequence(*motions)
     assert free.error_code == MoveItErrorCode.SUCCESS, free.message
     nearest = np.argmin(distances(bench, free.trajectories[0], CORNERS[0]))
     tip = bench.tips(free.trajectories[0])[nearest]
-    bench.scene.apply_object(CollisionObjectUpdate(
+    bench.scene.apply_object(CollisionObject(
         'post', pose=pose_from_parts(tip + bench.pose[:3, :3] @ ahead, np.eye(3)),
-        primitives=(Sphere(0.003),)))
+        shapes=(ObjectShape(Sphere(0.003)),)))
     stops = bench.sequence(line(bench, CORNERS[0]), line(bench, CORNERS[1]))
     assert stops.error_code == MoveItErrorCode.SUCCESS, stops.message
     answer = bench.sequence(*motions)
@@ -188,12 +187,14 @@ def test_a_blend_that_hits_something(bench: Any) -> None:
 def test_every_motion_carries_what_the_first_one_does(bench: Any) -> None:
     """An object of the first start state is still in the hand in the second motion."""
     ahead = np.array([0.0, 0.0, 0.15])
-    feeler = AttachedObjectUpdate(TIP, CollisionObjectUpdate(
-        'feeler', frame_id=TIP, pose=pose_from_parts(ahead, np.eye(3)),
-        primitives=(Sphere(0.005),)))
+    feeler = AttachedObject(
+        TIP,
+        CollisionObject(
+            'feeler', frame_id=TIP, pose=pose_from_parts(ahead, np.eye(3)),
+            shapes=(ObjectShape(Sphere(0.005)),)))
     middle = bench.moved(0.0, 0.15, 0.06)[:3, 3] + bench.pose[:3, :3] @ ahead
-    bench.scene.apply_object(CollisionObjectUpdate(
-        'post', pose=pose_from_parts(middle, np.eye(3)), primitives=(Sphere(0.003),)))
+    bench.scene.apply_object(CollisionObject(
+        'post', pose=pose_from_parts(middle, np.eye(3)), shapes=(ObjectShape(Sphere(0.003)),)))
     first, second = CORNERS[:2]
     empty = bench.sequence(line(bench, first), line(bench, second))
     assert empty.error_code == MoveItErrorCode.SUCCESS, empty.message

@@ -5,8 +5,7 @@
 import pytest
 
 from armsim_ros.errors import PlanningError
-from armsim_ros.planning.scene.allowed_collision_matrix import AllowedCollisionMatrix
-from armsim_ros.planning.scene.update import AcmUpdate
+from armsim_ros.planning.scene.allowed_collision_matrix import AcmUpdate, AllowedCollisionMatrix
 
 
 def test_srdf_disables_pairs_and_nothing_else(make_robot):

@@ -10,25 +10,26 @@ import pytest
 from armsim_ros.errors import PlanningError
 from armsim_ros.model.geometry import Box, Sphere
 from armsim_ros.model.transforms import pose_matrix
-from armsim_ros.planning.scene.update import (
-    AttachedObjectUpdate,
-    CollisionObjectUpdate,
+from armsim_ros.planning.scene.objects import (
+    AttachedObject,
+    CollisionObject,
     ObjectOperation,
-    SceneUpdate,
+    ObjectShape,
 )
+from armsim_ros.planning.scene.update import SceneUpdate
 
 ADD, REMOVE, APPEND, MOVE = ObjectOperation
 
 
 def cup(operation=ADD, **changes):
     """Return an update of an object with a shape 1 m ahead."""
-    values = {'primitives': (Sphere(0.05),), 'primitive_poses': (pose_matrix((0.9, 0, 0)),)}
-    return CollisionObjectUpdate('cup', operation, **{**values, **changes})
+    values = {'shapes': (ObjectShape(Sphere(0.05), pose_matrix((0.9, 0, 0))),)}
+    return CollisionObject('cup', operation, **{**values, **changes})
 
 
 def by_id(id_='cup', operation=ADD, link='fore', **changes):
     """Return an update without geometry."""
-    return AttachedObjectUpdate(link, CollisionObjectUpdate(id_, operation), **changes)
+    return AttachedObject(link, CollisionObject(id_, operation), **changes)
 
 
 def test_attach_takes_the_world_object_with_it(scene):
@@ -45,9 +46,10 @@ def test_attach_takes_the_world_object_with_it(scene):
 def test_attach_with_geometry_replaces_the_world_object(scene):
     """SCN-8: geometry in the message wins; its pose is in the header's frame."""
     scene.apply_object(cup())
-    item = CollisionObjectUpdate('cup', frame_id='fore', primitives=(Box((0.1, 0.1, 0.1)),),
-                                 primitive_poses=(pose_matrix((0.45, 0, 0)),))
-    scene.apply_attached(AttachedObjectUpdate('fore', item, ('fore',)))
+    item = CollisionObject(
+        'cup', frame_id='fore',
+        shapes=(ObjectShape(Box((0.1, 0.1, 0.1)), pose_matrix((0.45, 0, 0))),))
+    scene.apply_attached(AttachedObject('fore', item, ('fore',)))
     assert not scene.objects
     attached = scene.attached['cup']
     assert attached.object.shapes[0].geometry == Box((0.1, 0.1, 0.1))
@@ -56,7 +58,7 @@ def test_attach_with_geometry_replaces_the_world_object(scene):
 
 def test_same_id_again_replaces(scene):
     """SCN-8: an attached object can be attached anew, here with another link."""
-    scene.apply_attached(AttachedObjectUpdate('fore', cup(), ('fore',)))
+    scene.apply_attached(AttachedObject('fore', cup(), ('fore',)))
     scene.apply_attached(by_id(link='finger', touch_links=('finger', 'finger')))
     assert scene.attached['cup'].link_name == 'finger'
     assert scene.attached['cup'].touch_links == ('finger',)
@@ -65,9 +67,9 @@ def test_same_id_again_replaces(scene):
 
 def test_append_merges_shapes_and_touch_links(scene):
     """SCN-8: APPEND keeps the pose there is, unless one is given."""
-    scene.apply_attached(AttachedObjectUpdate('fore', cup(), ('fore',), weight=0.2))
-    more = cup(APPEND, primitive_poses=(pose_matrix((0.8, 0, 0)),))
-    scene.apply_attached(AttachedObjectUpdate('fore', more, ('finger',)))
+    scene.apply_attached(AttachedObject('fore', cup(), ('fore',), weight=0.2))
+    more = cup(APPEND, shapes=(ObjectShape(Sphere(0.05), pose_matrix((0.8, 0, 0))),))
+    scene.apply_attached(AttachedObject('fore', more, ('finger',)))
     attached = scene.attached['cup']
     assert len(attached.object.shapes) == 2
     assert attached.touch_links == ('fore', 'finger')
@@ -91,8 +93,8 @@ def test_detach_returns_the_object_where_it_is(scene):
 
 def test_detached_object_yields_to_one_in_the_world(scene):
     """SCN-9: where the world already has the id, the detached object is dropped."""
-    scene.apply_attached(AttachedObjectUpdate('fore', cup()))
-    scene.apply_object(cup(primitives=(Sphere(0.2),)))
+    scene.apply_attached(AttachedObject('fore', cup()))
+    scene.apply_object(cup(shapes=(ObjectShape(Sphere(0.2)),)))
     scene.apply_attached(by_id(operation=REMOVE))
     assert scene.objects['cup'].shapes[0].geometry == Sphere(0.2)
 
@@ -101,8 +103,8 @@ def test_detached_object_yields_to_one_in_the_world(scene):
 def test_detach_without_an_id_takes_all_of_a_link_or_all(scene, link, left):
     """SCN-9: an empty id means everything on the link; without a link, everything."""
     for id_, carrier in (('a', 'fore'), ('b', 'fore'), ('c', 'finger')):
-        item = CollisionObjectUpdate(id_, primitives=(Sphere(0.05),))
-        scene.apply_attached(AttachedObjectUpdate(carrier, item))
+        item = CollisionObject(id_, shapes=(ObjectShape(Sphere(0.05)),))
+        scene.apply_attached(AttachedObject(carrier, item))
     scene.apply_attached(by_id('', REMOVE, link))
     assert set(scene.attached) == left
 
@@ -117,18 +119,16 @@ ROTTEN = {
     'move': by_id('held', MOVE),
     'append on another link': by_id('held', APPEND, 'finger'),
     'unknown operation': by_id('held', 9),
-    'more poses than shapes': AttachedObjectUpdate(
-        'fore', cup(primitive_poses=(pose_matrix(), pose_matrix()))),
-    'geometry in an unknown frame': AttachedObjectUpdate('fore', cup(frame_id='nowhere')),
+    'geometry in an unknown frame': AttachedObject('fore', cup(frame_id='nowhere')),
 }
 
 
 @pytest.mark.parametrize('what', ROTTEN)
 def test_refused_attach_leaves_the_scene_as_it_was(scene, what):
     """SCN-8, SCN-9: a refused operation has a reason and no effect at all."""
-    held = CollisionObjectUpdate('held', primitives=(Sphere(0.05),))
+    held = CollisionObject('held', shapes=(ObjectShape(Sphere(0.05)),))
     scene.apply_object(cup())
-    scene.apply_attached(AttachedObjectUpdate('fore', held))
+    scene.apply_attached(AttachedObject('fore', held))
     before = scene.content
     with pytest.raises(PlanningError) as caught:
         scene.apply_attached(ROTTEN[what])
@@ -141,8 +141,8 @@ def test_remove_of_what_the_same_message_attaches_is_fine(scene):
     scene.apply_object(cup())
     start = SceneUpdate().robot_state
     update = SceneUpdate(
-        robot_state=type(start)(attached_objects=(AttachedObjectUpdate('fore', cup()),)),
-        objects=(CollisionObjectUpdate('cup', REMOVE),),
+        robot_state=type(start)(attached_objects=(AttachedObject('fore', cup()),)),
+        objects=(CollisionObject('cup', REMOVE),),
     )
     scene.apply(update)
     assert set(scene.attached) == {'cup'}

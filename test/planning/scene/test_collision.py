@@ -14,13 +14,14 @@ from armsim_ros.model.geometry import Box, Cylinder, Mesh, Plane, Sphere
 from armsim_ros.model.transforms import pose_matrix
 from armsim_ros.planning.collision.collision_model import CollisionChecker
 from armsim_ros.planning.collision.contacts import BodyType
-from armsim_ros.planning.scene.planning_scene import PlanningScene
-from armsim_ros.planning.scene.update import (
-    AttachedObjectUpdate,
-    CollisionObjectUpdate,
+from armsim_ros.planning.scene.objects import (
+    AttachedObject,
+    CollisionObject,
     ObjectOperation,
-    SceneUpdate,
+    ObjectShape,
 )
+from armsim_ros.planning.scene.planning_scene import PlanningScene
+from armsim_ros.planning.scene.update import SceneUpdate
 
 ADD, REMOVE, APPEND, MOVE = ObjectOperation
 
@@ -66,9 +67,11 @@ def test_contact_has_place_normal_and_depth(scene):
 
 def test_contacts_are_one_a_pair_deepest_first_and_limited(scene):
     """SRV-21: two shapes of one object are one contact."""
-    scene.apply_object(CollisionObjectUpdate(
-        'pair', primitives=(Sphere(0.1), Sphere(0.1)),
-        primitive_poses=(pose_matrix((0.5, 0.12, 0)), pose_matrix((0.6, 0.11, 0)))))
+    scene.apply_object(CollisionObject(
+        'pair',
+        shapes=(
+            ObjectShape(Sphere(0.1), pose_matrix((0.5, 0.12, 0))),
+            ObjectShape(Sphere(0.1), pose_matrix((0.6, 0.11, 0))))))
     scene.apply_object(thing('deep', Box((0.1, 0.1, 0.1)), (0.2, 0, 0)))
     checker = CollisionChecker(scene)
     found = checker.contacts(scene.q)
@@ -82,7 +85,7 @@ def test_distance_is_that_of_the_nearest_pair(scene):
     checker = CollisionChecker(scene)
     scene.apply_object(thing('ball', Sphere(0.1), (0.6, 0.225, 0.0)))
     assert checker.distance(scene.q, 'arm') == pytest.approx(0.1, abs=1e-6)
-    scene.apply_object(CollisionObjectUpdate('', REMOVE))
+    scene.apply_object(CollisionObject('', REMOVE))
     scene.set_acm(scene.acm.with_default('finger', True))
     assert checker.distance(scene.q, 'hand') == math.inf
 
@@ -105,9 +108,9 @@ def test_allowed_pairs_are_not_checked(scene):
 def test_attached_object_is_checked_against_its_own_link(scene, touch_links, hit):
     """SCN-10: only touch links exempt, the carrying link too must be named."""
     checker = CollisionChecker(scene)
-    item = CollisionObjectUpdate('cup', frame_id='finger', primitives=(Sphere(0.04),),
-                                 primitive_poses=(pose_matrix((0.05, 0, 0)),))
-    scene.apply_attached(AttachedObjectUpdate('finger', item, touch_links))
+    item = CollisionObject(
+        'cup', frame_id='finger', shapes=(ObjectShape(Sphere(0.04), pose_matrix((0.05, 0, 0))),))
+    scene.apply_attached(AttachedObject('finger', item, touch_links))
     assert checker.in_collision(scene.q) == hit
 
 
@@ -116,7 +119,7 @@ def test_attached_objects_of_one_link_do_not_matter_to_each_other(scene):
     checker = CollisionChecker(scene)
 
     def attach(id_, link, *touch_links):
-        scene.apply_attached(AttachedObjectUpdate(
+        scene.apply_attached(AttachedObject(
             link, thing(id_, Sphere(0.05), (0.9, 0.1, 0.0)), touch_links))
 
     attach('one', 'finger', 'finger')
@@ -132,14 +135,14 @@ def test_attached_objects_of_one_link_do_not_matter_to_each_other(scene):
 def test_attached_object_moves_with_the_robot(scene):
     """SCN-10: what the arm carries collides where the arm takes it."""
     checker = CollisionChecker(scene)
-    scene.apply_attached(AttachedObjectUpdate(
+    scene.apply_attached(AttachedObject(
         'finger', thing('stick', Box((0.3, 0.01, 0.01)), (1.1, 0, 0)), ('finger',)))
     scene.apply_object(thing('post', Cylinder(0.03, 0.2), (0.0, 1.2, 0.0)))
     assert not checker.in_collision(scene.q)
     turned = scene.kinematic_model.vector({'shoulder': math.pi / 2})
     contact, = checker.contacts(turned)
     assert {contact.type1, contact.type2} == {BodyType.ROBOT_ATTACHED, BodyType.WORLD_OBJECT}
-    scene.apply_attached(AttachedObjectUpdate('', CollisionObjectUpdate('stick', REMOVE)))
+    scene.apply_attached(AttachedObject('', CollisionObject('stick', REMOVE)))
     assert not checker.in_collision(turned)
 
 
@@ -167,7 +170,7 @@ def test_scale_counts_against_the_world_only(scene):
     assert not checker.in_collision(scene.q)
     scene.apply(SceneUpdate(link_scale={'fore': 1.5, 'base': 20.0}))
     assert {c.body1 for c in checker.contacts(scene.q)} == {'fore', 'base'}
-    scene.apply_object(CollisionObjectUpdate('', REMOVE))
+    scene.apply_object(CollisionObject('', REMOVE))
     assert not checker.in_collision(scene.q)
 
 
@@ -198,7 +201,7 @@ def test_static_links_count_without_a_group(scene):
 def test_object_with_the_name_of_a_touch_link_is_no_link(scene):
     """SCN-10: touch links name links and attached objects, never the world."""
     checker = CollisionChecker(scene)
-    scene.apply_attached(AttachedObjectUpdate(
+    scene.apply_attached(AttachedObject(
         'finger', thing('stick', Box((0.3, 0.01, 0.01)), (1.1, 0, 0)), ('finger', 'post')))
     scene.apply_object(thing('post', Cylinder(0.03, 0.2), (1.1, 0.0, 0.0)))
     assert checker.in_collision(scene.q)

@@ -11,13 +11,14 @@ from armsim_ros.errors import PlanningError
 from armsim_ros.model.geometry import Box, Cylinder, Plane, Sphere
 from armsim_ros.model.transforms import pose_matrix
 from armsim_ros.planning.collision.collision_model import CollisionChecker
-from armsim_ros.planning.scene.planning_scene import PlanningScene
-from armsim_ros.planning.scene.update import (
-    AttachedObjectUpdate,
-    CollisionObjectUpdate,
+from armsim_ros.planning.scene.objects import (
+    AttachedObject,
+    CollisionObject,
     ObjectOperation,
-    SceneUpdate,
+    ObjectShape,
 )
+from armsim_ros.planning.scene.planning_scene import PlanningScene
+from armsim_ros.planning.scene.update import SceneUpdate
 
 ADD, REMOVE, APPEND, MOVE = ObjectOperation
 
@@ -34,13 +35,13 @@ LINKS = st.sampled_from(['fore', 'finger', 'tool'])
 BODIES = st.sampled_from(['base', 'upper', 'fore', 'finger', 'a', 'b', 'c'])
 EDITS = st.one_of(
     st.builds(lambda i, g, p: ('object', thing(i, g, p)), IDS, SHAPES, PLACES),
-    st.builds(lambda i, p: ('object', CollisionObjectUpdate(i, MOVE, pose=pose_matrix(p))),
+    st.builds(lambda i, p: ('object', CollisionObject(i, MOVE, pose=pose_matrix(p))),
               IDS, PLACES),
     st.builds(lambda i, g, p: ('object', thing(i, g, p, operation=APPEND)), IDS, SHAPES, PLACES),
-    st.builds(lambda i: ('object', CollisionObjectUpdate(i, REMOVE)), IDS),
-    st.builds(lambda i, link, t: ('attached', AttachedObjectUpdate(
-        link, CollisionObjectUpdate(i), tuple(t))), IDS, LINKS, st.lists(BODIES, max_size=2)),
-    st.builds(lambda i: ('attached', AttachedObjectUpdate('', CollisionObjectUpdate(i, REMOVE))),
+    st.builds(lambda i: ('object', CollisionObject(i, REMOVE)), IDS),
+    st.builds(lambda i, link, t: ('attached', AttachedObject(
+        link, CollisionObject(i), tuple(t))), IDS, LINKS, st.lists(BODIES, max_size=2)),
+    st.builds(lambda i: ('attached', AttachedObject('', CollisionObject(i, REMOVE))),
               IDS),
     st.builds(lambda a, b, v: ('acm', (a, b, v)), BODIES, BODIES, st.booleans()),
     st.builds(lambda link, v: ('padding', {link: v}), st.sampled_from(['upper', 'fore']),
@@ -132,14 +133,14 @@ def test_a_scene_of_many_objects_is_held_in_several_tables(scene):
     assert not checker.in_collision(scene.q)
     assert not checker.may_collide(scene.q[None], np.full((1, len(scene.q)), 0.01))[0]
     for k in (3, 177, 349):
-        scene.apply_object(CollisionObjectUpdate(f'far {k}', MOVE, pose=pose_matrix((0.6, 0, 0))))
+        scene.apply_object(CollisionObject(f'far {k}', MOVE, pose=pose_matrix((0.6, 0, 0))))
         assert checker.in_collision(scene.q)
         assert checker.may_collide(scene.q[None], np.full((1, len(scene.q)), 0.01))[0]
         assert {contact.body2 for contact in checker.contacts(scene.q)} == {f'far {k}'}
         assert checker.distance(scene.q) < 0.0
         scene.set_acm(scene.acm.with_entry(f'far {k}', True, ('upper', 'fore', 'finger', 'base')))
         assert not checker.in_collision(scene.q)
-    scene.apply_object(CollisionObjectUpdate('', REMOVE))
+    scene.apply_object(CollisionObject('', REMOVE))
     assert not checker.in_collision(scene.q)
     assert len(checker._tables.tables) == 1
     scene.apply_object(thing('near', Box((0.1, 0.1, 0.1)), (0.6, 0, 0)))
@@ -155,9 +156,9 @@ def test_what_is_carried_meets_every_table(scene):
     assert checker.in_collision(scene.q)
     scene.apply(SceneUpdate(link_padding={'fore': 0.0}))
     assert not checker.in_collision(scene.q)
-    long = CollisionObjectUpdate(
-        'pole', frame_id='fore', primitives=(Box((0.01, 40.0, 0.01)),),
-        primitive_poses=(pose_matrix((4.6, 0, 0)),))
-    scene.apply_attached(AttachedObjectUpdate('fore', long, ('upper', 'fore', 'finger', 'base')))
+    long = CollisionObject(
+        'pole', frame_id='fore',
+        shapes=(ObjectShape(Box((0.01, 40.0, 0.01)), pose_matrix((4.6, 0, 0))),))
+    scene.apply_attached(AttachedObject('fore', long, ('upper', 'fore', 'finger', 'base')))
     touched = {contact.body2 for contact in checker.contacts(scene.q)}
     assert {'far 0', 'far 20', 'far 240'} <= touched

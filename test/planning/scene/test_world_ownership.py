@@ -9,16 +9,16 @@ import pytest
 
 from armsim_ros.model.geometry import Box
 from armsim_ros.model.transforms import pose_matrix
-from armsim_ros.planning.scene.update import (
-    AttachedObjectUpdate,
-    CollisionObjectUpdate,
+from armsim_ros.model.world_objects import WORLD_TYPE
+from armsim_ros.planning.scene.objects import (
+    AttachedObject,
+    CollisionObject,
     ObjectOperation,
-    SceneUpdate,
-    StartState,
+    ObjectShape,
+    ObjectType,
 )
-from armsim_ros.planning.scene.world_object import ObjectType
+from armsim_ros.planning.scene.update import SceneUpdate, StartState
 from armsim_ros.planning.scene.world_ownership import of_world, WorldOwnership
-from armsim_ros.planning.scene.world_type import WORLD_TYPE
 from armsim_ros.stack import ArmSim
 
 ADD, REMOVE, MOVE = ObjectOperation.ADD, ObjectOperation.REMOVE, ObjectOperation.MOVE
@@ -52,9 +52,9 @@ class Story:
 
 def item(name, operation, height, kind):
     """Return the update of a box at a height [m]."""
-    shapes = (Box((0.1, 0.1, 0.1)),) if operation == ADD else ()
-    return CollisionObjectUpdate(
-        name, operation, pose=pose_matrix((3.0, 0.0, height)), primitives=shapes, type=kind)
+    shapes = (ObjectShape(Box((0.1, 0.1, 0.1))),) if operation == ADD else ()
+    return CollisionObject(
+        name, operation, pose=pose_matrix((3.0, 0.0, height)), shapes=shapes, type=kind)
 
 
 @pytest.fixture(scope='module')
@@ -136,7 +136,7 @@ def test_a_new_epoch_leaves_nothing_of_the_old_one(story):
 def test_what_the_user_attaches_is_his(story):
     """And stays on the link while the world goes on telling of it."""
     story.world(('a', ADD, 1.0))
-    story.scene.apply_attached(AttachedObjectUpdate('link_6', CollisionObjectUpdate('a')))
+    story.scene.apply_attached(AttachedObject('link_6', CollisionObject('a')))
     story.world(('a', MOVE, 2.0), ('a', ADD, 2.0))
     assert set(story.scene.attached) == {'a'}
     assert story.heights() == {}
@@ -147,8 +147,8 @@ def test_the_world_attaches_and_lets_go(story):
     story.world(('a', ADD, 1.0))
     kind = ObjectType(WORLD_TYPE, '1')
     for operation in (ADD, REMOVE):
-        attached = AttachedObjectUpdate(
-            'link_6', CollisionObjectUpdate('a', operation, type=kind), ('link_5',))
+        attached = AttachedObject(
+            'link_6', CollisionObject('a', operation, type=kind), ('link_5',))
         story.ownership.apply(SceneUpdate(robot_state=StartState(attached_objects=(attached,))))
         assert (set(story.scene.attached) == {'a'}) is (operation == ADD)
     story.world(('a', MOVE, 3.0))
@@ -159,7 +159,7 @@ def test_the_world_attaches_and_lets_go(story):
 def test_who_sends_a_scene_back_is_a_user(story):
     """What was read from the scene has no mark; a whole scene is the user's in any case."""
     story.world(('a', ADD, 1.0))
-    assert not of_world(story.scene.full_update())
+    assert not of_world(SceneUpdate(objects=tuple(story.scene.objects.values())))
     marked = item('a', ADD, 1.0, ObjectType(WORLD_TYPE, '1'))
     assert not of_world(SceneUpdate(is_diff=False, objects=(marked,)))
     assert not of_world(SceneUpdate())
@@ -167,7 +167,7 @@ def test_who_sends_a_scene_back_is_a_user(story):
 
 def test_a_wrong_object_does_not_keep_the_others_out(story):
     """The rest of the message is done, and the reason is raised."""
-    wrong = CollisionObjectUpdate('x', ADD, type=ObjectType(WORLD_TYPE, '1'))
+    wrong = CollisionObject('x', ADD, type=ObjectType(WORLD_TYPE, '1'))
     good = item('b', ADD, 1.0, ObjectType(WORLD_TYPE, '1'))
     with pytest.raises(Exception, match='no shape'):
         story.ownership.apply(SceneUpdate(objects=(wrong, good)))

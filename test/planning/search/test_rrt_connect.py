@@ -7,8 +7,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from armsim_ros.planning.search.rrt_connect import RRTConnect
-from armsim_ros.planning.search.search_tree import SamplePool, SearchTree
+from armsim_ros.planning.search.rrt_connect import RRTConnect, SamplePool, SearchTree
 
 LOW, HIGH = np.zeros(2), np.ones(2)
 START, GOAL = np.array([0.1, 0.5]), np.array([0.9, 0.5])

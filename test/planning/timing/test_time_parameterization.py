@@ -10,9 +10,8 @@ import numpy as np
 import pytest
 
 from armsim_ros.errors import PlanningError
-from armsim_ros.planning.timing.blended_path import BlendedPath
 from armsim_ros.planning.timing.limits import MotionLimits, scaling_factor
-from armsim_ros.planning.timing.time_parameterization import time_path
+from armsim_ros.planning.timing.time_parameterization import BlendedPath, time_path
 
 
 def limits(n=4, velocity=2.0, acceleration=5.0, jerk=math.inf):

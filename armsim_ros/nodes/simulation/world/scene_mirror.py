@@ -20,11 +20,10 @@ from rclpy.qos import QoSProfile
 from std_msgs.msg import ColorRGBA
 
 from armsim_ros.arrays import Matrix
-from armsim_ros.model.world_objects import WorldObject
+from armsim_ros.model.world_objects import WORLD_TYPE, WorldObject
 from armsim_ros.nodes.conversions.collision_object import world_object_to_message
 from armsim_ros.nodes.conversions.geometry import pose_to_message
 from armsim_ros.nodes.simulation.dispatcher import Dispatcher
-from armsim_ros.planning.scene.world_type import WORLD_TYPE
 from armsim_ros.sim.control_loop import ControlLoop
 from armsim_ros.sim.finger_contacts import FingerContacts
 from armsim_ros.sim.world_mirror import (

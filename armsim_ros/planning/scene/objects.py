@@ -1,0 +1,161 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Objects of a planning scene, in the world or on a link, and whether they can be used."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from enum import IntEnum
+from types import MappingProxyType
+
+import numpy as np
+
+from armsim_ros.arrays import Matrix
+from armsim_ros.errors import MoveItErrorCode, PlanningError
+from armsim_ros.model.geometry import Geometry, LARGEST, shape_fault
+from armsim_ros.trajectory import JointTrajectory
+
+#: By how much the axes of a rotation may fail to be of length 1 and square to each other.
+ROTATION_TOLERANCE = 1e-4
+#: The id that octomaps have in messages; no other object may have it.
+OCTOMAP_ID = '<octomap>'
+
+_IDENTITY = np.eye(3)
+
+
+class ObjectOperation(IntEnum):
+    """Constants of ``moveit_msgs/msg/CollisionObject``."""
+
+    ADD = 0
+    REMOVE = 1
+    APPEND = 2
+    MOVE = 3
+
+
+@dataclass(frozen=True, slots=True)
+class ObjectType:
+    """Content of ``object_recognition_msgs/msg/ObjectType``: a key in a data base."""
+
+    key: str = ''
+    db: str = ''
+
+    @property
+    def empty(self) -> bool:
+        """Whether no type is given."""
+        return not (self.key or self.db)
+
+
+def _identity() -> Matrix:
+    return np.eye(4)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ObjectShape:
+    """A shape and its pose (4, 4) in the frame of the object that it belongs to."""
+
+    geometry: Geometry
+    pose: Matrix = field(default_factory=_identity)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CollisionObject:
+    """
+    A rigid object, or what to do with one; it never changes, an edit makes a new one.
+
+    The content of ``moveit_msgs/msg/CollisionObject``. What a scene holds is an ADD whose pose is
+    in the model frame, or in a link's frame while attached.
+
+    :param id: unique in the world.
+    :param operation: a value of :class:`ObjectOperation`.
+    :param frame_id: frame of ``pose``; '' is the model frame.
+    :param pose: (4, 4); the identity is read as not given.
+    :param shapes: at least one in ADD and APPEND; no others read them.
+    :param subframes: name -> pose (4, 4) in the object's frame.
+    :param shape_poses: what a MOVE gives of the shapes: poses (4, 4) of all primitives, all
+        meshes and all planes.
+    """
+
+    id: str
+    operation: int = ObjectOperation.ADD
+    frame_id: str = ''
+    pose: Matrix = field(default_factory=_identity)
+    shapes: tuple[ObjectShape, ...] = ()
+    subframes: Mapping[str, Matrix] = field(default_factory=lambda: MappingProxyType({}))
+    type: ObjectType = field(default_factory=ObjectType)
+    shape_poses: tuple[tuple[Matrix, ...], ...] = ((), (), ())
+
+    def at(self, pose: Matrix, frame_id: str = '') -> CollisionObject:
+        """Return the object as a scene holds it at another pose (4, 4)."""
+        return replace(self, operation=ObjectOperation.ADD, frame_id=frame_id, pose=pose,
+                       shape_poses=((), (), ()))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class AttachedObject:
+    """
+    An object that moves with a link, or what to do with one; it never changes.
+
+    The content of ``moveit_msgs/msg/AttachedCollisionObject``.
+
+    :param link_name: the link that carries it.
+    :param touch_links: links and attached objects that it may touch, as the client gave them;
+        the carrying link itself is only exempt when it is named here.
+    :param detach_posture: kept for the client, not used.
+    :param weight: [kg] kept for the client, not used.
+    """
+
+    link_name: str
+    object: CollisionObject
+    touch_links: tuple[str, ...] = ()
+    detach_posture: JointTrajectory = field(default_factory=lambda: JointTrajectory(()))
+    weight: float = 0.0
+
+    @property
+    def id(self) -> str:
+        """The object's id."""
+        return self.object.id
+
+
+def object_error(message: str) -> PlanningError:
+    """Return the error for an object that the scene cannot take."""
+    return PlanningError(MoveItErrorCode.INVALID_OBJECT_NAME, message, 'planning scene')
+
+
+def check_pose(pose: Matrix, what: str) -> Matrix:
+    """
+    Return a pose (4, 4) of its own, or refuse it.
+
+    :param what: names the pose in the error.
+    :raises PlanningError: INVALID_OBJECT_NAME.
+    """
+    matrix = np.array(pose, dtype=np.float64)
+    if matrix.shape != (4, 4) or not np.isfinite(matrix).all():
+        raise object_error(f'{what} is not a pose of finite numbers')
+    rotation = matrix[:3, :3]
+    off = np.abs(rotation @ rotation.T - _IDENTITY).max()
+    if off > ROTATION_TOLERANCE or _triple_product(rotation) < 0.0:
+        raise object_error(f'{what} has a part that is no rotation')
+    if np.abs(matrix[:3, 3]).max() > LARGEST:
+        far = ', '.join(f'{value:g}' for value in matrix[:3, 3])
+        raise object_error(f'{what} lies too far away: ({far}) m; allowed: {LARGEST:g} m')
+    return matrix
+
+
+def _triple_product(rotation: Matrix) -> float:
+    """Return the determinant; numpy's own takes ten times as long."""
+    (a, b, c), (d, e, f), (g, h, i) = rotation.tolist()
+    return float(a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g))
+
+
+def checked_shape(shape: ObjectShape, what: str) -> ObjectShape:
+    """
+    Return a shape with a pose of its own, or refuse it.
+
+    :param what: names the shape in the error.
+    :raises PlanningError: INVALID_OBJECT_NAME.
+    """
+    fault = shape_fault(shape.geometry)
+    if fault:
+        raise object_error(f'{what}: {fault}')
+    return ObjectShape(shape.geometry, check_pose(shape.pose, f'the pose of {what}'))
