@@ -235,7 +235,7 @@ class ArmSim:
         :raises SimulationError: its name is taken, or the physics refuses it.
         :raises PlanningError: the planner refuses it; nothing is added then.
         """
-        from armsim_ros.planning.scene.initial_scene import collision_object
+        from armsim_ros.planning.scene.simulated_world import collision_object
 
         self.simulation.world.add(thing)
         try:
@@ -272,7 +272,7 @@ class ArmSim:
     def scene(self) -> PlanningScene:
         """What the planner knows of robot and world; objects may be added to it."""
         from armsim_ros.kinematics.kinematic_model import KinematicModel
-        from armsim_ros.planning.scene.initial_scene import initial_scene
+        from armsim_ros.planning.scene.simulated_world import initial_scene
 
         settings = self.settings
         return initial_scene(KinematicModel(self.model), settings, settings.planning_parameters)

@@ -12,7 +12,7 @@ import numpy as np
 from armsim_ros.arrays import Matrix, Vector
 from armsim_ros.errors import MoveItErrorCode, PlanningError
 from armsim_ros.kinematics.inverse import IKTarget
-from armsim_ros.planning.collision.collision_model import Contact
+from armsim_ros.planning.collision.contacts import Contact
 from armsim_ros.planning.constraints.path_constraints import ConstraintSet
 from armsim_ros.planning.constraints.terms import ConstraintResult, is_place
 from armsim_ros.planning.context import PlanningContext

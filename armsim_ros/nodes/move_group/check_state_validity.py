@@ -14,7 +14,7 @@ from armsim_ros.nodes.conversions.constraints import constraints_from_message
 from armsim_ros.nodes.conversions.robot_state import start_state_from_message
 from armsim_ros.nodes.move_group.context import Context
 from armsim_ros.nodes.move_group.failures import reported
-from armsim_ros.planning.collision.collision_model import Contact
+from armsim_ros.planning.collision.contacts import Contact
 
 
 class CheckStateValidity:

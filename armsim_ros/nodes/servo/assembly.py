@@ -27,8 +27,8 @@ from armsim_ros.nodes.servo.scene import SceneFollower
 from armsim_ros.nodes.servo.status import StatusTopic
 from armsim_ros.nodes.servo.streaming import Streaming
 from armsim_ros.planning.collision.collision_model import CollisionChecker
-from armsim_ros.planning.scene.initial_scene import initial_scene
 from armsim_ros.planning.scene.planning_scene import PlanningScene
+from armsim_ros.planning.scene.simulated_world import initial_scene
 from armsim_ros.planning.servo.assembly import (
     arm_group,
     build_stream,

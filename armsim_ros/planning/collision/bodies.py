@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from collections import OrderedDict
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
 import hashlib
@@ -170,8 +170,6 @@ def corner_points(geometry: Geometry) -> Matrix:
     return corners
 
 
-__all__ = ['corner_points', 'exact_shape', 'hull_shape', 'scaled']
-
 
 BodyKey = tuple[BodyType, str]
 
@@ -239,38 +237,50 @@ def link_shapes(kinematics: KinematicModel, link: str, scale: float) -> list[Pla
     return shapes
 
 
-def world_shapes(item: CollisionObject) -> list[PlacedShape]:
-    """Return the placed shapes of a world object."""
+def object_shapes(
+    kinematics: KinematicModel, item: CollisionObject | AttachedObject, poses: Iterable[Matrix]
+) -> list[PlacedShape]:
+    """
+    Return the placed shapes of an object in the world or on a link.
+
+    :param poses: (4, 4) each, as :func:`shape_poses` gives them.
+    """
+    if isinstance(item, AttachedObject):
+        body = Body(BodyType.ROBOT_ATTACHED, item.id, item.link_name, frozenset(item.touch_links))
+        joint = kinematics.link_joint(item.link_name)[0]
+        return [_placed(body, joint, pose, shape.geometry, Against.ALL)
+                for shape, pose in zip(item.object.shapes, poses, strict=True)]
     body = Body(BodyType.WORLD_OBJECT, item.id)
-    return [
-        PlacedShape(body, 0, pose, exact, exact)
-        for pose, exact in zip(
-            world_poses(item), (exact_shape(s.geometry) for s in item.shapes), strict=True
-        )
-    ]
+    exact = (exact_shape(shape.geometry) for shape in item.shapes)
+    return [PlacedShape(body, 0, pose, shape, shape)
+            for shape, pose in zip(exact, poses, strict=True)]
 
 
-def world_poses(item: CollisionObject) -> Iterator[Matrix]:
-    """Yield the poses (4, 4) of an object's shapes in the model frame."""
+def shape_poses(
+    kinematics: KinematicModel, item: CollisionObject | AttachedObject
+) -> Iterator[Matrix]:
+    """Yield the poses (4, 4) of an object's shapes on its joint, that of the world is 0."""
+    if isinstance(item, AttachedObject):
+        on_joint = kinematics.link_joint(item.link_name)[1] @ item.object.pose
+        return (on_joint @ shape.pose for shape in item.object.shapes)
     return (item.pose @ shape.pose for shape in item.shapes)
 
 
-def attached_shapes(kinematics: KinematicModel, item: AttachedObject) -> list[PlacedShape]:
-    """Return the placed shapes of an attached object."""
-    body = Body(BodyType.ROBOT_ATTACHED, item.id, item.link_name, frozenset(item.touch_links))
-    joint = kinematics.link_joint(item.link_name)[0]
-    return [
-        _placed(body, joint, pose, shape.geometry, Against.ALL)
-        for pose, shape in zip(
-            attached_poses(kinematics, item), item.object.shapes, strict=True
+def only_moved(
+    before: CollisionObject | AttachedObject, after: CollisionObject | AttachedObject
+) -> bool:
+    """Return whether an object differs from what it was by poses at most."""
+    if isinstance(before, AttachedObject) and isinstance(after, AttachedObject):
+        return (
+            before.link_name == after.link_name and before.touch_links == after.touch_links
+            and only_moved(before.object, after.object)
         )
-    ]
-
-
-def attached_poses(kinematics: KinematicModel, item: AttachedObject) -> Iterator[Matrix]:
-    """Yield the poses (4, 4) of an attached object's shapes on its link's joint."""
-    on_joint = kinematics.link_joint(item.link_name)[1] @ item.object.pose
-    return (on_joint @ shape.pose for shape in item.object.shapes)
+    return (
+        isinstance(before, CollisionObject) and isinstance(after, CollisionObject)
+        and len(before.shapes) == len(after.shapes)
+        and all(one.geometry is other.geometry
+                for one, other in zip(before.shapes, after.shapes, strict=True))
+    )
 
 
 def _placed(

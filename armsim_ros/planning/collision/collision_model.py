@@ -4,19 +4,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from dataclasses import replace
 from enum import Enum
 import math
 
 import numpy as np
 
 from armsim_ros.arrays import Mask, Matrix, Vector
+from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.planning.budget import nothing, Poll
-from armsim_ros.planning.collision.bodies import BodyKey
+from armsim_ros.planning.collision.bodies import (
+    BodyKey,
+    link_shapes,
+    object_shapes,
+    only_moved,
+    PlacedShape,
+    shape_poses,
+)
 from armsim_ros.planning.collision.contacts import BodyType, Contact, PairDistance
 from armsim_ros.planning.collision.link_motion import LinkMotion
-from armsim_ros.planning.collision.scene_tables import SceneTables
 from armsim_ros.planning.collision.tables import CollisionTables
+from armsim_ros.planning.scene.content import SceneContent
+from armsim_ros.planning.scene.objects import AttachedObject, CollisionObject
 from armsim_ros.planning.scene.planning_scene import PlanningScene
 
 #: Which of two touching bodies is named first.
@@ -33,6 +43,97 @@ class Exactly(Enum):
     NEVER = 'never'
     WHERE_HULLS_TOUCH = 'where hulls touch'
     ALWAYS = 'always'
+
+
+LINK, ATTACHED, OBJECT = (
+    BodyType.ROBOT_LINK, BodyType.ROBOT_ATTACHED, BodyType.WORLD_OBJECT
+)
+
+#: Parts of a scene's content that matter to collisions.
+PARTS = ('acm', 'link_scale', 'link_padding', 'objects', 'attached')
+#: Shapes of the world in one table: what a table costs grows with their square.
+MOST_SHAPES = 100
+
+Source = CollisionObject | AttachedObject | float
+"""What the shapes of a body are made of; of a link, its scale."""
+
+
+class SceneTables:
+    """
+    Collision tables that hold a scene: one for some objects, several for many.
+
+    Each table has all shapes of the robot and of what it carries, and a part of the world; the
+    first one also checks the robot against itself. What only moves is placed anew; a table that
+    holds other shapes or follows other rules than before is made anew.
+
+    :param kinematics: the robot.
+    :param content: what they hold at first.
+    """
+
+    def __init__(self, kinematics: KinematicModel, content: SceneContent) -> None:
+        self._kinematics = kinematics
+        self._bodies: dict[BodyKey, tuple[Source, list[PlacedShape]]] = {}
+        self.content = content
+        self.tables: list[CollisionTables] = []
+        self._make(content)
+
+    def follow(self, content: SceneContent) -> None:
+        """Take over another content; what is the same is left alone."""
+        before, self.content = self.content, content
+        if any(getattr(content, part) is not getattr(before, part) for part in PARTS):
+            self._make(before)
+
+    def _make(self, before: SceneContent) -> None:
+        content, links = self.content, self._kinematics.robot.links
+        sources: dict[BodyKey, Source] = {
+            **{(LINK, link): content.link_scale.get(link, 1.0) for link in links},
+            **{(ATTACHED, id_): item for id_, item in content.attached.items()},
+            **{(OBJECT, id_): item for id_, item in content.objects.items()},
+        }
+        self._bodies = {key: (source, self._shapes(key, source))
+                        for key, source in sources.items()}
+        carried = [shape for key, (_, shapes) in self._bodies.items() if key[0] is not OBJECT
+                   for shape in shapes]
+        pairs, names = content.acm.differences(before.acm)
+        tables: list[CollisionTables] = []
+        for number, standing in enumerate(self._parts()):
+            table = self.tables[number] if number < len(self.tables) else None
+            held = {shape.body.name for shape in (*carried, *standing)}
+            if (
+                table is None or table.shapes != [*carried, *standing]
+                or not held.isdisjoint(names) or any(held.issuperset(pair) for pair in pairs)
+            ):
+                table = CollisionTables(
+                    self._kinematics, carried, standing, content, among=number == 0)
+            elif content.link_padding != before.link_padding:
+                table.set_padding(content)
+            tables.append(table)
+        self.tables = tables
+
+    def _parts(self) -> Iterator[list[PlacedShape]]:
+        """Yield the shapes of the world, one table's at a time."""
+        part: list[PlacedShape] = []
+        for id_ in self.content.objects:
+            if len(part) >= MOST_SHAPES:
+                yield part
+                part = []
+            part += self._bodies[OBJECT, id_][1]
+        yield part
+
+    def _shapes(self, key: BodyKey, source: Source) -> list[PlacedShape]:
+        """Return the shapes of a body: those that there are, where it is now, or new ones."""
+        before, shapes = self._bodies.get(key, (None, []))
+        if source is before or source == before:
+            return shapes
+        if isinstance(source, float):
+            return link_shapes(self._kinematics, key[1], source)
+        poses = list(shape_poses(self._kinematics, source))
+        if before is None or isinstance(before, float) or not only_moved(before, source):
+            return object_shapes(self._kinematics, source, poses)
+        shapes = [replace(shape, pose=pose) for shape, pose in zip(shapes, poses, strict=True)]
+        for table in self.tables:
+            table.place(key, shapes)
+        return shapes
 
 
 class CollisionChecker:
@@ -252,6 +353,3 @@ def _contact(tables: CollisionTables, first: int, second: int) -> Contact:
 
 def _always(_q: Vector) -> bool:
     return True
-
-
-__all__ = ['BodyType', 'CollisionChecker', 'Contact', 'Exactly', 'PairDistance']

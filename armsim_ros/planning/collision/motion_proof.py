@@ -19,7 +19,8 @@ import numpy as np
 
 from armsim_ros.arrays import Matrix, Vector
 from armsim_ros.kinematics.kinematic_model import KinematicModel
-from armsim_ros.planning.collision.collision_model import CollisionChecker, Contact, Exactly
+from armsim_ros.planning.collision.collision_model import CollisionChecker, Exactly
+from armsim_ros.planning.collision.contacts import Contact
 from armsim_ros.planning.collision.state_validity import StateValidity
 from armsim_ros.trajectory import JointTrajectory
 

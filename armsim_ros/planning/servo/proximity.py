@@ -8,8 +8,8 @@ from collections.abc import Iterable
 import math
 
 from armsim_ros.arrays import Vector
-from armsim_ros.planning.collision.collision_model import CollisionChecker, PairDistance
-from armsim_ros.planning.collision.contacts import BodyType
+from armsim_ros.planning.collision.collision_model import CollisionChecker
+from armsim_ros.planning.collision.contacts import BodyType, PairDistance
 from armsim_ros.planning.servo.status import Finding, ServoStatus
 
 _STEEPNESS = math.log(1000.0)
