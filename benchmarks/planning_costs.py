@@ -18,10 +18,14 @@ from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.model.geometry import Box
 from armsim_ros.model.loading import load_robot_model
 from armsim_ros.model.transforms import pose_matrix
-from armsim_ros.planning.cartesian.cartesian_path import CartesianRequest
 from armsim_ros.planning.collision.collision_model import CollisionChecker
 from armsim_ros.planning.planner import MotionPlanner
-from armsim_ros.planning.request import Constraints, JointConstraint, MotionPlanRequest
+from armsim_ros.planning.request import (
+    CartesianRequest,
+    Constraints,
+    JointConstraint,
+    MotionPlanRequest,
+)
 from armsim_ros.planning.scene.objects import AttachedObject, CollisionObject, ObjectShape
 from armsim_ros.planning.scene.planning_scene import PlanningScene
 from armsim_ros.planning.scene.update import SceneUpdate, StartState

@@ -4,17 +4,18 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from armsim_ros.arrays import Matrix
-from armsim_ros.errors import MoveItErrorCode, PlanningError
+from armsim_ros.errors import MoveItErrorCode, nearest, PlanningError
 from armsim_ros.planning.budget import Budget
 from armsim_ros.planning.constraints.path_constraints import ConstraintSet, merged
 from armsim_ros.planning.context import PlanningContext
 from armsim_ros.planning.pilz.commands import PIPELINE as PILZ
 from armsim_ros.planning.pilz.commands import run_command
 from armsim_ros.planning.request import Constraints, MotionPlanRequest
-from armsim_ros.planning.request_checks import RequestChecks
 from armsim_ros.planning.scene.planning_scene import PlanningScene
 from armsim_ros.planning.search.goal_sampling import GoalSampler
 from armsim_ros.planning.search.ompl_interface import seed_search
@@ -22,11 +23,17 @@ from armsim_ros.planning.search.path_search import SearchProblem
 from armsim_ros.planning.search.shortening import path_length
 from armsim_ros.planning.search.stages import find_motion, Motion, shortest_motion
 from armsim_ros.planning.start_state import bounded_start, check_start, StartRepairs
+from armsim_ros.planning.timing.limits import link_speed_limit
 from armsim_ros.planning.timing.path_timing import time_waypoints
 from armsim_ros.planning.timing.quintic import QuinticMotion
 from armsim_ros.trajectory import joined, JointTrajectory
 
+LONGEST_PLANNING_TIME = 600.0
+"""The most that a request gets [s]."""
+
 _AT_REST = 1e-6
+_SOURCE = 'planning pipeline'
+_DEFAULT_TIME = 1.0
 
 
 def run_pipeline(
@@ -39,10 +46,9 @@ def run_pipeline(
     :param budget: ends at the request's allowed planning time.
     :returns: the trajectory, and its path's length [rad or m].
     """
-    checks = RequestChecks(context.model, context.settings, context.log)
-    group = checks.group(request.group_name)
-    checks.pipeline(request)
-    if (request.pipeline_id or context.settings.default_pipeline) == PILZ:
+    group = request.group_name
+    _check_group(context, group)
+    if _pipeline(context, request) == PILZ:
         return run_command(context, request, scene, budget)
     seed = request.seed if request.seed >= 0 else context.settings.seed
     rng = np.random.default_rng(seed if seed >= 0 else None)
@@ -52,7 +58,7 @@ def run_pipeline(
     on_path = ConstraintSet(request.path_constraints, scene, context.log)
     validity = context.validity(scene, group, on_path)
     start = context.model.extract(scene.q, group)
-    limits = checks.limits(context.limits, validity.joint_names, request)
+    limits = context.limits.requested(validity.joint_names, request)
     repairs = StartRepairs(context, request, limits, rng, budget)
     first, start = repairs.run(scene, validity, start)
     if first:
@@ -66,11 +72,11 @@ def run_pipeline(
         standing = QuinticMotion.at_rest(start).trajectory(validity.joint_names)
         return joined([*first, standing]), 0.0
 
-    speed_limit = checks.speed_limit(request, validity, group)
+    speed_limit = link_speed_limit(context.model, validity, request)
     planner = context.settings.planners.choose(request.planner_id, group, context.log)
     problem = SearchProblem(
         validity, start, tuple(states), planner, rng, budget, context.log,
-        context.settings.fine_step, checks.attempts(request),
+        context.settings.fine_step, _attempts(context, request),
     )
 
     def timed(path: Matrix, step: float, rough: bool) -> QuinticMotion:
@@ -119,3 +125,56 @@ def _goal_sets(
             'goal constraints',
         )
     return usable
+
+
+def _check_group(context: PlanningContext, name: str) -> None:
+    """Raise INVALID_GROUP_NAME where a group is unknown or cannot move."""
+    if not len(context.model.group_indices(name)):
+        raise PlanningError(
+            MoveItErrorCode.INVALID_GROUP_NAME,
+            f"planning group '{name}' has no joint that can be moved", _SOURCE,
+        )
+
+
+def _pipeline(context: PlanningContext, request: MotionPlanRequest) -> str:
+    """Return the pipeline's name; refuse unknown ones, and parts that no planner here uses."""
+    wanted = request.pipeline_id or context.settings.default_pipeline
+    if wanted not in context.settings.pipelines:
+        known = context.settings.pipelines
+        raise PlanningError(
+            MoveItErrorCode.FAILURE,
+            f"planning pipeline '{wanted}' is not known; {nearest(wanted, known)} "
+            f'known: {", ".join(known)}', _SOURCE,
+        )
+    if request.has_trajectory_constraints:
+        raise PlanningError(
+            MoveItErrorCode.PLANNING_FAILED,
+            'trajectory_constraints are not supported; use path_constraints', _SOURCE,
+        )
+    return wanted
+
+
+def planning_time(context: PlanningContext, request: MotionPlanRequest) -> float:
+    """Return the time for the search [s]."""
+    wanted = request.allowed_planning_time
+    if LONGEST_PLANNING_TIME < wanted < math.inf:
+        context.log.warning(
+            f'allowed_planning_time is {wanted:g} s: using {LONGEST_PLANNING_TIME:g} s, as '
+            'others wait meanwhile'
+        )
+        return LONGEST_PLANNING_TIME
+    if 0.0 < wanted < math.inf:
+        return wanted
+    context.log.info(
+        f'allowed_planning_time is {request.allowed_planning_time:g}: using {_DEFAULT_TIME} s'
+    )
+    return _DEFAULT_TIME
+
+
+def _attempts(context: PlanningContext, request: MotionPlanRequest) -> int:
+    """Return how often to search."""
+    if request.num_planning_attempts < 0:
+        context.log.error(
+            f'num_planning_attempts is {request.num_planning_attempts}: using 1'
+        )
+    return max(1, request.num_planning_attempts)

@@ -11,18 +11,14 @@ import threading
 from armsim_ros.arrays import Vector
 from armsim_ros.errors import MoveItErrorCode, PlanningError
 from armsim_ros.planning.budget import Budget
-from armsim_ros.planning.cartesian.cartesian_path import (
-    CartesianRequest,
-    CartesianResponse,
-    plan_cartesian,
-)
+from armsim_ros.planning.cartesian.cartesian_path import plan_cartesian
 from armsim_ros.planning.collision.contacts import Contact
 from armsim_ros.planning.constraints.path_constraints import ConstraintSet
 from armsim_ros.planning.context import PlanningContext
 from armsim_ros.planning.log import Log
 from armsim_ros.planning.pilz.sequence import join, plan_items, SequenceItem, SequenceResponse
 from armsim_ros.planning.pilz.sequence import SOURCE as SEQUENCE
-from armsim_ros.planning.pipeline import requested_scene, run_pipeline
+from armsim_ros.planning.pipeline import planning_time, requested_scene, run_pipeline
 from armsim_ros.planning.queries import (
     check_state,
     IKRequest,
@@ -31,8 +27,13 @@ from armsim_ros.planning.queries import (
     solve_ik,
     StateReport,
 )
-from armsim_ros.planning.request import Constraints, MotionPlanRequest, MotionPlanResponse
-from armsim_ros.planning.request_checks import RequestChecks
+from armsim_ros.planning.request import (
+    CartesianRequest,
+    CartesianResponse,
+    Constraints,
+    MotionPlanRequest,
+    MotionPlanResponse,
+)
 from armsim_ros.planning.scene.planning_scene import PlanningScene
 from armsim_ros.planning.settings import PlanningSettings
 from armsim_ros.planning.timing.time_parameterization import warm_up
@@ -102,8 +103,7 @@ class MotionPlanner:
         with self._request() as context:
             began = clock()
             positions: dict[str, float] = {}
-            checks = RequestChecks(context.model, context.settings, context.log)
-            seconds = checks.planning_time(request)
+            seconds = planning_time(context, request)
             budget = Budget(clock, began + seconds, cancelled)
             try:
                 started = requested_scene(context, request, scene)

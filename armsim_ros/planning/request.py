@@ -3,10 +3,10 @@
 """
 What a client asks of motion planning, and the answer: plain values.
 
-The content of ``moveit_msgs``' ``MotionPlanRequest``, ``Constraints``, ``RobotState`` and
-``MotionPlanResponse``. Values stand as the client gave them; what is wrong with them is found
-where they are used. Poses are homogeneous (4, 4) matrices; an empty frame name is the model
-frame.
+The content of ``moveit_msgs``' ``MotionPlanRequest``, ``MotionPlanResponse``, ``Constraints``,
+``RobotState`` and ``GetCartesianPath``. Values stand as the client gave them; what is wrong with
+them is found where they are used. Poses are homogeneous (4, 4) matrices; an empty frame name is
+the model frame.
 """
 
 from __future__ import annotations
@@ -234,3 +234,52 @@ class MotionPlanResponse:
     def success(self) -> bool:
         """Whether there is a trajectory."""
         return self.error_code == MoveItErrorCode.SUCCESS
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CartesianRequest:
+    """
+    A path through poses of a link.
+
+    :param waypoints: (4, 4) each in ``frame_id``; where that is the link itself, each is
+        relative to the link's pose at the end of the segment before.
+    :param link_name: '' for the group's last link.
+    :param max_step: [m] between two states of the path.
+    :param jump_threshold: largest joint step, as a multiple of the mean; 0 is no limit.
+    :param prismatic_jump_threshold: largest step of a prismatic joint [m]; 0 is no limit.
+    :param revolute_jump_threshold: largest step of a revolute joint [rad]; 0 is no limit.
+    """
+
+    group_name: str
+    waypoints: tuple[Matrix, ...]
+    max_step: float
+    link_name: str = ''
+    frame_id: str = ''
+    start_state: StartState = field(default_factory=StartState)
+    jump_threshold: float = 0.0
+    prismatic_jump_threshold: float = 0.0
+    revolute_jump_threshold: float = 0.0
+    avoid_collisions: bool = True
+    path_constraints: Constraints = field(default_factory=Constraints)
+    max_velocity_scaling_factor: float = 1.0
+    max_acceleration_scaling_factor: float = 1.0
+    cartesian_speed_limited_link: str = ''
+    max_cartesian_speed: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class CartesianResponse:
+    """
+    The answer to a :class:`CartesianRequest`.
+
+    :param message: why the path ends early or is missing, else ''.
+    :param fraction: covered part of the path, 0..1.
+    :param start: joint -> position [rad or m] of all movable joints.
+    """
+
+    error_code: MoveItErrorCode
+    message: str = ''
+    source: str = ''
+    trajectory: JointTrajectory = field(default_factory=lambda: JointTrajectory(()))
+    fraction: float = 0.0
+    start: Mapping[str, float] = field(default_factory=dict)

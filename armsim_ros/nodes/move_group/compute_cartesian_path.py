@@ -18,7 +18,7 @@ from armsim_ros.nodes.move_group.context import Context
 from armsim_ros.nodes.move_group.display_planned_path import DisplayPlannedPath
 from armsim_ros.nodes.move_group.failures import fill_error, reported
 from armsim_ros.nodes.move_group.planning_job import PlanningJob
-from armsim_ros.planning.cartesian.cartesian_path import CartesianRequest
+from armsim_ros.planning.request import CartesianRequest
 
 
 class ComputeCartesianPath:

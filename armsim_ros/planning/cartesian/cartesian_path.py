@@ -4,8 +4,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from itertools import pairwise
 import math
 
@@ -19,13 +19,11 @@ from armsim_ros.planning.collision.state_validity import StateValidity
 from armsim_ros.planning.constraints.path_constraints import ConstraintSet
 from armsim_ros.planning.constraints.terms import Frame, is_place
 from armsim_ros.planning.context import PlanningContext
-from armsim_ros.planning.request import Constraints
-from armsim_ros.planning.request_checks import link_speed_limit
+from armsim_ros.planning.request import CartesianRequest, CartesianResponse
 from armsim_ros.planning.scene.planning_scene import PlanningScene
-from armsim_ros.planning.scene.update import StartState
 from armsim_ros.planning.search.shortening import without_repeats
 from armsim_ros.planning.start_state import bounded_start
-from armsim_ros.planning.timing.limits import scaling_factor
+from armsim_ros.planning.timing.limits import link_speed_limit
 from armsim_ros.planning.timing.path_timing import time_waypoints
 from armsim_ros.planning.timing.quintic import QuinticMotion
 from armsim_ros.trajectory import JointTrajectory
@@ -40,37 +38,6 @@ _POSITION_PRECISION = 1e-3
 _ROTATION_PRECISION = 1e-2
 _MIN_PART = 1e-5
 _FARTHEST = 1.5
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class CartesianRequest:
-    """
-    A path through poses of a link.
-
-    :param waypoints: (4, 4) each in ``frame_id``; where that is the link itself, each is
-        relative to the link's pose at the end of the segment before.
-    :param link_name: '' for the group's last link.
-    :param max_step: [m] between two states of the path.
-    :param jump_threshold: largest joint step, as a multiple of the mean; 0 is no limit.
-    :param prismatic_jump_threshold: largest step of a prismatic joint [m]; 0 is no limit.
-    :param revolute_jump_threshold: largest step of a revolute joint [rad]; 0 is no limit.
-    """
-
-    group_name: str
-    waypoints: tuple[Vector, ...]
-    max_step: float
-    link_name: str = ''
-    frame_id: str = ''
-    start_state: StartState = field(default_factory=StartState)
-    jump_threshold: float = 0.0
-    prismatic_jump_threshold: float = 0.0
-    revolute_jump_threshold: float = 0.0
-    avoid_collisions: bool = True
-    path_constraints: Constraints = field(default_factory=Constraints)
-    max_velocity_scaling_factor: float = 1.0
-    max_acceleration_scaling_factor: float = 1.0
-    cartesian_speed_limited_link: str = ''
-    max_cartesian_speed: float = 0.0
 
 
 @dataclass(slots=True, eq=False)
@@ -232,24 +199,6 @@ MAX_DEVIATION = 0.002
 _SOURCE = 'compute_cartesian_path'
 
 
-@dataclass(frozen=True, slots=True)
-class CartesianResponse:
-    """
-    The answer to a :class:`CartesianRequest`.
-
-    :param message: why the path ends early or is missing, else ''.
-    :param fraction: covered part of the path, 0..1.
-    :param start: joint -> position [rad or m] of all movable joints.
-    """
-
-    error_code: MoveItErrorCode
-    message: str = ''
-    source: str = ''
-    trajectory: JointTrajectory = field(default_factory=lambda: JointTrajectory(()))
-    fraction: float = 0.0
-    start: Mapping[str, float] = field(default_factory=dict)
-
-
 def plan_cartesian(
     context: PlanningContext, request: CartesianRequest, scene: PlanningScene,
     cancelled: Callable[[], bool],
@@ -356,19 +305,8 @@ def _timed(
     waypoints = without_repeats(path.states, 1e-6)
     if len(waypoints) < 2:
         return QuinticMotion.at_rest(path.states[0]).trajectory(validity.joint_names)
-    limits = context.limits.limits(validity.joint_names).scaled(
-        scaling_factor(
-            request.max_velocity_scaling_factor, 'max_velocity_scaling_factor', context.log
-        ),
-        scaling_factor(
-            request.max_acceleration_scaling_factor, 'max_acceleration_scaling_factor',
-            context.log,
-        ),
-    )
-    speed_limit = link_speed_limit(
-        context.model, validity, request.group_name, request.cartesian_speed_limited_link,
-        request.max_cartesian_speed,
-    )
+    limits = context.limits.requested(validity.joint_names, request)
+    speed_limit = link_speed_limit(context.model, validity, request)
     motion = time_waypoints(
         waypoints, validity, limits, speed_limit, context.settings.fine_step,
         max_deviation=MAX_DEVIATION,

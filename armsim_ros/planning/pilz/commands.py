@@ -21,9 +21,9 @@ from armsim_ros.planning.constraints.terms import Frame, is_place, region_fault
 from armsim_ros.planning.context import PlanningContext
 from armsim_ros.planning.pilz.profile import along_curve, point_to_point, TrapezoidalProfile
 from armsim_ros.planning.request import Constraints, MotionPlanRequest, PositionConstraint
-from armsim_ros.planning.request_checks import link_speed_limit
 from armsim_ros.planning.scene.planning_scene import PlanningScene
 from armsim_ros.planning.start_state import check_start
+from armsim_ros.planning.timing.limits import link_speed_limit
 from armsim_ros.planning.timing.path_timing import first_fault
 from armsim_ros.planning.timing.quintic import QuinticMotion
 from armsim_ros.trajectory import JointTrajectory
@@ -343,10 +343,7 @@ def _slow_enough(
     motion: QuinticMotion,
 ) -> QuinticMotion:
     """Return the motion slowed to the request's ``max_cartesian_speed``."""
-    limit = link_speed_limit(
-        context.model, validity, request.group_name, request.cartesian_speed_limited_link,
-        request.max_cartesian_speed,
-    )
+    limit = link_speed_limit(context.model, validity, request)
     if limit is None:
         return motion
     times = np.linspace(0.0, motion.duration, 8 * len(motion.times))

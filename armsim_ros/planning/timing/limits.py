@@ -4,15 +4,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 import math
 
 import numpy as np
 
 from armsim_ros.arrays import Vector
+from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.model.robot_model import RobotModel
+from armsim_ros.planning.collision.state_validity import StateValidity
 from armsim_ros.planning.log import Log
+from armsim_ros.planning.request import CartesianRequest, MotionPlanRequest
+
+SpeedLimit = Callable[[Vector, Vector], Vector]
+"""Positions (k, n) and slopes (k, n) of a path -> its largest path speed (k,)."""
 
 DEFAULT_VELOCITY = 1.0
 """Speed limit of a joint that has none [rad/s or m/s]."""
@@ -89,6 +95,15 @@ class LimitTable:
         jerk = [each.jerk if each.jerk > 0.0 else math.inf for each in found]
         return MotionLimits(np.array(velocity), np.array(acceleration), np.array(jerk))
 
+    def requested(
+        self, joint_names: Iterable[str], request: MotionPlanRequest | CartesianRequest
+    ) -> MotionLimits:
+        """Return the limits of these joints times a request's scaling factors."""
+        return self.limits(joint_names).scaled(*(
+            scaling_factor(getattr(request, name), name, self._log)
+            for name in ('max_velocity_scaling_factor', 'max_acceleration_scaling_factor')
+        ))
+
     @staticmethod
     def _usable(value: float, default: float) -> float:
         return value if math.isfinite(value) and value > 0.0 else default
@@ -108,3 +123,31 @@ class LimitTable:
                 f'{what} no {kind} limit: {", ".join(lacking)}; assuming {default:g}. Give '
                 f'has_{kind}_limits: true and max_{kind} of each in joint_limits.yaml'
             )
+
+
+def link_speed_limit(
+    model: KinematicModel, validity: StateValidity,
+    request: MotionPlanRequest | CartesianRequest,
+) -> SpeedLimit | None:
+    """
+    Return the largest path speed at which a link keeps a request's ``max_cartesian_speed``.
+
+    :returns: None where no speed above 0 is asked for.
+    :raises PlanningError: INVALID_LINK_NAME for an unknown link.
+    """
+    group, speed = validity.group, request.max_cartesian_speed
+    if not speed > 0.0:
+        return None
+    name = (request.cartesian_speed_limited_link
+            or model.robot.semantic.groups[group].links[-1])
+    model.frame_index(name)
+
+    def limit(positions: Vector, slopes: Vector) -> Vector:
+        rates = [
+            float(np.linalg.norm(model.jacobian(validity.full(q), name, group)[:3] @ slope))
+            for q, slope in zip(positions, slopes, strict=True)
+        ]
+        fastest: Vector = speed / np.maximum(np.array(rates), 1e-9)
+        return fastest
+
+    return limit

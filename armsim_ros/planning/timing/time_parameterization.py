@@ -14,7 +14,7 @@ points add to velocity and acceleration is taken away again by a slightly slower
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 import importlib
 
@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from armsim_ros.arrays import Vector
 from armsim_ros.errors import MoveItErrorCode, PlanningError
-from armsim_ros.planning.timing.limits import MotionLimits
+from armsim_ros.planning.timing.limits import MotionLimits, SpeedLimit
 from armsim_ros.planning.timing.quintic import QuinticMotion
 
 MERGE_DISTANCE = 1e-6
@@ -141,8 +141,6 @@ class BlendedPath:
             return np.empty((0, self.waypoints.shape[1]))
         return self.position(np.linspace(self.knots[piece], self.knots[piece + 1], count))
 
-
-SpeedLimit = Callable[[Vector, Vector], Vector]
 
 POINT_SPACING = (0.025, 0.08)
 """Time between two points [s] of short motions, and the most for long ones."""
@@ -289,8 +287,7 @@ def time_path(
     :param path: what to follow.
     :param limits: kept by the motion between the points as well, as a controller with quintic
         interpolation runs it.
-    :param speed_limit: (positions (k, n), slopes (k, n)) -> (k,) largest path speed, e.g. for a
-        limit of a link's speed.
+    :param speed_limit: of the path, e.g. for a limit of a link's speed.
     :returns: points at most 0.1 s apart.
     :raises PlanningError: FAILURE where no speed keeps the limits.
     """

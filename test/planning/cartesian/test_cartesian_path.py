@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from armsim_ros.model.transforms import pose_matrix, rotation_angle
-from armsim_ros.planning.cartesian.cartesian_path import CartesianRequest
-from armsim_ros.planning.request import Constraints, JointConstraint
+from armsim_ros.planning.request import CartesianRequest, Constraints, JointConstraint
 from armsim_ros.planning.scene.update import StartState
 
 SIX = tuple(f'axis{k}' for k in range(1, 7))
