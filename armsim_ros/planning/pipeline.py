@@ -19,9 +19,13 @@ from armsim_ros.planning.request import Constraints, MotionPlanRequest
 from armsim_ros.planning.scene.planning_scene import PlanningScene
 from armsim_ros.planning.search.goal_sampling import GoalSampler
 from armsim_ros.planning.search.ompl_interface import seed_search
-from armsim_ros.planning.search.path_search import SearchProblem
+from armsim_ros.planning.search.path_search import (
+    find_motion,
+    Motion,
+    SearchProblem,
+    shortest_motion,
+)
 from armsim_ros.planning.search.shortening import path_length
-from armsim_ros.planning.search.stages import find_motion, Motion, shortest_motion
 from armsim_ros.planning.start_state import bounded_start, check_start, StartRepairs
 from armsim_ros.planning.timing.limits import link_speed_limit
 from armsim_ros.planning.timing.path_timing import time_waypoints

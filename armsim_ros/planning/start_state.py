@@ -17,9 +17,8 @@ from armsim_ros.planning.pilz.profile import point_to_point
 from armsim_ros.planning.request import MotionPlanRequest
 from armsim_ros.planning.scene.planning_scene import PlanningScene
 from armsim_ros.planning.search.goal_sampling import GoalSampler
-from armsim_ros.planning.search.path_search import SearchProblem
+from armsim_ros.planning.search.path_search import find_motion, SearchProblem
 from armsim_ros.planning.search.planners import PlannerChoice
-from armsim_ros.planning.search.stages import find_motion
 from armsim_ros.planning.timing.limits import MotionLimits
 from armsim_ros.planning.timing.path_timing import time_waypoints
 from armsim_ros.planning.timing.quintic import QuinticMotion

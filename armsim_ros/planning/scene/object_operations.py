@@ -14,8 +14,7 @@ from armsim_ros.errors import MoveItErrorCode, nearest, PlanningError
 from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.model.geometry import Geometry, Mesh, Plane
 from armsim_ros.model.transforms import inverse_pose
-from armsim_ros.planning.scene.content import SceneDraft
-from armsim_ros.planning.scene.frames import frame_pose
+from armsim_ros.planning.scene.content import frame_pose, SceneDraft
 from armsim_ros.planning.scene.objects import (
     AttachedObject,
     check_pose,

@@ -15,9 +15,15 @@ from armsim_ros.arrays import Matrix, Vector
 from armsim_ros.errors import MoveItErrorCode, PlanningError
 from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.model.robot_model import RobotModel
-from armsim_ros.planning.scene import frames
 from armsim_ros.planning.scene.allowed_collision_matrix import AllowedCollisionMatrix
-from armsim_ros.planning.scene.content import Color, FixedFrame, SceneContent, SceneDraft
+from armsim_ros.planning.scene.content import (
+    Color,
+    FixedFrame,
+    frame_pose,
+    link_of_frame,
+    SceneContent,
+    SceneDraft,
+)
 from armsim_ros.planning.scene.object_operations import apply_attached, apply_object
 from armsim_ros.planning.scene.objects import AttachedObject, CollisionObject
 from armsim_ros.planning.scene.update import (
@@ -148,7 +154,7 @@ class PlanningScene:
         :param q: (n,) robot state; None for the scene's.
         :raises PlanningError: FRAME_TRANSFORM_FAILURE for an unknown frame.
         """
-        return frames.frame_pose(self.kinematic_model, self._content, frame, q)
+        return frame_pose(self.kinematic_model, self._content, frame, q)
 
     def link_of_frame(self, frame: str) -> tuple[str, Matrix]:
         """
@@ -158,7 +164,7 @@ class PlanningScene:
 
         :raises PlanningError: FRAME_TRANSFORM_FAILURE for an unknown frame.
         """
-        return frames.link_of_frame(self.kinematic_model, self._content, frame)
+        return link_of_frame(self.kinematic_model, self._content, frame)
 
     def has_frame(self, frame: str) -> bool:
         """Return whether a frame is known."""

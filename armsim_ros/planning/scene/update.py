@@ -20,8 +20,13 @@ from armsim_ros.errors import MoveItErrorCode, nearest, PlanningError
 from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.model.transforms import pose_from_quat_xyzw
 from armsim_ros.planning.scene.allowed_collision_matrix import AcmUpdate, AllowedCollisionMatrix
-from armsim_ros.planning.scene.content import Color, FixedFrame, SceneContent, SceneDraft
-from armsim_ros.planning.scene.frames import frame_pose
+from armsim_ros.planning.scene.content import (
+    Color,
+    FixedFrame,
+    frame_pose,
+    SceneContent,
+    SceneDraft,
+)
 from armsim_ros.planning.scene.object_operations import apply_attached, apply_object
 from armsim_ros.planning.scene.objects import (
     AttachedObject,

@@ -13,11 +13,10 @@ from armsim_ros.planning.context import PlanningContext
 from armsim_ros.planning.request import Constraints, JointConstraint, MotionPlanRequest
 from armsim_ros.planning.scene.update import StartState
 from armsim_ros.planning.search import path_search
-from armsim_ros.planning.search import stages as stages_module
-from armsim_ros.planning.search.path_search import search, SearchProblem
+from armsim_ros.planning.search import path_search as path_search_module
+from armsim_ros.planning.search.path_search import search, SearchProblem, stages
 from armsim_ros.planning.search.planners import PlannerChoice
 from armsim_ros.planning.search.shortening import path_length
-from armsim_ros.planning.search.stages import stages
 
 STRAIGHT = np.zeros(3)
 LEFT, RIGHT = np.array([-0.9, 0.2, 0.2]), np.array([0.9, 0.2, 0.2])
@@ -119,7 +118,7 @@ def test_a_straight_line_may_be_closer(planar_scene, add_box, found):
 
 def test_closer_where_there_is_no_way_otherwise(monkeypatch, post, found):
     """Where no way was found half a centimetre from everything, one is found closer by."""
-    monkeypatch.setattr(stages_module, '_FEW_MOTIONS', 0)
+    monkeypatch.setattr(path_search_module, '_FEW_MOTIONS', 0)
     waypoints, stage = found(0)
     assert len(waypoints) > 2
     assert not stage.exact
