@@ -114,3 +114,13 @@ def _mesh_fault(mesh: Mesh) -> str:
         return (f'a triangle of the mesh names vertex {int(triangles.max())}, but there are '
                 f'{len(vertices)} vertices')
     return ''
+
+
+def half_extent(shape: Box | Sphere | Cylinder | Cone | Capsule) -> NDArray[np.float64]:
+    """Return half the edges (3,) [m] of the box around a shape, which is in the shape's middle."""
+    if isinstance(shape, Box):
+        return 0.5 * np.asarray(shape.size)
+    if isinstance(shape, Sphere):
+        return np.full(3, shape.radius)
+    cap = shape.radius if isinstance(shape, Capsule) else 0.0
+    return np.array([shape.radius, shape.radius, 0.5 * shape.length + cap])

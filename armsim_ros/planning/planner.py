@@ -116,7 +116,7 @@ class MotionPlanner:
                 return MotionPlanResponse(
                     MoveItErrorCode(error.code), str(error), source, JointTrajectory(()),
                     positions, request.group_name, clock() - began,
-                    contacts=tuple(one for one in error.contacts if isinstance(one, Contact)),
+                    contacts=tuple(item for item in error.contacts if isinstance(item, Contact)),
                 )
             return MotionPlanResponse(
                 MoveItErrorCode.SUCCESS, '', '', trajectory, positions, request.group_name,

@@ -7,7 +7,7 @@ from __future__ import annotations
 import numpy as np
 
 from armsim_ros.arrays import Matrix
-from armsim_ros.model.geometry import Box, Capsule, Geometry, Mesh, Plane, Sphere
+from armsim_ros.model.geometry import Geometry, half_extent, Mesh, Plane
 from armsim_ros.model.world_objects import WorldObject
 
 
@@ -29,12 +29,6 @@ def object_bounds(thing: WorldObject) -> tuple[Matrix, Matrix]:
 def _bounds(geometry: Geometry) -> tuple[Matrix, Matrix]:
     if isinstance(geometry, Mesh):
         return geometry.vertices.min(axis=0), geometry.vertices.max(axis=0)
-    if isinstance(geometry, Box):
-        half = 0.5 * np.array(geometry.size)
-    elif isinstance(geometry, Sphere):
-        half = np.full(3, geometry.radius)
-    else:
-        assert not isinstance(geometry, Plane)
-        cap = geometry.radius if isinstance(geometry, Capsule) else 0.0
-        half = np.array([geometry.radius, geometry.radius, 0.5 * geometry.length + cap])
+    assert not isinstance(geometry, Plane)
+    half = half_extent(geometry)
     return -half, half

@@ -23,6 +23,7 @@ from armsim_ros.model.geometry import (
     Cone,
     Cylinder,
     Geometry,
+    half_extent,
     Mesh,
     Plane,
     Sphere,
@@ -154,19 +155,9 @@ def corner_points(geometry: Geometry) -> Matrix:
     if isinstance(geometry, Mesh):
         used: Matrix = np.asarray(geometry.vertices, np.float64)[np.unique(geometry.triangles)]
         return used
-    if isinstance(geometry, Box):
-        half = np.array(geometry.size) / 2.0
-    elif isinstance(geometry, Sphere):
-        half = np.full(3, geometry.radius)
-    elif isinstance(geometry, Capsule):
-        half = np.array(
-            [geometry.radius, geometry.radius, geometry.length / 2.0 + geometry.radius]
-        )
-    elif isinstance(geometry, Plane):
+    if isinstance(geometry, Plane):
         return np.empty((0, 3))
-    else:
-        half = np.array([geometry.radius, geometry.radius, geometry.length / 2.0])
-    corners: Matrix = _SIGNS * half
+    corners: Matrix = _SIGNS * half_extent(geometry)
     return corners
 
 
@@ -278,8 +269,8 @@ def only_moved(
     return (
         isinstance(before, CollisionObject) and isinstance(after, CollisionObject)
         and len(before.shapes) == len(after.shapes)
-        and all(one.geometry is other.geometry
-                for one, other in zip(before.shapes, after.shapes, strict=True))
+        and all(old.geometry is new.geometry
+                for old, new in zip(before.shapes, after.shapes, strict=True))
     )
 
 
@@ -328,11 +319,11 @@ def required_pairs(
     required = np.zeros((len(shapes), len(shapes)), dtype=bool)
     robot, world = _by_body(carried, 0), _by_body(standing, len(carried))
     scaled = any(shape.against is not Against.ALL for shape in carried)
-    for k, (one, mine) in enumerate(robot):
-        for other, theirs in (*(robot[k + 1:] if among else ()), *world):
-            if must_check(one, other, acm):
-                for i in mine:
-                    for j in theirs:
+    for k, (body, numbers) in enumerate(robot):
+        for other, others in (*(robot[k + 1:] if among else ()), *world):
+            if must_check(body, other, acm):
+                for i in numbers:
+                    for j in others:
                         required[i, j] = not scaled or fits(shapes[i], shapes[j])
     return required
 
@@ -352,14 +343,6 @@ def fits(first: PlacedShape, second: PlacedShape) -> bool:
     world = not (first.body.link and second.body.link)
     unfit = Against.ROBOT if world else Against.WORLD
     return first.against is not unfit and second.against is not unfit
-
-
-def padding(first: PlacedShape, second: PlacedShape, content: SceneContent) -> float:
-    """Return the distance [m] that counts as contact: the link's padding against the world."""
-    for one, other in ((first, second), (second, first)):
-        if one.body.type is BodyType.ROBOT_LINK and not other.body.link:
-            return content.link_padding.get(one.body.name, 0.0)
-    return 0.0
 
 
 def margins(shapes: Sequence[PlacedShape], content: SceneContent) -> Matrix:

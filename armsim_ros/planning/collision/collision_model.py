@@ -302,13 +302,10 @@ class CollisionChecker:
         for tables in self._followed():
             tables.ready(True, group)
             for first, second, distance in tables.exact.near(q, within + widest):
-                one, other = tables.shapes[first].body, tables.shapes[second].body
-                if (_ORDER[other.type], other.name) < (_ORDER[one.type], one.name):
-                    one, other = other, one
+                first, second = _in_order(tables, first, second)
+                a, b = tables.shapes[first].body, tables.shapes[second].body
                 apart = distance - tables.margin(first, second)
-                found.append(
-                    PairDistance((one.name, other.name), (one.type, other.type), apart)
-                )
+                found.append(PairDistance((a.name, b.name), (a.type, b.type), apart))
         return found
 
     def displacement_bound(self, q1: Vector, q2: Vector, group: str | None = None) -> float:
@@ -332,11 +329,16 @@ class CollisionChecker:
         return self._tables.tables
 
 
+def _in_order(tables: CollisionTables, *numbers: int) -> list[int]:
+    """Return the numbers of two shapes in the order in which their bodies are named."""
+    bodies = {number: tables.shapes[number].body for number in numbers}
+    return sorted(numbers, key=lambda number: (_ORDER[bodies[number].type], bodies[number].name))
+
+
 def _contact(tables: CollisionTables, first: int, second: int) -> Contact:
     """Return the deepest contact of two shapes of a table, as its last query found them."""
-    one, other = tables.shapes[first].body, tables.shapes[second].body
-    if (_ORDER[other.type], other.name) < (_ORDER[one.type], one.name):
-        first, second, one, other = second, first, other, one
+    first, second = _in_order(tables, first, second)
+    a, b = tables.shapes[first].body, tables.shapes[second].body
     pose_1, pose_2 = tables.exact.pose(first), tables.exact.pose(second)
     result = tables.collide(first, second, pose_1, pose_2)
     best = min(
@@ -348,7 +350,7 @@ def _contact(tables: CollisionTables, first: int, second: int) -> Contact:
         position = np.array(best.pos, dtype=np.float64).reshape(3)
         normal = np.array(best.normal, dtype=np.float64).reshape(3)
         depth = tables.margin(first, second) - float(best.penetration_depth)
-    return Contact(one.name, other.name, one.type, other.type, position, normal, depth)
+    return Contact(a.name, b.name, a.type, b.type, position, normal, depth)
 
 
 def _always(_q: Vector) -> bool:

@@ -129,7 +129,7 @@ def meeting(
     :param second: of other joints than the first.
     """
     model = checker.scene.kinematic_model
-    moved = [_moved_links(model, one.joint_names) for one in (first, second)]
+    moved = [_moved_links(model, motion.joint_names) for motion in (first, second)]
     for state in _states(model, q, first):
         for both in _states(model, state, second):
             if not checker.in_collision(both):

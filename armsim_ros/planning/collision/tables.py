@@ -17,7 +17,6 @@ from armsim_ros.planning.budget import Poll, POLLED_STATES
 from armsim_ros.planning.collision.bodies import (
     BodyKey,
     margins,
-    padding,
     PlacedShape,
     required_pairs,
 )
@@ -198,7 +197,6 @@ class CollisionTables:
         standing: Sequence[PlacedShape], content: SceneContent, *, among: bool,
     ) -> None:
         self._kinematics = kinematics
-        self._content = content
         self.shapes = [*carried, *standing]
         self._numbers: dict[BodyKey, list[int]] = {}
         for number, shape in enumerate(self.shapes):
@@ -244,7 +242,6 @@ class CollisionTables:
 
     def set_padding(self, content: SceneContent) -> None:
         """Take over the padding of a content."""
-        self._content = content
         self._margins = {0.0: margins(self.shapes, content)}
         self._rigid_hits = {}
 
@@ -355,7 +352,7 @@ class CollisionTables:
 
     def margin(self, first: int, second: int) -> float:
         """Return the distance [m] at which two shapes count as touching."""
-        return padding(self.shapes[first], self.shapes[second], self._content)
+        return float(self._margins[0.0][first, second])
 
     def collide(self, first: int, second: int, pose_1: Matrix, pose_2: Matrix) -> Any:
         """Return coal's result for two shapes at poses (4, 4) in a common frame."""

@@ -10,7 +10,18 @@ import math
 import numpy as np
 
 from armsim_ros.arrays import Vector
-from armsim_ros.model.geometry import Box, Capsule, Cone, Cylinder, Geometry, Mesh, Plane, Sphere
+from armsim_ros.model.geometry import (
+    Box,
+    Capsule,
+    Cone,
+    Cylinder,
+    Geometry,
+    half_extent,
+    Mesh,
+    Plane,
+    shape_fault,
+    Sphere,
+)
 from armsim_ros.model.transforms import inverse_pose, quat_xyzw_from_matrix
 from armsim_ros.planning.request import Region
 
@@ -30,23 +41,7 @@ def region_fault(region: Region) -> str:
     """Return what is wrong with a region, as a phrase, or ''."""
     if not is_place(region.pose):
         return 'its pose has a number that is not finite or too large'
-    shape = region.shape
-    if isinstance(shape, Mesh):
-        if not len(shape.vertices) or not len(shape.triangles) or not is_place(shape.vertices):
-            return 'its mesh has no triangles, or a number that is not finite'
-        return ''
-    if isinstance(shape, Box):
-        sizes: tuple[float, ...] = shape.size
-    elif isinstance(shape, Sphere):
-        sizes = (shape.radius,)
-    elif isinstance(shape, Plane):
-        plane = np.array([shape.a, shape.b, shape.c, shape.d])
-        return '' if is_place(plane) else 'its plane is not finite or too large'
-    else:
-        sizes = (shape.radius, shape.length)
-    if not all(0.0 < size <= FARTHEST for size in sizes):
-        return f'its dimensions {sizes} have to be finite and above 0'
-    return ''
+    return shape_fault(region.shape)
 
 
 def contains(region: Region, point: Vector) -> bool:
@@ -147,18 +142,12 @@ def region_size(region: Region) -> float:
 
 
 def _half_extent(shape: Geometry) -> Vector:
-    if isinstance(shape, Box):
-        return 0.5 * np.asarray(shape.size)
-    if isinstance(shape, Sphere):
-        return np.full(3, shape.radius)
-    if isinstance(shape, Cylinder | Cone):
-        return np.array([shape.radius, shape.radius, 0.5 * shape.length])
-    if isinstance(shape, Capsule):
-        return np.array([shape.radius, shape.radius, 0.5 * shape.length + shape.radius])
+    if isinstance(shape, Plane):
+        return np.full(3, 1.0)
     if isinstance(shape, Mesh):
         half: Vector = 0.5 * (shape.vertices.max(axis=0) - shape.vertices.min(axis=0))
         return half
-    return np.full(3, 1.0)
+    return half_extent(shape)
 
 
 def random_point(region: Region, rng: np.random.Generator) -> Vector:

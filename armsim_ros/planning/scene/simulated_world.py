@@ -284,6 +284,6 @@ def _same(first: CollisionObject, second: CollisionObject) -> bool:
         return mesh
 
     return len(first.shapes) == len(second.shapes) and all(
-        content(one) == content(other) and np.allclose(one.pose, other.pose)
-        for one, other in zip(first.shapes, second.shapes, strict=True)
+        content(a) == content(b) and np.allclose(a.pose, b.pose)
+        for a, b in zip(first.shapes, second.shapes, strict=True)
     )
