@@ -42,7 +42,7 @@ from armsim_ros.control.manager_info import (
     InterfaceInfo,
 )
 from armsim_ros.control.switch_execution import SwitchExecution, SwitchRequest
-from armsim_ros.control.switching import demand, loaded, Strictness, SwitchResult
+from armsim_ros.control.switching import find_controller, require_state, Strictness, SwitchResult
 from armsim_ros.control.updates_ahead import planned_updates, UpdatesAhead
 from armsim_ros.errors import ControllerError
 from armsim_ros.model.robot_model import RobotModel
@@ -124,9 +124,9 @@ class ControllerManager:
         :raises ControllerError: it is not loaded, is active, or its parameters do not fit.
         """
         with self._structure:
-            controller = loaded(self.controllers, name)
-            demand(controller, 'configured', LifecycleState.UNCONFIGURED,
-                         LifecycleState.INACTIVE)  # fmt: skip
+            controller = find_controller(self.controllers, name)
+            require_state(controller, 'configured', LifecycleState.UNCONFIGURED,
+                          LifecycleState.INACTIVE)
             controller.state = LifecycleState.UNCONFIGURED
             self._changes += 1
             self._withdraw(controller)
@@ -138,9 +138,9 @@ class ControllerManager:
     def cleanup(self, name: str) -> None:
         """Make an inactive controller unconfigured; ControllerError where it is active."""
         with self._structure:
-            controller = loaded(self.controllers, name)
-            demand(controller, 'cleaned up', LifecycleState.INACTIVE,
-                         LifecycleState.UNCONFIGURED)  # fmt: skip
+            controller = find_controller(self.controllers, name)
+            require_state(controller, 'cleaned up', LifecycleState.INACTIVE,
+                          LifecycleState.UNCONFIGURED)
             controller.state = LifecycleState.UNCONFIGURED
             self._withdraw(controller)
             self._changes += 1
@@ -148,9 +148,9 @@ class ControllerManager:
     def unload(self, name: str) -> None:
         """Forget a controller; ControllerError where it is active or not loaded."""
         with self._structure:
-            controller = loaded(self.controllers, name)
-            demand(controller, 'unloaded', LifecycleState.INACTIVE,
-                         LifecycleState.UNCONFIGURED)  # fmt: skip
+            controller = find_controller(self.controllers, name)
+            require_state(controller, 'unloaded', LifecycleState.INACTIVE,
+                          LifecycleState.UNCONFIGURED)
             controller.state = LifecycleState.FINALIZED
             self._withdraw(controller)
             self.controllers = {k: v for k, v in self.controllers.items() if k != name}

@@ -99,7 +99,7 @@ def claimed_joints(controllers: Sequence[Controller[Any]], joints: Collection[st
     return {joint: frozenset(kinds) for joint, kinds in claims.items()}
 
 
-def loaded(controllers: Mapping[str, Controller[Any]], name: str) -> Controller[Any]:
+def find_controller(controllers: Mapping[str, Controller[Any]], name: str) -> Controller[Any]:
     """Return a controller by its name; ControllerError names those that are loaded."""
     try:
         return controllers[name]
@@ -107,7 +107,7 @@ def loaded(controllers: Mapping[str, Controller[Any]], name: str) -> Controller[
         raise ControllerError(_unknown(name, controllers)) from None
 
 
-def demand(controller: Controller[Any], verb: str, *states: LifecycleState) -> None:
+def require_state(controller: Controller[Any], verb: str, *states: LifecycleState) -> None:
     """Raise ControllerError unless the controller is in one of the states."""
     if controller.state not in states:
         raise ControllerError(

@@ -26,7 +26,7 @@ from armsim_ros.planning.search.path_search import (
     shortest_motion,
 )
 from armsim_ros.planning.search.shortening import path_length
-from armsim_ros.planning.start_state import bounded_start, check_start, StartRepairs
+from armsim_ros.planning.start_state import check_start, StartRepairs
 from armsim_ros.planning.timing.limits import link_speed_limit
 from armsim_ros.planning.timing.path_timing import time_waypoints
 from armsim_ros.planning.timing.quintic import QuinticMotion
@@ -91,20 +91,6 @@ def run_pipeline(
 
     path, motion = shortest_motion(problem, find) if planner.anytime else find()
     return joined([*first, motion.trajectory(validity.joint_names)]), path_length(path)
-
-
-def requested_scene(
-    context: PlanningContext, request: MotionPlanRequest, scene: PlanningScene
-) -> PlanningScene:
-    """
-    Return the scene with the request's start state in it, joints inside their limits.
-
-    :raises PlanningError: INVALID_ROBOT_STATE or START_STATE_INVALID.
-    """
-    settings = context.settings
-    started = scene.with_start_state(request.start_state, strict=settings.strict_start_state)
-    started.set_state(bounded_start(started, settings.start_state_max_bounds_error, context.log))
-    return started
 
 
 def _goal_sets(

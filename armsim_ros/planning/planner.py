@@ -18,7 +18,7 @@ from armsim_ros.planning.context import PlanningContext
 from armsim_ros.planning.log import Log
 from armsim_ros.planning.pilz.sequence import join, plan_items, SequenceItem, SequenceResponse
 from armsim_ros.planning.pilz.sequence import SOURCE as SEQUENCE
-from armsim_ros.planning.pipeline import planning_time, requested_scene, run_pipeline
+from armsim_ros.planning.pipeline import planning_time, run_pipeline
 from armsim_ros.planning.queries import (
     check_state,
     IKRequest,
@@ -36,6 +36,7 @@ from armsim_ros.planning.request import (
 )
 from armsim_ros.planning.scene.planning_scene import PlanningScene
 from armsim_ros.planning.settings import PlanningSettings
+from armsim_ros.planning.start_state import requested_scene
 from armsim_ros.planning.timing.time_parameterization import warm_up
 from armsim_ros.trajectory import JointTrajectory
 
@@ -106,7 +107,7 @@ class MotionPlanner:
             seconds = planning_time(context, request)
             budget = Budget(clock, began + seconds, cancelled)
             try:
-                started = requested_scene(context, request, scene)
+                started = requested_scene(context, request.start_state, scene)
                 positions = context.model.positions(started.q)
                 with context.polled(lambda: budget.check('planning pipeline')):
                     trajectory, length = run_pipeline(context, request, started, budget)

@@ -16,6 +16,7 @@ from armsim_ros.planning.log import Log
 from armsim_ros.planning.pilz.profile import point_to_point
 from armsim_ros.planning.request import MotionPlanRequest
 from armsim_ros.planning.scene.planning_scene import PlanningScene
+from armsim_ros.planning.scene.update import StartState
 from armsim_ros.planning.search.goal_sampling import GoalSampler
 from armsim_ros.planning.search.path_search import find_motion, SearchProblem
 from armsim_ros.planning.search.planners import PlannerChoice
@@ -33,7 +34,21 @@ ROUNDING = 1e-5
 """How far [rad or m] a measured position may lie beyond a limit without a word."""
 
 
-def bounded_start(scene: PlanningScene, max_bounds_error: float, log: Log) -> Vector:
+def requested_scene(
+    context: PlanningContext, start: StartState, scene: PlanningScene
+) -> PlanningScene:
+    """
+    Return a scene of a request's own with its start state, joints inside their limits.
+
+    :raises PlanningError: INVALID_ROBOT_STATE or START_STATE_INVALID.
+    """
+    settings = context.settings
+    started = scene.with_start_state(start, strict=settings.strict_start_state)
+    started.set_state(_bounded_start(started, settings.start_state_max_bounds_error, context.log))
+    return started
+
+
+def _bounded_start(scene: PlanningScene, max_bounds_error: float, log: Log) -> Vector:
     """
     Return the scene's state with every joint inside its limits.
 

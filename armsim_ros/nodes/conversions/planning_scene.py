@@ -173,7 +173,7 @@ def _acm_update(message: AllowedCollisionMatrix) -> AcmUpdate | None:
 def transforms(scene: PlanningScene) -> list[TransformStamped]:
     """Return where further frames are in the model frame, as messages."""
     messages = []
-    for child in scene.fixed_frames:
+    for child in scene.content.frames:
         if not scene.has_frame(child):
             continue  # its chain of transforms leads to no link
         message = TransformStamped(child_frame_id=child)

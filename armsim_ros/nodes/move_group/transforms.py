@@ -97,7 +97,7 @@ class Transforms:
                 self._told[child] = frame
                 changed = True
         if changed:
-            known = self._context.scene.fixed_frames
+            known = self._context.scene.content.frames
             self._context.scene.set_frames({
                 name: frame
                 for name, frame in self._frames().items()

@@ -22,7 +22,7 @@ from armsim_ros.planning.context import PlanningContext
 from armsim_ros.planning.request import CartesianRequest, CartesianResponse
 from armsim_ros.planning.scene.planning_scene import PlanningScene
 from armsim_ros.planning.search.shortening import without_repeats
-from armsim_ros.planning.start_state import bounded_start
+from armsim_ros.planning.start_state import requested_scene
 from armsim_ros.planning.timing.limits import link_speed_limit
 from armsim_ros.planning.timing.path_timing import time_waypoints
 from armsim_ros.planning.timing.quintic import QuinticMotion
@@ -220,11 +220,7 @@ def plan_cartesian(
             )
         if not request.waypoints:
             return CartesianResponse(MoveItErrorCode.SUCCESS)
-        settings = context.settings
-        scene = scene.with_start_state(request.start_state, strict=settings.strict_start_state)
-        scene.set_state(
-            bounded_start(scene, settings.start_state_max_bounds_error, context.log)
-        )
+        scene = requested_scene(context, request.start_state, scene)
         start = context.model.positions(scene.q)
         on_path = ConstraintSet(request.path_constraints, scene, context.log)
         with context.polled(poll):

@@ -136,11 +136,6 @@ class PlanningScene:
         return self._content.link_scale
 
     @property
-    def fixed_frames(self) -> Mapping[str, FixedFrame]:
-        """Further frames, each fixed to another one."""
-        return self._content.frames
-
-    @property
     def colors(self) -> Mapping[str, Color]:
         """Colours of objects, rgba in 0..1."""
         return self._content.colors
