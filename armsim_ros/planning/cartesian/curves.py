@@ -16,10 +16,11 @@ from armsim_ros.model.transforms import (
     matrix_from_axis_angle,
     pose_from_parts,
     rotation_angle,
+    rotation_vector,
     skew,
 )
 from armsim_ros.planning.collision.state_validity import StateValidity
-from armsim_ros.planning.constraints.terms import Frame, rotation_vector
+from armsim_ros.planning.constraints.terms import Frame
 from armsim_ros.planning.context import PlanningContext
 
 _SOURCE = 'CIRC'

@@ -22,7 +22,7 @@ from armsim_ros.model.geometry import (
     shape_fault,
     Sphere,
 )
-from armsim_ros.model.transforms import inverse_pose, quat_xyzw_from_matrix
+from armsim_ros.model.transforms import inverse_pose, rotation_vector
 from armsim_ros.planning.request import Region
 
 _EPSILON = 1e-9
