@@ -67,6 +67,7 @@ def read_sections(draft: ConfigDraft, *, published: bool = False) -> dict[str, A
                           tolerant=False)
     controllers = _controllers(draft, published)
     spawn = _spawn(draft, controllers, published)
+    moveit = _moveit_controllers(draft)
     return {
         'simulation': simulation,
         'controllers': controllers,
@@ -75,7 +76,7 @@ def read_sections(draft: ConfigDraft, *, published: bool = False) -> dict[str, A
         'joint_limits': _joint_limits(draft, published),
         'kinematics': _kinematics(draft),
         'ompl': _ompl(draft),
-        'moveit_controllers': _moveit_controllers(draft),
+        'moveit_controllers': moveit if not published else _with_default(moveit, spawn),
         'trajectory_execution': _whole(
             draft, 'trajectory_execution', TrajectoryExecutionSettings),
         'planning_parameters': _whole(draft, 'planning_parameters', PlanningParameters),
@@ -190,15 +191,38 @@ def _spawn_planned(draft: ConfigDraft, controllers: tuple[ControllerSettings, ..
     moving = [one for one in controllers if one.joints]
     known = [one.name for one in moving if one.name in planned]
     if known:
-        # Of those that share joints move_group takes its default, and the first to start wins.
-        preferred = [name for name in known if _is_true(planned[name])]
-        return (*names, *preferred, *(name for name in known if name not in preferred))
+        # Of those that share joints the first to start wins: one that holds a joint by itself,
+        # then move_group's default.
+        return (*names, *sorted(known, key=lambda name: (
+            name in _of_effort(controllers), not _is_true(planned[name]))))
     owner: set[str] = set()
     for one in moving:
         if not owner.intersection(one.joints):
             names.append(one.name)
             owner.update(one.joints)
     return tuple(names)
+
+
+def _of_effort(controllers: tuple[ControllerSettings, ...]) -> list[str]:
+    """Return the controllers that command nothing but effort."""
+    return [one.name for one in controllers
+            if tuple(getattr(one.parameters, 'command_interfaces', ())) == ('effort',)]
+
+
+def _with_default(found: tuple[MoveItControllerSettings, ...], spawn: tuple[str, ...]
+                  ) -> tuple[MoveItControllerSettings, ...]:
+    """Return move_group's controllers; of those that share joints it prefers the first to start."""
+    def start(one: MoveItControllerSettings) -> int:
+        name = one.name.rpartition('/')[2]
+        return spawn.index(name) if name in spawn else len(spawn)
+
+    def preferred(one: MoveItControllerSettings) -> bool:
+        rivals = [other for other in found
+                  if start(other) != start(one) and not set(other.joints).isdisjoint(one.joints)]
+        first = all(start(one) < start(other) for other in rivals)
+        return first and (one.default or any(other.default for other in rivals))
+
+    return tuple(one.model_copy(update={'default': preferred(one)}) for one in found)
 
 
 def _is_true(node: YamlNode | None) -> bool:

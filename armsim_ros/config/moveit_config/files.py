@@ -248,7 +248,8 @@ class PackageFiles:
 
     def _with_endings(self, folders: Iterable[str], endings: tuple[str, ...]) -> list[Path]:
         files = [file for folder in folders if (self.folder / folder).is_dir()
-                 for file in (self.folder / folder).iterdir() if file.is_file()]
+                 for file in (self.folder / folder).iterdir() if file.is_file()
+                 and file.name.endswith(_SRDF_ENDINGS) == (endings == _SRDF_ENDINGS)]
         rank = {ending: number for number, ending in enumerate(endings)}
         found = [(min(rank[one] for one in endings if file.name.endswith(one)), file)
                  for file in files if file.name.endswith(endings)

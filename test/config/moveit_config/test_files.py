@@ -85,6 +85,14 @@ def test_a_package_without_a_urdf_says_what_to_do(small_package):
         found(small_package)
 
 
+def test_an_srdf_is_never_the_robot(small_package):
+    """A package whose URDF a launch file names asks for it, though its SRDF is a xacro."""
+    small_package.remove('config/small.urdf.xacro', 'config/small.srdf')
+    small_package.write('config/small.srdf.xacro', small_package.SRDF)
+    with pytest.raises(ConfigError, match=r'has no URDF that its files name; name it: urdf:=FILE'):
+        found(small_package)
+
+
 def test_alternatives_are_named_and_not_read(small_package):
     """Files that are not called as the stack reads them get a line each and are left alone."""
     for name in ('hard_joint_limits.yaml', 'bio_ik_kinematics.yaml', 'small_servo.yaml',

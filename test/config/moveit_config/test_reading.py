@@ -44,6 +44,27 @@ def test_controllers_are_made_from_what_move_group_knows(small_package):
                for text in said(found, Severity.INFO))
 
 
+def test_a_controller_of_efforts_starts_behind_one_of_positions(small_package):
+    """Of two that share joints the one that holds them starts, and move_group prefers it."""
+    small_package.write('config/moveit_controllers.yaml', small_package.MOVEIT.replace(
+        '[arm_controller]', '[push_controller, arm_controller]').replace(
+            'default: true', 'default: false') + (
+        '  push_controller:\n'
+        '    {type: FollowJointTrajectory, action_ns: follow_joint_trajectory, default: true,\n'
+        '     joints: [shoulder, elbow]}\n'))
+    small_package.write('config/ros2_controllers.yaml', (
+        'push_controller:\n  ros__parameters:\n'
+        '    type: joint_trajectory_controller/JointTrajectoryController\n'
+        '    joints: [shoulder, elbow]\n    command_interfaces: [effort]\n'
+        '    state_interfaces: [position, velocity]\n'
+        '    gains: {shoulder: {p: 75.0}, elbow: {p: 75.0}}\n') + small_package.ROS2)
+    settings = survey(small_package).settings
+    assert [name for name in settings.spawn if name != 'joint_state_broadcaster'] == [
+        'arm_controller', 'push_controller']
+    assert {one.name: one.default for one in settings.moveit_controllers} == {
+        'push_controller': False, 'arm_controller': True}
+
+
 def test_a_manager_that_asks_knows_all_trajectory_controllers(small_package):
     """moveit_ros_control_interface names no controllers: it asks for those that there are."""
     small_package.write('config/moveit_controllers.yaml', (
