@@ -211,7 +211,7 @@ def _of_effort(controllers: tuple[ControllerSettings, ...]) -> list[str]:
 
 def _with_default(found: tuple[MoveItControllerSettings, ...], spawn: tuple[str, ...]
                   ) -> tuple[MoveItControllerSettings, ...]:
-    """Return move_group's controllers; of those that share joints it prefers the first to start."""
+    """Return the controllers; of those that share joints the first to start is the default."""
     def start(one: MoveItControllerSettings) -> int:
         name = one.name.rpartition('/')[2]
         return spawn.index(name) if name in spawn else len(spawn)

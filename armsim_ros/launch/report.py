@@ -80,6 +80,8 @@ class Report:
         if isinstance(error, EOFError):
             print(file=sys.stderr)  # the question stands there without an end of line
         for line in failure_lines(error, file):
+            if line in self.failures:
+                continue
             self.failures.append(line)
             if not line.startswith('launch: ') and self.dry:
                 self._plan(line)

@@ -135,7 +135,12 @@ class _Check:
                               remedy=nearest(config, known))
 
     def coverage(self) -> None:
-        """Warn of planning groups that no controllers can move."""
+        """Warn of planning groups that no controllers can move, and where there are none."""
+        if self._settings.spawn_only and self._settings.srdf_file is None:
+            self._add('the package has no SRDF: nothing can be planned',
+                      Location(str(self._settings.folder)),
+                      remedy='name one: srdf:=FILE, or make one: armsim generate_config URDF')
+            return
         if not self._settings.moveit_controllers:
             if self._settings.controllers and self._model.semantic.groups:
                 self._add('no file tells move_group of controllers: it plans, but cannot execute',

@@ -169,13 +169,27 @@ def _complaint(module: Any, error: Exception, file: Path) -> Problem:
     macros = [macro.body.getAttribute('name') for macro in reversed(module.macrostack or [])]
     if macros:
         text += f" (in macro '{macros[0]}')"
-    missing = re.search(r"[Uu]ndefined substitution argument (\S+)|'([^']+)' is not defined", text)
-    remedy = ''
-    if missing:
-        name = missing[1] or missing[2]
-        remedy = (f"give {name}:=VALUE, or define '{name}' with <xacro:arg>" if missing[1] else
-                  f"define '{name}' with <xacro:arg> or <xacro:property>")
-    return Problem(f'xacro: {text}', Location(_current_file(module, file)), remedy=remedy)
+    missing = re.search(r"[Uu]ndefined substitution argument (\S+)|'([^']+)' is not defined"
+                        r'|unknown macro name: (\S+)', text)
+    culprit = _current_file(module, file)
+    if missing is None:
+        return Problem(f'xacro: {text}', Location(culprit))
+    name = missing[1] or missing[2] or missing[3]
+    remedy = f"define '{name}' with <xacro:arg> or <xacro:property>"
+    if missing[1]:
+        remedy = f"give {name}:=VALUE, or define '{name}' with <xacro:arg>"
+    elif missing[3]:
+        remedy = 'correct the name, or <xacro:include> the file that defines the macro'
+    return Problem(f'xacro: {text}', Location(culprit, _only_line(Path(culprit), name)),
+                   remedy=remedy)
+
+
+def _only_line(file: Path, name: str) -> int | None:
+    """Return the line of a file that has a name, None where several have it."""
+    whole = re.compile(rf'(?<!\w){re.escape(name)}(?!\w)')
+    hits = [number for number, line in enumerate(read_text(file).splitlines(), 1)
+            if whole.search(line)]
+    return hits[0] if len(hits) == 1 else None
 
 
 def _current_file(module: Any, file: Path) -> str:

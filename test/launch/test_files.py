@@ -30,6 +30,16 @@ def test_a_syntax_error_is_answered_with_its_line(dry):
     assert 'SyntaxError' in said.errors
 
 
+def test_what_fails_for_two_is_told_once(entities):
+    """A description that cannot be made and that two nodes want is one mistake."""
+    said = entities("""
+        node('one', parameters=[{'robot_description': URDF}]),
+        node('two', parameters=[{'robot_description': URDF}]),
+    """, before='from launch.substitutions import Command\nURDF = Command("xacro /nowhere.xacro")')
+    assert said.status == 2
+    assert said.errors.count("'/nowhere.xacro' does not exist") == 1
+
+
 def test_a_missing_module_is_named_with_its_line(dry):
     """P39: the module and the line that imports it; status 2."""
     said = dry('import not_a_module_of_anyone\n')

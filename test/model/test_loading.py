@@ -129,13 +129,14 @@ def test_a_mistake_in_a_xacro_file_has_the_line_of_the_source(folder):
 
 
 @pytest.mark.parametrize(('old', 'new', 'message'), [
-    ('${-reach}', '${-rech}', "sunday.urdf.xacro: xacro: name 'rech' is not defined"),
+    ('${-reach}', '${-rech}', "sunday.urdf.xacro:47: xacro: name 'rech' is not defined"),
     ('</robot>', '', 'sunday.urdf.xacro:'),
     ('<link name="world"/>', '<xacro:include filename="$(find nowhere)/a.xacro"/>',
      "sunday.urdf.xacro: package 'nowhere' is not found"),
     ('<link name="world"/>', '<xacro:include filename="gone.xacro"/>',
      'sunday.urdf.xacro: xacro: No such file or directory'),
-    ('<link name="world"/>', '<xacro:nothing/>', 'sunday.urdf.xacro: xacro: unknown macro name'),
+    ('<link name="world"/>', '<xacro:nothing/>',
+     'sunday.urdf.xacro:22: xacro: unknown macro name'),
 ])
 def test_mistakes_that_xacro_finds(folder, old, new, message):
     """One message with the file, no traceback."""

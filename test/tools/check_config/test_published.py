@@ -33,3 +33,11 @@ def test_the_words_are_those_of_bringup(package, capsys):
     assert str(urdf) in capsys.readouterr().out
     assert main([*words, 'reach:=1']) == 2
     assert "no xacro of the robot declares the argument 'reach'" in capsys.readouterr().out
+
+
+def test_a_package_without_an_srdf_is_told_that_nothing_can_be_planned(small_package, capsys):
+    """It starts, and the warning says what to do."""
+    small_package.remove('config/small.srdf')
+    assert main([str(small_package.folder)]) == 1
+    text = capsys.readouterr().out
+    assert 'the package has no SRDF: nothing can be planned; name one: srdf:=FILE' in text
