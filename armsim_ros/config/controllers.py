@@ -242,6 +242,8 @@ def read_controller(name: str, node: YamlNode, problems: list[Problem], *,
             f'{title}: the gains go to the simulated drives, where they take effect; the '
             'original stack reads none of a position controller', block.entries['gains'].place,
             severity=Severity.CHANGED))
+    if published and canonical == TRAJECTORY:
+        block = _without_strange_joints(title, block, problems)
     unused = {key: why for key, why in UNUSED_CONTROLLER_KEYS.items()
               if key not in known_keys(parameters)}
     checked = read_settings(parameters, block, problems, title=title, unused=unused)
@@ -249,6 +251,25 @@ def read_controller(name: str, node: YamlNode, problems: list[Problem], *,
         return None
     return ControllerSettings(
         name=name, type=canonical, source_type=source_type, parameters=checked)
+
+
+def _without_strange_joints(title: str, block: YamlNode, problems: list[Problem]) -> YamlNode:
+    """Return the block without gains and tolerances of joints that the controller lacks."""
+    listed = block.get('joints')
+    joints = [str(item.value) for item in listed.items] if listed is not None else []
+    for key in ('constraints', 'gains'):
+        inner = block.get(key)
+        if inner is None or not joints:
+            continue
+        strange = [name for name, one in inner.entries.items()
+                   if one.is_mapping and name not in joints]
+        for name in strange:
+            problems.append(ignored(Problem(
+                f"{title}: {key}: '{name}' is not among the controller's joints and has no effect",
+                inner.entries[name].place, ', '.join(joints), nearest(name, joints))))
+        if strange:
+            block = block.with_value({**block.entries, key: inner.without(*strange)})
+    return block
 
 
 def _commands_position(block: YamlNode) -> bool:

@@ -136,9 +136,10 @@ class _Check:
 
     def coverage(self) -> None:
         """Warn of planning groups that no controllers can move, and where there are none."""
-        if self._settings.spawn_only and self._settings.srdf_file is None:
+        settings = self._settings
+        if settings.spawn_only and settings.moveit_controllers and settings.srdf_file is None:
             self._add('the package has no SRDF: nothing can be planned',
-                      Location(str(self._settings.folder)),
+                      Location(str(settings.folder)),
                       remedy='name one: srdf:=FILE, or make one: armsim generate_config URDF')
             return
         if not self._settings.moveit_controllers:

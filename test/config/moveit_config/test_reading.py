@@ -44,6 +44,19 @@ def test_controllers_are_made_from_what_move_group_knows(small_package):
                for text in said(found, Severity.INFO))
 
 
+def test_tolerances_of_joints_that_a_controller_lacks_have_no_effect(small_package):
+    """The original reads those of its own joints only, so the controller runs, with a warning."""
+    small_package.write('config/ros2_controllers.yaml', small_package.ROS2 + (
+        '    constraints: {goal_time: 0.5, elbow: {goal: 0.1}, joint1: {goal: 0.2}}\n'
+        '    gains: {joint1: {p: 1.0}}\n'))
+    found = survey(small_package)
+    controller = found.settings.controller('arm_controller')
+    assert controller.parameters.constraints.joints['elbow'].goal == 0.1
+    assert [one for one in said(found, Severity.WARNING) if "'joint1'" in one] == [
+        f"controller 'arm_controller': {key}: 'joint1' is not among the controller's joints "
+        'and has no effect' for key in ('constraints', 'gains')]
+
+
 def test_a_controller_of_efforts_starts_behind_one_of_positions(small_package):
     """Of two that share joints the one that holds them starts, and move_group prefers it."""
     small_package.write('config/moveit_controllers.yaml', small_package.MOVEIT.replace(
