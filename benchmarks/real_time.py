@@ -147,7 +147,8 @@ class _Kept:
         rates = [(now - then) / seconds for now, then in zip(counts, self._began, strict=True)]
         values = {
             item.key: item.value
-            for status in self._health.messages[-1].status for item in status.values
+            for message in self._health.messages for status in message.status
+            for item in status.values
         }
         for collector in (self._clock, self._states, self._health):
             collector.close()

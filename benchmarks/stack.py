@@ -40,7 +40,7 @@ class Stack:
             except OSError:
                 continue
             if parent and int(parent[1]) == self.program.process.pid:
-                for name in ('simulation', 'move_group', 'servo_node', 'web'):
+                for name in ('simulation', 'move_group', 'servo_node', 'camera', 'web'):
                     if name.encode() in words:
                         found[name] = int(folder.name)
         return found
