@@ -152,7 +152,7 @@ class Grasper:
         self.suck('on', True)
         self.move('lifting', x, y, top + ABOVE, turn, straight=True)
         self.move('above the place', *PLACE, top + ABOVE, turn)
-        self.move('down to the place', *PLACE, top + RIM + 0.003, turn, straight=True)
+        self.move('down to the place', *PLACE, top + RIM + 0.006, turn, straight=True)
         self.suck('off', False)
         self.move('leaving', *PLACE, top + ABOVE, turn, straight=True)
         self.go(LOOK)
