@@ -21,6 +21,7 @@ from armsim_ros.errors import (
 )
 from armsim_ros.sim.assembly import servo_gains
 from armsim_ros.stack import ArmSim
+from armsim_ros.testing.in_process import built_cell
 from armsim_ros.trajectory import JointTrajectory, TrajectoryPoint
 
 ROOT = Path(__file__).parents[1]
@@ -28,9 +29,9 @@ JOINTS = tuple(f'joint_{i}' for i in range(1, 7))
 
 
 @pytest.fixture
-def sim():
-    """Return the sunday arm at the feeding place."""
-    return ArmSim('sunday')
+def sim(arm):
+    """Return the stack of the test's arm: sunday at the feeding place, or the marker's."""
+    return arm.sim
 
 
 def through(*positions, smooth=True):
@@ -93,9 +94,9 @@ def test_a_corner_in_velocity_costs_what_the_motors_effort_allows(sim):
     assert sim.joint_positions['joint_3'] == pytest.approx(0.4, abs=1e-3)
 
 
-def test_controllers_slower_than_the_physics_track_as_well():
+@pytest.mark.armsim(**{'controller_manager.update_rate': 100})
+def test_controllers_slower_than_the_physics_track_as_well(sim):
     """At an update rate of 100 Hz the drives interpolate: the end is met all the same."""
-    sim = ArmSim('sunday', overrides={'controller_manager.update_rate': 100})
     sim.execute(sim.plan('scan_food'))
     wanted = sim.model.semantic.named_states['manipulator']['scan_food']
     for name, position in wanted.items():
@@ -164,7 +165,7 @@ def test_many_steps_in_one_go_equal_single_ones(rate):
     """How the steps are asked for changes no bit: at rest, in motion, and at rest again."""
     digests, ends = [], []
     for count in (1, 7, 500):
-        sim = ArmSim('sunday', overrides={'controller_manager.update_rate': rate})
+        sim = ArmSim(built_cell('sunday', None, {'controller_manager.update_rate': rate}))
         sim.step(30)
         (goal,) = sim.send_trajectory(through(0.1, 0.3))
         goal.add_done_callback(lambda _, sim=sim: ends.append(sim.time))
@@ -189,7 +190,7 @@ def test_a_path_tolerance_ends_a_goal_at_its_tick_however_steps_are_asked_for():
     """A joint that is pushed away in the middle of a motion aborts the goal at the same tick."""
     ends = []
     for count in (1, 400):
-        sim = ArmSim('sunday')
+        sim = ArmSim(built_cell('sunday', None, {}))
         sim.step(30)
         controller = sim.manager.controllers['arm_joint_controller']
         goal = controller.send_goal(

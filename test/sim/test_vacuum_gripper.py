@@ -12,6 +12,7 @@ from armsim_ros.model.transforms import pose_matrix
 from armsim_ros.model.world_objects import WorldObject
 from armsim_ros.sim.vacuum_control import VacuumControl
 from armsim_ros.stack import ArmSim
+from armsim_ros.testing.in_process import built_cell
 
 NAME = 'vacuum_gripper'
 
@@ -21,8 +22,8 @@ class Cup:
 
     def __init__(self):
         """Begin in an empty world."""
-        self.arm = ArmSim('sunday', world='empty', overrides={
-            'simulation.initial_state': 'scan_food'})
+        self.arm = ArmSim(built_cell('sunday', 'empty', {
+            'simulation.initial_state': 'scan_food'}))
         self.changes = []
         self.gripper = self.arm.simulation.vacuum_grippers[NAME]
         self.control = VacuumControl(

@@ -5,12 +5,10 @@
 import numpy as np
 import pytest
 
-from armsim_ros import ArmSim
 from armsim_ros.errors import ArmsimError
 from armsim_ros.nodes.verbs.plot import main
 from armsim_ros.nodes.verbs.plot_picture import JointRecord, read_csv, write_picture
 from armsim_ros.nodes.verbs.plot_recording import read_recording
-from armsim_ros.recording.flight_recorder import FlightRecorder
 
 
 @pytest.fixture
@@ -41,13 +39,10 @@ def test_a_violated_tolerance_is_told_with_joint_size_and_time(file):
 
 
 @pytest.fixture
-def recording(tmp_path):
-    """Record an arm that moves, as the flight recorder of a failed test does."""
-    sim = ArmSim('sunday')
-    recorder = FlightRecorder(sim.cell, sim.simulation, sim.managers)
-    sim.loop.every(recorder.period_ns, recorder.sample)
-    sim.execute(sim.plan('scan_food'))
-    return recorder.save(tmp_path / 'failed.mcap')
+def recording(arm, tmp_path):
+    """Record an arm that moves, as a failed test does."""
+    arm.move_to('scan_food')
+    return dict(arm.save_artifacts(tmp_path / 'failed'))['recording']
 
 
 @pytest.mark.parametrize('place', ['failed.mcap', ''])

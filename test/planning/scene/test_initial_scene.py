@@ -36,9 +36,9 @@ objects:
     return file
 
 
-def test_it_is_empty_unless_asked_for():
+def test_it_is_empty_unless_asked_for(arm):
     """As in the stack that it replaces: who plans around the world has to describe it."""
-    assert dict(ArmSim('sunday').scene.objects) == {}
+    assert dict(arm.sim.scene.objects) == {}
 
 
 def test_what_never_moves_is_in_it(world):
@@ -55,10 +55,10 @@ def test_poses_are_seen_from_where_the_robot_stands(world):
     np.testing.assert_allclose(post.pose[:3, 3], [0.5, -0.5, 0.2], atol=1e-4)
 
 
-def test_no_plan_goes_where_the_world_is():
+@pytest.mark.armsim(overrides=KNOWING)
+def test_no_plan_goes_where_the_world_is(arm):
     """The default arm with its table: a state in the table is refused, the others are not."""
-    arm = ArmSim('sunday', overrides=KNOWING)
     with pytest.raises(PlanningError, match="'table'"):
-        arm.plan(IN_THE_TABLE)
+        arm.move_to(IN_THE_TABLE)
     for state in ('scan_food', 'home'):
-        arm.execute(arm.plan(state))
+        arm.move_to(state)
