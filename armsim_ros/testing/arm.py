@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -18,6 +19,9 @@ from armsim_ros.trajectory import JointTrajectory, TrajectoryPoint
 
 Target = str | Mapping[str, float] | Matrix
 Points = JointTrajectory | Sequence[tuple[float, Mapping[str, float] | Sequence[float]]]
+
+BUILT_WITHOUT_FAULTS = (
+    "joints fail only where the marker says so: armsim(faults={'joint': {...}})")
 
 
 @dataclass(frozen=True)
@@ -101,6 +105,32 @@ class Arm(ABC):
     @abstractmethod
     def wait(self, seconds: float) -> None:
         """Let simulated time pass [s]."""
+
+    @abstractmethod
+    def fault(self, joint: str, **fault: Any) -> None:
+        """
+        Make a joint fail from now on, or be well again where nothing is given.
+
+        :param fault: ``lag`` [s], ``bias`` [rad or m], ``blocked``.
+        :raises ControllerError: an unknown joint, or an arm that was built without faults.
+        """
+
+    @contextmanager
+    def refusing(self, controller: str) -> Iterator[None]:
+        """
+        Have a controller refuse all goals within the context: it is inactive then.
+
+        :raises ControllerError: there is no such controller.
+        """
+        self._switch(controller, active=False)
+        try:
+            yield
+        finally:
+            self._switch(controller, active=True)
+
+    @abstractmethod
+    def _switch(self, controller: str, *, active: bool) -> None:
+        """Activate or deactivate a controller; ControllerError where that cannot be."""
 
     @abstractmethod
     def touches(self, since: float | None = None) -> tuple[Touch, ...]:

@@ -12,6 +12,7 @@ from typing import Any
 
 from armsim_ros.config.joint_fault import JointFault
 from armsim_ros.config.world import BoxSettings, PartSettings, ShapeSettings, WorldObjectSettings
+from armsim_ros.control.controller_manager import Strictness
 from armsim_ros.control.events import ControllerEvent
 from armsim_ros.errors import ControllerError
 from armsim_ros.model.cell import Cell
@@ -19,7 +20,7 @@ from armsim_ros.model.cell_loading import load_cell
 from armsim_ros.model.world_objects import object_from_settings
 from armsim_ros.recording.flight_recorder import FlightRecorder
 from armsim_ros.stack import ArmSim
-from armsim_ros.testing.arm import Arm, Matrix, Points, Target, Touch
+from armsim_ros.testing.arm import Arm, BUILT_WITHOUT_FAULTS, Matrix, Points, Target, Touch
 from armsim_ros.testing.contact_log import ContactLog
 
 #: Time between two looks at the contacts [ns]; a touch of stiff bodies lasts several times that.
@@ -121,16 +122,23 @@ class InProcessArm(Arm):
         return self._contacts.touches(since)
 
     def fault(self, joint: str, **fault: Any) -> None:
-        """
-        Make a joint fail from now on, or be well again where nothing is given.
-
-        :param fault: ``lag`` [s], ``bias`` [rad or m], ``blocked``.
-        :raises ControllerError: an unknown joint, or an arm that was built without faults.
-        """
+        """Make a joint fail from now on, or be well again where nothing is given."""
         if self.sim.faults is None:
-            raise ControllerError(
-                "joints fail only where the marker says so: armsim(faults={'joint': {...}})")
+            raise ControllerError(BUILT_WITHOUT_FAULTS)
         self.sim.faults.set_fault(joint, JointFault(**fault))
+
+    def _switch(self, controller: str, *, active: bool) -> None:
+        """Activate or deactivate a controller."""
+        for manager in self.sim.managers.values():
+            if controller in manager.controllers:
+                words = {'activate' if active else 'deactivate': [controller]}
+                result = manager.switch(**words, strictness=Strictness.STRICT)
+                if not result.ok:
+                    raise ControllerError(result.message)
+                return
+        known = [name for manager in self.sim.managers.values() for name in manager.controllers]
+        raise ControllerError(
+            f"there is no controller '{controller}'; there are: {', '.join(known)}")
 
     def spawn(
         self,

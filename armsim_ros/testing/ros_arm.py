@@ -16,6 +16,7 @@ from simulation_interfaces.srv import DeleteEntity, GetEntityState, SpawnEntity
 from std_srvs.srv import Trigger
 
 from armsim_ros.arrays import Matrix
+from armsim_ros.config.joint_fault import JointFault
 from armsim_ros.config.robot_settings import RobotSettings
 from armsim_ros.config.world import BoxSettings, ShapeSettings
 from armsim_ros.errors import ControllerError, PlanningError, SimulationError
@@ -23,7 +24,8 @@ from armsim_ros.execution.controller_selection import select_controllers, split_
 from armsim_ros.model.transforms import pose_matrix
 from armsim_ros.nodes.conversions.geometry import pose_from_message, pose_to_message
 from armsim_ros.nodes.conversions.trajectory import trajectory_to_message
-from armsim_ros.testing.arm import Arm, Points, Target, Touch
+from armsim_ros.testing.arm import Arm, BUILT_WITHOUT_FAULTS, Points, Target, Touch
+from armsim_ros.testing.controller_manager_client import ControllerManagerClient
 from armsim_ros.testing.move_group_client import SUCCESS
 from armsim_ros.testing.robot_user import RobotUser
 from armsim_ros.testing.trajectory_client import SUCCEEDED, TrajectoryClient
@@ -37,13 +39,14 @@ class RosArm(Arm):
 
     :param robot: the user's view of the stack.
     :param settings: of the robot: its name, and the controllers that trajectories are for.
+    :param faults: whether it was started with fault injection.
     """
 
-    def __init__(self, robot: RobotUser, settings: RobotSettings) -> None:
+    def __init__(self, robot: RobotUser, settings: RobotSettings, *, faults: bool = False) -> None:
         """Wait for the first joint state, from which on time counts."""
         #: The user's view of the stack.
         self.robot = robot
-        self._name = settings.name
+        self._name, self._faults = settings.name, faults
         self._controllers = settings.moveit_controllers
         self._states = robot.client.collect(f'{robot.namespace}/joint_states', JointState)
         self._start_ns = _stamp_ns(self._states.wait()[-1])
@@ -110,6 +113,24 @@ class RosArm(Arm):
         """Wait until simulated time has moved on [s]."""
         end_ns = _stamp_ns(self._states.wait()[-1]) + round(seconds * SECOND_NS)
         self._states.wait_for(lambda message: _stamp_ns(message) >= end_ns, seconds + 20.0)
+
+    def fault(self, joint: str, **fault: Any) -> None:
+        """Make a joint fail from now on, or be well again where nothing is given."""
+        if not self._faults:
+            raise ControllerError(BUILT_WITHOUT_FAULTS)
+        well = {kind: value.default for kind, value in JointFault.model_fields.items()}
+        try:
+            self.robot.fault(joint, **{**well, **fault})
+        except AssertionError as refusal:
+            raise ControllerError(str(refusal)) from None
+
+    def _switch(self, controller: str, *, active: bool) -> None:
+        """Activate or deactivate a controller."""
+        manager = ControllerManagerClient(
+            self.robot.client, f'{self.robot.namespace}/controller_manager')
+        response = manager.switch(**{'activate' if active else 'deactivate': [controller]})
+        if not response.ok:
+            raise ControllerError(response.message)
 
     def spawn(
         self,

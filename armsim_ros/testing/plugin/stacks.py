@@ -45,7 +45,7 @@ def arm_of_stack(request: pytest.FixtureRequest, wanted: ArmRequest) -> Iterator
     key = (wanted.build_key, bool(wanted.faults))
     robot = shared.at_start(key, _arguments(wanted), settings.namespace)
     with _faulty(robot, wanted):
-        yield RosArm(robot, settings)
+        yield RosArm(robot, settings, faults=bool(wanted.faults))
 
 
 @pytest.fixture(scope='module')
