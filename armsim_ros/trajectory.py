@@ -8,7 +8,6 @@ Plain values with the content of ``trajectory_msgs/msg/JointTrajectory``.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -65,17 +64,3 @@ class JointTrajectory:
     def times(self) -> Vector:
         """Return all times from start as (points,) [s]."""
         return np.array([point.time_from_start for point in self.points], dtype=np.float64)
-
-
-def joined(motions: Sequence[JointTrajectory]) -> JointTrajectory:
-    """Return motions that begin where the one before ends, at rest, as one."""
-    points: list[TrajectoryPoint] = []
-    offset = 0.0
-    for motion in motions:
-        for point in motion.points[1 if points else 0:]:
-            points.append(TrajectoryPoint(
-                offset + point.time_from_start, point.positions, point.velocities,
-                point.accelerations,
-            ))
-        offset = points[-1].time_from_start
-    return JointTrajectory(motions[0].joint_names, tuple(points))

@@ -8,7 +8,6 @@ import math
 
 import numpy as np
 
-from armsim_ros.arrays import Matrix
 from armsim_ros.errors import MoveItErrorCode, nearest, PlanningError
 from armsim_ros.planning.budget import Budget
 from armsim_ros.planning.constraints.path_constraints import ConstraintSet, merged
@@ -19,18 +18,11 @@ from armsim_ros.planning.request import Constraints, MotionPlanRequest
 from armsim_ros.planning.scene.planning_scene import PlanningScene
 from armsim_ros.planning.search.goal_sampling import GoalSampler
 from armsim_ros.planning.search.ompl_interface import seed_search
-from armsim_ros.planning.search.path_search import (
-    find_motion,
-    Motion,
-    SearchProblem,
-    shortest_motion,
-)
+from armsim_ros.planning.search.path_search import find_motion, SearchProblem
 from armsim_ros.planning.search.shortening import path_length
 from armsim_ros.planning.start_state import check_start, StartRepairs
 from armsim_ros.planning.timing.limits import link_speed_limit
-from armsim_ros.planning.timing.path_timing import time_waypoints
-from armsim_ros.planning.timing.quintic import QuinticMotion
-from armsim_ros.trajectory import joined, JointTrajectory
+from armsim_ros.trajectory import JointTrajectory
 
 LONGEST_PLANNING_TIME = 600.0
 """The most that a request gets [s]."""
@@ -64,8 +56,9 @@ def run_pipeline(
     start = context.model.extract(scene.q, group)
     limits = context.limits.requested(validity.joint_names, request)
     repairs = StartRepairs(context, request, limits, rng, budget)
-    first, start = repairs.run(scene, validity, start)
-    if first:
+    first = repairs.run(scene, validity, start)
+    if first.duration:
+        start = first.positions[-1]
         scene.set_state(context.model.insert(scene.q, group, start))
         validity = context.validity(scene, group, on_path)
     check_start(validity, start)
@@ -73,8 +66,7 @@ def run_pipeline(
     sampler = GoalSampler(context.model, context.inverse(group), validity, scene.q, rng)
     states = sampler.sample(_goal_sets(context, request, scene), budget)
     if float(np.max(np.abs(states[0] - start))) < _AT_REST:
-        standing = QuinticMotion.at_rest(start).trajectory(validity.joint_names)
-        return joined([*first, standing]), 0.0
+        return first.trajectory(validity.joint_names), 0.0
 
     speed_limit = link_speed_limit(context.model, validity, request)
     planner = context.settings.planners.choose(request.planner_id, group, context.log)
@@ -82,15 +74,8 @@ def run_pipeline(
         validity, start, tuple(states), planner, rng, budget, context.log,
         context.settings.fine_step, _attempts(context, request),
     )
-
-    def timed(path: Matrix, step: float, rough: bool) -> QuinticMotion:
-        return time_waypoints(path, validity, limits, speed_limit, step, rough)
-
-    def find() -> Motion:
-        return find_motion(problem, timed)
-
-    path, motion = shortest_motion(problem, find) if planner.anytime else find()
-    return joined([*first, motion.trajectory(validity.joint_names)]), path_length(path)
+    path, motion = find_motion(problem, limits, speed_limit)
+    return first.then(motion).trajectory(validity.joint_names), path_length(path)
 
 
 def _goal_sets(

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from armsim_ros.arrays import Matrix, Vector
+from armsim_ros.arrays import Vector
 from armsim_ros.errors import MoveItErrorCode, PlanningError
 from armsim_ros.planning.budget import Budget
 from armsim_ros.planning.collision.state_validity import StateValidity
@@ -21,9 +21,7 @@ from armsim_ros.planning.search.goal_sampling import GoalSampler
 from armsim_ros.planning.search.path_search import find_motion, SearchProblem
 from armsim_ros.planning.search.planners import PlannerChoice
 from armsim_ros.planning.timing.limits import MotionLimits
-from armsim_ros.planning.timing.path_timing import time_waypoints
 from armsim_ros.planning.timing.quintic import QuinticMotion
-from armsim_ros.trajectory import JointTrajectory
 
 COLLISION = 'FixStartStateCollision'
 PATH_CONSTRAINTS = 'FixStartStatePathConstraints'
@@ -130,26 +128,22 @@ class StartRepairs:
 
     def run(
         self, scene: PlanningScene, validity: StateValidity, start: Vector
-    ) -> tuple[list[JointTrajectory], Vector]:
+    ) -> QuinticMotion:
         """
-        Return what to do first, and where that ends.
+        Return what to do first: one point where nothing had to be, or could be repaired.
 
         :param start: (m,) the group's values.
-        :returns: an empty list where nothing had to be, or could be repaired.
         """
-        motions: list[JointTrajectory] = []
+        motion = QuinticMotion.at_rest(start)
         wanted = self._context.settings.start_repairs
         if COLLISION in wanted and validity.collides(start):
             free = self._jiggled(validity, start)
             if free is not None:
                 motion = point_to_point(start, free, self._limits, _STEP)
-                motions.append(motion.trajectory(validity.joint_names))
                 start = free
         if PATH_CONSTRAINTS in wanted and not validity.constrained(start):
-            states = self._to_constraints(scene, validity, start)
-            motions.append(states)
-            start = states.points[-1].positions
-        return motions, start
+            motion = motion.then(self._to_constraints(scene, validity, start))
+        return motion
 
     def _jiggled(self, validity: StateValidity, start: Vector) -> Vector | None:
         """Return a free state near a colliding one, None where chance finds none."""
@@ -173,7 +167,7 @@ class StartRepairs:
 
     def _to_constraints(
         self, scene: PlanningScene, validity: StateValidity, start: Vector
-    ) -> JointTrajectory:
+    ) -> QuinticMotion:
         """Return a motion to the nearest state found that keeps the path constraints."""
         context, group = self._context, self._request.group_name
         unbound = context.validity(scene, group)
@@ -187,13 +181,9 @@ class StartRepairs:
             unbound, start, tuple(goals), PlannerChoice(), self._rng, self._budget, context.log,
             context.settings.fine_step,
         )
-
-        def timed(path: Matrix, step: float, rough: bool) -> QuinticMotion:
-            return time_waypoints(path, unbound, self._limits, None, step, rough)
-
-        _, motion = find_motion(problem, timed)
+        _, motion = find_motion(problem, self._limits)
         context.log.warning(
             f'the start state breaks the path constraints ({validity.why_not(start)}): moving '
             'to a state that keeps them first'
         )
-        return motion.trajectory(validity.joint_names)
+        return motion

@@ -161,7 +161,7 @@ def join(
             else:
                 run = runs[-1]
                 run.changeable = run.motion.duration
-                run.motion = appended(run.motion, motion)
+                run.motion = run.motion.then(motion)
         radius = items[number].blend_radius
     return tuple(runs)
 
@@ -241,11 +241,6 @@ def _error(text: str) -> PlanningError:
     return PlanningError(MoveItErrorCode.INVALID_MOTION_PLAN, text, SOURCE)
 
 
-def appended(first: QuinticMotion, second: QuinticMotion) -> QuinticMotion:
-    """Return the first motion, a stop, and the second."""
-    return _joined(first, _part(second, 1, len(second.times)), first.duration)
-
-
 def blended(
     first: QuinticMotion, second: QuinticMotion, place: Place, radius: float, step: float,
     since: float = 0.0,
@@ -289,11 +284,10 @@ def blended(
         v1 + growth * (q2 - q1) + weight * (v2 - v1),
         a1 + bend * (q2 - q1) + 2.0 * growth * (v2 - v1) + weight * (a2 - a1),
     )
-    before = _part(first, 0, int(np.searchsorted(first.times, enters - _TIME_RESOLUTION)))
+    before = first.part(0, int(np.searchsorted(first.times, enters - _TIME_RESOLUTION)))
     remaining = int(np.searchsorted(second.times, leaves + _TIME_RESOLUTION))
-    after = _part(second, remaining, len(second.times))
     end = enters + window
-    return _joined(_joined(before, blend, enters), after, end - leaves), end
+    return before.joined(blend, enters).joined(second.part(remaining), end - leaves), end
 
 
 def _first_time(
@@ -314,22 +308,4 @@ def _first_time(
         f'the {which} motion lies within the blend radius {radius:g} m of the point where both '
         'meet; give a smaller blend_radius',
         'blend',
-    )
-
-
-def _part(motion: QuinticMotion, begin: int, end: int) -> QuinticMotion:
-    rows = slice(begin, end)
-    return QuinticMotion(
-        motion.times[rows], motion.positions[rows], motion.velocities[rows],
-        motion.accelerations[rows],
-    )
-
-
-def _joined(first: QuinticMotion, second: QuinticMotion, offset: float) -> QuinticMotion:
-    """Return the points of both, those of the second later by an offset [s]."""
-    return QuinticMotion(
-        np.concatenate([first.times, second.times + offset]),
-        np.concatenate([first.positions, second.positions]),
-        np.concatenate([first.velocities, second.velocities]),
-        np.concatenate([first.accelerations, second.accelerations]),
     )

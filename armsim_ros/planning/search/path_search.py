@@ -31,6 +31,8 @@ from armsim_ros.planning.search.ompl_interface import solve_with_ompl
 from armsim_ros.planning.search.planners import PlannerChoice, settings_of
 from armsim_ros.planning.search.rrt_connect import RRTConnect
 from armsim_ros.planning.search.shortening import path_length, shortened, without_repeats
+from armsim_ros.planning.timing.limits import MotionLimits, SpeedLimit
+from armsim_ros.planning.timing.path_timing import time_waypoints
 from armsim_ros.planning.timing.quintic import QuinticMotion
 
 _SOURCE = 'OMPL'
@@ -290,16 +292,35 @@ def stages(problem: SearchProblem) -> Iterator[Stage]:
 
 
 def find_motion(
-    problem: SearchProblem, timed: Callable[[Matrix, float, bool], QuinticMotion]
+    problem: SearchProblem, limits: MotionLimits, speed_limit: SpeedLimit | None = None
 ) -> Motion:
     """
     Return a path and the motion along it, from the first stage whose motion is free.
 
+    A planner that is to use its time (``anytime``) goes on, for a shorter path.
+
+    :param limits: of the joints, which the motion keeps.
+    :raises PlanningError: TIMED_OUT, PLANNING_FAILED or PREEMPTED where there is no path;
+        INVALID_MOTION_PLAN where no motion along one is free.
+    """
+    def timed(path: Matrix, step: float, rough: bool) -> QuinticMotion:
+        return time_waypoints(path, problem.validity, limits, speed_limit, step, rough)
+
+    def find() -> Motion:
+        return _first_motion(problem, timed)
+
+    return _shortest_motion(problem, find) if problem.planner.anytime else find()
+
+
+def _first_motion(
+    problem: SearchProblem, timed: Callable[[Matrix, float, bool], QuinticMotion]
+) -> Motion:
+    """
+    Return what the first stage gives whose motion is free.
+
     :param timed: (path, step, rough) -> its motion, proved in steps [m]; raises PlanningError
         with INVALID_MOTION_PLAN where it is not free. A rough path was not checked in fine
         steps before, and is not changed so that its motion becomes free.
-    :raises PlanningError: TIMED_OUT, PLANNING_FAILED or PREEMPTED where there is no path;
-        INVALID_MOTION_PLAN where no motion along one is free.
     """
     problem.validity.keep_clear(problem.ends)
     failure: PlanningError | None = None
@@ -336,7 +357,7 @@ def _proved(
     return path, timed(path, stage.fine_step, False)
 
 
-def shortest_motion(problem: SearchProblem, find: Callable[[], Motion]) -> Motion:
+def _shortest_motion(problem: SearchProblem, find: Callable[[], Motion]) -> Motion:
     """
     Return the motion with the shortest path of all that are found while there is time.
 

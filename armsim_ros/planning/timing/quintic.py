@@ -123,6 +123,25 @@ class QuinticMotion:
             self.accelerations / factor**2,
         )
 
+    def part(self, begin: int, end: int | None = None) -> QuinticMotion:
+        """Return some of the points, at their times."""
+        rows = slice(begin, end)
+        return QuinticMotion(self.times[rows], self.positions[rows], self.velocities[rows],
+                             self.accelerations[rows])
+
+    def joined(self, other: QuinticMotion, offset: float) -> QuinticMotion:
+        """Return the points of both motions, those of the other later by an offset [s]."""
+        return QuinticMotion(
+            np.concatenate([self.times, other.times + offset]),
+            np.concatenate([self.positions, other.positions]),
+            np.concatenate([self.velocities, other.velocities]),
+            np.concatenate([self.accelerations, other.accelerations]),
+        )
+
+    def then(self, other: QuinticMotion) -> QuinticMotion:
+        """Return this motion, a stop, and another one that begins where this one ends."""
+        return self.joined(other.part(1), self.duration)
+
     def trajectory(self, joint_names: Sequence[str]) -> JointTrajectory:
         """Return the points as a trajectory of these joints."""
         return JointTrajectory(

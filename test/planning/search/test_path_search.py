@@ -6,14 +6,12 @@ import numpy as np
 import pytest
 
 from armsim_ros.errors import MoveItErrorCode, PlanningError
-from armsim_ros.planning import pipeline
 from armsim_ros.planning.budget import Budget
 from armsim_ros.planning.collision.state_validity import CLEARANCE, HULL_CLEARANCE
 from armsim_ros.planning.context import PlanningContext
 from armsim_ros.planning.request import Constraints, JointConstraint, MotionPlanRequest
 from armsim_ros.planning.scene.update import StartState
 from armsim_ros.planning.search import path_search
-from armsim_ros.planning.search import path_search as path_search_module
 from armsim_ros.planning.search.path_search import search, SearchProblem, stages
 from armsim_ros.planning.search.planners import PlannerChoice
 from armsim_ros.planning.search.shortening import path_length
@@ -118,7 +116,7 @@ def test_a_straight_line_may_be_closer(planar_scene, add_box, found):
 
 def test_closer_where_there_is_no_way_otherwise(monkeypatch, post, found):
     """Where no way was found half a centimetre from everything, one is found closer by."""
-    monkeypatch.setattr(path_search_module, '_FEW_MOTIONS', 0)
+    monkeypatch.setattr(path_search, '_FEW_MOTIONS', 0)
     waypoints, stage = found(0)
     assert len(waypoints) > 2
     assert not stage.exact
@@ -139,7 +137,7 @@ def test_a_detour_is_searched_twice(monkeypatch, post, found):
 def test_a_motion_that_is_not_free_is_searched_again(monkeypatch, planned, failures, code):
     """Where the motion along a path is not free others are searched, finely, for a while."""
     steps = []
-    time_waypoints = pipeline.time_waypoints
+    time_waypoints = path_search.time_waypoints
 
     def refuse(path, validity, limits, speed_limit, step, rough):
         steps.append(step)
@@ -147,7 +145,7 @@ def test_a_motion_that_is_not_free_is_searched_again(monkeypatch, planned, failu
             raise PlanningError(MoveItErrorCode.INVALID_MOTION_PLAN, 'not free', 'test')
         return time_waypoints(path, validity, limits, speed_limit, step, rough)
 
-    monkeypatch.setattr(pipeline, 'time_waypoints', refuse)
+    monkeypatch.setattr(path_search, 'time_waypoints', refuse)
     response = planned()
     assert response.error_code == code
     assert steps == sorted(steps, reverse=True)
