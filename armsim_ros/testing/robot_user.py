@@ -40,7 +40,7 @@ class RobotUser:
         self.program = program
         self.namespace = namespace
         self.move_group = MoveGroupClient(client)
-        self._joint_states = client.collect(f'{namespace}/joint_states', JointState)
+        self._joint_states = client.collect(f'{namespace}/joint_states', JointState, 1)
 
     def positions(self) -> dict[str, float]:
         """Return the joint positions of a message that comes from now on [rad or m]."""

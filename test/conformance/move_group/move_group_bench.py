@@ -121,7 +121,7 @@ class ArmBench:
         self._execute_feedback = Feedback(
             client, self.name('execute_trajectory'), ExecuteTrajectory
         )
-        self.joint_states = client.collect(joint_states, JointState)
+        self.joint_states = client.collect(joint_states, JointState, 1)  # no backlog
 
     def _read_joints(self, urdf: Any) -> None:
         """Note limits, and the root link."""

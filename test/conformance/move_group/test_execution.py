@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from copy import deepcopy
 from pathlib import Path
 import shutil
 import threading
@@ -259,18 +260,21 @@ def test_a_goal_is_cancelled_before_its_controller_answers(stand: Stand) -> None
 def test_a_goal_is_cancelled_while_it_waits_for_another(stand: Stand) -> None:
     """The second one ends at once, and never reaches its controller; the first goes on."""
     stand.lower.behaviour = 'hold'
-    first = stand.arm.send_execute(stand.trajectory(*LOWER))
+    there = stand.trajectory(*LOWER)
+    first = stand.arm.send_execute(there)
     wait_for(lambda: stand.lower.goals)
-    second = stand.arm.send_execute(stand.trajectory(*LOWER))
-    third = stand.arm.send_execute(stand.trajectory(*LOWER))
+    back = deepcopy(there)
+    for point, mirrored in zip(back.points, reversed(there.points), strict=True):
+        point.positions = mirrored.positions
+        point.velocities = [-value for value in mirrored.velocities]
+        point.accelerations = mirrored.accelerations
+    second = stand.arm.send_execute(back)
     stand.arm.cancel(second)
-    assert stand.arm.ended(second, timeout=3.0).status == CANCELED
+    assert stand.arm.ended(second, timeout=10.0).status == CANCELED
     assert not stand.lower.cancelled.is_set()
-    stand.lower.behaviour = 'arrive'
     stand.arm.cancel(first)
     assert stand.arm.ended(first).status == CANCELED
-    assert stand.arm.ended(third).code == 'SUCCESS'
-    assert len(stand.lower.goals) == 2
+    assert len(stand.lower.goals) == 1
 
 
 @pytest.mark.statement('EXE-5')
