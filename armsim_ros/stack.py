@@ -25,10 +25,12 @@ from armsim_ros.errors import (
 )
 from armsim_ros.model.cell import Cell
 from armsim_ros.model.cell_loading import load_cell
+from armsim_ros.model.grippers import grippers_in
 from armsim_ros.model.world_objects import world_in_root, WorldObject
 from armsim_ros.planning.budget import CountingClock
 from armsim_ros.sim.assembly import build_control, build_manager, build_simulation
 from armsim_ros.sim.control_loop import ControlLoop
+from armsim_ros.sim.finger_contacts import FingerContacts
 from armsim_ros.trajectory import JointTrajectory
 
 if TYPE_CHECKING:
@@ -76,6 +78,7 @@ class ArmSim:
         self.loop = ControlLoop(self.simulation, controllers, rate)
         self._planning_clock = CountingClock()
         self._shared_objects: list[str] = []
+        self._attached: frozenset[str] = frozenset()
 
     @property
     def manager(self) -> ControllerManager:
@@ -226,11 +229,23 @@ class ArmSim:
                 message = goal.result.message if goal.result else ''
                 raise ControllerError(f'the trajectory was {goal.status.name.lower()}: {message}')
 
+    @cached_property
+    def fingers(self) -> FingerContacts:
+        """What the fingers touch."""
+        return FingerContacts(self.simulation, grippers_in(self.cell))
+
+    @property
+    def held(self) -> dict[str, str]:
+        """Object -> link that holds it: between fingers that press it now, or at a cup."""
+        held = {name: gripper.palm for name, gripper in self.fingers.squeezed().items()}
+        cups = self.simulation.vacuum_grippers.values()
+        return held | {cup.held: cup.settings.link for cup in cups if cup.held}
+
     def add_object(self, thing: WorldObject) -> None:
         """
         Put an object into the world that physics and planner share.
 
-        The planner sees it where it is when a plan is asked for.
+        The planner sees it where it is when a plan is asked for; what is held goes with the arm.
 
         :raises SimulationError: its name is taken, or the physics refuses it.
         :raises PlanningError: the planner refuses it; nothing is added then.
@@ -292,15 +307,29 @@ class ArmSim:
         )
 
     def _update_scene(self) -> None:
-        from armsim_ros.planning.scene.objects import CollisionObject, ObjectOperation
+        from armsim_ros.planning.scene.objects import (
+            AttachedObject,
+            CollisionObject,
+            ObjectOperation,
+        )
 
         self.scene.set_positions(self.joint_positions)
         root = world_in_root(self.settings)
+        held = {name: link for name, link in self.held.items() if name in self._shared_objects}
+        for name in self._attached & set(self.scene.attached):
+            self.scene.apply_attached(AttachedObject(
+                '', CollisionObject(name, ObjectOperation.REMOVE)))
         for name in self._shared_objects:
             if name in self.scene.objects:
                 pose = root @ self.simulation.world.pose(name)
                 self.scene.apply_object(
                     CollisionObject(name, ObjectOperation.MOVE, pose=pose))
+        touching = {gripper.palm: gripper.links for gripper in grippers_in(self.cell)}
+        self._attached = frozenset(held) & set(self.scene.objects)
+        for name in self._attached:
+            link = held[name]
+            self.scene.apply_attached(AttachedObject(
+                link, CollisionObject(name), touching.get(link, (link,))))
 
     def _constraints(self, goal: Goal, group: str) -> Constraints:
         from armsim_ros.planning.request import Constraints

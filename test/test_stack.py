@@ -19,6 +19,9 @@ from armsim_ros.errors import (
     PlanningError,
     SimulationError,
 )
+from armsim_ros.model.geometry import Box
+from armsim_ros.model.transforms import pose_matrix
+from armsim_ros.model.world_objects import WorldObject
 from armsim_ros.sim.assembly import servo_gains
 from armsim_ros.stack import ArmSim
 from armsim_ros.testing.in_process import built_cell
@@ -216,3 +219,21 @@ def test_gains_set_at_run_time_reach_the_drives(sim):
         sim.step(3000)
         sags.append(abs(sim.joint_positions['joint_2']))
     assert sags[1] == pytest.approx(10.0 * sags[0], rel=0.2)
+
+
+def test_a_plan_takes_along_what_fingers_hold():
+    """Held it is on the arm, for the planner, too; let go it is an obstacle where it is."""
+    sim = ArmSim(ROOT / 'test' / 'support' / 'robots' / 'hand')
+    sim.add_object(WorldObject.of_shape(
+        'post', Box((0.03,) * 3), pose_matrix((0.0, 0.0, 1.12))))
+    sim.add_object(WorldObject.of_shape(
+        'cube', Box((0.05,) * 3), pose_matrix((0.0, 0.0, 1.16)), mass=0.3))
+    for position, held in ((0.0, {'cube': 'palm'}), (0.04, {})):
+        goal = sim.manager.controllers['fingers'].send_goal(position, 10.0).goal
+        sim.run_until(lambda goal=goal: goal.done)
+        assert sim.held == held
+        sim.plan({'carriage_z': 0.01}, 'carriage')
+        attached = sim.scene.attached
+        assert {name: one.link_name for name, one in attached.items()} == held
+        assert all(set(one.touch_links) == {'palm', 'left_finger', 'right_finger'}
+                   for one in attached.values())

@@ -98,6 +98,15 @@ class GripperBase(Controller[ParametersT]):
             self._bound = abs(goal.effort)
             self._last_movement_ns = time_ns
 
+    @abstractmethod
+    def close_to(self, position: float, effort: float) -> GripperResponse:
+        """
+        Take a goal, which replaces a running one, or refuse it.
+
+        :param position: [rad or m].
+        :param effort: not to be exceeded [N*m or N]; 0 leaves it to the parameters.
+        """
+
     def cancel(self, goal: GripperGoal) -> bool:
         """Cancel a goal and hold; False where it has ended already."""
         if not goal.request_cancel():

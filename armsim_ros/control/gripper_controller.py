@@ -58,6 +58,10 @@ class GripperController(GripperBase[GripperActionControllerParameters]):
         """
         return self._accept(GripperGoal(position, max_effort or self._default_bound))
 
+    def close_to(self, position: float, effort: float) -> GripperResponse:
+        """Take a goal of a position and an effort."""
+        return self.send_goal(position, effort)
+
     def _command(self, period: float) -> None:
         hardware, i = self.context.hardware, self._index
         if self._pid is None:
@@ -115,6 +119,10 @@ class ParallelGripperController(GripperBase[ParallelGripperActionControllerParam
         effort = efforts[0] if efforts else self._default_bound
         velocity = velocities[0] if velocities else self.parameters.max_velocity
         return self._accept(GripperGoal(positions[0], effort, velocity))
+
+    def close_to(self, position: float, effort: float) -> GripperResponse:
+        """Take a goal of a position and an effort."""
+        return self.send_goal([position], [], [effort] if effort else [])
 
     def _command(self, period: float) -> None:
         self.context.hardware.command.position[self._index] = self._target

@@ -17,7 +17,8 @@ from armsim_ros.sim.mujoco_model import object_body_name
 from armsim_ros.sim.robot_spec import element_name
 from armsim_ros.sim.simulation import Simulation
 
-#: An object that two fingers press from opposite sides for so long is held [ns].
+#: An object that two fingers press from opposite sides for so long is held, and one that they
+#: have not pressed for so long is not [ns].
 GRASP_NS = 200_000_000
 #: Cosine between the pushes of two fingers below which they are opposite: 120 degrees and more.
 OPPOSITE = -0.5
@@ -60,7 +61,8 @@ class FingerContacts:
         self._simulation = simulation
         self._grippers = tuple(grippers)
         self._robot = element_name(simulation.model.name, '')
-        self._since: dict[tuple[str, str], int] = {}
+        self._pressed: dict[tuple[str, str], tuple[int, int]] = {}
+        self._held: dict[tuple[str, str], Gripper] = {}
 
     def contacts(self, gripper: Gripper) -> list[FingerContact]:
         """Return where a gripper touched something else in the last step."""
@@ -96,13 +98,19 @@ class FingerContacts:
         }
 
     def held(self) -> Mapping[str, Gripper]:
-        """Return what has been squeezed at all looks for long enough."""
-        now = self._simulation.time_ns
-        squeezed = self.squeezed()
-        pairs = [(name, gripper.palm) for name, gripper in squeezed.items()]
-        self._since = {pair: min(now, self._since.get(pair, now)) for pair in pairs}
-        return {name: squeezed[name]
-                for (name, _), since in self._since.items() if now - since >= GRASP_NS}
+        """Return what was squeezed at all looks for long enough, and since then not let go."""
+        now, there = self._simulation.time_ns, self._simulation.world.objects
+        squeezed = {(name, gripper.palm): gripper for name, gripper in self.squeezed().items()}
+        pressed = {pair: (self._pressed.get(pair, (now, now))[0], now) for pair in squeezed}
+        for pair, (since, last) in self._pressed.items():
+            if pair in self._held and pair[0] in there and now - last < GRASP_NS:
+                pressed.setdefault(pair, (since, last))
+        self._pressed = pressed
+        self._held = {
+            pair: squeezed.get(pair) or self._held[pair]
+            for pair, (since, last) in pressed.items() if last - since >= GRASP_NS
+        }
+        return {name: gripper for (name, _), gripper in self._held.items()}
 
 
 def _between(gripper: Gripper, contacts: Iterable[FingerContact]) -> list[str]:

@@ -12,6 +12,7 @@ from importlib import import_module
 from typing import Any
 
 from armsim_ros.testing.assertions import (
+    assert_holds,
     assert_no_collision,
     assert_no_contact,
     assert_reached,
@@ -27,7 +28,13 @@ _CLIENTS = {
     'ClockRelay': 'relay', 'ServiceRelay': 'relay', 'TopicRelay': 'relay',
 }  # fmt: skip
 
-__all__ = ['assert_no_collision', 'assert_no_contact', 'assert_reached', 'assert_rejected']
+__all__ = [
+    'assert_holds',
+    'assert_no_collision',
+    'assert_no_contact',
+    'assert_reached',
+    'assert_rejected',
+]
 
 
 def __getattr__(name: str) -> Any:

@@ -133,6 +133,30 @@ class Arm(ABC):
         """Activate or deactivate a controller; ControllerError where that cannot be."""
 
     @abstractmethod
+    def grasp(self, effort: float = 0.0) -> None:
+        """
+        Close the fingers, or switch the suction cup on, and wait for the end of it.
+
+        Fingers go to the first named state whose name begins with ``close``; what is between
+        them stops them.
+
+        :param effort: of a gripper controller [N*m or N]; 0 leaves it to its parameters.
+        :raises ControllerError: the arm has neither, or a controller refuses.
+        """
+
+    @abstractmethod
+    def release(self) -> None:
+        """
+        Open the fingers, to the first named state that begins with ``open``, or switch off.
+
+        :raises ControllerError: the arm has neither, or a controller refuses.
+        """
+
+    @abstractmethod
+    def held(self) -> tuple[str, ...]:
+        """Return the objects that the arm holds."""
+
+    @abstractmethod
     def touches(self, since: float | None = None) -> tuple[Touch, ...]:
         """Return what touched what after a simulated time [s], oldest first; None: ever."""
 
@@ -157,6 +181,21 @@ class Arm(ABC):
         :raises OSError: a file cannot be written.
         """
         yield from ()
+
+    def finger_state(self, word: str) -> dict[str, float]:
+        """
+        Return joint -> position of the named state that opens or closes the fingers.
+
+        :param word: ``open`` or ``close``.
+        :raises ControllerError: there is no such state.
+        """
+        for name, state in self.named_states.items():
+            if name.lower().startswith(word):
+                return state
+        raise ControllerError(
+            f"{self.name} has no suction cup, and no named state that begins with '{word}'; "
+            f'there are: {", ".join(self.named_states) or "none"}; add one for the fingers to '
+            'the SRDF')
 
     def distance(self, target: Target) -> tuple[str, float]:
         """Return the joint that is farthest from a target state, and how far [rad or m]."""

@@ -58,6 +58,20 @@ def assert_no_contact(
         raise AssertionError(f"'{first}' was touched: {_told(hits)}")
 
 
+def assert_holds(arm: Arm, name: str) -> None:
+    """
+    Fail unless fingers or a suction cup hold an object.
+
+    :param name: of the object.
+    """
+    __tracebackhide__ = True
+    held = arm.held()
+    if name not in held:
+        raise AssertionError(
+            f"{arm.name} does not hold '{name}' but {', '.join(held) or 'nothing'}; "
+            f'{arm.summary()}')
+
+
 def assert_rejected(arm: Arm, points: Points, match: str = '') -> str:
     """
     Fail unless the controllers refuse a trajectory, and return their reason.

@@ -14,17 +14,21 @@ from armsim_ros.config.joint_fault import JointFault
 from armsim_ros.config.world import BoxSettings, PartSettings, ShapeSettings, WorldObjectSettings
 from armsim_ros.control.controller_manager import Strictness
 from armsim_ros.control.events import ControllerEvent
+from armsim_ros.control.gripper_base import GripperBase
 from armsim_ros.errors import ControllerError
 from armsim_ros.model.cell import Cell
 from armsim_ros.model.cell_loading import load_cell
 from armsim_ros.model.world_objects import object_from_settings
 from armsim_ros.recording.flight_recorder import FlightRecorder
+from armsim_ros.sim.vacuum_control import VacuumControl
 from armsim_ros.stack import ArmSim
 from armsim_ros.testing.arm import Arm, BUILT_WITHOUT_FAULTS, Matrix, Points, Target, Touch
 from armsim_ros.testing.contact_log import ContactLog
 
 #: Time between two looks at the contacts [ns]; a touch of stiff bodies lasts several times that.
 LOOK_NS = 2_000_000
+#: A suction cup is waited for so long [s], and fingers without a gripper controller move so long.
+SUCTION, FINGERS_MOVE = 2.0, 1.0
 #: Events that a report can show.
 KEPT_EVENTS = 200
 
@@ -116,6 +120,50 @@ class InProcessArm(Arm):
     def wait(self, seconds: float) -> None:
         """Let simulated time pass [s]."""
         self.sim.run_until(self.time + seconds)
+
+    def grasp(self, effort: float = 0.0) -> None:
+        """Close the fingers, or switch the suction cup on, and wait for the end of it."""
+        if not self._cups:
+            self._move_fingers('close', effort)
+            return
+        for cup in self._cups:
+            cup.on()
+        limit = self.time + SUCTION
+        self.sim.run_until(lambda: bool(self.sim.held) or self.time >= limit)
+
+    def release(self) -> None:
+        """Open the fingers, or switch the suction cup off."""
+        if not self._cups:
+            self._move_fingers('open', 0.0)
+        for cup in self._cups:
+            cup.off()
+
+    def held(self) -> tuple[str, ...]:
+        """Return the objects that the arm holds."""
+        return tuple(self.sim.held)
+
+    @cached_property
+    def _cups(self) -> tuple[VacuumControl, ...]:
+        return tuple(VacuumControl(self.sim.loop, cup, lambda: None)
+                     for cup in self.sim.simulation.vacuum_grippers.values())
+
+    def _move_fingers(self, word: str, effort: float) -> None:
+        state = self.finger_state(word)
+        grippers = [one for manager in self.sim.managers.values()
+                    for one in manager.controllers.values()
+                    if isinstance(one, GripperBase) and one.active and one.joints[0] in state]
+        if not grippers:
+            joints = {name: at for name, at in state.items()
+                      if self.sim.model.joints[name].mimic is None}
+            self.follow([(FINGERS_MOVE, joints)])
+            return
+        for gripper in grippers:
+            response = gripper.close_to(state[gripper.joints[0]], effort)
+            goal = response.goal
+            if goal is None:
+                raise ControllerError(
+                    f"controller '{gripper.name}' refuses: {response.reason}")
+            self.sim.run_until(lambda goal=goal: goal.done)
 
     def touches(self, since: float | None = None) -> tuple[Touch, ...]:
         """Return what touched what after a simulated time [s], oldest first; None: ever."""

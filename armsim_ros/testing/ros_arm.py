@@ -10,13 +10,19 @@ from pathlib import Path
 import shutil
 from typing import Any
 
+from control_msgs.action import GripperCommand, ParallelGripperCommand
 from sensor_msgs.msg import JointState
 from simulation_interfaces.msg import Result
 from simulation_interfaces.srv import DeleteEntity, GetEntityState, SpawnEntity
-from std_srvs.srv import Trigger
+from std_srvs.srv import Empty, Trigger
 
 from armsim_ros.arrays import Matrix
 from armsim_ros.config.joint_fault import JointFault
+from armsim_ros.config.controllers import ControllerSettings
+from armsim_ros.config.gripper_action_controller import (
+    GripperParameters,
+    ParallelGripperActionControllerParameters,
+)
 from armsim_ros.config.robot_settings import RobotSettings
 from armsim_ros.config.world import BoxSettings, ShapeSettings
 from armsim_ros.errors import ControllerError, PlanningError, SimulationError
@@ -27,10 +33,13 @@ from armsim_ros.nodes.conversions.trajectory import trajectory_to_message
 from armsim_ros.testing.arm import Arm, BUILT_WITHOUT_FAULTS, Points, Target, Touch
 from armsim_ros.testing.controller_manager_client import ControllerManagerClient
 from armsim_ros.testing.move_group_client import SUCCESS
+from armsim_ros.testing.patient_action_client import PatientActionClient
 from armsim_ros.testing.robot_user import RobotUser
 from armsim_ros.testing.trajectory_client import SUCCEEDED, TrajectoryClient
 
 SECOND_NS = 1_000_000_000
+#: Fingers without a gripper controller move so long [s].
+FINGERS_MOVE = 1.0
 
 
 class RosArm(Arm):
@@ -48,6 +57,11 @@ class RosArm(Arm):
         self.robot = robot
         self._name, self._faults = settings.name, faults
         self._controllers = settings.moveit_controllers
+        self._cups = tuple(settings.simulation.vacuum_grippers)
+        self._grippers = {
+            one.parameters.joint: one for one in settings.controllers
+            if isinstance(one.parameters, GripperParameters) and one.name in settings.spawn
+        }
         self._states = robot.client.collect(f'{robot.namespace}/joint_states', JointState)
         self._start_ns = _stamp_ns(self._states.wait()[-1])
 
@@ -131,6 +145,52 @@ class RosArm(Arm):
         response = manager.switch(**{'activate' if active else 'deactivate': [controller]})
         if not response.ok:
             raise ControllerError(response.message)
+
+    def grasp(self, effort: float = 0.0) -> None:
+        """Close the fingers, or switch the suction cup on, and wait for the end of it."""
+        self._move_hand('close', 'on', effort)
+
+    def release(self) -> None:
+        """Open the fingers, or switch the suction cup off."""
+        self._move_hand('open', 'off', 0.0)
+
+    def held(self) -> tuple[str, ...]:
+        """Raise; the planning scene of a test's stack does not follow the world."""
+        raise NotImplementedError("what is held is known with armsim(mode='inprocess') only")
+
+    def _move_hand(self, word: str, service: str, effort: float) -> None:
+        for cup in self._cups:
+            self.robot.client.call(f'{self.robot.namespace}/{cup}/{service}', Empty)
+        if self._cups:
+            return
+        state = self.finger_state(word)
+        grippers = {joint: one for joint, one in self._grippers.items() if joint in state}
+        for joint, gripper in grippers.items():
+            self._send_gripper(gripper, state[joint], effort)
+        if not grippers:
+            self.follow([(FINGERS_MOVE, state)])
+
+    def _send_gripper(
+        self, gripper: ControllerSettings, position: float, effort: float
+    ) -> None:
+        client, name = self.robot.client, f'{self.robot.namespace}/{gripper.name}/gripper_cmd'
+        kind: Any = GripperCommand
+        goal: Any = GripperCommand.Goal()
+        if isinstance(gripper.parameters, ParallelGripperActionControllerParameters):
+            kind, goal = ParallelGripperCommand, ParallelGripperCommand.Goal()
+            goal.command.position, goal.command.effort = [position], [effort] if effort else []
+        else:
+            goal.command.position, goal.command.max_effort = position, effort
+        action = PatientActionClient(client.node, kind, name)
+        try:
+            if not action.wait_for_server(20.0):
+                raise ControllerError(f'there is no action {name}')
+            handle = client.result(client.in_executor(lambda: action.send_goal_async(goal)))
+            if not handle.accepted:
+                raise ControllerError('refused; the reason is in the log of the simulation')
+            client.result(client.in_executor(handle.get_result_async), 60.0)
+        finally:
+            client.in_executor(action.destroy)
 
     def spawn(
         self,

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from shaking import shaking
 
 from armsim_ros.model.cell_loading import load_cell
 from armsim_ros.model.geometry import Box
@@ -15,12 +16,10 @@ from armsim_ros.model.transforms import pose_matrix
 from armsim_ros.model.world_objects import WorldObject
 from armsim_ros.sim.finger_contacts import FingerContacts
 from armsim_ros.stack import ArmSim
-from armsim_ros.trajectory import JointTrajectory, TrajectoryPoint
 
 HAND = Path(__file__).parent.parent / 'support' / 'robots' / 'hand'
 KINDS = ('fingers', 'parallel_fingers', 'effort_fingers')
 FINGERS = ('left_finger', 'right_finger')
-GRAVITY = 9.8
 
 
 @pytest.fixture(scope='module')
@@ -71,21 +70,6 @@ class Hand:
             self.sim.step(50)
             farthest = max(farthest, float(np.linalg.norm(self.cube_in_palm() - start)))
         return farthest
-
-
-def shaking(seconds):
-    """Return a circle in x and z, once a second, that accelerates by one gravity."""
-    times = np.arange(0.0, seconds + 1e-9, 0.02)
-    share = np.clip(0.5 * np.minimum(times, seconds - times), 0.0, 1.0)
-    radius = GRAVITY / (2.0 * np.pi) ** 2 * share**3 * (10.0 - 15.0 * share + 6.0 * share**2)
-    angle = 2.0 * np.pi * times
-    positions = radius[:, None] * np.column_stack([np.sin(angle), np.cos(angle)])
-    velocities = np.gradient(positions, times, axis=0)
-    velocities[-1] = 0.0
-    accelerations = np.gradient(velocities, times, axis=0)
-    rows = zip(0.02 + times, positions, velocities, accelerations, strict=True)
-    return JointTrajectory(
-        ('carriage_x', 'carriage_z'), tuple(TrajectoryPoint(*row) for row in rows))
 
 
 def test_a_cube_is_held_through_a_minute_of_shaking(cell):
@@ -145,6 +129,8 @@ def test_what_two_fingers_press_is_held_after_a_while(cell):
     assert held['cube'].palm == 'palm'
     assert set(held['cube'].links) == {'palm', *FINGERS}
     hand.close(10.0, position=0.04)
+    assert set(hand.looks.held()) == {'cube'}
+    hand.sim.step(200)
     assert hand.looks.held() == {}
 
 
