@@ -17,12 +17,12 @@ from simulation_interfaces.srv import DeleteEntity, GetEntityState, SpawnEntity
 from std_srvs.srv import Empty, Trigger
 
 from armsim_ros.arrays import Matrix
-from armsim_ros.config.joint_fault import JointFault
 from armsim_ros.config.controllers import ControllerSettings
 from armsim_ros.config.gripper_action_controller import (
     GripperParameters,
     ParallelGripperActionControllerParameters,
 )
+from armsim_ros.config.joint_fault import JointFault
 from armsim_ros.config.robot_settings import RobotSettings
 from armsim_ros.config.world import BoxSettings, ShapeSettings
 from armsim_ros.errors import ControllerError, PlanningError, SimulationError

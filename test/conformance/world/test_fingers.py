@@ -121,8 +121,8 @@ def test_contacts_are_told_while_somebody_listens(fingers: Fingers) -> None:
     seen = fingers.world.client.collect('/hand/gripper/contacts', ContactInformation, 100)
     found = seen.wait(80)
     stamps = sorted({one.header.stamp.sec * 10**9 + one.header.stamp.nanosec for one in found})
-    gaps = {after - before for before, after in pairwise(stamps)}
-    assert min(gaps) == 20_000_000
+    # The first one comes as soon as somebody listens.
+    assert min(after - before for before, after in pairwise(stamps[1:])) == 20_000_000
     assert {(one.contact_body_1, one.contact_body_2) for one in found} == {
         ('left_finger', 'cube'), ('right_finger', 'cube')}
     sides = {one.contact_body_1: one.normal.y for one in found}
