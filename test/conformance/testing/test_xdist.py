@@ -86,6 +86,7 @@ def wait_until(condition, timeout=120.0):
         pause.wait(0.1)
 
 
+@pytest.mark.timeout(900)
 @statement('G4', 'G5')
 def test_forty_tests_on_two_workers_leave_nothing(run_tests, pytester, two_domains):
     """In-process and process tests side by side pass; no program, domain or file is left."""
@@ -102,6 +103,7 @@ def test_forty_tests_on_two_workers_leave_nothing(run_tests, pytester, two_domai
     assert_free(two_domains)
 
 
+@pytest.mark.timeout(900)
 @statement('G5')
 def test_killed_and_interrupted_workers_leave_nothing(pytester, monkeypatch, two_domains):
     """Programs and domain of a worker go with it when it is killed, all go with Ctrl-C."""
