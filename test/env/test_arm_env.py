@@ -240,3 +240,20 @@ def test_a_plan_can_be_followed_by_actions(new_env):
         observation, *_ = env.step(np.append(trajectory.points[-1].positions, 0.0))
     np.testing.assert_allclose(
         observation['joint_positions'], trajectory.points[-1].positions, atol=1e-3)
+
+
+@statement('H1')
+@pytest.mark.parametrize('robot', ['bot', 'ROBOT', 'two_bots'])
+def test_any_robot_is_an_environment(robot):
+    """Arms of few axes, with mimic joints, and several at once: steps, and a state restored."""
+    from armsim_ros.env import ArmEnv
+
+    env = ArmEnv(robot, action='twist')
+    observation, _ = env.reset(seed=1)
+    assert observation in env.observation_space
+    run(env, actions(env, 3))
+    state, digest = env.save_state(), env.digest()
+    run(env, actions(env, 3))
+    assert env.digest() != digest
+    env.restore_state(state)
+    assert env.digest() == digest
