@@ -58,6 +58,7 @@ class Engine:
         self._timers: list[tuple[float, int, Callable[[], None]]] = []
         self._order = itertools.count()
         self._starts = 0
+        self._is_absent = False
         self._tasks: set[asyncio.Task[Any]] = set()
         self._folder: Path | None = None
         context.engine = self
@@ -78,8 +79,9 @@ class Engine:
             self.visit(one)
 
     def emit(self, event: Any) -> None:
-        """Queue an event."""
-        self._jobs.append(lambda: self._handle(event))
+        """Queue an event; the end of what never ran does not end the launch."""
+        if not (self._is_absent and isinstance(event, events.Shutdown)):
+            self._jobs.append(lambda: self._handle(event))
 
     def call_later(self, period: float, due: Callable[[], Iterable[LaunchDescriptionEntity]]
                    ) -> None:
@@ -200,7 +202,10 @@ class Engine:
         if was_run or not action.ends_launch:
             scope = self._capture()
             self._jobs.append(lambda: self._visit_all(self._at_end(action, event), scope))
-        self.emit(event)
+        if was_run:
+            self.emit(event)
+        else:
+            self._jobs.append(lambda: self._handle_absent(event))
 
     def printed(self, action: ExecuteLocal, name: str, pid: int, text: bytes, fd: int) -> None:
         """Tell the handlers of what a process printed."""
@@ -227,6 +232,13 @@ class Engine:
             if handler in self.handlers and handler.matches(event):
                 self._visit_all(handler.handle(event, self.context) or (),
                                 getattr(handler, 'scope', None))
+
+    def _handle_absent(self, event: Any) -> None:
+        self._is_absent = True
+        try:
+            self._handle(event)
+        finally:
+            self._is_absent = False
 
     def _begin_shutdown(self, event: events.Shutdown) -> None:
         if event.due_to_failure:

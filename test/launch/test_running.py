@@ -14,6 +14,7 @@ HEAD = """
 from launch import LaunchDescription
 from launch.actions import *
 from launch.event_handlers import OnProcessExit
+from launch.events import Shutdown as ShutdownEvent
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
@@ -148,3 +149,19 @@ def test_what_is_not_installed_does_not_stop_the_rest(launch):
     assert program.wait(40.0) == 0
     assert 'unknown: no_one/driver is not installed and not started' in program.text
     assert '[b-2] after' in program.text
+
+
+@pytest.mark.parametrize('ends', ['Shutdown()', "EmitEvent(event=ShutdownEvent(reason='gone'))"])
+def test_a_window_that_is_not_there_does_not_end_the_launch(launch, ends):
+    """What ends a launch with its window leaves it running where the window is not installed."""
+    program = launch(f"""
+        window := Node(package='no_one', executable='rviz2'),
+        RegisterEventHandler(OnProcessExit(target_action=window, on_exit=[
+            sh('echo on', 'next'), {ends}])),
+        sh({FOREVER!r}, 'work'),
+    """)
+    program.wait_for_line(r'\[work-\d\] ready')
+    program.wait_for_line(r'\[next-\d\] on')
+    program.wait_for_line(r'\[next-\d\]: process has finished cleanly')
+    assert program.stop(20.0) == 0
+    assert '[work-2] stopped' in program.text
