@@ -20,16 +20,16 @@ ELBOW_UP = (0.0, 0.3, 1.5, 0.5, 1.0, 0.0)
 class Streamer:
     """A stream and what came of it."""
 
-    def __init__(self, kinematics, start=ELBOW_UP, **parameters):
+    def __init__(self, kinematics, start=ELBOW_UP, group=GROUP, **parameters):
         servo = {key: parameters.pop(key) for key in ('butterworth_filter_coeff',)
                  if key in parameters}  # fmt: skip
-        self.kinematics = kinematics
+        self.kinematics, self.group = kinematics, group
         self.settings = ServoNodeSettings(moveit_servo=ServoParameters(**parameters), **servo)
         self.parameters = self.settings.moveit_servo
         self.scene = PlanningScene(kinematics)
         self.checker = CollisionChecker(self.scene)
         self.stream, self.warnings = build_stream(
-            kinematics, self.scene, self.checker, self.settings, GROUP
+            kinematics, self.scene, self.checker, self.settings, group
         )
         self.stream.start(np.array(start, float))
         self.positions = [np.array(start, float)]
@@ -38,7 +38,7 @@ class Streamer:
     @property
     def q(self):
         """The whole robot where the stream is."""
-        return self.kinematics.insert(self.kinematics.default(), GROUP, self.positions[-1])
+        return self.kinematics.insert(self.kinematics.default(), self.group, self.positions[-1])
 
     @property
     def tip(self):

@@ -164,7 +164,8 @@ def _read_jog(message: JointJogMessage) -> JointJog:
 def _read_pose(message: PoseStamped) -> PoseTarget:
     position, turn = message.pose.position, message.pose.orientation
     finite_vector('pose.position', (position.x, position.y, position.z))
-    finite_vector('pose.orientation', (turn.x, turn.y, turn.z, turn.w))
+    if not finite_vector('pose.orientation', (turn.x, turn.y, turn.z, turn.w)).any():
+        raise InvalidCommandError('pose.orientation is a quaternion of length 0')
     if not message.header.frame_id:
         raise InvalidCommandError('header.frame_id is empty')
     try:

@@ -75,6 +75,9 @@ sunday:
       mass: [5.0, 5.0, 5.0, 0.5, 0.5, 0.5]
       damping_ratio: [2.0, 2.0, 2.0, 2.0, 2.0, 2.0]
       stiffness: [200.0, 200.0, 200.0, 20.0, 20.0, 20.0]
+  lamps:
+    type: gpio_controllers/GpioCommandController
+    gpios: [wrist]
   wrench:
     type: force_torque_sensor_broadcaster/ForceTorqueSensorBroadcaster
     sensor_name: wrist

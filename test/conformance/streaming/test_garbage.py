@@ -1,0 +1,155 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Garbage on topics that stream and services beside them: nothing moves, words say why."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from control_msgs.msg import (
+    DynamicInterfaceGroupValues,
+    InterfaceValue,
+    JointJog,
+    MultiDOFCommand,
+)
+from geometry_msgs.msg import PoseStamped
+from moveit_task_constructor_msgs.action import ExecuteTaskSolution
+from moveit_task_constructor_msgs.msg import Solution, SubTrajectory
+import numpy as np
+import pytest
+from std_msgs.msg import Float64MultiArray
+from streaming_bench import ARM, JOINTS, NAMESPACE, Streamed
+from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+
+from armsim_ros.testing.patient_action_client import PatientActionClient
+
+statement = pytest.mark.statement
+
+NAN, INF = float('nan'), float('inf')
+JOG, POSE = 0, 2
+
+
+def pose(*values: float, frame: str = 'base_link') -> PoseStamped:
+    """Return a pose of position and orientation, one value each 7."""
+    message = PoseStamped()
+    message.header.frame_id = frame
+    for part, names in ((message.pose.position, 'xyz'), (message.pose.orientation, 'xyzw')):
+        for name in names:
+            value, *values = values  # type: ignore[assignment]
+            setattr(part, name, float(value))
+    return message
+
+
+def gpio(*groups: tuple[str, list[str], list[float]]) -> DynamicInterfaceGroupValues:
+    """Return a command of gpios: (gpio, interface names, values)."""
+    return DynamicInterfaceGroupValues(
+        interface_groups=[name for name, _, _ in groups],
+        interface_values=[InterfaceValue(interface_names=names, values=values)
+                          for _, names, values in groups])
+
+
+CONTROLLERS = [
+    pytest.param(name, topic, message, words, id=f'{topic}-{words}', marks=statement(number))
+    for number, name, topic, message, words in (
+        ('FWD-6', 'velocity_stream', 'commands', Float64MultiArray(data=[INF] * 6), 'inf for'),
+        ('FWD-6', 'effort_stream', 'commands', Float64MultiArray(data=[1.0]), '1 values'),
+        ('FWD-6', 'named_stream', 'commands', Float64MultiArray(data=[NAN, 0.0]), 'nan for'),
+        ('BRO-3', 'lamps', 'commands', gpio(('wrist', ['a', 'b'], [1.0])), '2 interface names'),
+        ('BRO-3', 'lamps', 'commands', gpio(('wrist', ['lamp'], [NAN])), 'nan for wrist/lamp'),
+        ('BRO-3', 'lamps', 'commands', gpio(('nobody', ['x'], [1.0])), "'nobody/x' is not"),
+        ('BRO-3', 'lamps', 'commands',
+         DynamicInterfaceGroupValues(interface_groups=['wrist']), '0 interface_values'),
+        ('CHN-2', 'loop', 'reference',
+         MultiDOFCommand(dof_names=['nobody'], values=[1.0]), "'nobody' is not controlled"),
+        ('CHN-2', 'loop', 'reference', MultiDOFCommand(values=[1.0]), '1 values for 6 names'),
+        ('CHN-2', 'loop', 'reference',
+         MultiDOFCommand(dof_names=['joint_1'], values=[INF]), 'values [inf'),
+        ('CHN-3', 'soft', 'joint_references',
+         JointTrajectoryPoint(positions=[NAN] * 6), 'position [nan'),
+        ('CHN-3', 'soft', 'joint_references',
+         JointTrajectoryPoint(velocities=[1.0]), 'velocity [1.0]'),
+        ('CHN-3', 'soft', 'joint_references', JointTrajectoryPoint(), 'neither positions'),
+    )
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(('name', 'topic', 'message', 'words'), CONTROLLERS)
+def test_controllers(arm: Streamed, name: str, topic: str, message: Any, words: str) -> None:
+    """A controller that takes commands drops garbage with a warning, and stays active."""
+    if name != 'lamps':  # it runs beside the others
+        arm.use(name)
+    before, marker = arm.positions, len(arm.program.text)
+    node = arm.client.node
+    publisher = node.create_publisher(type(message), f'{NAMESPACE}/{name}/{topic}', 10)
+    arm.until(lambda: publisher.get_subscription_count() > 0, 'the topic is heard')
+    publisher.publish(message)
+    arm.until(lambda: words in arm.program.text[marker:], f'the log has: {words}')
+    arm.rest(0.2)
+    np.testing.assert_allclose(arm.positions, before, atol=2e-3)
+    arm.use(ARM)  # strictly: it fails where the other one is no longer active
+    arm.client.in_executor(lambda: node.destroy_publisher(publisher))
+
+
+@statement('SRV-11')
+@pytest.mark.parametrize(
+    ('kind', 'message', 'words'),
+    [
+        (JOG, JointJog(joint_names=['nobody'], velocities=[1.0]), "'nobody' is no joint"),
+        (JOG, JointJog(joint_names=['joint_1']), 'velocities has 0'),
+        (JOG, JointJog(joint_names=['joint_1'], velocities=[NAN]), 'velocities'),
+        (JOG, JointJog(), 'joint_names is empty'),
+        (POSE, pose(0, 0, 0, 0, 0, 0, 0), 'quaternion'),
+        (POSE, pose(NAN, 0, 0, 0, 0, 0, 1), 'pose.position'),
+        (POSE, pose(0, 0, 0, 0, 0, 0, 1, frame=''), 'frame_id is empty'),
+        (POSE, pose(0, 0, 0, 0, 0, 0, 1, frame='nowhere'), "'nowhere'"),
+    ],
+)
+def test_servo(arm: Streamed, kind: int, message: Any, words: str) -> None:
+    """servo_node refuses garbage and says so in its status."""
+    assert arm.choose(kind)
+    before = arm.positions
+    arm.forget()
+    publisher = arm.jog if kind == JOG else arm.pose
+    arm.stream(publisher, message, 0.3)
+    arm.until(lambda: any(code == -1 and words in text for code, text in arm.said()),
+              f'the status has: {words}')  # fmt: skip
+    arm.rest(0.2)
+    np.testing.assert_allclose(arm.positions, before, atol=1e-3)
+
+
+@statement('SRV-3')
+@pytest.mark.parametrize('kind', [-128, -1, 3, 127])
+def test_types_that_do_not_exist(arm: Streamed, kind: int) -> None:
+    """They are refused, the log lists the others, and the chosen one stays."""
+    assert arm.choose(JOG)
+    marker = len(arm.program.text)
+    assert not arm.choose(kind)
+    arm.until(lambda: f'{kind} is no command type' in arm.program.text[marker:], 'the log says so')
+    before = arm.positions
+    arm.stream(arm.jog, JointJog(joint_names=['joint_6'], velocities=[1.0]), 0.3)
+    arm.rest()
+    assert arm.positions[5] - before[5] > 0.02
+
+
+@statement('MTC-3')
+@pytest.mark.parametrize(
+    ('positions', 'words'),
+    [([[NAN] * 6, [0.0] * 6], 'finite'), ([[0.0] * 5, [0.0] * 6], 'position')],
+)
+def test_tasks(arm: Streamed, positions: list[list[float]], words: str) -> None:
+    """A solution with garbage is refused as a whole, and the part is named."""
+    client = PatientActionClient(arm.client.node, ExecuteTaskSolution, '/execute_task_solution')
+    assert client.wait_for_server(10.0)
+    before = arm.positions
+    bad = SubTrajectory()
+    points = [JointTrajectoryPoint(positions=values) for values in positions]
+    points[1].time_from_start.sec = 1
+    bad.trajectory.joint_trajectory = JointTrajectory(joint_names=list(JOINTS), points=points)
+    goal = ExecuteTaskSolution.Goal(solution=Solution(sub_trajectory=[bad]))
+    handle = arm.client.result(client.send_goal_async(goal))
+    result = arm.client.result(handle.get_result_async(), 30.0).result
+    assert result.error_code.val < 0
+    assert 'part 0 of 1' in result.error_code.message
+    assert words in result.error_code.message.lower()
+    np.testing.assert_allclose(arm.positions, before, atol=1e-3)
+    arm.client.in_executor(client.destroy)

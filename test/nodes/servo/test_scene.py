@@ -1,0 +1,117 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""SRV-19: whose planning scene servo follows, and when it serves one itself."""
+
+from types import SimpleNamespace
+
+from geometry_msgs.msg import Pose
+from moveit_msgs.msg import CollisionObject
+from moveit_msgs.srv import GetPlanningScene
+import pytest
+from shape_msgs.msg import SolidPrimitive
+
+from armsim_ros.config.loading import load_robot_settings
+from armsim_ros.kinematics.kinematic_model import KinematicModel
+from armsim_ros.model.loading import load_robot_model
+from armsim_ros.nodes.servo.scene import SceneFollower
+from armsim_ros.planning.scene.planning_scene import PlanningScene
+
+
+class Graph:
+    """A node and who else is there; a timer that a test lets run."""
+
+    def __init__(self):
+        self.others, self.own, self.asked, self.wall = 0, [], 0, ''
+
+    def count_services(self, name):
+        return self.others + len(self.own)
+
+    def create_client(self, kind, name):
+        return SimpleNamespace(service_is_ready=lambda: bool(self.others), call_async=self._ask)
+
+    def create_subscription(self, kind, topic, receive, qos):
+        self.receive = receive
+
+    def create_timer(self, period, look, clock):
+        self.look = look
+
+    def create_service(self, kind, name, answer):
+        self.own.append(answer)
+        return answer
+
+    def destroy_service(self, service):
+        self.own.remove(service)
+
+    def get_logger(self):
+        return SimpleNamespace(info=lambda text: None, error=lambda text: None)
+
+    def _ask(self, request):
+        self.asked += 1
+        response = GetPlanningScene.Response()
+        box = CollisionObject(id=self.wall, operation=CollisionObject.ADD)
+        box.header.frame_id = 'world'
+        box.primitives = [SolidPrimitive(type=SolidPrimitive.BOX, dimensions=[0.1] * 3)]
+        box.primitive_poses, box.pose.orientation.w = [Pose()], 1.0
+        response.scene.world.collision_objects = [box]
+        future = SimpleNamespace(result=lambda: response)
+        return SimpleNamespace(add_done_callback=lambda take: take(future))
+
+
+@pytest.fixture
+def scene():
+    """Return an empty scene."""
+    return PlanningScene(KinematicModel(load_robot_model(load_robot_settings('sunday'))))
+
+
+def looks(graph, count):
+    """Let some seconds pass."""
+    for _ in range(count):
+        graph.look()
+
+
+@pytest.mark.parametrize('primary', [True, False])
+def test_another_one_is_followed(scene, primary):
+    """Where another node serves the scene it is taken once, whatever is_primary says."""
+    graph = Graph()
+    graph.others, graph.wall = 1, 'wall'
+    SceneFollower(graph, scene, '/monitored_planning_scene', serves=primary)
+    looks(graph, 6)
+    assert graph.asked == 1
+    assert 'wall' in scene.objects
+    assert not graph.own
+
+
+def test_alone_and_primary(scene):
+    """Alone it serves the scene after a while; who comes later takes that over."""
+    graph = Graph()
+    SceneFollower(graph, scene, '/monitored_planning_scene', serves=True)
+    assert not graph.own
+    looks(graph, 5)
+    (answer,) = graph.own
+    response = answer(GetPlanningScene.Request(), GetPlanningScene.Response())
+    assert response.scene.robot_model_name == 'sunday'
+    graph.others, graph.wall = 1, 'table'
+    looks(graph, 2)
+    assert not graph.own
+    assert 'table' in scene.objects
+
+
+def test_alone_and_not_primary(scene):
+    """Where it is not to be the primary one it serves nothing."""
+    graph = Graph()
+    SceneFollower(graph, scene, '/monitored_planning_scene', serves=False)
+    looks(graph, 10)
+    assert not graph.own
+
+
+def test_followed_anew(scene):
+    """A server that was away is asked again for all that it has."""
+    graph = Graph()
+    graph.others, graph.wall = 1, 'wall'
+    SceneFollower(graph, scene, '/monitored_planning_scene', serves=True)
+    graph.others = 0
+    looks(graph, 1)
+    graph.others, graph.wall = 1, 'shelf'
+    looks(graph, 1)
+    assert graph.asked == 2
+    assert 'shelf' in scene.objects
