@@ -25,6 +25,7 @@ from geometry_msgs.msg import TwistStamped
 from moveit_msgs.msg import ServoStatus
 from moveit_msgs.srv import ServoCommandType
 import rclpy
+from rclpy.signals import SignalHandlerOptions
 from sensor_msgs.msg import JointState
 
 MOVES = {'w': (1, 0, 0), 's': (-1, 0, 0), 'a': (0, 1, 0), 'd': (0, -1, 0),
@@ -92,19 +93,20 @@ def main():
     arguments = parser.parse_args()
     if not sys.stdin.isatty():
         sys.exit('jog: the keys come from a terminal; start it in one')
-    rclpy.init()
+    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
     node = rclpy.create_node('jog')
     jogger = Jogger(node, arguments.frame, arguments.joint_states)
     if not jogger.types.wait_for_service(10.0):
         sys.exit('jog: there is no servo_node; start bringup with servo:=true')
-    print(__doc__.split('joint_states')[0])
+    print(__doc__.partition('servo:=true')[2].partition('jog.py')[2])
     before = termios.tcgetattr(sys.stdin)
     key, pressed = '', 0.0
     try:
         tty.setcbreak(sys.stdin)
         with contextlib.suppress(KeyboardInterrupt):
             while True:
-                rclpy.spin_once(node, timeout_sec=0.0)
+                for _ in range(10):  # all that has come since
+                    rclpy.spin_once(node, timeout_sec=0.0)
                 if select.select([sys.stdin], [], [], 1.0 / RATE)[0]:
                     key, pressed = sys.stdin.read(1), time.monotonic()
                     if key == 'r':

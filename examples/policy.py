@@ -10,12 +10,14 @@ MY_FILES needs a position controller beside the trajectory controller, see docs/
 """
 
 import argparse
+import contextlib
 import math
 import sys
 import time
 
-from controller_manager_msgs.srv import SwitchController
+from controller_manager_msgs.srv import ListControllers, SwitchController
 import rclpy
+from rclpy.signals import SignalHandlerOptions
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
 
@@ -40,7 +42,19 @@ def call(node, kind, name, request):
         sys.exit(f'policy: nobody offers {name}; does the arm run?')
     future = client.call_async(request)
     rclpy.spin_until_future_complete(node, future, timeout_sec=10.0)
+    if not future.done():
+        sys.exit(f'policy: {name} does not answer')
     return future.result()
+
+
+def joints_of(node, manager, name):
+    """Return the joints that a controller commands, in its order."""
+    answer = call(node, ListControllers, f'{manager}/list_controllers', ListControllers.Request())
+    for controller in answer.controller:
+        if controller.name == name:
+            return [one.rpartition('/')[0] for one in controller.required_command_interfaces]
+    known = ', '.join(one.name for one in answer.controller)
+    sys.exit(f"policy: no controller '{name}' is loaded; there are: {known}")
 
 
 def main():
@@ -51,17 +65,19 @@ def main():
     parser.add_argument('--seconds', type=float, default=10.0)
     arguments = parser.parse_args()
     namespace, _, name = arguments.controller.rpartition('/')
-    rclpy.init()
+    # Ctrl-C ends the wave, and the arm goes back to the trajectory controller.
+    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
     node = rclpy.create_node('policy')
     newest = {}
     node.create_subscription(
         JointState, f'{namespace}/joint_states',
         lambda m: newest.update(zip(m.name, m.position, strict=True)), 1)
     commands = node.create_publisher(Float64MultiArray, f'{arguments.controller}/commands', 1)
-    while not newest:
+    manager = f'{namespace}/controller_manager'
+    joints = joints_of(node, manager, name)
+    while not set(joints) <= set(newest):
         rclpy.spin_once(node, timeout_sec=1.0)
-    joints = sorted(newest)
-    switch = f'{namespace}/controller_manager/switch_controller'
+    switch = f'{manager}/switch_controller'
     there = SwitchController.Request(
         activate_controllers=[name], deactivate_controllers=[arguments.instead_of], strictness=2)
     answer = call(node, SwitchController, switch, there)
@@ -70,13 +86,14 @@ def main():
     policy = Policy([newest[joint] for joint in joints])
     begin = time.monotonic()
     step = 0
-    while time.monotonic() - begin < arguments.seconds:
-        rclpy.spin_once(node, timeout_sec=0.0)
-        observation = [newest[joint] for joint in joints]
-        action = policy.act(observation, time.monotonic() - begin)
-        commands.publish(Float64MultiArray(data=action))
-        step += 1
-        time.sleep(max(0.0, begin + step / RATE - time.monotonic()))
+    with contextlib.suppress(KeyboardInterrupt):
+        while time.monotonic() - begin < arguments.seconds:
+            rclpy.spin_once(node, timeout_sec=0.0)
+            observation = [newest[joint] for joint in joints]
+            action = policy.act(observation, time.monotonic() - begin)
+            commands.publish(Float64MultiArray(data=action))
+            step += 1
+            time.sleep(max(0.0, begin + step / RATE - time.monotonic()))
     back = SwitchController.Request(
         activate_controllers=[arguments.instead_of], deactivate_controllers=[name], strictness=2)
     call(node, SwitchController, switch, back)

@@ -120,7 +120,9 @@ class _Merge:
         return self.block(
             'simulation', own, servo=servo, world=own.world, placement=own.placement,
             initial_state=own.initial_state, initial_positions=own.initial_positions,
-            cameras=cameras)
+            cameras=cameras,
+            sensors={sensor: entry for one in self.all
+                     for sensor, entry in one.simulation.sensors.items()})
 
     def update_rate(self, simulation: SimulationSettings) -> int:
         """Return the rate of all controllers: the cell's own, else the highest that is given."""

@@ -4,22 +4,36 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 import re
 from typing import Any
 
 from armsim_ros.config.base import Settings
 from armsim_ros.config.controllers import ControllerSettings
+from armsim_ros.config.gpio_command_controller import GpioCommandControllerParameters
 from armsim_ros.config.kinematics import KinematicsSettings
 from armsim_ros.config.moveit_controllers import MoveItControllerSettings
 from armsim_ros.config.ompl_planning import OmplGroup, OmplSettings
 from armsim_ros.config.robot_settings import RobotSettings
+from armsim_ros.config.sensor_broadcasters import (
+    BroadcasterParameters,
+    SPEED_SCALING,
+    SpeedScalingStateBroadcasterParameters,
+)
 from armsim_ros.config.simulation import SimulationSettings
 
 #: Keys of controllers' parameters that hold a joint or a list of joints.
 _JOINTS = ('joint', 'joints', 'command_joints', 'dof_names', 'reference_and_state_dof_names')
 #: Keys that hold blocks by joint, beside other keys.
 _JOINT_BLOCKS = ('constraints', 'gains', 'velocity_ff')
+#: Dotted paths of what names a link, a sensor, or an interface of one.
+_NAMES = (
+    'sensor_name', 'pose_name', 'tf.child_frame_id', 'speed_scaling_interface_name',
+    'speed_scaling.state_interface', 'speed_scaling.command_interface',
+    *(f'interface_names.{kind}.{axis}' for kind in ('force', 'torque') for axis in 'xyz'),
+    'ft_sensor.name', 'ft_sensor.frame.id', 'control.frame.id', 'fixed_world_frame.frame.id',
+    'gravity_compensation.frame.id', 'kinematics.base', 'kinematics.tip',
+)
 #: Keys that hold ``joint/interface``.
 _JOINT_INTERFACES = ('max_effort_interface', 'max_velocity_interface')
 
@@ -79,7 +93,29 @@ def _controller(controller: ControllerSettings, name: Rename) -> ControllerSetti
             content[key] = name(value)
         elif key == 'extra_joints':
             content[key] = [{**one, 'name': name(one['name'])} for one in value]
+        elif key == 'gpios':
+            content[key] = list(map(name, value))
+        elif isinstance(parameters, GpioCommandControllerParameters) and key.endswith('faces'):
+            content[key] = {name(gpio): block for gpio, block in value.items()}
+    paths = (*_NAMES, 'frame_id') if isinstance(parameters, BroadcasterParameters) else _NAMES
+    for path in paths:
+        _rename(content, parameters, path.split('.'), name)
+    if isinstance(parameters, SpeedScalingStateBroadcasterParameters):
+        # It is empty where there is one robot, and precedes the name of the one interface.
+        content['tf_prefix'] = name(parameters.interfaces[0]).removesuffix(SPEED_SCALING)
     return controller.model_copy(update={'parameters': type(parameters).model_validate(content)})
+
+
+def _rename(content: dict[str, Any], parameters: Any, path: Sequence[str], name: Rename) -> None:
+    """Rename one value of dumped parameters, also where it was not given and has a default."""
+    value: Any = parameters
+    for key in path:
+        value = getattr(value, key, '')
+    if not value:
+        return
+    for key in path[:-1]:
+        content = content.setdefault(key, {})
+    content[path[-1]] = name(value)
 
 
 def _kinematics(block: KinematicsSettings, name: Rename) -> KinematicsSettings:
@@ -123,4 +159,6 @@ def _simulation(block: SimulationSettings, name: Rename) -> SimulationSettings:
         'initial_state': f'{name(group)}{slash}{state}',
         'cameras': {name(camera): one.model_copy(update={'link': name(one.link)})
                     for camera, one in block.cameras.items()},
+        'sensors': {name(sensor): one.model_copy(update={'link': name(one.link)})
+                    for sensor, one in block.sensors.items()},
     })

@@ -127,6 +127,46 @@ def test_grippers_and_broadcasters_are_renamed(files):
     assert broadcaster.interfaces == ('position',)
 
 
+def test_sensors_and_what_reads_them_are_renamed(files):
+    """Sensors, gpios, the pace of a robot, frames of broadcasters and of admittance."""
+    files.write('simulation.yaml', 'sensors: {wrist: {type: force_torque, link: link_6}}')
+    files.write('more.yaml', """sunday:
+  wrench:
+    type: force_torque_sensor_broadcaster/ForceTorqueSensorBroadcaster
+    sensor_name: wrist
+    frame_id: link_6
+  pose:
+    type: pose_broadcaster/PoseBroadcaster
+    pose_name: tool
+    frame_id: base_link
+  speed: {type: ur_controllers/SpeedScalingStateBroadcaster}
+  lamps:
+    type: gpio_controllers/GpioCommandController
+    gpios: [lamp]
+    command_interfaces: {lamp: {interfaces: [light]}}
+  scaled:
+    type: ur_controllers/ScaledJointTrajectoryController
+    joints: [joint_1]
+  soft:
+    type: admittance_controller/AdmittanceController
+    joints: [joint_1]
+    command_joints: [loop/joint_1]
+    ft_sensor: {name: wrist, frame: {id: link_6}}
+""")
+    arm = prefixed_settings(files.load(), 'a_', 'a')
+    found = {one.name: one.parameters for one in arm.controllers}
+    assert arm.simulation.sensors['a_wrist'].link == 'a_link_6'
+    assert (found['wrench'].sensor_name, found['wrench'].frame_id) == ('a_wrist', 'a_link_6')
+    assert (found['pose'].pose_name, found['pose'].frame_id) == ('a_tool', 'a_base_link')
+    assert found['lamps'].commands == ('a_lamp/light',)
+    pace = 'a_speed_scaling/speed_scaling_factor'
+    assert found['speed'].interfaces == (pace,)
+    assert found['scaled'].speed_source == pace
+    assert found['soft'].command_joints == ('loop/a_joint_1',)
+    assert (found['soft'].ft_sensor.name, found['soft'].ft_sensor.frame.id) == (
+        'a_wrist', 'a_link_6')
+
+
 def test_the_whole_has_what_all_robots_have(merge):
     """Controllers by namespace and name, limits, solvers, joint state topics."""
     whole, problems = merge({'a': named('bot', 'a'), 'b': named('bot', 'b')})
