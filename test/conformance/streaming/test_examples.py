@@ -4,9 +4,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 import os
 from pathlib import Path
 import pty
+import signal
 import subprocess
 import sys
 import time
@@ -21,20 +24,36 @@ statement = pytest.mark.statement
 EXAMPLES = Path(__file__).parents[3] / 'examples'
 
 
-def start(arm: Streamed, name: str, *arguments: str, **streams: Any) -> subprocess.Popen[str]:
-    """Start an example in the domain of the arm."""
+@contextmanager
+def started(
+    arm: Streamed, name: str, *arguments: str, **streams: Any
+) -> Iterator[subprocess.Popen[str]]:
+    """Run an example in the domain of the arm; it is gone afterwards."""
     environment = {**os.environ, 'ROS_DOMAIN_ID': str(arm.domain)}
-    return subprocess.Popen([sys.executable, str(EXAMPLES / name), *arguments],
-                            env=environment, text=True, **streams)  # fmt: skip
+    with subprocess.Popen([sys.executable, str(EXAMPLES / name), *arguments],
+                          env=environment, text=True, **streams) as program:  # fmt: skip
+        try:
+            yield program
+        finally:
+            if program.poll() is None:
+                program.kill()
+
+
+@pytest.fixture
+def terminal() -> Iterator[tuple[int, int]]:
+    """Give the two ends of a terminal: that of the user and that of the program."""
+    ends = pty.openpty()
+    yield ends
+    for end in ends:
+        os.close(end)
 
 
 @statement('SRV-23')
-def test_jog(arm: Streamed) -> None:
+def test_jog(arm: Streamed, terminal: tuple[int, int]) -> None:
     """Keys in a terminal move the tip and turn joints; Ctrl-C ends it without a traceback."""
-    keys, terminal = pty.openpty()
-    program = start(arm, 'jog.py', stdin=terminal, stdout=subprocess.PIPE,
-                    stderr=subprocess.STDOUT)  # fmt: skip
-    try:
+    keys, screen = terminal
+    with started(arm, 'jog.py', stdin=screen, stdout=subprocess.PIPE,
+                 stderr=subprocess.STDOUT) as program:  # fmt: skip
         for key in (b'e', b'6'):
             before = arm.positions
             deadline = time.monotonic() + 60.0
@@ -44,13 +63,9 @@ def test_jog(arm: Streamed) -> None:
                 os.write(keys, key)
                 time.sleep(0.05)
             arm.rest()
-        os.write(keys, b'\x03')
+        program.send_signal(signal.SIGINT)
         text, _ = program.communicate(timeout=30.0)
-    finally:
-        if program.poll() is None:
-            program.kill()
-        os.close(keys)
-        os.close(terminal)
+    assert program.returncode == 0
     assert 'Traceback' not in text
     assert 'move the tip along x, y, z' in text
 
@@ -58,8 +73,8 @@ def test_jog(arm: Streamed) -> None:
 @statement('SRV-23')
 def test_jog_without_a_terminal(arm: Streamed) -> None:
     """Without a terminal it says that it needs one."""
-    program = start(arm, 'jog.py', stdin=subprocess.DEVNULL, stderr=subprocess.PIPE)
-    _, text = program.communicate(timeout=60.0)
+    with started(arm, 'jog.py', stdin=subprocess.DEVNULL, stderr=subprocess.PIPE) as program:
+        _, text = program.communicate(timeout=60.0)
     assert program.returncode == 1
     assert 'terminal' in text
 
@@ -68,10 +83,10 @@ def test_jog_without_a_terminal(arm: Streamed) -> None:
 def test_policy(arm: Streamed) -> None:
     """It switches over, moves the arm in its wave, and gives it back."""
     before = arm.positions
-    program = start(arm, 'policy.py', '--controller', '/sunday/position_stream', '--instead-of',
-                    ARM, '--seconds', '3', stderr=subprocess.PIPE)  # fmt: skip
-    arm.until(lambda: (arm.positions - before).min() > 0.05, 'all joints move', 60.0)
-    _, text = program.communicate(timeout=60.0)
+    with started(arm, 'policy.py', '--controller', '/sunday/position_stream', '--instead-of', ARM,
+                 '--seconds', '3', stderr=subprocess.PIPE) as program:  # fmt: skip
+        arm.until(lambda: (arm.positions - before).min() > 0.05, 'all joints move', 60.0)
+        _, text = program.communicate(timeout=60.0)
     assert (program.returncode, text) == (0, '')
     arm.go(before)  # the trajectory controller has the arm again
 
@@ -79,8 +94,9 @@ def test_policy(arm: Streamed) -> None:
 @statement('FWD-9')
 def test_policy_with_an_unknown_controller(arm: Streamed) -> None:
     """It names the controllers that there are."""
-    program = start(arm, 'policy.py', '--controller', '/sunday/nobody', stderr=subprocess.PIPE)
-    _, text = program.communicate(timeout=60.0)
+    with started(arm, 'policy.py', '--controller', '/sunday/nobody',
+                 stderr=subprocess.PIPE) as program:  # fmt: skip
+        _, text = program.communicate(timeout=60.0)
     assert program.returncode == 1
     assert "no controller 'nobody'" in text
     assert 'position_stream' in text
