@@ -232,11 +232,14 @@ def picture_url(message: Any) -> str:
     """
     if isinstance(message, CompressedImage):
         picture = Picture.open(io.BytesIO(bytes(message.data)))
+    elif message.encoding == '32FC1':
+        depths = np.frombuffer(bytes(message.data), np.float32).reshape(message.height, -1)
+        picture = Picture.fromarray(_shades(depths[:, :message.width]))
     else:
         modes = {'rgb8': ('RGB', 3), 'bgr8': ('RGB', 3), 'rgba8': ('RGBA', 4), 'mono8': ('L', 1)}
         if message.encoding not in modes:
             raise ValueError(f"encoding '{message.encoding}' is not shown; shown are: "
-                             f"{', '.join(modes)}")
+                             f"{', '.join(modes)}, 32FC1")
         mode, depth = modes[message.encoding]
         rows = np.frombuffer(bytes(message.data), np.uint8).reshape(message.height, message.step)
         pixels = rows[:, :message.width * depth].reshape(message.height, message.width, depth)
@@ -248,3 +251,11 @@ def picture_url(message: Any) -> str:
     data = io.BytesIO()
     picture.save(data, 'JPEG', quality=75)
     return f'data:image/jpeg;base64,{base64.b64encode(data.getvalue()).decode()}'
+
+
+def _shades(depths: Any) -> Any:
+    """Return depths [m] as shades of grey: bright is near, black where none was measured."""
+    known = np.isfinite(depths)
+    near, far = (depths[known].min(), depths[known].max()) if known.any() else (0.0, 0.0)
+    shades = 255.0 - 200.0 * (np.where(known, depths, far) - near) / max(far - near, 1e-6)
+    return np.where(known, shades, 0.0).astype(np.uint8)
