@@ -16,6 +16,7 @@ import math
 import random
 import sys
 import threading
+import time
 
 from geometry_msgs.msg import Pose
 import numpy as np
@@ -37,11 +38,11 @@ except ModuleNotFoundError:
 LOOK, GRIPPER, OPTICAL = 'scan_food', '/sunday/vacuum_gripper', 'camera_color_optical_frame'
 #: From the origin of the last link to the rim of the cup, and from there to the cube [m].
 RIM, GAP = 0.005, 0.015
-ABOVE = 0.08
+ABOVE, DROP = 0.08, 0.015
 #: Where the cube goes [m].
 PLACE = (0.28, -0.10)
 #: The cube is laid out in here, free of the other things [m].
-FIELD = ((0.17, 0.24), (0.22, 0.29))
+FIELD = ((0.17, 0.22), (0.21, 0.26))
 CELL = 0.004
 TIMEOUT = 120.0
 
@@ -90,9 +91,13 @@ class Grasper:
 
     def move(self, what, x, y, z, turn, *, straight=False):
         """Move the last link to a place in the world [m]."""
-        begun = self.arm.move_to_pose(
-            position=(x, y, z), quat_xyzw=turn, tolerance_position=0.001,
-            tolerance_orientation=0.05, cartesian=straight, cartesian_fraction_threshold=0.95)
+        for _ in range(5):
+            begun = self.arm.move_to_pose(
+                position=(x, y, z), quat_xyzw=turn, tolerance_position=0.001,
+                tolerance_orientation=0.01, cartesian=straight, cartesian_fraction_threshold=0.9)
+            if begun:
+                break
+            time.sleep(0.3)  # the planning scene is a moment behind what was grasped or let go
         self.finish(begun, what)
 
     def finish(self, begun, what):
@@ -152,7 +157,7 @@ class Grasper:
         self.suck('on', True)
         self.move('lifting', x, y, top + ABOVE, turn, straight=True)
         self.move('above the place', *PLACE, top + ABOVE, turn)
-        self.move('down to the place', *PLACE, top + RIM + 0.006, turn, straight=True)
+        self.move('down to the place', *PLACE, top + RIM + DROP, turn, straight=True)
         self.suck('off', False)
         self.move('leaving', *PLACE, top + ABOVE, turn, straight=True)
         self.go(LOOK)
