@@ -28,7 +28,9 @@ WARM_UP = 300.0
 def main(options: Options) -> None:
     """Print what the clients did, and growth and load of every process."""
     seconds = 60.0 * options.minutes
-    with running_stack(f'robot:={options.robot}') as stack, ExitStack() as clients:
+    # What is carried around would collide with a floor that planning knew.
+    arguments = f'robot:={options.robot}', 'scene_from_world:=false'
+    with running_stack(*arguments) as stack, ExitStack() as clients:
         running = [
             clients.enter_context(subprocess.Popen(
                 [sys.executable, '-m', 'benchmarks.soak_client', kind, options.robot],

@@ -14,6 +14,7 @@ from collections import Counter
 from collections.abc import Callable
 import itertools
 import os
+import re
 import select
 import sys
 from typing import Any
@@ -131,7 +132,8 @@ class SoakClient:
         if code.val in EXPECTED:
             self.done['motion' if not plan_only else 'plan'] += 1
         else:
-            self.done[f'goal FAILED with {code.val}: {code.message[:80]}'] += 1
+            reason = re.sub(r"'thing [0-9]+'|[-0-9.]+ (?=mm|s)", '...', code.message)
+            self.done[f'goal FAILED with {code.val}: {reason[:80]}'] += 1
 
 
 def _request(group: str, goal: dict[str, float]) -> Any:
