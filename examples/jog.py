@@ -13,8 +13,8 @@ Ctrl-C          leave
 """
 
 import argparse
-import contextlib
 import select
+import signal
 import sys
 import termios
 import time
@@ -101,20 +101,21 @@ def main():
     print(__doc__.partition('servo:=true')[2].partition('jog.py')[2])
     before = termios.tcgetattr(sys.stdin)
     key, pressed = '', 0.0
+    ended = []
+    signal.signal(signal.SIGINT, lambda *_: ended.append(True))
     try:
         tty.setcbreak(sys.stdin)
-        with contextlib.suppress(KeyboardInterrupt):
-            while True:
-                for _ in range(10):  # all that has come since
-                    rclpy.spin_once(node, timeout_sec=0.0)
-                if select.select([sys.stdin], [], [], 1.0 / RATE)[0]:
-                    key, pressed = sys.stdin.read(1), time.monotonic()
-                    if key == 'r':
-                        jogger.direction = -jogger.direction
-                elif time.monotonic() - pressed > HELD:
-                    key = ''
-                if key:
-                    jogger.press(key)
+        while not ended:
+            for _ in range(10):  # all that has come since
+                rclpy.spin_once(node, timeout_sec=0.0)
+            if select.select([sys.stdin], [], [], 1.0 / RATE)[0]:
+                key, pressed = sys.stdin.read(1), time.monotonic()
+                if key == 'r':
+                    jogger.direction = -jogger.direction
+            elif time.monotonic() - pressed > HELD:
+                key = ''
+            if key:
+                jogger.press(key)
     finally:
         termios.tcsetattr(sys.stdin, termios.TCSADRAIN, before)
         rclpy.shutdown()

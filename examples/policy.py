@@ -10,8 +10,8 @@ MY_FILES needs a position controller beside the trajectory controller, see docs/
 """
 
 import argparse
-import contextlib
 import math
+import signal
 import sys
 import time
 
@@ -65,7 +65,7 @@ def main():
     parser.add_argument('--seconds', type=float, default=10.0)
     arguments = parser.parse_args()
     namespace, _, name = arguments.controller.rpartition('/')
-    # Ctrl-C ends the wave, and the arm goes back to the trajectory controller.
+    # Ctrl-C ends the wave alone: the arm goes back to the trajectory controller.
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
     node = rclpy.create_node('policy')
     newest = {}
@@ -83,17 +83,18 @@ def main():
     answer = call(node, SwitchController, switch, there)
     if not answer.ok:
         sys.exit(f'policy: {answer.message}')
+    ended = []
+    signal.signal(signal.SIGINT, lambda *_: ended.append(True))
     policy = Policy([newest[joint] for joint in joints])
     begin = time.monotonic()
     step = 0
-    with contextlib.suppress(KeyboardInterrupt):
-        while time.monotonic() - begin < arguments.seconds:
-            rclpy.spin_once(node, timeout_sec=0.0)
-            observation = [newest[joint] for joint in joints]
-            action = policy.act(observation, time.monotonic() - begin)
-            commands.publish(Float64MultiArray(data=action))
-            step += 1
-            time.sleep(max(0.0, begin + step / RATE - time.monotonic()))
+    while not ended and time.monotonic() - begin < arguments.seconds:
+        rclpy.spin_once(node, timeout_sec=0.0)
+        observation = [newest[joint] for joint in joints]
+        action = policy.act(observation, time.monotonic() - begin)
+        commands.publish(Float64MultiArray(data=action))
+        step += 1
+        time.sleep(max(0.0, begin + step / RATE - time.monotonic()))
     back = SwitchController.Request(
         activate_controllers=[arguments.instead_of], deactivate_controllers=[name], strictness=2)
     call(node, SwitchController, switch, back)
