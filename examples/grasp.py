@@ -146,7 +146,22 @@ class Grasper:
             self.executor.create_task(self.node.destroy_subscription, subscription)
 
     def grasp(self):
-        """Do it all once."""
+        """Do it all once; what did not come up with the cup is tried once more."""
+        try:
+            table, top, turn = self.pick()
+        except MissError as miss:
+            print(f'once more: {miss}')
+            self.suck('off', False)
+            table, top, turn = self.pick()
+        self.move('above the place', *PLACE, top + ABOVE, turn)
+        self.move('down to the place', *PLACE, top + RIM + DROP, turn, straight=True)
+        self.suck('off', False)
+        self.move('leaving', *PLACE, top + ABOVE, turn, straight=True)
+        self.go(LOOK)
+        return table
+
+    def pick(self):
+        """Look, and lift the cube; return heights of table and top, and how the cup is turned."""
         self.go(LOOK)
         table, (x, y), top = find_cube(self.look())
         print(f'the cube is at ({x:.3f}, {y:.3f}), its top at {top:.3f}')
@@ -156,12 +171,7 @@ class Grasper:
         self.move('down to the cube', x, y, top + GAP + RIM, turn, straight=True)
         self.suck('on', True)
         self.move('lifting', x, y, top + ABOVE, turn, straight=True)
-        self.move('above the place', *PLACE, top + ABOVE, turn)
-        self.move('down to the place', *PLACE, top + RIM + DROP, turn, straight=True)
-        self.suck('off', False)
-        self.move('leaving', *PLACE, top + ABOVE, turn, straight=True)
-        self.go(LOOK)
-        return table
+        return table, top, turn
 
     def judge(self, table):
         """Ask the simulation where the cube is."""
