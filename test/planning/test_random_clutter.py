@@ -23,9 +23,8 @@ from armsim_ros.model.loading import load_robot_model
 from armsim_ros.model.transforms import pose_from_parts, quat_xyzw_from_rpy
 from armsim_ros.planning.planner import MotionPlanner
 from armsim_ros.planning.request import Constraints, JointConstraint, MotionPlanRequest
-from armsim_ros.planning.scene.objects import CollisionObject, ObjectShape
+from armsim_ros.planning.scene.objects import CollisionObject, message_pose, ObjectShape
 from armsim_ros.planning.scene.planning_scene import PlanningScene
-from armsim_ros.planning.scene.update import message_pose
 from benchmarks.planning_problems import Problem
 from benchmarks.referee import Referee
 

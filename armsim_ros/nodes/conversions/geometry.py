@@ -27,7 +27,7 @@ from armsim_ros.model.geometry import (
     Sphere,
 )
 from armsim_ros.model.transforms import quat_xyzw_from_matrix
-from armsim_ros.planning.scene.update import message_pose
+from armsim_ros.planning.scene.objects import message_pose
 
 Shape = TypeVar('Shape', bound=Geometry)
 

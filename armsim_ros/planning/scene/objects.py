@@ -4,9 +4,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import IntEnum
+import math
 from types import MappingProxyType
 
 import numpy as np
@@ -14,6 +15,7 @@ import numpy as np
 from armsim_ros.arrays import Matrix
 from armsim_ros.errors import MoveItErrorCode, PlanningError
 from armsim_ros.model.geometry import Geometry, LARGEST, shape_fault
+from armsim_ros.model.transforms import pose_from_quat_xyzw
 from armsim_ros.trajectory import JointTrajectory
 
 #: By how much the axes of a rotation may fail to be of length 1 and square to each other.
@@ -159,3 +161,22 @@ def checked_shape(shape: ObjectShape, what: str) -> ObjectShape:
     if fault:
         raise object_error(f'{what}: {fault}')
     return ObjectShape(shape.geometry, check_pose(shape.pose, f'the pose of {what}'))
+
+
+def message_pose(xyz: Sequence[float], quat_xyzw: Sequence[float]) -> Matrix:
+    """
+    Return the pose (4, 4) of a message; an all-zero quaternion means no rotation.
+
+    :param xyz: (3,) [m].
+    :param quat_xyzw: (4,), of any length above 0; it is normalized.
+    :raises PlanningError: FAILURE for a number that is not finite.
+    """
+    values = [*xyz, *quat_xyzw]
+    if not all(math.isfinite(value) for value in values):
+        raise PlanningError(
+            MoveItErrorCode.FAILURE, f'a pose has a number that is not finite: {values}'
+        )
+    if not any(quat_xyzw):
+        quat_xyzw = (0.0, 0.0, 0.0, 1.0)
+    largest = max(abs(part) for part in quat_xyzw)
+    return pose_from_quat_xyzw(xyz, [part / largest for part in quat_xyzw])

@@ -31,9 +31,9 @@ from armsim_ros.model.geometry import (
 )
 from armsim_ros.model.transforms import quat_xyzw_from_matrix
 from armsim_ros.planning.scene.content import Color
-from armsim_ros.planning.scene.objects import CollisionObject, ObjectShape
+from armsim_ros.planning.scene.objects import CollisionObject, message_pose, ObjectShape
 from armsim_ros.planning.scene.planning_scene import PlanningScene
-from armsim_ros.planning.scene.update import message_pose, SceneUpdate
+from armsim_ros.planning.scene.update import SceneUpdate
 
 LARGEST_FILE = 200_000_000
 """A file beyond this many bytes is refused."""

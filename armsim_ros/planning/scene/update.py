@@ -4,7 +4,7 @@
 Scene messages and start states as plain values, and how a draft of a scene takes them over.
 
 Values stand as the client gave them; what is wrong with them is found where they are used.
-Poses are (4, 4); :func:`message_pose` makes one from a message's numbers.
+Poses are (4, 4).
 """
 
 from __future__ import annotations
@@ -15,10 +15,8 @@ import math
 from types import MappingProxyType
 from typing import Any
 
-from armsim_ros.arrays import Matrix
 from armsim_ros.errors import MoveItErrorCode, nearest, PlanningError
 from armsim_ros.kinematics.kinematic_model import KinematicModel
-from armsim_ros.model.transforms import pose_from_quat_xyzw
 from armsim_ros.planning.scene.allowed_collision_matrix import AcmUpdate, AllowedCollisionMatrix
 from armsim_ros.planning.scene.content import (
     Color,
@@ -103,25 +101,6 @@ class SceneUpdate:
             or self.fixed_frames
             or self.object_colors
         )
-
-
-def message_pose(xyz: Sequence[float], quat_xyzw: Sequence[float]) -> Matrix:
-    """
-    Return the pose (4, 4) of a message; an all-zero quaternion means no rotation.
-
-    :param xyz: (3,) [m].
-    :param quat_xyzw: (4,), of any length above 0; it is normalized.
-    :raises PlanningError: FAILURE for a number that is not finite.
-    """
-    values = [*xyz, *quat_xyzw]
-    if not all(math.isfinite(value) for value in values):
-        raise PlanningError(
-            MoveItErrorCode.FAILURE, f'a pose has a number that is not finite: {values}'
-        )
-    if not any(quat_xyzw):
-        quat_xyzw = (0.0, 0.0, 0.0, 1.0)
-    largest = max(abs(part) for part in quat_xyzw)
-    return pose_from_quat_xyzw(xyz, [part / largest for part in quat_xyzw])
 
 
 def apply_update(

@@ -12,11 +12,12 @@ from armsim_ros.model.geometry import Box, Cone, Cylinder, Mesh, Plane, Sphere
 from armsim_ros.model.transforms import pose_matrix
 from armsim_ros.planning.scene.objects import (
     CollisionObject,
+    message_pose,
     ObjectOperation,
     ObjectShape,
     ObjectType,
 )
-from armsim_ros.planning.scene.update import message_pose, SceneUpdate
+from armsim_ros.planning.scene.update import SceneUpdate
 
 ADD, REMOVE, APPEND, MOVE = ObjectOperation
 BOX = Box((0.1, 0.2, 0.3))
