@@ -13,6 +13,7 @@ Ctrl-C          leave
 """
 
 import argparse
+import os
 import select
 import signal
 import sys
@@ -108,11 +109,14 @@ def main():
         while not ended:
             for _ in range(10):  # all that has come since
                 rclpy.spin_once(node, timeout_sec=0.0)
+            now = time.monotonic()
             if select.select([sys.stdin], [], [], 1.0 / RATE)[0]:
-                key, pressed = sys.stdin.read(1), time.monotonic()
-                if key == 'r':
+                # All keys at once: those of a moment ago must not move anything later.
+                keys, pressed = os.read(sys.stdin.fileno(), 1000).decode(errors='replace'), now
+                key = keys[-1:]
+                if keys.count('r') % 2:
                     jogger.direction = -jogger.direction
-            elif time.monotonic() - pressed > HELD:
+            elif now - pressed > HELD:
                 key = ''
             if key:
                 jogger.press(key)
