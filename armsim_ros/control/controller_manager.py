@@ -36,11 +36,7 @@ from armsim_ros.control.events import ControllerEvent, EventQueue
 from armsim_ros.control.hardware_component import Hardware, HardwareComponentInfo
 from armsim_ros.control.hardware_interface import COMMAND_INTERFACES, HardwareInterface
 from armsim_ros.control.mailbox import Mailbox
-from armsim_ros.control.manager_info import (
-    controller_info,
-    ControllerInfo,
-    InterfaceInfo,
-)
+from armsim_ros.control.manager_info import controller_info, ControllerInfo, InterfaceInfo
 from armsim_ros.control.switch_execution import SwitchExecution, SwitchRequest
 from armsim_ros.control.switching import find_controller, require_state, Strictness, SwitchResult
 from armsim_ros.control.updates_ahead import planned_updates, UpdatesAhead
