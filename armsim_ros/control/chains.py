@@ -12,6 +12,7 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import Any
 
 from armsim_ros.control.controller import Controller
+from armsim_ros.control.hardware_interface import HardwareInterface
 
 AnyController = Controller[Any]
 Connections = dict[str, tuple[str, ...]]
@@ -73,6 +74,14 @@ def connections(
 def relative(interface: str) -> str:
     """Return a reference's name within its controller."""
     return interface.partition('/')[2]
+
+
+def withdraw(controller: AnyController, hardware: HardwareInterface) -> None:
+    """Offer nothing of a controller to others any more."""
+    for name in controller.reference_interfaces:
+        hardware.references.pop(name, None)
+    for name in controller.exported_states:
+        hardware.given_states.pop(name, None)
 
 
 def broken_by_start(

@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 
 from armsim_ros.config.controller_manager import ControllerManagerParameters
+from armsim_ros.control.chains import withdraw
 from armsim_ros.control.command_limits import CommandLimits
 from armsim_ros.control.controller import (
     Controller,
@@ -125,7 +126,7 @@ class ControllerManager:
                           LifecycleState.INACTIVE)
             controller.state = LifecycleState.UNCONFIGURED
             self._changes += 1
-            self._withdraw(controller)
+            withdraw(controller, self.hardware)
             controller.configure()
             references = self.hardware.references
             references.update(dict.fromkeys(controller.reference_interfaces, np.nan))
@@ -138,7 +139,7 @@ class ControllerManager:
             require_state(controller, 'cleaned up', LifecycleState.INACTIVE,
                           LifecycleState.UNCONFIGURED)
             controller.state = LifecycleState.UNCONFIGURED
-            self._withdraw(controller)
+            withdraw(controller, self.hardware)
             self._changes += 1
 
     def unload(self, name: str) -> None:
@@ -148,7 +149,7 @@ class ControllerManager:
             require_state(controller, 'unloaded', LifecycleState.INACTIVE,
                           LifecycleState.UNCONFIGURED)
             controller.state = LifecycleState.FINALIZED
-            self._withdraw(controller)
+            withdraw(controller, self.hardware)
             self.controllers = {k: v for k, v in self.controllers.items() if k != name}
             self._changes += 1
 
@@ -368,13 +369,6 @@ class ControllerManager:
         for controller in self.controllers.values():
             events += controller.poll_events()
         return sorted(events, key=lambda event: event.time_ns)
-
-    def _withdraw(self, controller: Controller[Any]) -> None:
-        """Offer nothing of a controller to others any more."""
-        for name in controller.reference_interfaces:
-            self.hardware.references.pop(name, None)
-        for name in controller.exported_states:
-            self.hardware.given_states.pop(name, None)
 
     def _serve(self) -> None:
         if not self._structure.acquire(blocking=False):
