@@ -14,6 +14,12 @@ from typing import Any
 import numpy as np
 
 from armsim_ros.arrays import Matrix
+from armsim_ros.config.world import (
+    BoxSettings,
+    PartSettings,
+    ShapeSettings,
+    WorldObjectSettings,
+)
 from armsim_ros.errors import ControllerError
 from armsim_ros.trajectory import JointTrajectory, TrajectoryPoint
 
@@ -155,6 +161,38 @@ class Arm(ABC):
     @abstractmethod
     def held(self) -> tuple[str, ...]:
         """Return the objects that the arm holds."""
+
+    def spawn(
+        self,
+        name: str,
+        size: Sequence[float] = (0.05, 0.05, 0.05),
+        xyz: Sequence[float] = (0.0, 0.0, 0.0),
+        *,
+        shape: ShapeSettings | None = None,
+        rpy: Sequence[float] = (0.0, 0.0, 0.0),
+        mass: float | None = None,
+        friction: float = 0.8,
+    ) -> None:
+        """
+        Put an object into the world that physics and planner share.
+
+        :param size: of a box along x, y, z [m].
+        :param xyz: position in the world [m].
+        :param shape: another shape than a box, see ``armsim_ros.config.world``.
+        :param rpy: roll, pitch, yaw in the world [rad].
+        :param mass: [kg]; None for an object that never moves.
+        :raises SimulationError: it is refused; the text says why.
+        """
+        x, y, z = size
+        box = BoxSettings(type='box', size=(x, y, z))
+        self._spawn(name, WorldObjectSettings(
+            parts=[PartSettings(shape=shape or box)],
+            xyz=tuple(xyz), rpy=tuple(rpy), mass=mass, friction=friction,
+        ))
+
+    @abstractmethod
+    def _spawn(self, name: str, thing: WorldObjectSettings) -> None:
+        """Put an object of one part into the world."""
 
     @abstractmethod
     def touches(self, since: float | None = None) -> tuple[Touch, ...]:

@@ -5,13 +5,13 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 from armsim_ros.config.joint_fault import JointFault
-from armsim_ros.config.world import BoxSettings, PartSettings, ShapeSettings, WorldObjectSettings
+from armsim_ros.config.world import WorldObjectSettings
 from armsim_ros.control.controller_manager import Strictness
 from armsim_ros.control.events import ControllerEvent
 from armsim_ros.control.gripper_base import GripperBase
@@ -188,33 +188,9 @@ class InProcessArm(Arm):
         raise ControllerError(
             f"there is no controller '{controller}'; there are: {', '.join(known)}")
 
-    def spawn(
-        self,
-        name: str,
-        size: Sequence[float] = (0.05, 0.05, 0.05),
-        xyz: Sequence[float] = (0.0, 0.0, 0.0),
-        *,
-        shape: ShapeSettings | None = None,
-        rpy: Sequence[float] = (0.0, 0.0, 0.0),
-        mass: float | None = None,
-        friction: float = 0.8,
-    ) -> None:
-        """
-        Put an object into the world that physics and planner share.
-
-        :param size: of a box along x, y, z [m].
-        :param xyz: position in the world [m].
-        :param shape: another shape than a box, see ``armsim_ros.config.world``.
-        :param rpy: roll, pitch, yaw in the world [rad].
-        :param mass: [kg]; None for an object that never moves.
-        :raises SimulationError: the name is taken.
-        """
-        x, y, z = size
-        thing = object_from_settings(name, WorldObjectSettings(
-            parts=[PartSettings(shape=shape or BoxSettings(type='box', size=(x, y, z)))],
-            xyz=tuple(xyz), rpy=tuple(rpy), mass=mass, friction=friction,
-        ))
-        self.sim.add_object(thing)
+    def _spawn(self, name: str, thing: WorldObjectSettings) -> None:
+        """Put an object into the world that physics and planner share."""
+        self.sim.add_object(object_from_settings(name, thing))
 
     def delete(self, name: str) -> None:
         """

@@ -24,7 +24,7 @@ from armsim_ros.config.gripper_action_controller import (
 )
 from armsim_ros.config.joint_fault import JointFault
 from armsim_ros.config.robot_settings import RobotSettings
-from armsim_ros.config.world import BoxSettings, ShapeSettings
+from armsim_ros.config.world import WorldObjectSettings
 from armsim_ros.errors import ControllerError, PlanningError, SimulationError
 from armsim_ros.execution.controller_selection import select_controllers, split_trajectory
 from armsim_ros.model.transforms import pose_matrix
@@ -192,35 +192,17 @@ class RosArm(Arm):
         finally:
             client.in_executor(action.destroy)
 
-    def spawn(
-        self,
-        name: str,
-        size: Sequence[float] = (0.05, 0.05, 0.05),
-        xyz: Sequence[float] = (0.0, 0.0, 0.0),
-        *,
-        shape: ShapeSettings | None = None,
-        rpy: Sequence[float] = (0.0, 0.0, 0.0),
-        mass: float | None = None,
-        friction: float = 0.8,
-    ) -> None:
-        """
-        Put an object into the simulated world.
-
-        :param size: of a box along x, y, z [m].
-        :param xyz: position in the world [m].
-        :param shape: box, sphere, cylinder, capsule or cone of ``armsim_ros.config.world``.
-        :param rpy: roll, pitch, yaw in the world [rad].
-        :param mass: [kg]; None for an object that never moves.
-        :raises SimulationError: it is refused; the text says why.
-        """
-        box = BoxSettings(type='box', size=(float(size[0]), float(size[1]), float(size[2])))
-        words = (shape or box).model_dump()
+    def _spawn(self, name: str, thing: WorldObjectSettings) -> None:
+        """Have the simulation spawn it."""
+        words = thing.parts[0].shape.model_dump()
         kind = words.pop('type')
-        words.update({'friction': friction} | ({} if mass is None else {'mass': mass}))
+        words['friction'] = thing.friction
+        if thing.mass is not None:
+            words['mass'] = thing.mass
         query = '&'.join(f'{word}={_text(value)}' for word, value in words.items())
         request = SpawnEntity.Request(name=name)
         request.uri = f'armsim://{kind}?{query}'
-        request.initial_pose.pose = pose_to_message(pose_matrix(xyz, rpy))
+        request.initial_pose.pose = pose_to_message(pose_matrix(thing.xyz, thing.rpy))
         self._asked('/spawn_entity', SpawnEntity, request)
 
     def delete(self, name: str) -> None:

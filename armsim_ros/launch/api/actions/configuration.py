@@ -74,9 +74,9 @@ class DeclareLaunchArgument(Action):
                                 f"{', '.join(self.choices)}", self.where)
 
 
-class SetLaunchConfiguration(Action):
+class _SetAction(Action):
     """
-    Sets a configuration.
+    Sets something that has a name.
 
     :param name: its name.
     :param value: its value.
@@ -92,11 +92,24 @@ class SetLaunchConfiguration(Action):
     def execute(self, context: LaunchContext) -> None:
         """Set it."""
         name = perform_substitutions(context, self._name)
-        context.launch_configurations[name] = perform_substitutions(context, self._value)
+        self._values(context)[name] = perform_substitutions(context, self._value)
 
     def describe(self) -> str:
         """Return it for people."""
-        return f'SetLaunchConfiguration({describe_text(self._name)})'
+        return f'{type(self).__name__}({describe_text(self._name)})'
+
+    @staticmethod
+    def _values(context: LaunchContext) -> dict[str, str]:
+        """Return where it is set."""
+        raise NotImplementedError
+
+
+class SetLaunchConfiguration(_SetAction):
+    """Sets a configuration."""
+
+    @staticmethod
+    def _values(context: LaunchContext) -> dict[str, str]:
+        return context.launch_configurations
 
 
 class UnsetLaunchConfiguration(Action):
@@ -173,29 +186,12 @@ class ResetEnvironment(Action):
         context.environment.update(os.environ)
 
 
-class SetEnvironmentVariable(Action):
-    """
-    Sets an environment variable of the processes.
+class SetEnvironmentVariable(_SetAction):
+    """Sets an environment variable of the processes."""
 
-    :param name: of the variable.
-    :param value: its value.
-    """
-
-    def __init__(self, name: SomeText, value: Any, **kwargs: Any) -> None:
-        """Keep both."""
-        super().__init__(**kwargs)
-        self._name = normalize_to_list_of_substitutions(name)
-        self._value = normalize_to_list_of_substitutions(
-            str(value) if isinstance(value, (bool, int, float)) else value)
-
-    def execute(self, context: LaunchContext) -> None:
-        """Set it."""
-        name = perform_substitutions(context, self._name)
-        context.environment[name] = perform_substitutions(context, self._value)
-
-    def describe(self) -> str:
-        """Return it for people."""
-        return f'SetEnvironmentVariable({describe_text(self._name)})'
+    @staticmethod
+    def _values(context: LaunchContext) -> dict[str, str]:
+        return context.environment
 
 
 class UnsetEnvironmentVariable(Action):
