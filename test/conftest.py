@@ -48,7 +48,9 @@ def pytest_configure(config):
 
 @pytest.hookimpl(trylast=True)
 def pytest_sessionfinish(session, exitstatus):
-    """Leave with this status, and without a report of what bindings have leaked."""
+    """Leave what tests shared, then with this status, without a report of leaks of bindings."""
+    for shared in session.config.stash[_SHARED].values():
+        shared.close()
     session.config.stash[_END].status = int(exitstatus)
 
 
@@ -73,7 +75,14 @@ def _is_real_time(item):
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_runtest_setup(item):
-    """Measure what the host takes from the beginning of each test on."""
+    """
+    Leave what tests of other folders shared; measure what the host takes from now on.
+
+    Not after the last test of a folder: that one may run again.
+    """
+    shared = item.config.stash[_SHARED]
+    for folder in [one for one in shared if not item.path.is_relative_to(one)]:
+        shared.pop(folder).close()
     machine = item.stash.get(_MACHINE, None)
     if machine:
         machine.begin()
@@ -88,7 +97,7 @@ def ros_domain_id():
 @pytest.fixture(scope='session')
 def until_folder_ends(request):
     """
-    Return a function that enters a context and leaves it after the last test of a folder.
+    Return a function that enters a context and leaves it before the first test elsewhere.
 
     A running stack takes half a core, also from the tests of other folders.
     """
@@ -98,15 +107,6 @@ def until_folder_ends(request):
         return shared.setdefault(Path(folder), ExitStack()).enter_context(context)
 
     return enter
-
-
-@pytest.hookimpl(trylast=True)
-def pytest_runtest_teardown(item, nextitem):
-    """Leave what the tests of a folder shared where the next test is of another one."""
-    shared = item.config.stash[_SHARED]
-    for folder in list(shared):
-        if nextitem is None or not nextitem.path.is_relative_to(folder):
-            shared.pop(folder).close()
 
 
 @pytest.fixture(scope='session')
