@@ -138,7 +138,7 @@ class WorldMirror:
         """
         Return what has changed, and take it for told.
 
-        Where an object is that a link holds, is known by the link.
+        Where an object is that a link holds, is known by the link, from where it was exactly.
 
         :param whole: tell of all objects, because somebody new listens.
         """
@@ -151,6 +151,7 @@ class WorldMirror:
                          if now.held.get(pair[0]) != pair[1])
         grasped = tuple(pair for pair in now.held.items()
                         if whole or self._held.get(pair[0]) != pair[1])
+        begun = {name for name, _ in grasped}
         self._held = dict(now.held)
         for name, _ in released:
             self._told.pop(name, None)
@@ -159,7 +160,8 @@ class WorldMirror:
             row, known = now.poses[name], self._told.get(name)
             if whole or known is None or known[0] is not thing:
                 added.append((thing, _pose(row)))
-            elif name not in now.held and _apart(known[1], row):
+            elif (name in begun and not np.array_equal(known[1], row)) or (
+                    name not in now.held and _apart(known[1], row)):
                 moved.append((name, _pose(row)))
             else:
                 continue

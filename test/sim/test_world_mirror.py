@@ -73,11 +73,13 @@ def test_a_new_epoch_is_told_from_the_beginning(mirror):
     assert len(mirror.news(snapshot([CUBE, BALL], epoch=1)).added) == 2
 
 
-def test_what_is_held_goes_with_its_link(mirror):
-    """Its pose is not told until it is let go; then it is, however little it has moved."""
-    row = ROW + 1.0
+@pytest.mark.parametrize('way', [0.0, 1e-4])
+def test_what_is_held_goes_with_its_link(mirror, way):
+    """Its pose is told as it is taken, and when it is let go, however little it has moved."""
+    row = ROW + np.array([way, 0, 0, 0, 0, 0, 0])
     news = mirror.news(snapshot([CUBE, BALL], held={'cube': TIP}, cube=row))
-    assert (news.grasped, news.moved) == ((('cube', TIP),), ())
+    assert news.grasped == (('cube', TIP),)
+    assert [name for name, _ in news.moved] == (['cube'] if way else [])
     assert mirror.news(snapshot([CUBE, BALL], held={'cube': TIP}, cube=row + 1.0)).empty
     news = mirror.news(snapshot([CUBE, BALL], cube=ROW))
     assert news.released == (('cube', TIP),)
