@@ -10,6 +10,12 @@ import time
 from types import TracebackType
 from typing import Any, ClassVar
 
+from rcl_interfaces.srv import (
+    DescribeParameters,
+    GetParameters,
+    GetParameterTypes,
+    ListParameters,
+)
 import rclpy
 from rclpy.context import Context
 from rclpy.exceptions import InvalidHandle
@@ -36,6 +42,11 @@ Time [s] for a server to find a new client.
 Fast DDS drops an answer where the server has not found its reader 0.1 s after the request, as
 happens where the server does not get to run; nobody can see from the client's side when it has.
 """
+
+
+#: Services that are called again without harm, and after which time [s].
+ASKING = (DescribeParameters, GetParameters, GetParameterTypes, ListParameters)
+ASK_AGAIN = 5.0
 
 
 class ClientNode:
@@ -73,6 +84,8 @@ class ClientNode:
         """
         Call a service and return the response.
 
+        Parameters are asked for again where no answer comes, see :data:`FIND_BACK`.
+
         :param kind: the service type.
         :param request: the request; None sends an empty one.
         :param timeout: [s] for the server to appear and answer.
@@ -82,7 +95,12 @@ class ClientNode:
         self.connect({service: kind}, timeout)
         client = self._clients[kind, service]
         assert client.wait_for_service(timeout), f'no service {service} within {timeout} s'
-        future = client.call_async(kind.Request() if request is None else request)
+        request = kind.Request() if request is None else request
+        future = client.call_async(request)
+        while kind in ASKING and time.monotonic() < deadline - ASK_AGAIN:
+            if self._is_done(future, ASK_AGAIN):
+                break
+            future = client.call_async(request)
         return self.result(future, deadline - time.monotonic(), f'answer of {service}')
 
     def connect(self, services: Mapping[str, type], timeout: float = PATIENCE) -> None:
@@ -114,10 +132,15 @@ class ClientNode:
         :param timeout: [s].
         :raises AssertionError: it is not done in time.
         """
+        assert self._is_done(future, timeout), f'no {what} within {timeout:.1f} s'
+        return future.result()
+
+    @staticmethod
+    def _is_done(future: Future, timeout: float) -> bool:
+        """Wait for a future; return whether it is done in time [s]."""
         done = threading.Event()
         future.add_done_callback(lambda _: done.set())
-        assert done.wait(max(timeout, 0.0)), f'no {what} within {timeout:.1f} s'
-        return future.result()
+        return done.wait(max(timeout, 0.0))
 
     def in_executor(self, work: Callable[[], Any], timeout: float = PATIENCE) -> Any:
         """
