@@ -31,7 +31,8 @@ def children_of(program):
     found = {}
     for child in Path(f'/proc/{pid}/task/{pid}/children').read_text().split():
         words = Path(f'/proc/{child}/cmdline').read_text().split('\0')
-        found[words[words.index('armsim_ros') + 1]] = int(child)
+        if 'armsim_ros' in words:  # else it is not yet what it will be
+            found[words[words.index('armsim_ros') + 1]] = int(child)
     return found
 
 
