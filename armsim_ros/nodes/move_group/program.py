@@ -31,6 +31,8 @@ from armsim_ros.nodes.polling_node import PollingNode
 
 #: Goals get this long to be told that the program ends, and answers to leave it [s].
 _END_TIME, _ANSWER_TIME = 1.0, 0.02
+#: Who has just sent a goal asks for its result this late [s].
+_LATE_TIME = 0.2
 #: A goal that has ended sends its result in a step of its own.
 _LAST_STEPS = 5
 #: The planner's thread hands the interpreter over this often, so that answers do not wait [s].
@@ -136,8 +138,10 @@ class MoveGroupProgram:
             node.create_timer(  # ends each wait
                 _ANSWER_TIME, lambda: None, clock=Clock(clock_type=ClockType.STEADY_TIME)
             )
-            deadline, at_rest = time.monotonic() + _END_TIME, 0
-            while at_rest < _LAST_STEPS and time.monotonic() < deadline and rclpy.ok():
+            begin, at_rest = time.monotonic(), 0
+            while rclpy.ok() and (elapsed := time.monotonic() - begin) < _END_TIME:
+                if at_rest >= _LAST_STEPS and elapsed > _LATE_TIME:
+                    break
                 step()
                 at_rest = 0 if pending else at_rest + 1
             time.sleep(_ANSWER_TIME)
