@@ -305,7 +305,8 @@ def main(options: Options) -> None:
     with TemporaryDirectory() as home:
         os.environ['ROS_HOME'] = home  # of the stack, for the files that it is asked to write
         with (
-            running_stack(f'robot:={options.robot}') as stack,
+            # The simulation tells of its world when it likes, which no request has asked for.
+            running_stack(f'robot:={options.robot}', 'scene_from_world:=false') as stack,
             ClientNode(stack.domain, 'fuzz') as client,
         ):
             robot = SoakClient(client, options.robot)
