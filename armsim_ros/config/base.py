@@ -52,3 +52,15 @@ def parameter(
     return Field(
         default, description=description, json_schema_extra={'read_only': read_only}, **constraints
     )
+
+
+def unique_names(names: tuple[str, ...]) -> tuple[str, ...]:
+    """
+    Return the names.
+
+    :raises ValueError: one is there twice.
+    """
+    twice = sorted({name for name in names if names.count(name) > 1})
+    if twice:
+        raise ValueError(f'named twice: {", ".join(twice)}')
+    return names

@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 
 from pydantic import field_validator, model_validator
 
-from armsim_ros.config.base import parameter, Settings
+from armsim_ros.config.base import parameter, Settings, unique_names
 from armsim_ros.config.pid_gains import PidGains
 
 POSITION = 'position'
@@ -61,7 +61,7 @@ class JointGroupParameters(ForwardParameters):
     @field_validator('joints')
     @classmethod
     def _unique(cls, value: tuple[str, ...]) -> tuple[str, ...]:
-        return _once(value)
+        return unique_names(value)
 
     @property
     def targets(self) -> tuple[tuple[str, str], ...]:
@@ -126,7 +126,7 @@ class MultiInterfaceForwardCommandControllerParameters(ForwardParameters):
     @field_validator('interface_names')
     @classmethod
     def _unique(cls, value: tuple[str, ...]) -> tuple[str, ...]:
-        return _once(value)
+        return unique_names(value)
 
     @model_validator(mode='before')
     @classmethod
@@ -202,10 +202,3 @@ def _with_timeout(data: Any, interfaces: Any) -> Any:
         return data
     lasting = all(name == POSITION for name in interfaces)
     return {**data, 'command_timeout': 0.0 if lasting else VELOCITY_TIMEOUT}
-
-
-def _once(names: tuple[str, ...]) -> tuple[str, ...]:
-    twice = sorted({name for name in names if names.count(name) > 1})
-    if twice:
-        raise ValueError(f'named twice: {", ".join(twice)}')
-    return names

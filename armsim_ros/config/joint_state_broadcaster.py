@@ -9,7 +9,7 @@ from typing import Any
 
 from pydantic import field_validator
 
-from armsim_ros.config.base import parameter, Settings
+from armsim_ros.config.base import parameter, Settings, unique_names
 
 
 class ExtraJoint(Settings):
@@ -84,7 +84,4 @@ class JointStateBroadcasterParameters(Settings):
     @field_validator('joints', 'interfaces')
     @classmethod
     def _unique(cls, value: tuple[str, ...]) -> tuple[str, ...]:
-        twice = sorted({name for name in value if value.count(name) > 1})
-        if twice:
-            raise ValueError(f'named twice: {", ".join(twice)}')
-        return value
+        return unique_names(value)

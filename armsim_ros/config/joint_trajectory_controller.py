@@ -11,7 +11,7 @@ from typing import Any, Literal
 from pydantic import Field, field_validator, model_validator
 from typing_extensions import Self
 
-from armsim_ros.config.base import KeyedSettings, parameter, Settings
+from armsim_ros.config.base import KeyedSettings, parameter, Settings, unique_names
 from armsim_ros.config.pid_gains import PidGains
 from armsim_ros.config.sensor_broadcasters import SPEED_SCALING
 from armsim_ros.errors import nearest
@@ -190,10 +190,7 @@ class JointTrajectoryControllerParameters(Settings):
     @field_validator('joints', 'command_joints', 'command_interfaces', 'state_interfaces')
     @classmethod
     def _unique(cls, value: tuple[str, ...]) -> tuple[str, ...]:
-        twice = sorted({name for name in value if value.count(name) > 1})
-        if twice:
-            raise ValueError(f'named twice: {", ".join(twice)}')
-        return value
+        return unique_names(value)
 
     @model_validator(mode='after')
     def _together(self) -> Self:

@@ -7,7 +7,7 @@ from __future__ import annotations
 from pydantic import field_validator, model_validator
 from typing_extensions import Self
 
-from armsim_ros.config.base import parameter, Settings
+from armsim_ros.config.base import parameter, Settings, unique_names
 from armsim_ros.config.pid_gains import PidGains
 
 
@@ -54,10 +54,7 @@ class PidControllerParameters(Settings):
                      'reference_and_state_interfaces')
     @classmethod
     def _unique(cls, value: tuple[str, ...]) -> tuple[str, ...]:
-        twice = sorted({name for name in value if value.count(name) > 1})
-        if twice:
-            raise ValueError(f'named twice: {", ".join(twice)}')
-        return value
+        return unique_names(value)
 
     @model_validator(mode='after')
     def _together(self) -> Self:
