@@ -3,9 +3,11 @@
 """Gives every test process a ROS graph of its own, before anything can import rclpy."""
 
 from contextlib import ExitStack
+import faulthandler
 import os
 from pathlib import Path
 
+from failures_at_once import FailuresAtOnce
 from machine import Machine
 import pytest
 from rendering import rendering_backend
@@ -22,6 +24,8 @@ _REAL_TIME = [
     Path(__file__).parent / name
     for name in ('conformance', 'interfaces', 'launch', 'nodes', 'packaging', 'system')
 ]
+#: How long a stack may take to end after the last test [s].
+_PATIENCE_AT_END = 120
 _MACHINE = pytest.StashKey()
 _END = pytest.StashKey()
 #: Folder -> what its tests share.
@@ -44,13 +48,16 @@ def pytest_configure(config):
     announce_often()
     config.stash[_SHARED] = {}
     config.stash[_END] = QuietEnd()
+    config.pluginmanager.register(FailuresAtOnce(config))
 
 
 @pytest.hookimpl(trylast=True)
 def pytest_sessionfinish(session, exitstatus):
     """Leave what tests shared, then with this status, without a report of leaks of bindings."""
+    faulthandler.dump_traceback_later(_PATIENCE_AT_END, exit=True)
     for shared in session.config.stash[_SHARED].values():
         shared.close()
+    faulthandler.cancel_dump_traceback_later()
     session.config.stash[_END].status = int(exitstatus)
 
 
