@@ -2,11 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """Two arms in one world, without ROS: physics, controllers, plans."""
 
+import shutil
+
 import numpy as np
 import pytest
 
 from armsim_ros.errors import ConfigError, ControllerError, PlanningError
 from armsim_ros.model.cell_loading import load_cell
+from armsim_ros.resources import find_robot, PACKAGE, share_folder
 from armsim_ros.sim.assembly import build_managers, build_simulation
 from armsim_ros.stack import ArmSim
 from armsim_ros.trajectory import JointTrajectory, TrajectoryPoint
@@ -43,6 +46,24 @@ def test_each_manager_knows_its_own_joints(both):
         assert {one.name.partition('_')[0] for one in (*command, *state)} == {side}
         assert {one.name for one in command if one.is_claimed} == {
             f'{side}_joint{number}/position' for number in range(1, 6)}
+
+
+def test_each_robot_shows_its_own_sensors(tmp_path):
+    """dynamic_joint_states of one robot has its sensors, not those of the other."""
+    arm = tmp_path / 'arm'
+    shutil.copytree(find_robot('bot'), arm)
+    shutil.copy(share_folder(PACKAGE) / 'urdf' / 'bot.urdf.xacro', arm)
+    with (arm / 'simulation.yaml').open('a', encoding='utf-8') as file:
+        file.write('sensors: {wrist: {type: force_torque, link: link5}}\n')
+    (tmp_path / 'robots.yaml').write_text(
+        'robots:\n  left: {robot: arm}\n  right: {robot: arm, xyz: [0, -1, 0]}\n')
+    pair = ArmSim(load_cell(str(tmp_path)))
+    pair.step(100)
+    for side in SIDES:
+        broadcaster = pair.managers[side].controllers['joint_state_controller']
+        owners = {owner for owner, _, _ in broadcaster.read(0).dynamic}
+        assert f'{side}_wrist' in owners
+        assert {owner.partition('_')[0] for owner in owners} == {side}
 
 
 def test_there_is_no_single_manager(both):

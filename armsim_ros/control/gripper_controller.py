@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+import math
 from typing import ClassVar
 
 from armsim_ros.config.base import Settings
@@ -14,7 +15,7 @@ from armsim_ros.config.gripper_action_controller import (
 )
 from armsim_ros.control.gripper_base import GripperBase
 from armsim_ros.control.gripper_goal import GripperGoal, GripperResponse
-from armsim_ros.control.hardware_interface import COMMAND_INTERFACES, EFFORT, POSITION
+from armsim_ros.control.hardware_interface import EFFORT, POSITION
 from armsim_ros.control.pid import Pid
 
 
@@ -93,6 +94,12 @@ class ParallelGripperController(GripperBase[ParallelGripperActionControllerParam
 
     parameters_class: ClassVar[type[Settings]] = ParallelGripperActionControllerParameters
     kind = 'parallel_gripper_command'
+    #: Where the drive is told to be now, on the way to the target [rad or m].
+    _reference = 0.0
+    #: The target that it is on the way to [rad or m].
+    _way_to = 0.0
+    #: The joint's speed is not to exceed it [rad/s or m/s].
+    _fastest = math.inf
 
     @property
     def required_command_interfaces(self) -> tuple[str, ...]:
@@ -111,7 +118,8 @@ class ParallelGripperController(GripperBase[ParallelGripperActionControllerParam
         Take a goal, which replaces a running one, or refuse it.
 
         :param positions: exactly one [rad or m].
-        :param velocities: at most one, used where max_velocity_interface is set [rad/s or m/s].
+        :param velocities: at most one, not to be exceeded; used where max_velocity_interface is
+            set, and 0 is no bound [rad/s or m/s].
         :param efforts: at most one, not to be exceeded [N*m or N].
         """
         if len(positions) != 1:
@@ -124,20 +132,38 @@ class ParallelGripperController(GripperBase[ParallelGripperActionControllerParam
         """Take a goal of a position and an effort."""
         return self.send_goal([position], [], [effort] if effort else [])
 
-    def _command(self, period: float) -> None:
-        self.context.hardware.command.position[self._index] = self._target
-        goal, parameters = self._goal, self.parameters
-        self._write(parameters.max_velocity_interface,
-                    goal.velocity if goal is not None else parameters.max_velocity)  # fmt: skip
+    def activate(self, time_ns: int) -> None:
+        """Hold the joint where it is."""
+        super().activate(time_ns)
+        self._reference = self._way_to = self._target
+        self._fastest = self._speed_bound(self.parameters.max_velocity)
 
-    def _write(self, interface: str, value: float) -> None:
-        joint, _, kind = interface.rpartition('/')
-        if kind in COMMAND_INTERFACES:
-            hardware = self.context.hardware
-            hardware.command.of(kind)[hardware.index[joint]] = value
+    def next_update(self, time_ns: int) -> int:
+        """Return from when on an update matters [ns]: never at the target without a goal."""
+        return super().next_update(time_ns) if self._reference == self._target else time_ns
+
+    def _command(self, period: float) -> None:
+        hardware, i = self.context.hardware, self._index
+        if self._goal is not None:
+            self._fastest = self._speed_bound(self._goal.velocity)
+        if self._way_to != self._target:
+            # A grip is neither let go of to grip harder, nor has it to be undone before opening.
+            near, far = sorted((self._reference, float(hardware.state.position[i])))
+            self._reference = max(near, min(far, self._target))
+            self._way_to = self._target
+        step = self._fastest * period
+        left = self._target - self._reference
+        self._reference = (
+            self._target if abs(left) <= step else self._reference + math.copysign(step, left)
+        )
+        hardware.command.position[i] = self._reference
 
     def _release(self) -> None:
-        self._write(self.parameters.max_velocity_interface, 0.0)
+        """Do nothing: positions are all that is commanded."""
+
+    def _speed_bound(self, velocity: float) -> float:
+        """Return a velocity as a bound, inf where there is none but the drive's own."""
+        return abs(velocity) or math.inf if self.parameters.max_velocity_interface else math.inf
 
     @property
     def _default_bound(self) -> float:

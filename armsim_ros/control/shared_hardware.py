@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 from armsim_ros.config.pid_gains import PidGains
 from armsim_ros.control.hardware_interface import (
@@ -26,14 +26,15 @@ class SharedHardware:
         self.hardware = hardware
         self._claims: dict[str, frozenset[str]] = {}
 
-    def part(self, joint_names: Sequence[str]) -> HardwarePart:
+    def part(self, joint_names: Sequence[str], foreign: Collection[str] = ()) -> HardwarePart:
         """
         Return the view of one robot.
 
         :param joint_names: movable joints that follow each other in the hardware.
+        :param foreign: sensors and gpios of the other robots, which this one does not show.
         :raises SimulationError: they do not.
         """
-        return HardwarePart(self, tuple(joint_names))
+        return HardwarePart(self, tuple(joint_names), frozenset(foreign))
 
     def claim(self, joint_names: Sequence[str], claimed: Mapping[str, frozenset[str]]) -> None:
         """
@@ -53,10 +54,14 @@ class HardwarePart(HardwareInterface):
 
     :param shared: the whole.
     :param joint_names: (n,) movable joints that follow each other in it.
+    :param foreign: sensors and gpios of the other robots.
     """
 
-    def __init__(self, shared: SharedHardware, joint_names: tuple[str, ...]) -> None:
+    def __init__(
+        self, shared: SharedHardware, joint_names: tuple[str, ...], foreign: frozenset[str]
+    ) -> None:
         super().__init__(joint_names)
+        self._foreign = foreign
         whole = shared.hardware
         start = whole.index.get(joint_names[0], 0) if joint_names else 0
         place = slice(start, start + len(joint_names))
@@ -88,8 +93,9 @@ class HardwarePart(HardwareInterface):
 
     @property
     def other_states(self) -> Mapping[str, float]:
-        """Interface of a sensor or gpio -> its value, of all robots: the names differ."""
-        return self._shared.hardware.other_states
+        """Interface of a sensor or gpio -> its value, but for those of the other robots."""
+        return {name: value for name, value in self._shared.hardware.other_states.items()
+                if name.rpartition('/')[0] not in self._foreign}  # fmt: skip
 
     def perform_command_mode_switch(self, claimed: Mapping[str, frozenset[str]]) -> None:
         """Take over a change of claims of this robot."""

@@ -23,7 +23,7 @@ from armsim_ros.control.hardware_interface import HardwareInterface, POSITION
 from armsim_ros.control.manager_group import ManagerGroup
 from armsim_ros.control.shared_hardware import SharedHardware
 from armsim_ros.errors import ConfigError, ControllerError, Problem, SimulationError
-from armsim_ros.model.cell import Cell
+from armsim_ros.model.cell import Cell, Robot
 from armsim_ros.model.initial_state import initial_positions, START_KEYS
 from armsim_ros.model.robot_model import JointType, RobotModel
 from armsim_ros.sim.clock import SimClock
@@ -166,8 +166,10 @@ def build_managers(cell: Cell, hardware: HardwareInterface) -> dict[str, Control
     shared = SharedHardware(hardware)
     managers: dict[str, ControllerManager] = {}
     problems: list[Problem] = []
+    owned = {robot.name: _sensors_and_gpios(robot) for robot in cell.robots}
     for robot in cell.robots:
-        part = shared.part(robot.model.movable_joints)
+        foreign = {one for name in owned if name != robot.name for one in owned[name]}
+        part = shared.part(robot.model.movable_joints, foreign)
         try:
             managers[robot.name] = build_manager(robot.settings, robot.model, part)
         except ConfigError as error:
@@ -175,6 +177,13 @@ def build_managers(cell: Cell, hardware: HardwareInterface) -> dict[str, Control
     if problems:
         raise ConfigError(problems)
     return managers
+
+
+def _sensors_and_gpios(robot: Robot) -> set[str]:
+    """Return the names of what has states and is no joint."""
+    declared = {name.rpartition('/')[0] for system in robot.model.hardware
+                for name in (*system.other_states, *system.other_commands)}  # fmt: skip
+    return declared | set(robot.settings.simulation.sensors)
 
 
 class Control(NamedTuple):

@@ -131,6 +131,40 @@ def test_parallel_bounds_go_to_their_interfaces(rig):
     assert r.hardware.effort_bound[0] == np.inf
 
 
+@pytest.mark.parametrize(('velocities', 'fastest'), [((0.2,), 0.2), ((), 0.1)])
+def test_parallel_bounds_the_velocity(rig, velocities, fastest):
+    """N2: the joint moves no faster than the goal says, or else the parameter, and arrives."""
+    r = rig()
+    hand = gripper(r, PARALLEL, max_velocity_interface='a/velocity', max_velocity=0.1)
+    assert hand.required_command_interfaces == ('a/position', 'a/velocity')
+    goal = hand.send_goal([0.3], velocities).goal
+    speeds = []
+    while not goal.done:
+        r.step()
+        speeds.append(abs(r.hardware.state.velocity[0]))
+        assert np.isnan(r.hardware.command.velocity[0])
+    assert goal.status.name == 'SUCCEEDED'
+    assert max(speeds) == pytest.approx(fastest)
+    r.run(1.0)
+    assert r.hardware.state.position[0] == pytest.approx(0.3)
+
+
+def test_parallel_opens_from_where_the_fingers_are(rig):
+    """What was gripped in vain has not to be undone first."""
+    r = rig()
+    hand = gripper(r, PARALLEL, max_velocity_interface='a/velocity', stall_timeout=0.1)
+    r.hardware.frozen = True
+    goal = hand.send_goal([0.5], [1.0]).goal
+    r.run(1.0)
+    assert goal.result.stalled
+    assert r.hardware.command.position[0] == pytest.approx(0.5)
+    r.hardware.frozen = False
+    r.hardware.gain = 0.0
+    hand.send_goal([-0.5], [1.0])
+    r.step(2)
+    assert -0.05 < r.hardware.command.position[0] < 0.0
+
+
 def test_not_a_number_is_refused(rig):
     """A command that is no number moves nothing."""
     assert 'finite' in gripper(rig()).send_goal(float('nan')).reason

@@ -40,6 +40,13 @@ def test_a_part_has_the_interfaces_of_its_joints(whole):
     assert part.index == {'l1': 0, 'l2': 1}
 
 
+def test_a_part_hides_what_others_own(whole):
+    """Sensors and gpios of other robots are no states of this one."""
+    whole.given_states.update({'l_wrist/force.x': 1.0, 'r_wrist/force.x': 2.0, 'sun/light': 3.0})
+    part = SharedHardware(whole).part(('l1', 'l2'), {'r_wrist'})
+    assert dict(part.other_states) == {'l_wrist/force.x': 1.0, 'sun/light': 3.0}
+
+
 def test_claims_of_the_others_stay(whole):
     """Each part says only what it claims itself; the hardware hears of all."""
     shared = SharedHardware(whole)
