@@ -11,6 +11,7 @@ from failures_at_once import FailuresAtOnce
 from machine import Machine
 import pytest
 from rendering import rendering_backend
+from silent_workers import SilentWorkers
 
 from armsim_ros.cli.environment import announce_often, FASTDDS_PROFILES
 from armsim_ros.cli.quiet_end import QuietEnd
@@ -49,6 +50,7 @@ def pytest_configure(config):
     config.stash[_SHARED] = {}
     config.stash[_END] = QuietEnd()
     config.pluginmanager.register(FailuresAtOnce(config))
+    config.pluginmanager.register(SilentWorkers())
 
 
 @pytest.hookimpl(trylast=True)
