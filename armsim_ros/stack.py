@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 
 from armsim_ros.arrays import Matrix
-from armsim_ros.control.controller_manager import ControllerManager
-from armsim_ros.control.joint_trajectory_controller import JointTrajectoryController
-from armsim_ros.control.trajectory_goal import GoalStatus, TrajectoryGoal
+from armsim_ros.control.manager.controller_manager import ControllerManager
+from armsim_ros.control.trajectory.goal import GoalStatus, TrajectoryGoal
+from armsim_ros.control.trajectory.joint_trajectory_controller import JointTrajectoryController
 from armsim_ros.errors import (
     ControllerError,
     ModelError,
@@ -30,7 +30,7 @@ from armsim_ros.model.world_objects import world_in_root, WorldObject
 from armsim_ros.planning.budget import CountingClock
 from armsim_ros.sim.assembly import build_control, build_manager, build_simulation
 from armsim_ros.sim.control_loop import ControlLoop
-from armsim_ros.sim.finger_contacts import FingerContacts
+from armsim_ros.sim.grippers.finger_contacts import FingerContacts
 from armsim_ros.trajectory import JointTrajectory
 
 if TYPE_CHECKING:
@@ -177,7 +177,7 @@ class ArmSim:
         :returns: one goal for each controller.
         :raises ControllerError: no controller has the joints, or one refuses; the text says why.
         """
-        from armsim_ros.config.moveit_controllers import MoveItControllerSettings
+        from armsim_ros.config.move_group.moveit_controllers import MoveItControllerSettings
         from armsim_ros.execution.controller_selection import select_controllers, split_trajectory
 
         several = len(self.managers) > 1

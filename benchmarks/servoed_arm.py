@@ -8,7 +8,7 @@ from collections.abc import Iterator
 
 from armsim_ros.arrays import Vector
 from armsim_ros.config.servo import ServoNodeSettings, ServoParameters
-from armsim_ros.control.joint_trajectory_controller import JointTrajectoryController
+from armsim_ros.control.trajectory.joint_trajectory_controller import JointTrajectoryController
 from armsim_ros.planning.collision.collision_model import CollisionChecker
 from armsim_ros.planning.servo.assembly import arm_group, build_stream
 from armsim_ros.planning.servo.commands import Command

@@ -12,7 +12,9 @@ from pathlib import Path
 import re
 import statistics
 
-from armsim_ros.config.joint_trajectory_controller import JointTrajectoryControllerParameters
+from armsim_ros.config.controllers.joint_trajectory_controller import (
+    JointTrajectoryControllerParameters,
+)
 from armsim_ros.config.loading import load_robot_settings
 from armsim_ros.testing.client_node import ClientNode
 from armsim_ros.testing.domain import private_domain, ros_environment

@@ -19,8 +19,8 @@ import tempfile
 
 import numpy as np
 
-from armsim_ros.control.forward_command_controller import ForwardController
-from armsim_ros.control.trajectory_goal import TrajectoryGoal
+from armsim_ros.control.command_controllers.forward_command_controller import ForwardController
+from armsim_ros.control.trajectory.goal import TrajectoryGoal
 from armsim_ros.model.cell import Cell
 from armsim_ros.model.cell_loading import load_cell
 from armsim_ros.planning.servo.commands import JointJog

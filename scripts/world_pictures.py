@@ -31,7 +31,7 @@ def main():
     from armsim_ros.sim.camera.camera import cameras_of
     from armsim_ros.sim.camera.scene_renderer import SceneRenderer
     from armsim_ros.sim.camera.snapshot import take_snapshot
-    from armsim_ros.sim.compiler import model_to_bytes
+    from armsim_ros.sim.physics.compiler import model_to_bytes
 
     cell, _ = cell_of(parse_arguments(['robot:=sunday', 'world:=feeding_place']))
     simulation = build_simulation(cell.settings, cell.model)

@@ -23,7 +23,7 @@ from armsim_ros.config.robot_settings import RobotSettings
 from armsim_ros.errors import Severity
 from armsim_ros.model.cell import Cell
 from armsim_ros.model.cell_loading import survey_cell
-from armsim_ros.model.xacro_text import declared_arguments
+from armsim_ros.model.description.xacro_text import declared_arguments
 from armsim_ros.packages import split_path
 
 LOCKSTEP = 'lockstep'

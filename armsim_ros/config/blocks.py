@@ -7,10 +7,10 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 
 from armsim_ros.config.draft import ConfigDraft, empty_node
-from armsim_ros.config.planning_parameters import PlanningParameters
-from armsim_ros.config.trajectory_execution import KEYS_BESIDE
+from armsim_ros.config.move_group.planning_parameters import PlanningParameters
+from armsim_ros.config.move_group.trajectory_execution import KEYS_BESIDE
 from armsim_ros.config.validation import known_keys
-from armsim_ros.config.yaml_node import node_of, YamlNode
+from armsim_ros.config.yaml.node import node_of, YamlNode
 from armsim_ros.errors import Problem, Severity
 
 Take = Callable[[ConfigDraft, str, YamlNode], None]

@@ -13,8 +13,8 @@ from typing_extensions import Self
 from armsim_ros.config.base import parameter, Settings
 from armsim_ros.config.simulation import finite_triple, Triple
 from armsim_ros.config.validation import read_settings
-from armsim_ros.config.yaml_node import YamlNode
-from armsim_ros.config.yaml_source import read_yaml_file
+from armsim_ros.config.yaml.node import YamlNode
+from armsim_ros.config.yaml.source import read_yaml_file
 from armsim_ros.errors import ConfigError, Problem
 from armsim_ros.resources import ROBOTS_FILE
 

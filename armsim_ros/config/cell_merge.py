@@ -8,8 +8,8 @@ from collections.abc import Collection, Mapping
 from typing import Any, TypeVar
 
 from armsim_ros.config.base import Settings
-from armsim_ros.config.ompl_planning import OmplGroup, OmplSettings, PlannerConfig
-from armsim_ros.config.pid_gains import PidGains
+from armsim_ros.config.controllers.pid_gains import PidGains
+from armsim_ros.config.move_group.ompl_planning import OmplGroup, OmplSettings, PlannerConfig
 from armsim_ros.config.robot_settings import RobotSettings
 from armsim_ros.config.simulation import JointServoSettings, SimulationSettings
 from armsim_ros.errors import Problem, Severity

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from armsim_ros.config.yaml_node import merge_nodes, YamlNode
+from armsim_ros.config.yaml.node import merge_nodes, YamlNode
 from armsim_ros.errors import ignored, Location, Problem
 
 #: The blocks of the neutral form; each is a field of RobotSettings.

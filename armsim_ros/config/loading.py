@@ -18,8 +18,8 @@ from armsim_ros.config.robot_settings import RobotSettings
 from armsim_ros.config.sections import read_sections
 from armsim_ros.config.validation import read_settings
 from armsim_ros.config.world import is_foreign_world, WorldSettings
-from armsim_ros.config.yaml_node import node_of, YamlNode
-from armsim_ros.config.yaml_source import parse_yaml, read_yaml_file
+from armsim_ros.config.yaml.node import node_of, YamlNode
+from armsim_ros.config.yaml.source import parse_yaml, read_yaml_file
 from armsim_ros.errors import (
     ConfigError,
     ignored,

@@ -9,17 +9,17 @@ import re
 from typing import Any
 
 from armsim_ros.config.base import Settings
-from armsim_ros.config.controllers import ControllerSettings
-from armsim_ros.config.gpio_command_controller import GpioCommandControllerParameters
-from armsim_ros.config.kinematics import KinematicsSettings
-from armsim_ros.config.moveit_controllers import MoveItControllerSettings
-from armsim_ros.config.ompl_planning import OmplGroup, OmplSettings
-from armsim_ros.config.robot_settings import RobotSettings
-from armsim_ros.config.sensor_broadcasters import (
+from armsim_ros.config.controllers.controller_settings import ControllerSettings
+from armsim_ros.config.controllers.gpio_command_controller import GpioCommandControllerParameters
+from armsim_ros.config.controllers.sensor_broadcasters import (
     BroadcasterParameters,
     SPEED_SCALING,
     SpeedScalingStateBroadcasterParameters,
 )
+from armsim_ros.config.move_group.kinematics import KinematicsSettings
+from armsim_ros.config.move_group.moveit_controllers import MoveItControllerSettings
+from armsim_ros.config.move_group.ompl_planning import OmplGroup, OmplSettings
+from armsim_ros.config.robot_settings import RobotSettings
 from armsim_ros.config.simulation import SimulationSettings
 
 #: Keys of controllers' parameters that hold a joint or a list of joints.

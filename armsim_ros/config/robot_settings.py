@@ -9,18 +9,18 @@ from pathlib import Path
 from pydantic import PrivateAttr
 
 from armsim_ros.config.base import parameter, Settings
-from armsim_ros.config.controller_manager import ControllerManagerParameters
-from armsim_ros.config.controllers import ControllerSettings
+from armsim_ros.config.controllers.controller_manager import ControllerManagerParameters
+from armsim_ros.config.controllers.controller_settings import ControllerSettings
 from armsim_ros.config.joint_limits import JointLimitsSettings
-from armsim_ros.config.kinematics import KinematicsSettings
-from armsim_ros.config.moveit_controllers import MoveItControllerSettings
-from armsim_ros.config.ompl_planning import OmplSettings
-from armsim_ros.config.planning_parameters import PlanningParameters
+from armsim_ros.config.move_group.kinematics import KinematicsSettings
+from armsim_ros.config.move_group.moveit_controllers import MoveItControllerSettings
+from armsim_ros.config.move_group.ompl_planning import OmplSettings
+from armsim_ros.config.move_group.planning_parameters import PlanningParameters
+from armsim_ros.config.move_group.trajectory_execution import TrajectoryExecutionSettings
 from armsim_ros.config.servo import ServoNodeSettings
 from armsim_ros.config.simulation import SimulationSettings
-from armsim_ros.config.trajectory_execution import TrajectoryExecutionSettings
 from armsim_ros.config.world import WorldSettings
-from armsim_ros.config.yaml_node import YamlNode
+from armsim_ros.config.yaml.node import YamlNode
 from armsim_ros.errors import Location, Problem
 from armsim_ros.packages import Packages
 

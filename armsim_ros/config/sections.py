@@ -7,8 +7,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from armsim_ros.config.controller_manager import ControllerManagerParameters
-from armsim_ros.config.controllers import (
+from armsim_ros.config.controllers.controller_manager import ControllerManagerParameters
+from armsim_ros.config.controllers.controller_settings import (
     BROADCASTER,
     ControllerSettings,
     read_controller,
@@ -19,22 +19,22 @@ from armsim_ros.config.joint_limits import (
     JointLimitsSettings,
     UNUSED_LIMIT_KEYS,
 )
-from armsim_ros.config.kinematics import KinematicsSettings, UNUSED_KINEMATICS_KEYS
-from armsim_ros.config.moveit_controllers import (
+from armsim_ros.config.move_group.kinematics import KinematicsSettings, UNUSED_KINEMATICS_KEYS
+from armsim_ros.config.move_group.moveit_controllers import (
     MoveItControllerSettings,
     UNUSED_MOVEIT_CONTROLLER_KEYS,
 )
-from armsim_ros.config.ompl_planning import (
+from armsim_ros.config.move_group.ompl_planning import (
     OmplSettings,
     RENAMED_PIPELINE_KEYS,
     UNUSED_PIPELINE_KEYS,
 )
-from armsim_ros.config.planning_parameters import PlanningParameters
+from armsim_ros.config.move_group.planning_parameters import PlanningParameters
+from armsim_ros.config.move_group.trajectory_execution import TrajectoryExecutionSettings
 from armsim_ros.config.servo import ServoNodeSettings, UNUSED_SERVO_KEYS
 from armsim_ros.config.simulation import SimulationSettings
-from armsim_ros.config.trajectory_execution import TrajectoryExecutionSettings
 from armsim_ros.config.validation import AnySettings, drop_unused, known_keys, read_settings
-from armsim_ros.config.yaml_node import node_of, YamlNode
+from armsim_ros.config.yaml.node import node_of, YamlNode
 from armsim_ros.errors import ignored, nearest, Problem, Severity
 
 #: Parameters of the manager that others read -> why they have no effect here.

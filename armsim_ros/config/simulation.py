@@ -13,7 +13,7 @@ from typing_extensions import Self
 
 from armsim_ros.config.base import parameter, Settings
 from armsim_ros.config.camera import CameraSettings
-from armsim_ros.config.pid_gains import PidGains
+from armsim_ros.config.controllers.pid_gains import PidGains
 
 Triple = tuple[float, float, float]
 

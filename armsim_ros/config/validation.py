@@ -13,7 +13,7 @@ from typing import Annotated, Any, get_args, get_origin, get_type_hints, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
-from armsim_ros.config.yaml_node import YamlNode
+from armsim_ros.config.yaml.node import YamlNode
 from armsim_ros.errors import ignored, Location, nearest, Problem, Severity
 
 AnySettings = TypeVar('AnySettings', bound=BaseModel)

@@ -16,8 +16,8 @@ from typing import Protocol
 
 import numpy as np
 
+from armsim_ros.config.controllers.pid_gains import PidGains
 from armsim_ros.config.joint_fault import JointFault
-from armsim_ros.config.pid_gains import PidGains
 from armsim_ros.control.hardware_interface import COMMAND_INTERFACES, HardwareInterface
 from armsim_ros.errors import ControllerError, nearest
 

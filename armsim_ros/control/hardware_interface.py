@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from armsim_ros.arrays import Matrix, Vector
-from armsim_ros.config.pid_gains import PidGains
+from armsim_ros.config.controllers.pid_gains import PidGains
 
 POSITION = 'position'
 VELOCITY = 'velocity'

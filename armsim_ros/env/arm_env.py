@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from armsim_ros.arrays import Vector
-from armsim_ros.control.controller_manager import Strictness
 from armsim_ros.control.hardware_interface import POSITION
+from armsim_ros.control.manager.controller_manager import Strictness
 from armsim_ros.env.actions import ActionKind, Actions, KINDS
 from armsim_ros.env.gym_base import Env
 from armsim_ros.env.motion import Motion
@@ -26,7 +26,7 @@ from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.model.cell import Cell
 from armsim_ros.model.cell_loading import load_cell
 from armsim_ros.model.transforms import pose_matrix
-from armsim_ros.sim.saved_state import SimulationState
+from armsim_ros.sim.physics.saved_state import SimulationState
 from armsim_ros.stack import ArmSim
 
 OPTIONS = ('objects', 'joints')

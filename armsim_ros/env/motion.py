@@ -9,8 +9,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from armsim_ros.arrays import Matrix, Vector
+from armsim_ros.sim.grippers.vacuum_gripper import LOOK_NS, VacuumGripper
 from armsim_ros.sim.simulation import Simulation
-from armsim_ros.sim.vacuum_gripper import LOOK_NS, VacuumGripper
 
 
 class Motion:

@@ -8,7 +8,7 @@ from collections.abc import Collection, Iterable, Sequence
 from itertools import combinations
 
 from armsim_ros.arrays import Vector
-from armsim_ros.config.moveit_controllers import MoveItControllerSettings
+from armsim_ros.config.move_group.moveit_controllers import MoveItControllerSettings
 from armsim_ros.errors import MoveItErrorCode, nearest, PlanningError
 from armsim_ros.model.robot_model import RobotModel
 from armsim_ros.trajectory import JointTrajectory, TrajectoryPoint

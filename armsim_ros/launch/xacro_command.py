@@ -12,7 +12,7 @@ from pathlib import Path
 from armsim_ros.errors import ConfigError, Location
 from armsim_ros.launch.failures import MissingPackageError, SubstitutionFailure
 from armsim_ros.launch.lookup import check_not_missing, current_lookup
-from armsim_ros.model.xacro_text import read_description
+from armsim_ros.model.description.xacro_text import read_description
 
 _WITH_VALUE = ('-o', '--verbosity')
 

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
-from armsim_ros.config.controllers import BROADCASTER
+from armsim_ros.config.controllers.controller_settings import BROADCASTER
 from armsim_ros.config.robot_settings import RobotSettings
 from armsim_ros.errors import ignored, Location, nearest, Problem, Severity
 from armsim_ros.model.robot_model import PlanningGroup, RobotModel

@@ -7,7 +7,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from armsim_ros.config.gripper_action_controller import GripperParameters
+from armsim_ros.config.controllers.gripper_action_controller import GripperParameters
 from armsim_ros.model.cell import Cell, Robot
 from armsim_ros.model.robot_model import JointType, RobotModel
 

@@ -18,15 +18,15 @@ from armsim_ros.errors import (
     Severity,
 )
 from armsim_ros.model.cross_check import check_settings
-from armsim_ros.model.description_check import check_description
+from armsim_ros.model.description.description_check import check_description
+from armsim_ros.model.description.srdf import parse_srdf
+from armsim_ros.model.description.urdf import parse_urdf, UrdfContent
+from armsim_ros.model.description.urdf_geometry import Scale
+from armsim_ros.model.description.xacro_text import describe, Description, read_text, source_line
 from armsim_ros.model.geometry import Mesh
 from armsim_ros.model.limits import apply_limits
-from armsim_ros.model.meshes import load_mesh
+from armsim_ros.model.mesh.meshes import load_mesh
 from armsim_ros.model.robot_model import RobotModel, SemanticModel
-from armsim_ros.model.srdf import parse_srdf
-from armsim_ros.model.urdf import parse_urdf, UrdfContent
-from armsim_ros.model.urdf_geometry import Scale
-from armsim_ros.model.xacro_text import describe, Description, read_text, source_line
 from armsim_ros.packages import Packages
 
 

@@ -7,9 +7,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
+from armsim_ros.model.description.srdf import read_srdf
+from armsim_ros.model.description.xml_tree import parse_xml, xml_text, XmlElement
 from armsim_ros.model.robot_model import HardwareSystem, Joint, RobotModel, SemanticModel
-from armsim_ros.model.srdf import read_srdf
-from armsim_ros.model.xml_tree import parse_xml, xml_text, XmlElement
 
 #: Element of a URDF -> its attributes that hold a name of this robot.
 _URDF_NAMES: Mapping[str, tuple[str, ...]] = {

@@ -14,11 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from armsim_ros.arrays import Matrix, Vector
-from armsim_ros.control.controller_manager import ControllerManager
-from armsim_ros.control.controller_state import ControllerSnapshot
 from armsim_ros.control.events import ControllerEvent
-from armsim_ros.control.joint_trajectory_controller import JointTrajectoryController
-from armsim_ros.control.trajectory_goal import TrajectoryGoal
+from armsim_ros.control.manager.controller_manager import ControllerManager
+from armsim_ros.control.trajectory.controller_state import ControllerSnapshot
+from armsim_ros.control.trajectory.goal import TrajectoryGoal
+from armsim_ros.control.trajectory.joint_trajectory_controller import JointTrajectoryController
 from armsim_ros.model.cell import Cell
 from armsim_ros.sim.simulation import Simulation
 

@@ -8,26 +8,28 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple
 
-from armsim_ros.config.forward_command_controller import (
+from armsim_ros.config.controllers.forward_command_controller import (
     JointGroupPositionControllerParameters,
     JointPositionControllerParameters,
 )
-from armsim_ros.config.gripper_action_controller import GripperParameters
-from armsim_ros.config.joint_trajectory_controller import JointTrajectoryControllerParameters
-from armsim_ros.config.pid_gains import PidGains
+from armsim_ros.config.controllers.gripper_action_controller import GripperParameters
+from armsim_ros.config.controllers.joint_trajectory_controller import (
+    JointTrajectoryControllerParameters,
+)
+from armsim_ros.config.controllers.pid_gains import PidGains
 from armsim_ros.config.robot_settings import RobotSettings
 from armsim_ros.config.world import is_foreign_world
-from armsim_ros.control.controller_manager import ControllerManager, Strictness
 from armsim_ros.control.faults import FaultInjector, FaultyControllers
 from armsim_ros.control.hardware_interface import HardwareInterface, POSITION
-from armsim_ros.control.manager_group import ManagerGroup
+from armsim_ros.control.manager.controller_manager import ControllerManager, Strictness
+from armsim_ros.control.manager.manager_group import ManagerGroup
 from armsim_ros.control.shared_hardware import SharedHardware
 from armsim_ros.errors import ConfigError, ControllerError, Problem, SimulationError
 from armsim_ros.model.cell import Cell, Robot
 from armsim_ros.model.initial_state import initial_positions, START_KEYS
 from armsim_ros.model.robot_model import JointType, RobotModel
 from armsim_ros.sim.clock import SimClock
-from armsim_ros.sim.robot_spec import bound_or_infinite
+from armsim_ros.sim.physics.robot_spec import bound_or_infinite
 from armsim_ros.sim.simulation import Simulation
 from armsim_ros.sim.world_files.loaded import LoadedWorld
 from armsim_ros.sim.world_files.resources import WorldResources

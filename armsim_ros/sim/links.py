@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from armsim_ros.arrays import Matrix, Vector
 from armsim_ros.errors import nearest, SimulationError
 from armsim_ros.model.robot_model import RobotModel
-from armsim_ros.sim.plant import Plant
+from armsim_ros.sim.physics.plant import Plant
 
 
 class SimulatedLinks:

@@ -7,8 +7,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 import hashlib
 
-from armsim_ros.control.controller_manager import ControllerManager
-from armsim_ros.control.joint_trajectory_controller import JointTrajectoryController
+from armsim_ros.control.manager.controller_manager import ControllerManager
+from armsim_ros.control.trajectory.joint_trajectory_controller import JointTrajectoryController
 from armsim_ros.sim.simulation import Simulation
 
 

@@ -14,7 +14,7 @@ from armsim_ros.config.simulation import SensorSettings
 from armsim_ros.errors import nearest, SimulationError
 from armsim_ros.model.robot_model import HardwareSensor, JointType, RobotModel
 from armsim_ros.model.transforms import inverse_pose, quat_xyzw_from_matrix
-from armsim_ros.sim.plant import Plant
+from armsim_ros.sim.physics.plant import Plant
 
 _LOAD, _MOTION = ('force', 'torque'), ('angular_velocity', 'linear_acceleration')
 #: Kind of a sensor in simulation.yaml -> what it measures.

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from armsim_ros.arrays import Matrix, Vector
-from armsim_ros.config.pid_gains import PidGains
+from armsim_ros.config.controllers.pid_gains import PidGains
 from armsim_ros.config.simulation import SimulationSettings
 from armsim_ros.config.world import WorldSettings
 from armsim_ros.control.hardware_interface import (
@@ -28,20 +28,20 @@ from armsim_ros.model.initial_state import initial_positions
 from armsim_ros.model.robot_model import RobotModel
 from armsim_ros.model.world_objects import world_objects
 from armsim_ros.sim.clock import SimClock
-from armsim_ros.sim.contacts import BodyContact, contacts
+from armsim_ros.sim.drives.joint_limits import fingers_driven
+from armsim_ros.sim.drives.mock_commands import MockCommands
+from armsim_ros.sim.drives.servo import Servo
+from armsim_ros.sim.grippers.vacuum_gripper import VacuumGripper
 from armsim_ros.sim.interfaces import offered_commands, offered_states
-from armsim_ros.sim.joint_limits import fingers_driven
 from armsim_ros.sim.links import SimulatedLinks
-from armsim_ros.sim.mock_commands import MockCommands
-from armsim_ros.sim.mujoco_model import build_plant
-from armsim_ros.sim.plant import Plant, selector
-from armsim_ros.sim.saved_state import SavableSimulation
+from armsim_ros.sim.physics.contacts import BodyContact, contacts
+from armsim_ros.sim.physics.mujoco_model import build_plant
+from armsim_ros.sim.physics.plant import Plant, selector
+from armsim_ros.sim.physics.saved_state import SavableSimulation
 from armsim_ros.sim.sensors import Sensors, sensors_of
-from armsim_ros.sim.servo import Servo
-from armsim_ros.sim.start_overlaps import resolve_overlaps
-from armsim_ros.sim.vacuum_gripper import VacuumGripper
+from armsim_ros.sim.world.start_overlaps import resolve_overlaps
+from armsim_ros.sim.world.world_scene import WorldScene
 from armsim_ros.sim.world_files.loaded import LoadedWorld
-from armsim_ros.sim.world_scene import WorldScene
 
 #: Updates that can be planned ahead.
 MOST_PLANNED = 100

@@ -12,15 +12,15 @@ from typing import Any
 
 from armsim_ros.config.joint_fault import JointFault
 from armsim_ros.config.world import WorldObjectSettings
-from armsim_ros.control.controller_manager import Strictness
 from armsim_ros.control.events import ControllerEvent
-from armsim_ros.control.gripper_base import GripperBase
+from armsim_ros.control.gripper.base import GripperBase
+from armsim_ros.control.manager.controller_manager import Strictness
 from armsim_ros.errors import ControllerError
 from armsim_ros.model.cell import Cell
 from armsim_ros.model.cell_loading import load_cell
 from armsim_ros.model.world_objects import object_from_settings
 from armsim_ros.recording.flight_recorder import FlightRecorder
-from armsim_ros.sim.vacuum_control import VacuumControl
+from armsim_ros.sim.grippers.vacuum_control import VacuumControl
 from armsim_ros.stack import ArmSim
 from armsim_ros.testing.arm import Arm, BUILT_WITHOUT_FAULTS, Matrix, Points, Target, Touch
 from armsim_ros.testing.contact_log import ContactLog

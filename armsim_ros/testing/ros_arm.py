@@ -17,8 +17,8 @@ from simulation_interfaces.srv import DeleteEntity, GetEntityState, SpawnEntity
 from std_srvs.srv import Empty, Trigger
 
 from armsim_ros.arrays import Matrix
-from armsim_ros.config.controllers import ControllerSettings
-from armsim_ros.config.gripper_action_controller import (
+from armsim_ros.config.controllers.controller_settings import ControllerSettings
+from armsim_ros.config.controllers.gripper_action_controller import (
     GripperParameters,
     ParallelGripperActionControllerParameters,
 )

@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from armsim_ros.config.controller_manager import ControllerManagerParameters
-from armsim_ros.control.controller_manager import ControllerManager
+from armsim_ros.config.controllers.controller_manager import ControllerManagerParameters
 from armsim_ros.control.hardware_interface import HardwareInterface
-from armsim_ros.control.joint_trajectory_controller import JointTrajectoryController
+from armsim_ros.control.manager.controller_manager import ControllerManager
+from armsim_ros.control.trajectory.joint_trajectory_controller import JointTrajectoryController
 from armsim_ros.errors import SimulationError
 from armsim_ros.model.robot_model import Joint, JointLimits, JointType, RobotModel
 from armsim_ros.trajectory import JointTrajectory, TrajectoryPoint

@@ -8,10 +8,10 @@ import numpy as np
 from pydantic import ValidationError
 import pytest
 
-from armsim_ros.config.controller_manager import ControllerManagerParameters
+from armsim_ros.config.controllers.controller_manager import ControllerManagerParameters
 from armsim_ros.config.joint_fault import JointFault
-from armsim_ros.control.controller_manager import ControllerManager
 from armsim_ros.control.faults import FaultInjector, FaultyControllers
+from armsim_ros.control.manager.controller_manager import ControllerManager
 from armsim_ros.errors import ControllerError
 
 

@@ -5,11 +5,11 @@
 import numpy as np
 import pytest
 
-from armsim_ros.config.controller_manager import ControllerManagerParameters
+from armsim_ros.config.controllers.controller_manager import ControllerManagerParameters
 from armsim_ros.config.joint_fault import JointFault
-from armsim_ros.control.controller_manager import ControllerManager
 from armsim_ros.control.faults import FaultInjector
-from armsim_ros.control.manager_group import ManagerGroup
+from armsim_ros.control.manager.controller_manager import ControllerManager
+from armsim_ros.control.manager.manager_group import ManagerGroup
 from armsim_ros.control.shared_hardware import SharedHardware
 from armsim_ros.errors import SimulationError
 

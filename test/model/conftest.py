@@ -5,11 +5,11 @@ import itertools
 import coal
 import pytest
 
+from armsim_ros.model.description.srdf import parse_srdf
+from armsim_ros.model.description.urdf import parse_urdf
 from armsim_ros.model.geometry import Box, Cylinder
 from armsim_ros.model.robot_model import RobotModel
-from armsim_ros.model.srdf import parse_srdf
 from armsim_ros.model.tree import link_poses
-from armsim_ros.model.urdf import parse_urdf
 
 _BODY = ('<inertial><mass value="1"/><inertia ixx="0.01" ixy="0" ixz="0" iyy="0.01" iyz="0" '
          'izz="0.01"/></inertial>')

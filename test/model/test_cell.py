@@ -8,11 +8,11 @@ import pytest
 from armsim_ros.config.loading import load_robot_settings
 from armsim_ros.errors import ConfigError, Severity
 from armsim_ros.model.cell_loading import load_cell, survey_cell
+from armsim_ros.model.description.urdf import parse_urdf
+from armsim_ros.model.description.xml_tree import parse_xml, xml_text
 from armsim_ros.model.loading import load_robot_model
 from armsim_ros.model.prefix import prefixed_urdf
 from armsim_ros.model.tree import link_poses
-from armsim_ros.model.urdf import parse_urdf
-from armsim_ros.model.xml_tree import parse_xml, xml_text
 from armsim_ros.resources import cell_names, find_robot, PACKAGE, share_folder
 
 TWO = 'robots:\n  left: {robot: bot, xyz: [0, 0.25, 0]}\n  right: {robot: bot, xyz: [0, -1, 0]}\n'

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from armsim_ros.config.pid_gains import PidGains
+from armsim_ros.config.controllers.pid_gains import PidGains
 from armsim_ros.config.simulation import PlacementSettings, SimulationSettings
 from armsim_ros.errors import SimulationError
 from armsim_ros.model.robot_model import JointLimits, JointType, SemanticModel

@@ -6,9 +6,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from armsim_ros.config.controllers import BROADCASTER, TRAJECTORY
+from armsim_ros.config.controllers.controller_settings import BROADCASTER, TRAJECTORY
 from armsim_ros.config.draft import ConfigDraft
-from armsim_ros.config.yaml_node import node_of, YamlNode
+from armsim_ros.config.yaml.node import node_of, YamlNode
 from armsim_ros.errors import Location, Problem, Severity
 
 GRIPPER = 'position_controllers/GripperActionController'

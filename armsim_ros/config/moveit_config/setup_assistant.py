@@ -8,8 +8,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from armsim_ros.config.yaml_node import YamlNode
-from armsim_ros.config.yaml_source import read_yaml_file
+from armsim_ros.config.yaml.node import YamlNode
+from armsim_ros.config.yaml.source import read_yaml_file
 from armsim_ros.errors import ConfigError, Location
 
 FILE = '.setup_assistant'

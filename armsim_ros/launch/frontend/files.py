@@ -15,7 +15,7 @@ from armsim_ros.launch.failures import InvalidLaunchFileError, LaunchError
 from armsim_ros.launch.frontend.element import Element
 from armsim_ros.launch.frontend.parser import Parser
 from armsim_ros.launch.frontend.ros1 import is_ros1, translate
-from armsim_ros.model.xml_tree import parse_xml, XmlElement
+from armsim_ros.model.description.xml_tree import parse_xml, XmlElement
 
 
 def read_frontend_file(path: Path) -> LaunchDescription:

@@ -10,9 +10,11 @@ import math
 
 import numpy as np
 
+from armsim_ros.model.description.srdf import parse_srdf
+from armsim_ros.model.description.urdf import parse_urdf
+from armsim_ros.model.description.urdf_geometry import Scale
 from armsim_ros.model.geometry import Mesh
 from armsim_ros.model.robot_model import Joint, JointType, PlanningGroup, RobotModel, SemanticModel
-from armsim_ros.model.srdf import parse_srdf
 from armsim_ros.model.transforms import (
     inverse_pose,
     Matrix,
@@ -20,8 +22,6 @@ from armsim_ros.model.transforms import (
     matrix_from_quat_xyzw,
     pose_from_parts,
 )
-from armsim_ros.model.urdf import parse_urdf
-from armsim_ros.model.urdf_geometry import Scale
 
 #: Reads the description's mesh addresses; the shapes hold what it returns.
 MeshPlace = Callable[[str, Scale], Mesh]

@@ -15,7 +15,7 @@ from controller_manager_msgs.msg import (
     NamedLifecycleState,
 )
 
-from armsim_ros.control.controller_manager import (
+from armsim_ros.control.manager.controller_manager import (
     ControllerInfo,
     HardwareComponentInfo,
     InterfaceInfo,

@@ -8,7 +8,7 @@ from control_msgs.action import FollowJointTrajectory
 from control_msgs.msg import JointTrajectoryControllerState
 from trajectory_msgs.msg import JointTrajectoryPoint
 
-from armsim_ros.control.controller_state import ControllerSnapshot, PointSnapshot
+from armsim_ros.control.trajectory.controller_state import ControllerSnapshot, PointSnapshot
 from armsim_ros.nodes.conversions.time import fill_time
 from armsim_ros.nodes.conversions.trajectory import fill_point
 

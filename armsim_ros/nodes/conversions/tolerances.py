@@ -8,7 +8,7 @@ from collections.abc import Iterable
 
 from control_msgs.msg import JointTolerance as JointToleranceMessage
 
-from armsim_ros.control.tolerances import JointTolerance
+from armsim_ros.control.trajectory.tolerances import JointTolerance
 
 
 def tolerances_from_messages(

@@ -9,25 +9,27 @@ from rclpy.executors import Executor
 from armsim_ros.execution.controller_selection import coverage_report
 from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.model.cell import Cell
-from armsim_ros.nodes.move_group.attach_hint import AttachHint
-from armsim_ros.nodes.move_group.attached_collision_object import AttachedCollisionObject
 from armsim_ros.nodes.move_group.capabilities import ALL, Parts, wanted_capabilities
-from armsim_ros.nodes.move_group.collision_object import CollisionObjectTopic
 from armsim_ros.nodes.move_group.context import Context
 from armsim_ros.nodes.move_group.descriptions import Descriptions
-from armsim_ros.nodes.move_group.display_planned_path import DisplayPlannedPath
+from armsim_ros.nodes.move_group.execution.simulation_sync import SimulationSync
+from armsim_ros.nodes.move_group.execution.trajectory_execution import TrajectoryExecutionManager
+from armsim_ros.nodes.move_group.execution.trajectory_execution_event import (
+    TrajectoryExecutionEvent,
+)
 from armsim_ros.nodes.move_group.fixed_parameters import declare_fixed, planning_parameters
-from armsim_ros.nodes.move_group.joint_states import StateMonitor
-from armsim_ros.nodes.move_group.monitored_planning_scene import MonitoredPlanningScene
 from armsim_ros.nodes.move_group.parameters import MoveGroupParameters
-from armsim_ros.nodes.move_group.planning_job import PlanningJob
-from armsim_ros.nodes.move_group.planning_scene import PlanningSceneTopics
-from armsim_ros.nodes.move_group.sequence_job import SequenceJob
-from armsim_ros.nodes.move_group.simulation_sync import SimulationSync
+from armsim_ros.nodes.move_group.planning.display_planned_path import DisplayPlannedPath
+from armsim_ros.nodes.move_group.planning.planning_job import PlanningJob
+from armsim_ros.nodes.move_group.planning.sequence_job import SequenceJob
+from armsim_ros.nodes.move_group.scene.attach_hint import AttachHint
+from armsim_ros.nodes.move_group.scene.attached_collision_object import AttachedCollisionObject
+from armsim_ros.nodes.move_group.scene.collision_object import CollisionObjectTopic
+from armsim_ros.nodes.move_group.scene.joint_states import StateMonitor
+from armsim_ros.nodes.move_group.scene.monitored_planning_scene import MonitoredPlanningScene
+from armsim_ros.nodes.move_group.scene.planning_scene import PlanningSceneTopics
+from armsim_ros.nodes.move_group.scene.transforms import Transforms
 from armsim_ros.nodes.move_group.ticker import Ticker
-from armsim_ros.nodes.move_group.trajectory_execution import TrajectoryExecutionManager
-from armsim_ros.nodes.move_group.trajectory_execution_event import TrajectoryExecutionEvent
-from armsim_ros.nodes.move_group.transforms import Transforms
 from armsim_ros.nodes.move_group.worker import Worker
 from armsim_ros.nodes.polling_node import PollingNode
 from armsim_ros.planning.budget import CountingClock

@@ -12,12 +12,12 @@ from typing import Any
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.qos import QoSProfile
 
-from armsim_ros.config.planning_parameters import PlanningParameters
+from armsim_ros.config.move_group.planning_parameters import PlanningParameters
+from armsim_ros.config.move_group.trajectory_execution import TrajectoryExecutionSettings
 from armsim_ros.config.robot_settings import RobotSettings
-from armsim_ros.config.trajectory_execution import TrajectoryExecutionSettings
 from armsim_ros.errors import MoveItErrorCode, PlanningError
 from armsim_ros.model.robot_model import RobotModel
-from armsim_ros.nodes.move_group.joint_states import StateMonitor
+from armsim_ros.nodes.move_group.scene.joint_states import StateMonitor
 from armsim_ros.nodes.move_group.ticker import Ticker
 from armsim_ros.nodes.move_group.worker import Worker
 from armsim_ros.nodes.polling_node import PollingNode

@@ -11,7 +11,7 @@ from pydantic import ValidationError
 from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.node import Node
 
-from armsim_ros.config.planning_parameters import PlanningParameters
+from armsim_ros.config.move_group.planning_parameters import PlanningParameters
 from armsim_ros.config.robot_settings import RobotSettings
 from armsim_ros.errors import ConfigError, Problem
 from armsim_ros.model.robot_model import RobotModel

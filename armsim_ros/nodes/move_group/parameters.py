@@ -15,7 +15,10 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from armsim_ros.config.base import parameter, Settings
-from armsim_ros.config.trajectory_execution import KEYS_BESIDE, TrajectoryExecutionSettings
+from armsim_ros.config.move_group.trajectory_execution import (
+    KEYS_BESIDE,
+    TrajectoryExecutionSettings,
+)
 from armsim_ros.errors import ConfigError, Problem
 from armsim_ros.nodes.move_group.context import Context
 from armsim_ros.nodes.parameters import reason, SettingsParameters

@@ -15,8 +15,8 @@ from sensor_msgs.msg import JointState
 from armsim_ros.cli.arguments import split_ros_args, UsageError
 from armsim_ros.errors import ArmsimError, USAGE_STATUS
 from armsim_ros.launch.mapping import DESCRIPTION_ONLY
+from armsim_ros.model.description.urdf import parse_urdf
 from armsim_ros.model.robot_model import RobotModel
-from armsim_ros.model.urdf import parse_urdf
 from armsim_ros.nodes.conversions.time import ns_from_time
 from armsim_ros.nodes.latched_text import publish_text
 from armsim_ros.nodes.originals.node_parameters import NodeArguments, read_node_arguments

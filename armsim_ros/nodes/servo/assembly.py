@@ -9,13 +9,13 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from armsim_ros.config.controllers import SCALED_TRAJECTORY, TRAJECTORY
+from armsim_ros.config.controllers.controller_settings import SCALED_TRAJECTORY, TRAJECTORY
 from armsim_ros.config.robot_settings import RobotSettings
 from armsim_ros.config.servo import ARRAY, ServoNodeSettings
 from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.model.cell import Cell
 from armsim_ros.model.robot_model import RobotModel
-from armsim_ros.nodes.move_group.transforms import Transforms
+from armsim_ros.nodes.move_group.scene.transforms import Transforms
 from armsim_ros.nodes.parameters import reason, SettingsParameters
 from armsim_ros.nodes.polling_node import PollingNode
 from armsim_ros.nodes.servo.clock import StreamClock

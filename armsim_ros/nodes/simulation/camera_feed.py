@@ -16,8 +16,8 @@ from typing import Any
 from armsim_ros.nodes.camera.link import FAMILY, greeting, PLANT, SNAPSHOT
 from armsim_ros.sim.camera.camera import Camera
 from armsim_ros.sim.camera.snapshot import Snapshot, take_snapshot
-from armsim_ros.sim.compiler import model_to_bytes
 from armsim_ros.sim.control_loop import ControlLoop
+from armsim_ros.sim.physics.compiler import model_to_bytes
 
 #: Wall time after which a drawing program that answers nothing is given up in lockstep [s].
 _LONGEST_DRAWING = 60.0

@@ -9,9 +9,9 @@ from collections.abc import Mapping
 
 from rclpy.node import Node
 
-from armsim_ros.control.controller_manager import ControllerManager
 from armsim_ros.control.events import CAPACITY, ControllerEvent
-from armsim_ros.nodes.simulation.controller_nodes import ControllerNode
+from armsim_ros.control.manager.controller_manager import ControllerManager
+from armsim_ros.nodes.simulation.controllers.controller_nodes import ControllerNode
 
 _REFUSALS = ('goal_rejected', 'trajectory_rejected')
 

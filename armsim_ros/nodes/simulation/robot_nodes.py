@@ -9,23 +9,23 @@ from typing import Any
 
 from rclpy.executors import Executor
 
-from armsim_ros.control.controller_manager import ControllerManager
+from armsim_ros.control.broadcasters.joint_state_broadcaster import JointStateBroadcaster
 from armsim_ros.control.events import ControllerEvent
 from armsim_ros.control.faults import FaultInjector
-from armsim_ros.control.joint_state_broadcaster import JointStateBroadcaster
+from armsim_ros.control.manager.controller_manager import ControllerManager
 from armsim_ros.model.cell import Robot
 from armsim_ros.nodes.latched_text import publish_descriptions
 from armsim_ros.nodes.parameters import SettingsParameters
-from armsim_ros.nodes.simulation.activity import Activity
-from armsim_ros.nodes.simulation.controller_descriptions import ControllerDescriptions
-from armsim_ros.nodes.simulation.controller_manager_queries import ControllerManagerQueries
-from armsim_ros.nodes.simulation.controller_manager_services import ControllerManagerServices
-from armsim_ros.nodes.simulation.controller_registry import ControllerRegistry
-from armsim_ros.nodes.simulation.diagnostics import Diagnostics
+from armsim_ros.nodes.simulation.controller_manager.activity import Activity
+from armsim_ros.nodes.simulation.controller_manager.descriptions import ControllerDescriptions
+from armsim_ros.nodes.simulation.controller_manager.diagnostics import Diagnostics
+from armsim_ros.nodes.simulation.controller_manager.fault_parameters import FaultParameters
+from armsim_ros.nodes.simulation.controller_manager.queries import ControllerManagerQueries
+from armsim_ros.nodes.simulation.controller_manager.registry import ControllerRegistry
+from armsim_ros.nodes.simulation.controller_manager.services import ControllerManagerServices
 from armsim_ros.nodes.simulation.dispatcher import Dispatcher
 from armsim_ros.nodes.simulation.domain_watch import DomainWatch
 from armsim_ros.nodes.simulation.event_log import EventLog
-from armsim_ros.nodes.simulation.fault_parameters import FaultParameters
 from armsim_ros.nodes.simulation.sim_time import SimTime
 from armsim_ros.sim.control_loop import ControlLoop
 

@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 
 from armsim_ros.sim.camera.snapshot import Snapshot
-from armsim_ros.sim.compiler import model_from_bytes
+from armsim_ros.sim.physics.compiler import model_from_bytes
 
 
 class PlantCopy:

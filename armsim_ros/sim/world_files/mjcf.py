@@ -17,13 +17,13 @@ import numpy as np
 
 from armsim_ros.arrays import Matrix
 from armsim_ros.errors import ModelError, SimulationError
+from armsim_ros.model.description.xml_tree import parse_xml, xml_text, XmlElement
 from armsim_ros.model.geometry import Box, Capsule, Cylinder, Geometry, Mesh, Plane, Sphere
 from armsim_ros.model.inertia import combined
 from armsim_ros.model.robot_model import Inertial, LinkGeometry
 from armsim_ros.model.transforms import inverse_pose, matrix_from_quat_wxyz, pose_from_parts
 from armsim_ros.model.world_objects import WorldObject
-from armsim_ros.model.xml_tree import parse_xml, xml_text, XmlElement
-from armsim_ros.sim.compiler import compile_model
+from armsim_ros.sim.physics.compiler import compile_model
 from armsim_ros.sim.world_files.loaded import (
     check_names,
     Fault,

@@ -18,12 +18,12 @@ import numpy as np
 
 from armsim_ros.arrays import Matrix
 from armsim_ros.errors import ModelError
+from armsim_ros.model.description.xml_tree import parse_xml, XmlElement
 from armsim_ros.model.geometry import Box, Capsule, Cylinder, Geometry, Mesh, Plane, Sphere
 from armsim_ros.model.inertia import combined
 from armsim_ros.model.robot_model import Inertial, LinkGeometry
 from armsim_ros.model.transforms import pose_matrix
 from armsim_ros.model.world_objects import WorldObject
-from armsim_ros.model.xml_tree import parse_xml, XmlElement
 from armsim_ros.sim.world_files.loaded import (
     check_names,
     Fault,

@@ -10,10 +10,10 @@ import numpy as np
 
 from armsim_ros.arrays import Matrix
 from armsim_ros.errors import ModelError
+from armsim_ros.model.description.urdf import parse_urdf
 from armsim_ros.model.geometry import Mesh
 from armsim_ros.model.inertia import combined, inertial_of
 from armsim_ros.model.robot_model import Inertial, JointType, LinkGeometry
-from armsim_ros.model.urdf import parse_urdf
 from armsim_ros.model.world_objects import WorldObject
 from armsim_ros.sim.world_files.loaded import Fault, LoadedObject, ResourceFaultError, Unused
 

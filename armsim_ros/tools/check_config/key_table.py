@@ -8,8 +8,8 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from armsim_ros.config.yaml_node import YamlNode
-from armsim_ros.config.yaml_source import read_yaml_file
+from armsim_ros.config.yaml.node import YamlNode
+from armsim_ros.config.yaml.source import read_yaml_file
 from armsim_ros.errors import ConfigError, Location, Problem, Severity
 
 USED, CHANGED, UNUSED, WRONG = 'used', 'changed meaning', 'not used here', 'wrong'

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import re
 
 from armsim_ros.errors import Problem, Severity
-from armsim_ros.model.xml_tree import XmlElement
+from armsim_ros.model.description.xml_tree import XmlElement
 
 #: Flag -> how many words follow it.
 _FLAGS = {'-urdf': 0, '-sdf': 0, '-unpause': 0, '-wait': 1, '-model': 1, '-param': 1, '-file': 1,

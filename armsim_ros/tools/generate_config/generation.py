@@ -13,9 +13,9 @@ import shutil
 from armsim_ros.config.draft import empty_node
 from armsim_ros.config.robot_settings import RobotSettings
 from armsim_ros.errors import ConfigError, Location, ModelError, Problem, Severity
+from armsim_ros.model.description.srdf import parse_srdf
 from armsim_ros.model.loading import survey_robot_model
 from armsim_ros.model.robot_model import RobotModel
-from armsim_ros.model.srdf import parse_srdf
 from armsim_ros.packages import Packages
 from armsim_ros.tools.generate_config.collision_pairs import sample_pairs, SampledPairs
 from armsim_ros.tools.generate_config.found_groups import find_groups, FoundGroup

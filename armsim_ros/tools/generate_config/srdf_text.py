@@ -6,8 +6,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
+from armsim_ros.model.description.xml_tree import quoted
 from armsim_ros.model.robot_model import RobotModel
-from armsim_ros.model.xml_tree import quoted
 from armsim_ros.planning.scene.allowed_collision_matrix import Pair
 from armsim_ros.tools.generate_config.found_groups import FoundGroup
 

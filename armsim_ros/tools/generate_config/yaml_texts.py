@@ -7,7 +7,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 import math
 
-from armsim_ros.config.controllers import BROADCASTER, TRAJECTORY
+from armsim_ros.config.controllers.controller_settings import BROADCASTER, TRAJECTORY
 from armsim_ros.model.robot_model import JointType, RobotModel
 from armsim_ros.tools.generate_config.found_groups import FoundGroup
 

@@ -10,7 +10,7 @@ from typing import Any, get_args, get_origin, get_type_hints, Union
 
 from pydantic import BaseModel
 
-from armsim_ros.config.yaml_node import YamlNode
+from armsim_ros.config.yaml.node import YamlNode
 
 
 def real_number_edits(kind: Any, node: YamlNode) -> dict[tuple[int, int], str]:

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 import re
 
-from armsim_ros.config.yaml_node import YamlNode
+from armsim_ros.config.yaml.node import YamlNode
 from armsim_ros.errors import Location
 
 _NO_CONTENT = re.compile(r'\s*(#.*)?$')

@@ -20,7 +20,7 @@ from armsim_ros.model.transforms import pose_matrix
 from armsim_ros.nodes.conversions.collision_object import object_from_message, object_to_message
 from armsim_ros.nodes.conversions.geometry import pose_to_message
 from armsim_ros.nodes.conversions.planning_scene import scene_to_message, update_from_message
-from armsim_ros.nodes.move_group.monitored_planning_scene import fill_geometry
+from armsim_ros.nodes.move_group.scene.monitored_planning_scene import fill_geometry
 from armsim_ros.planning.scene.objects import (
     AttachedObject,
     CollisionObject,

@@ -5,7 +5,7 @@ import re
 import pytest
 
 from armsim_ros.errors import PlanningError
-from armsim_ros.model.xacro_text import read_description
+from armsim_ros.model.description.xacro_text import read_description
 from armsim_ros.resources import PACKAGE, share_folder
 from armsim_ros.stack import ArmSim
 from armsim_ros.tools.generate_config.generation import generate_config

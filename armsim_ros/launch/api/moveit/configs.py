@@ -19,7 +19,7 @@ from armsim_ros.launch.api.ros_parameters import ParameterValue
 from armsim_ros.launch.failures import MissingPackageError
 from armsim_ros.launch.lookup import current_lookup
 from armsim_ros.launch.xacro_command import missing_in
-from armsim_ros.model.moveit_parameters import MoveItParameters
+from armsim_ros.model.description.moveit_parameters import MoveItParameters
 
 Parameters = dict[str, Any]
 

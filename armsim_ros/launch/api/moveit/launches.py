@@ -18,7 +18,7 @@ from armsim_ros.launch.api.moveit.launch_utils import (
 from armsim_ros.launch.api.ros_node import Node
 from armsim_ros.launch.api.ros_parameters import ParameterValue
 from armsim_ros.launch.api.substitutions.texts import LaunchConfiguration
-from armsim_ros.model.xml_tree import parse_xml
+from armsim_ros.model.description.xml_tree import parse_xml
 
 #: The launch files that a demo consists of, with the argument that each depends on.
 _DEMO = (('static_virtual_joint_tfs', None), ('rsp', None), ('move_group', None),

@@ -18,8 +18,8 @@ from armsim_ros.errors import ArmsimError
 from armsim_ros.model.transforms import pose_from_quat_xyzw
 from armsim_ros.nodes.conversions.geometry import pose_to_message
 from armsim_ros.nodes.conversions.time import fill_time
-from armsim_ros.sim.entities import EntityState as State
-from armsim_ros.sim.entities import relative_state, UnknownEntityError, WORLD_FRAME
+from armsim_ros.sim.world.entities import EntityState as State
+from armsim_ros.sim.world.entities import relative_state, UnknownEntityError, WORLD_FRAME
 
 #: A quaternion may be so much longer or shorter than 1.
 NORM_TOLERANCE = 0.01

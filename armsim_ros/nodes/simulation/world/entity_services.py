@@ -29,7 +29,7 @@ from armsim_ros.nodes.simulation.world.answers import (
 )
 from armsim_ros.nodes.simulation.world.filters import Selection
 from armsim_ros.nodes.simulation.world.work import Work
-from armsim_ros.sim.entities import Entities
+from armsim_ros.sim.world.entities import Entities
 
 #: Texts that people give are cut here.
 LONGEST_TEXT, MOST_TAGS = 10_000, 100

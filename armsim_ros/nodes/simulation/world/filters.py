@@ -17,7 +17,7 @@ from simulation_interfaces.msg import Bounds, EntityFilters, TagsFilter
 
 from armsim_ros.arrays import Matrix
 from armsim_ros.errors import SimulationError
-from armsim_ros.sim.entities import Entities
+from armsim_ros.sim.world.entities import Entities
 
 #: Longer expressions are refused.
 LONGEST_EXPRESSION = 500

@@ -15,8 +15,8 @@ from armsim_ros.model.grippers import Gripper
 from armsim_ros.nodes.conversions.time import fill_time
 from armsim_ros.nodes.simulation.dispatcher import Dispatcher
 from armsim_ros.sim.control_loop import ControlLoop
-from armsim_ros.sim.entities import WORLD_FRAME
-from armsim_ros.sim.finger_contacts import FingerContact, FingerContacts
+from armsim_ros.sim.grippers.finger_contacts import FingerContact, FingerContacts
+from armsim_ros.sim.world.entities import WORLD_FRAME
 
 #: Simulated time between two looks [ns].
 PERIOD_NS = 20_000_000

@@ -17,7 +17,7 @@ from armsim_ros.errors import SimulationError
 from armsim_ros.nodes.simulation.world.answers import answered, refuse
 from armsim_ros.nodes.simulation.world.run_state import RunState
 from armsim_ros.nodes.simulation.world.work import Work
-from armsim_ros.sim.entities import Entities
+from armsim_ros.sim.world.entities import Entities
 
 _TIME = ResetSimulation.Request.SCOPE_TIME
 _STATE = ResetSimulation.Request.SCOPE_STATE

@@ -25,8 +25,8 @@ from armsim_ros.nodes.conversions.collision_object import world_object_to_messag
 from armsim_ros.nodes.conversions.geometry import pose_to_message
 from armsim_ros.nodes.simulation.dispatcher import Dispatcher
 from armsim_ros.sim.control_loop import ControlLoop
-from armsim_ros.sim.finger_contacts import FingerContacts
-from armsim_ros.sim.world_mirror import (
+from armsim_ros.sim.grippers.finger_contacts import FingerContacts
+from armsim_ros.sim.world.world_mirror import (
     Holder,
     WorldMirror,
     WorldNews,

@@ -29,8 +29,8 @@ from armsim_ros.nodes.simulation.world.vacuum_gripper import VacuumGripperServer
 from armsim_ros.nodes.simulation.world.work import Work
 from armsim_ros.nodes.simulation.world.worlds import Worlds
 from armsim_ros.sim.control_loop import ControlLoop
-from armsim_ros.sim.entities import Entities, RobotEntity
-from armsim_ros.sim.finger_contacts import FingerContacts
+from armsim_ros.sim.grippers.finger_contacts import FingerContacts
+from armsim_ros.sim.world.entities import Entities, RobotEntity
 from armsim_ros.sim.world_files.resources import WorldResources
 
 #: What a robot stands in whose files name no world.

@@ -24,12 +24,12 @@ from armsim_ros.nodes.simulation.world.answers import (
     RefusedPoseError,
 )
 from armsim_ros.nodes.simulation.world.work import Work
-from armsim_ros.sim.entities import Entities, WORLD_FRAME
-from armsim_ros.sim.mujoco_model import FLOOR_NAME
-from armsim_ros.sim.shape_bounds import object_bounds
+from armsim_ros.sim.physics.mujoco_model import FLOOR_NAME
+from armsim_ros.sim.world.entities import Entities, WORLD_FRAME
+from armsim_ros.sim.world.shape_bounds import object_bounds
+from armsim_ros.sim.world.world_scene import OverlapError
 from armsim_ros.sim.world_files.loaded import Fault, ResourceFaultError
 from armsim_ros.sim.world_files.resources import WorldResources
-from armsim_ros.sim.world_scene import OverlapError
 
 LONGEST_NAME = 200
 #: Names that are no entity's, though there is none of that name.

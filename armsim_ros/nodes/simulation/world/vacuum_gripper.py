@@ -15,8 +15,8 @@ from armsim_ros.errors import SimulationError
 from armsim_ros.nodes import qos
 from armsim_ros.nodes.simulation.dispatcher import Dispatcher
 from armsim_ros.nodes.simulation.world.work import Work
-from armsim_ros.sim.vacuum_control import VacuumControl
-from armsim_ros.sim.vacuum_gripper import VacuumGripper
+from armsim_ros.sim.grippers.vacuum_control import VacuumControl
+from armsim_ros.sim.grippers.vacuum_gripper import VacuumGripper
 
 #: Wall time after which it is told again whether something is held [s].
 _PERIOD = 0.1

@@ -24,7 +24,7 @@ from armsim_ros.nodes.simulation.world.filters import has_tags
 from armsim_ros.nodes.simulation.world.resetting import Resetting
 from armsim_ros.nodes.simulation.world.run_state import RunState
 from armsim_ros.nodes.simulation.world.work import Work
-from armsim_ros.sim.entities import Entities
+from armsim_ros.sim.world.entities import Entities
 from armsim_ros.sim.world_files.loaded import Fault, LoadedWorld, ResourceFaultError
 from armsim_ros.sim.world_files.resources import WorldResources
 

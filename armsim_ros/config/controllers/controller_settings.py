@@ -1,0 +1,284 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Controllers as the user wrote them, and the ROS 2 types that they mean."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+import re
+from typing import Any
+
+from armsim_ros.config.base import parameter, Settings
+from armsim_ros.config.controllers.admittance_controller import AdmittanceControllerParameters
+from armsim_ros.config.controllers.forward_command_controller import (
+    ForwardCommandControllerParameters,
+    JointEffortControllerParameters,
+    JointGroupEffortControllerParameters,
+    JointGroupPositionControllerParameters,
+    JointGroupVelocityControllerParameters,
+    JointPositionControllerParameters,
+    JointVelocityControllerParameters,
+    MultiInterfaceForwardCommandControllerParameters,
+)
+from armsim_ros.config.controllers.gpio_command_controller import GpioCommandControllerParameters
+from armsim_ros.config.controllers.gripper_action_controller import (
+    GripperActionControllerParameters,
+    ParallelGripperActionControllerParameters,
+)
+from armsim_ros.config.controllers.joint_state_broadcaster import JointStateBroadcasterParameters
+from armsim_ros.config.controllers.joint_trajectory_controller import (
+    JointTrajectoryControllerParameters,
+    ScaledJointTrajectoryControllerParameters,
+)
+from armsim_ros.config.controllers.pid_controller import PidControllerParameters
+from armsim_ros.config.controllers.sensor_broadcasters import (
+    ForceTorqueSensorBroadcasterParameters,
+    IMUSensorBroadcasterParameters,
+    PoseBroadcasterParameters,
+    SpeedScalingStateBroadcasterParameters,
+)
+from armsim_ros.config.controllers.stand_in import StandInParameters
+from armsim_ros.config.validation import known_keys, read_settings
+from armsim_ros.config.yaml.node import node_of, split_keys, YamlNode
+from armsim_ros.errors import ignored, nearest, Problem, Severity
+
+TRAJECTORY = 'joint_trajectory_controller/JointTrajectoryController'
+SCALED_TRAJECTORY = 'ur_controllers/ScaledJointTrajectoryController'
+BROADCASTER = 'joint_state_broadcaster/JointStateBroadcaster'
+
+#: ROS 2 type -> its parameters.
+PARAMETERS: Mapping[str, type[Settings]] = {
+    TRAJECTORY: JointTrajectoryControllerParameters,
+    SCALED_TRAJECTORY: ScaledJointTrajectoryControllerParameters,
+    'ur_controllers/SpeedScalingStateBroadcaster': SpeedScalingStateBroadcasterParameters,
+    'force_torque_sensor_broadcaster/ForceTorqueSensorBroadcaster':
+        ForceTorqueSensorBroadcasterParameters,
+    'imu_sensor_broadcaster/IMUSensorBroadcaster': IMUSensorBroadcasterParameters,
+    'pose_broadcaster/PoseBroadcaster': PoseBroadcasterParameters,
+    'gpio_controllers/GpioCommandController': GpioCommandControllerParameters,
+    'pid_controller/PidController': PidControllerParameters,
+    'admittance_controller/AdmittanceController': AdmittanceControllerParameters,
+    BROADCASTER: JointStateBroadcasterParameters,
+    'position_controllers/GripperActionController': GripperActionControllerParameters,
+    'effort_controllers/GripperActionController': GripperActionControllerParameters,
+    'parallel_gripper_action_controller/GripperActionController':
+        ParallelGripperActionControllerParameters,
+    'forward_command_controller/ForwardCommandController': ForwardCommandControllerParameters,
+    'forward_command_controller/MultiInterfaceForwardCommandController':
+        MultiInterfaceForwardCommandControllerParameters,
+    'position_controllers/JointGroupPositionController': JointGroupPositionControllerParameters,
+    'velocity_controllers/JointGroupVelocityController': JointGroupVelocityControllerParameters,
+    'effort_controllers/JointGroupEffortController': JointGroupEffortControllerParameters,
+    'position_controllers/JointPositionController': JointPositionControllerParameters,
+    'velocity_controllers/JointVelocityController': JointVelocityControllerParameters,
+    'effort_controllers/JointEffortController': JointEffortControllerParameters,
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Ros1Type:
+    """What a ROS 1 type is called in ROS 2, and the parameters that its name implied."""
+
+    type: str
+    implied: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+
+
+def _trajectory(*command_interfaces: str) -> Ros1Type:
+    return Ros1Type(TRAJECTORY, {'command_interfaces': command_interfaces,
+                                 'state_interfaces': ('position', 'velocity')})
+
+
+#: Types of ROS 1's ros_controllers that have an equal in ROS 2.
+ROS1_TYPES: Mapping[str, Ros1Type] = {
+    'position_controllers/JointTrajectoryController': _trajectory('position'),
+    'velocity_controllers/JointTrajectoryController': _trajectory('velocity'),
+    'effort_controllers/JointTrajectoryController': _trajectory('effort'),
+    'pos_vel_controllers/JointTrajectoryController': _trajectory('position', 'velocity'),
+    'pos_vel_acc_controllers/JointTrajectoryController':
+        _trajectory('position', 'velocity', 'acceleration'),
+    'joint_state_controller/JointStateController': Ros1Type(BROADCASTER),
+    # Which loop closed in the controller does not matter where the drives follow by themselves.
+    'effort_controllers/JointPositionController':
+        Ros1Type('position_controllers/JointPositionController'),
+    'velocity_controllers/JointPositionController':
+        Ros1Type('position_controllers/JointPositionController'),
+    'effort_controllers/JointVelocityController':
+        Ros1Type('velocity_controllers/JointVelocityController'),
+    'effort_controllers/JointGroupPositionController':
+        Ros1Type('position_controllers/JointGroupPositionController'),
+}
+
+#: Parameters that every ROS 2 controller has, and some of ROS 1 -> why they have no effect here.
+UNUSED_CONTROLLER_KEYS: Mapping[str, str] = {
+    'use_sim_time': 'the programs are told once for all nodes',
+    'is_async': 'all controllers run in the one control loop',
+    'async_parameters': 'all controllers run in the one control loop',
+    'thread_priority': 'all controllers run in the one control loop',
+    'lock_memory': '',
+    'node_options_args': '',
+    'qos_overrides': '',
+    'params_file': '',
+    'fallback_controllers': 'name them in the block of controller_manager',
+    'robot_description': 'the URDF file is read',
+    'start_with_holding': 'holding always starts at once',
+    'angle_wraparound': 'a continuous joint of the URDF turns without bounds',
+    'allow_trajectory_replacement': 'a new trajectory always replaces the running one',
+    'positions_upsampling': '',
+    'publish_state': '',
+    'hardware_interface_type': '',
+}
+
+
+class ControllerSettings(Settings):
+    """
+    One controller.
+
+    :param type: the ROS 2 type.
+    :param source_type: the type as the user wrote it.
+    :param parameters: an instance of the class that belongs to the type.
+    """
+
+    name: str
+    type: str
+    source_type: str
+    parameters: Any = parameter(..., 'checked parameters of its type')
+
+    @property
+    def compat(self) -> str:
+        """Whose behaviour it has where they differ: 'jazzy' or 'ros1'."""
+        return str(getattr(self.parameters, 'compat', 'jazzy'))
+
+    @property
+    def joints(self) -> tuple[str, ...]:
+        """The joints that it claims; none for a broadcaster."""
+        if self.type == BROADCASTER:
+            return ()
+        joint = getattr(self.parameters, 'joint', None)
+        return (joint,) if joint else tuple(getattr(self.parameters, 'joints', ()))
+
+
+@dataclass(frozen=True, slots=True)
+class StandIn:
+    """
+    What runs in place of a controller that only its vendor has.
+
+    :param pattern: of the type.
+    :param type: the type that runs; '' keeps the vendor's name.
+    :param says: the line that a user gets.
+    """
+
+    pattern: re.Pattern[str]
+    parameters: type[Settings]
+    says: str
+    type: str = ''
+
+
+#: The only place that knows of vendors' types: by the last part of their name.
+STAND_INS: tuple[StandIn, ...] = (
+    StandIn(re.compile(r'.*/ScaledJointTrajectoryController'),
+            JointTrajectoryControllerParameters,
+            f"type '{{type}}' runs as '{TRAJECTORY}' at full speed", TRAJECTORY),
+    StandIn(re.compile(r'.*/SpeedScalingStateBroadcaster'), StandInParameters,
+            "type '{type}' is stood in for: it publishes 100.0, the full speed"),
+    StandIn(re.compile(r'joint_state_controller/.*'), JointStateBroadcasterParameters,
+            f"type '{{type}}' runs as '{BROADCASTER}'", BROADCASTER),
+    StandIn(re.compile(r'.*Broadcaster|.*/GPIOController'), StandInParameters,
+            "type '{type}' is stood in for: it can be activated, claims nothing and publishes "
+            'nothing'),
+)
+
+
+def stand_in_for(kind: str) -> StandIn | None:
+    """Return what runs in place of a type that is not ours, None where nothing does."""
+    return next((one for one in STAND_INS if one.pattern.fullmatch(kind)), None)
+
+
+def allowed_types() -> tuple[str, ...]:
+    """Return every type that a user may write."""
+    return (*PARAMETERS, *ROS1_TYPES)
+
+
+def read_controller(name: str, node: YamlNode, problems: list[Problem], *,
+                    published: bool = False) -> ControllerSettings | None:
+    """
+    Return one controller, None where its block has mistakes.
+
+    :param node: its parameters, ``type`` among them.
+    :param problems: mistakes and remarks are added here.
+    :param published: whether the file is a published one, which its reader will not change.
+    """
+    title = f"controller '{name}'"
+    kind = node.get('type')
+    if kind is None or not isinstance(kind.value, str):
+        problems.append(Problem(f'{title} has no type', (kind or node).place,
+                                ', '.join(allowed_types()), f"add 'type:' to '{name}'"))
+        return None
+    source_type = kind.value
+    ros1 = ROS1_TYPES.get(source_type)
+    canonical = ros1.type if ros1 else source_type
+    parameters = PARAMETERS.get(canonical)
+    stand_in = stand_in_for(source_type) if parameters is None else None
+    if stand_in is not None:
+        canonical, parameters = stand_in.type or source_type, stand_in.parameters
+        problems.append(Problem(f'{title}: {stand_in.says.format(type=source_type)}', kind.where,
+                                severity=Severity.CHANGED))
+    if parameters is None:
+        allowed = ', '.join(allowed_types())
+        remedy = nearest(source_type, allowed_types())
+        if published:
+            allowed, remedy = '', 'it cannot be loaded here'
+        problems.append(ignored(Problem(
+            f"{title}: type '{source_type}' is not known", kind.where, allowed, remedy)))
+        return None
+    block = node.without('type')
+    if ros1:
+        block = _with_implied(block, ros1, kind)
+        problems.append(Problem(
+            f"{title}: type '{source_type}' is read as '{canonical}'", kind.where,
+            severity=Severity.CHANGED))
+    if 'gains' in block.entries and canonical == TRAJECTORY and _commands_position(block):
+        problems.append(Problem(
+            f'{title}: the gains go to the simulated drives, where they take effect; the '
+            'original stack reads none of a position controller', block.entries['gains'].place,
+            severity=Severity.CHANGED))
+    if published and canonical == TRAJECTORY:
+        block = _without_strange_joints(title, block, problems)
+    unused = {key: why for key, why in UNUSED_CONTROLLER_KEYS.items()
+              if key not in known_keys(parameters)}
+    checked = read_settings(parameters, block, problems, title=title, unused=unused)
+    if checked is None:
+        return None
+    return ControllerSettings(
+        name=name, type=canonical, source_type=source_type, parameters=checked)
+
+
+def _without_strange_joints(title: str, block: YamlNode, problems: list[Problem]) -> YamlNode:
+    """Return the block without gains and tolerances of joints that the controller lacks."""
+    listed = block.get('joints')
+    joints = [str(item.value) for item in listed.items] if listed is not None else []
+    for key in ('constraints', 'gains'):
+        inner = block.get(key)
+        if inner is None or not joints:
+            continue
+        strange = [name for name, one in inner.entries.items()
+                   if one.is_mapping and name not in joints]
+        for name in strange:
+            problems.append(ignored(Problem(
+                f"{title}: {key}: '{name}' is not among the controller's joints and has no effect",
+                inner.entries[name].place, ', '.join(joints), nearest(name, joints))))
+        if strange:
+            block = block.with_value({**block.entries, key: inner.without(*strange)})
+    return block
+
+
+def _commands_position(block: YamlNode) -> bool:
+    """Whether position is among the command interfaces, as it is where none are given."""
+    given = block.get('command_interfaces')
+    return given is None or 'position' in [item.value for item in given.items]
+
+
+def _with_implied(block: YamlNode, ros1: Ros1Type, kind: YamlNode) -> YamlNode:
+    """Return the block with what its ROS 1 type says; what is written wins."""
+    implied = {key: node_of(value, kind.where) for key, value in ros1.implied.items()}
+    return split_keys(block.with_value({**implied, **block.entries}), '/')

@@ -1,0 +1,265 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Parameters of the joint trajectory controller, as ros2_controllers declares them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+import math
+from typing import Any, Literal
+
+from pydantic import Field, field_validator, model_validator
+from typing_extensions import Self
+
+from armsim_ros.config.base import KeyedSettings, parameter, Settings, unique_names
+from armsim_ros.config.controllers.pid_gains import PidGains
+from armsim_ros.config.controllers.sensor_broadcasters import SPEED_SCALING
+from armsim_ros.errors import nearest
+
+CommandInterface = Literal['position', 'velocity', 'acceleration', 'effort']
+StateInterface = Literal['position', 'velocity', 'acceleration']
+LEGAL_COMMAND_SETS = (
+    ('position',),
+    ('position', 'velocity'),
+    ('position', 'velocity', 'acceleration'),
+    ('velocity',),
+    ('effort',),
+    ('position', 'effort'),
+)
+
+
+class JointConstraints(Settings):
+    """How far one joint may be from its reference; 0 is unchecked."""
+
+    trajectory: float = parameter(0.0, 'position tolerance on the way [rad or m]', ge=0.0)
+    goal: float = parameter(0.0, 'position tolerance at the goal [rad or m]', ge=0.0)
+    max_deceleration_on_cancel: float = parameter(
+        0.0, 'deceleration of a stop [rad/s^2 or m/s^2]', read_only=True, ge=0.0
+    )
+
+
+class TrajectoryConstraints(KeyedSettings):
+    """What a trajectory has to keep; besides its own keys one block for each joint."""
+
+    is_no = "constraint, and no block of a joint's constraints"
+    __pydantic_extra__: dict[str, JointConstraints] = Field(init=False)
+
+    stopped_velocity_tolerance: float = parameter(
+        0.01, 'velocity tolerance at the goal, 0 is unchecked [rad/s or m/s]', ge=0.0
+    )
+    goal_time: float = parameter(
+        0.0, 'time after the last waypoint to reach the goal, 0 is no bound [s]', ge=0.0
+    )
+    decelerate_on_cancel: bool = parameter(
+        False, 'stop with max_deceleration_on_cancel instead of at once', read_only=True
+    )
+
+    @property
+    def joints(self) -> dict[str, JointConstraints]:
+        """Joint -> its own block."""
+        return self.__pydantic_extra__
+
+
+class SpeedScaling(Settings):
+    """How the pace of a trajectory is changed from outside."""
+
+    initial_scaling_factor: float = parameter(
+        1.0, 'pace at the start, 1 is as planned', read_only=True, ge=0.0
+    )
+    state_interface: str = parameter('', 'interface to read the pace from', read_only=True)
+    command_interface: str = parameter('', 'interface to pass the pace on to', read_only=True)
+
+
+class JointTrajectoryControllerParameters(Settings):
+    """
+    Parameters of ``joint_trajectory_controller/JointTrajectoryController``.
+
+    Names, defaults and ranges are those of ros2_controllers for Jazzy, but for these:
+    ``interpolate_from_desired_state`` is true by default (a replaced trajectory goes on without
+    a step back to the measured state), and ``state_publish_rate``, ``stop_trajectory_duration``,
+    ``compat``, ``refused_goals``, ``enforce_joint_limits`` and ``allowed_start_step`` are ours or
+    ROS 1's.
+    """
+
+    joints: tuple[str, ...] = parameter(
+        ..., 'controlled joints, in the order of all arrays', read_only=True, min_length=1
+    )
+    command_joints: tuple[str, ...] = parameter(
+        (), 'joints that are commanded; empty is all', read_only=True
+    )
+    command_interfaces: tuple[CommandInterface, ...] = parameter(
+        ('position',), 'interfaces to claim of each joint', read_only=True, min_length=1
+    )
+    state_interfaces: tuple[StateInterface, ...] = parameter(
+        ('position', 'velocity'), 'interfaces to read of each joint', read_only=True, min_length=1
+    )
+    update_rate: int = parameter(
+        0, "updates a second, 0 is the manager's rate [Hz]", read_only=True, ge=0
+    )
+    allow_partial_joints_goal: bool = parameter(
+        False, 'accept trajectories that name only some of the joints'
+    )
+    allow_integration_in_goal_trajectories: bool = parameter(
+        False, 'accept points that give only velocities or accelerations'
+    )
+    allow_nonzero_velocity_at_trajectory_end: bool = parameter(
+        False, 'accept a last point with a velocity'
+    )
+    interpolate_from_desired_state: bool = parameter(
+        True,
+        'start a new trajectory from the reference, not from the measured state',
+        read_only=True,
+    )
+    open_loop_control: bool = parameter(
+        False, 'deprecated: like interpolate_from_desired_state, and without PID', read_only=True
+    )
+    set_last_command_interface_value_as_state_on_activation: bool = parameter(
+        True, 'hold the last command at activation, where there is one'
+    )
+    action_monitor_rate: float = parameter(
+        20.0, 'feedback messages a second [Hz]', read_only=True, ge=0.1, allow_inf_nan=False
+    )
+    state_publish_rate: float = parameter(
+        100.0,
+        'controller_state messages a second, 0 is each update [Hz]',
+        read_only=True,
+        ge=0.0,
+        allow_inf_nan=False,
+    )
+    interpolation_method: Literal['splines', 'none'] = parameter(
+        'splines', 'splines between waypoints, or their bare values', read_only=True
+    )
+    cmd_timeout: float = parameter(
+        0.0, 'hold when the last waypoint is this old, 0 is never [s]', ge=0.0
+    )
+    stop_trajectory_duration: float = parameter(
+        0.0,
+        'duration of the ramp on cancel, 0 is none [s]',
+        read_only=True,
+        ge=0.0,
+        allow_inf_nan=False,
+    )
+    compat: Literal['jazzy', 'ros1'] = parameter(
+        'jazzy',
+        'ros1: a topic message cancels a running goal, a preempted goal is canceled, an empty '
+        'message stops, goal_time 0 leaves no grace',
+        read_only=True,
+    )
+    refused_goals: Literal['reject', 'abort'] = parameter(
+        'reject', 'abort: accept a bad goal and end it at once, so that its result tells why'
+    )
+    enforce_joint_limits: bool = parameter(
+        True, "refuse trajectories outside the URDF's position and velocity limits"
+    )
+    allowed_start_step: float = parameter(
+        0.05, 'largest step to a first point at time 0, 0 is unchecked [rad or m]', ge=0.0
+    )
+    speed_scaling: SpeedScaling = parameter(SpeedScaling(), 'pace of trajectories')
+    constraints: TrajectoryConstraints = parameter(TrajectoryConstraints(), 'tolerances')
+    gains: dict[str, PidGains] = parameter({}, 'joint -> gains, for velocity or effort commands')
+    velocity_ff: dict[str, float] = parameter(
+        {}, 'ROS 1: joint -> gains.<joint>.ff_velocity_scale', read_only=True
+    )
+    hold_trajectory_duration: float = parameter(
+        0.5, 'ROS 1: has no effect, holding starts at once [s]', read_only=True, ge=0.0
+    )
+    verbose: bool = parameter(False, 'ROS 1: has no effect', read_only=True)
+
+    @model_validator(mode='before')
+    @classmethod
+    def _one_block_each_joint(cls, data: Any) -> Any:
+        if not isinstance(data, Mapping):
+            return data
+        joints = data.get('joints')
+        if not isinstance(joints, (list, tuple)) or not all(isinstance(j, str) for j in joints):
+            return data
+        filled: dict[str, Any] = dict(data)
+        for key in ('gains', 'constraints'):
+            block = filled.get(key, {})
+            if isinstance(block, TrajectoryConstraints):
+                block = block.model_dump()
+            if isinstance(block, Mapping):
+                filled[key] = {**block, **{j: block.get(j, {}) for j in joints}}
+        scales, blocks = filled.get('velocity_ff'), filled['gains']
+        if isinstance(scales, Mapping) and isinstance(blocks, dict):
+            for joint, scale in scales.items():
+                if isinstance(blocks.get(joint), Mapping):
+                    blocks[joint] = {'ff_velocity_scale': scale, **blocks[joint]}
+        return filled
+
+    @field_validator('joints', 'command_joints', 'command_interfaces', 'state_interfaces')
+    @classmethod
+    def _unique(cls, value: tuple[str, ...]) -> tuple[str, ...]:
+        return unique_names(value)
+
+    @model_validator(mode='after')
+    def _together(self) -> Self:
+        if set(self.command_interfaces) not in [set(legal) for legal in LEGAL_COMMAND_SETS]:
+            legal = '; '.join(', '.join(names) for names in LEGAL_COMMAND_SETS)
+            raise ValueError(
+                f'command_interfaces {", ".join(self.command_interfaces)} do not go together; '
+                f'allowed: {legal}'
+            )
+        states = self.state_interfaces
+        for level, needed in (('velocity', 'position'), ('acceleration', 'velocity')):
+            if level in states and needed not in states:
+                raise ValueError(f'state_interfaces: {level} needs {needed} too')
+        if 'position' not in states:
+            raise ValueError('state_interfaces: position is needed')
+        if len(self.command_joints) > len(self.joints):
+            raise ValueError('command_joints is longer than joints')
+        blocks = (('constraints', self.constraints.joints), ('gains', self.gains))
+        for key, names in (*blocks, ('velocity_ff', self.velocity_ff)):
+            for name in names:
+                if name not in self.joints:
+                    hint = nearest(name, self.joints)
+                    raise ValueError(
+                        f"{key}: '{name}' is not among the controller's joints "
+                        f'({", ".join(self.joints)}){"; " if hint else ""}{hint}'
+                    )
+        return self
+
+    @property
+    def commanded(self) -> tuple[str, ...]:
+        """Joints of the hardware, or ``controller/joint`` of following controllers."""
+        return self.command_joints or self.joints
+
+    @property
+    def chained(self) -> bool:
+        """Whether it writes to following controllers instead of joints."""
+        return '/' in self.commanded[0]
+
+    @property
+    def commanding(self) -> tuple[str, ...]:
+        """The joint whose trajectory each of them gets: its own, else that in its place."""
+        if set(self.commanded) <= set(self.joints):
+            return self.commanded
+        return self.joints
+
+    @property
+    def uses_pid(self) -> bool:
+        """Whether commands come from the PID: velocity alone or effort alone."""
+        return self.command_interfaces in (('velocity',), ('effort',))
+
+    @property
+    def speed_source(self) -> str:
+        """The state interface that the pace is read from, '' where it is not."""
+        return self.speed_scaling.state_interface
+
+    @property
+    def monitor_period(self) -> float:
+        """Time between two feedback messages [s]."""
+        return 1.0 / self.action_monitor_rate if self.action_monitor_rate else math.inf
+
+
+class ScaledJointTrajectoryControllerParameters(JointTrajectoryControllerParameters):
+    """Parameters of ``ur_controllers/ScaledJointTrajectoryController``."""
+
+    speed_scaling_interface_name: str = parameter(
+        SPEED_SCALING, "state interface to read the pace from; '' is none", read_only=True
+    )
+
+    @property
+    def speed_source(self) -> str:
+        """The state interface that the pace is read from, '' where it is not."""
+        return self.speed_scaling_interface_name or super().speed_source

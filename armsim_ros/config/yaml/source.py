@@ -1,0 +1,225 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""YAML text to values with places; what is wrong with the text is told with its likely cause."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, NoReturn
+
+import yaml
+
+from armsim_ros.config.yaml.complaint import explain_syntax
+from armsim_ros.config.yaml.node import merge_nodes, Scalar, YamlNode
+from armsim_ros.config.yaml.scalar import read_plain_scalar, read_tagged_scalar, ScalarError
+from armsim_ros.errors import ConfigError, ignored, Location, nearest, Problem
+
+LARGEST_FILE = 1 << 20
+DEEPEST_NESTING = 50
+MOST_VALUES = 100_000
+
+_LOADER: Any = getattr(yaml, 'CSafeLoader', yaml.SafeLoader)
+_MERGE_KEY = '<<'
+
+
+def read_yaml_file(path: Path, problems: list[Problem] | None = None, *,
+                   substitute: Callable[[str], str] | None = None) -> YamlNode:
+    """
+    Read a settings file.
+
+    :param problems: takes a warning for each key that is there twice; None refuses them.
+    :param substitute: changes the text before it is parsed, line by line.
+    :returns: a mapping; an empty one for a file without values.
+    :raises ConfigError: where the file cannot be read or is no YAML mapping.
+    """
+    name = str(path)
+    try:
+        with path.open('rb') as stream:
+            data = stream.read(LARGEST_FILE + 1)
+    except OSError as error:
+        raise ConfigError(
+            Problem(f'cannot be read: {error.strerror}', Location(name))) from None
+    if substitute is None or len(data) > LARGEST_FILE:
+        return parse_yaml(data, name, problems)
+    return parse_yaml(substitute(_decode(data, name)), name, problems)
+
+
+def parse_yaml(data: bytes | str, file: str,
+               problems: list[Problem] | None = None) -> YamlNode:
+    """
+    Parse the text of a settings file.
+
+    :param data: the text; bytes must be UTF-8.
+    :param file: the name that messages give.
+    :param problems: takes a warning for each key that is there twice; None refuses them. Of two
+        blocks of a file of ROS 2 parameters both count, as rcl reads them, else the second.
+    :raises ConfigError: with one problem that names file, line and likely cause.
+    """
+    if len(data) > LARGEST_FILE:
+        raise ConfigError(Problem(
+            f'the file is larger than {LARGEST_FILE >> 20} MiB', Location(file),
+            remedy='settings files are small: is this the right file?'))
+    text = data if isinstance(data, str) else _decode(data, file)
+    try:
+        return _Composer(file, problems, 'ros__parameters' in text).compose(text)
+    except yaml.YAMLError as error:
+        raise ConfigError(explain_syntax(error, text, file)) from None
+
+
+def _decode(data: bytes, file: str) -> str:
+    if data[:2] in (b'\xff\xfe', b'\xfe\xff'):
+        raise ConfigError(Problem(
+            'the text is UTF-16', Location(file, 1), 'UTF-8',
+            f"save it as UTF-8, e.g. with 'iconv -f UTF-16 -t UTF-8 {file}'"))
+    try:
+        return data.decode('utf-8-sig')
+    except UnicodeDecodeError as error:
+        line = data.count(b'\n', 0, error.start) + 1
+        column = error.start - data.rfind(b'\n', 0, error.start)
+        raise ConfigError(Problem(
+            f'byte 0x{data[error.start]:02x} is not UTF-8', Location(file, line, column), 'UTF-8',
+            'the file was probably saved in the encoding of an editor or system, such as GBK or '
+            f"Latin-1: save it as UTF-8, e.g. with 'iconv -f GBK -t UTF-8 {file}'")) from None
+
+
+class _Collection:
+    """A mapping or sequence whose end was not yet read."""
+
+    def __init__(self, is_mapping: bool, anchor: str | None, where: Location) -> None:
+        self.is_mapping = is_mapping
+        self.anchor = anchor
+        self.where = where
+        self.items: list[YamlNode] = []
+        self.entries: dict[str, YamlNode] = {}
+        self.merged: dict[str, YamlNode] = {}
+        self.key: YamlNode | None = None
+
+
+class _Composer:
+    """Builds nodes from the parser's events; no recursion, so depth costs nothing."""
+
+    def __init__(self, file: str, problems: list[Problem] | None, merges: bool) -> None:
+        self._file = file
+        self._problems = problems
+        self._merges = merges
+        self._anchors: dict[str, YamlNode | None] = {}
+        self._open: list[_Collection] = []
+        self._root: YamlNode | None = None
+        self._documents = 0
+
+    def compose(self, text: str) -> YamlNode:
+        for event in yaml.parse(text, Loader=_LOADER):
+            self._take(event)
+        where = Location(self._file, 1, 1)
+        root = self._root or YamlNode({}, where)
+        if root.value is None:
+            return YamlNode({}, where)
+        if not root.is_mapping:
+            self._refuse(f'the file holds {root.kind}', root.where, 'keys with values at the '
+                         'left margin, such as joint_limits:')
+        return root
+
+    def _take(self, event: Any) -> None:
+        where = Location(
+            self._file, event.start_mark.line + 1, event.start_mark.column + 1)
+        if isinstance(event, yaml.DocumentStartEvent):
+            self._documents += 1
+            if self._documents > 1:
+                self._refuse('a second document begins here', where,
+                             remedy="remove the line '---', or give this part a file of its own")
+        elif isinstance(event, (yaml.MappingStartEvent, yaml.SequenceStartEvent)):
+            self._begin(event, where)
+        elif isinstance(event, (yaml.MappingEndEvent, yaml.SequenceEndEvent)):
+            self._end()
+        elif isinstance(event, yaml.ScalarEvent):
+            node = YamlNode(self._scalar(event, where), where, text=event.value)
+            self._add(node, event.anchor)
+        elif isinstance(event, yaml.AliasEvent):
+            self._add(self._alias(event.anchor, where), None)
+
+    def _begin(self, event: Any, where: Location) -> None:
+        is_mapping = isinstance(event, yaml.MappingStartEvent)
+        standard = 'tag:yaml.org,2002:' + ('map' if is_mapping else 'seq')
+        if event.tag not in (None, '!', standard):
+            self._refuse(f"the tag '{event.tag}' is not allowed in a settings file", where)
+        if len(self._open) >= DEEPEST_NESTING:
+            self._refuse(f'nested more than {DEEPEST_NESTING} deep', where)
+        if event.anchor:
+            self._anchors[event.anchor] = None
+        self._open.append(_Collection(is_mapping, event.anchor, where))
+
+    def _end(self) -> None:
+        done = self._open.pop()
+        if done.is_mapping:
+            node = YamlNode({}, done.where).with_value({**done.merged, **done.entries})
+        else:
+            node = YamlNode(tuple(done.items), done.where,
+                            size=1 + sum(item.size for item in done.items))
+        self._add(node, done.anchor)
+
+    def _scalar(self, event: Any, where: Location) -> Scalar:
+        try:
+            if event.tag is not None:
+                return read_tagged_scalar(event.tag, event.value)
+            return read_plain_scalar(event.value) if event.implicit[0] else str(event.value)
+        except ScalarError as error:
+            self._refuse(str(error), where)
+
+    def _alias(self, name: str | None, where: Location) -> YamlNode:
+        if name is None or name not in self._anchors:
+            self._refuse(f"'*{name}' has no anchor '&{name}' above it", where,
+                         remedy=nearest(name or '', tuple(self._anchors)))
+        node = self._anchors[name]
+        if node is None:
+            self._refuse(f"'*{name}' is inside what it stands for", where)
+        return node
+
+    def _add(self, node: YamlNode, anchor: str | None) -> None:
+        if node.size > MOST_VALUES:
+            self._refuse(f'more than {MOST_VALUES} values, with all aliases expanded', node.where,
+                         remedy='such a file is meant to exhaust the memory of its reader')
+        if anchor:
+            self._anchors[anchor] = node
+        if not self._open:
+            self._root = node
+        elif not self._open[-1].is_mapping:
+            self._open[-1].items.append(node)
+        else:
+            self._add_to_mapping(self._open[-1], node)
+
+    def _add_to_mapping(self, mapping: _Collection, node: YamlNode) -> None:
+        if mapping.key is None:
+            if isinstance(node.value, (tuple, dict)):
+                self._refuse(f'a key is {node.kind}', node.where, 'a word')
+            mapping.key = node
+            return
+        key, mapping.key = mapping.key, None
+        if key.text == _MERGE_KEY:
+            self._merge(mapping, node)
+            return
+        entry = YamlNode(node.value, node.where, key.where, node.text, node.size)
+        known = mapping.entries.get(key.text)
+        if known is not None:
+            entry = self._twice(key, known, entry)
+        mapping.entries[key.text] = entry
+
+    def _twice(self, key: YamlNode, first: YamlNode, second: YamlNode) -> YamlNode:
+        """Return what counts where a key is there twice."""
+        what = f"key '{key.text}' is there twice, first in line {first.place.line}"
+        both = self._merges and first.is_mapping and second.is_mapping
+        remedy = ('make one of them; both count, as in ROS 2' if both else
+                  'remove one of them; a reader would silently drop the first')
+        if self._problems is None:
+            self._refuse(what, key.where, remedy=remedy)
+        self._problems.append(ignored(Problem(what, key.where, remedy=remedy)))
+        return merge_nodes(first, second)[0] if both else second
+
+    def _merge(self, mapping: _Collection, node: YamlNode) -> None:
+        for source in (node.items or (node,)):
+            if not source.is_mapping:
+                self._refuse(f"'<<' merges blocks of keys, this is {source.kind}", source.where)
+            mapping.merged = {**source.entries, **mapping.merged}
+
+    def _refuse(self, what: str, where: Location, allowed: str = '', remedy: str = '') -> NoReturn:
+        raise ConfigError(Problem(what, where, allowed, remedy))

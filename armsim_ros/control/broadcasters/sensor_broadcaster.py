@@ -1,0 +1,136 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Broadcasters of sensors: they sample states that are no joint's."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+import math
+from typing import ClassVar
+
+import numpy as np
+
+from armsim_ros.arrays import Vector
+from armsim_ros.config.base import Settings
+from armsim_ros.config.controllers.sensor_broadcasters import (
+    BroadcasterParameters,
+    ForceTorqueSensorBroadcasterParameters,
+    IMUSensorBroadcasterParameters,
+    PoseBroadcasterParameters,
+    SpeedScalingStateBroadcasterParameters,
+)
+from armsim_ros.control.broadcasters.broadcaster import Broadcaster
+from armsim_ros.errors import ControllerError
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SensorSample:
+    """
+    What was read at one time [ns].
+
+    :param values: one an interface, NaN for those that have none.
+    """
+
+    time_ns: int
+    values: Vector
+
+
+class SensorBroadcaster(Broadcaster[BroadcasterParameters, SensorSample]):
+    """Samples the states that its parameters name."""
+
+    @property
+    def joints(self) -> tuple[str, ...]:
+        """None."""
+        return ()
+
+    @property
+    def publish_rate(self) -> float:
+        """Samples a second; infinite is one at each update [Hz]."""
+        return self.parameters.publish_rate or math.inf
+
+    @property
+    def interfaces(self) -> tuple[str, ...]:
+        """State interface of each value of a sample, '' for those that have none."""
+        return self.parameters.interfaces
+
+    @property
+    def required_state_interfaces(self) -> tuple[str, ...]:
+        """Those that the parameters name."""
+        return tuple(name for name in self.interfaces if name)
+
+    def configure(self) -> None:
+        """Look whether everything is named that is needed."""
+        if self.parameters.missing:
+            raise ControllerError(
+                f"parameter '{self.parameters.missing}' of '{self.name}' is empty")
+        self._samples.clear()
+
+    def read(self, time_ns: int) -> SensorSample:
+        """Return what is published of now [ns]."""
+        states = self.context.hardware.other_states
+        values = np.array([states[name] if name else math.nan
+                           for name in self.interfaces])  # fmt: skip
+        return SensorSample(time_ns, self._shown(values))
+
+    def _shown(self, values: Vector) -> Vector:
+        """Return what is published for what was read."""
+        return values
+
+
+class ForceTorqueSensorBroadcaster(SensorBroadcaster):
+    """``force_torque_sensor_broadcaster/ForceTorqueSensorBroadcaster``."""
+
+    parameters_class: ClassVar[type[Settings]] = ForceTorqueSensorBroadcasterParameters
+
+    def configure(self) -> None:
+        """Look whether everything is named, and tell what has no effect."""
+        super().configure()
+        if self._own.sensor_filter_chain:
+            self.events.add(self.time_ns, 'warning', 'warning',
+                            'sensor_filter_chain has no effect: wrench_filtered is wrench')
+
+    @property
+    def _own(self) -> ForceTorqueSensorBroadcasterParameters:
+        parameters = self.parameters
+        assert isinstance(parameters, ForceTorqueSensorBroadcasterParameters)
+        return parameters
+
+    def _shown(self, values: Vector) -> Vector:
+        offset, factor = self._own.offset, self._own.multiplier
+        axes = [(kind, axis) for kind in ('force', 'torque') for axis in 'xyz']
+        added = np.array([getattr(getattr(offset, kind), axis) for kind, axis in axes])
+        times = np.array([getattr(getattr(factor, kind), axis) for kind, axis in axes])
+        return np.asarray((values + added) * times)
+
+
+class IMUSensorBroadcaster(SensorBroadcaster):
+    """``imu_sensor_broadcaster/IMUSensorBroadcaster``."""
+
+    parameters_class: ClassVar[type[Settings]] = IMUSensorBroadcasterParameters
+
+
+class PoseBroadcaster(SensorBroadcaster):
+    """``pose_broadcaster/PoseBroadcaster``."""
+
+    parameters_class: ClassVar[type[Settings]] = PoseBroadcasterParameters
+
+
+class SpeedScalingStateBroadcaster(SensorBroadcaster):
+    """``ur_controllers/SpeedScalingStateBroadcaster``: the factor, in percent."""
+
+    parameters_class: ClassVar[type[Settings]] = SpeedScalingStateBroadcasterParameters
+
+    @property
+    def publish_rate(self) -> float:
+        """Samples a second [Hz]."""
+        parameters = self.parameters
+        assert isinstance(parameters, SpeedScalingStateBroadcasterParameters)
+        return parameters.state_publish_rate
+
+    def configure(self) -> None:
+        """Have the factor, whatever the hardware declares."""
+        super().configure()
+        self.context.hardware.given_states.setdefault(self.parameters.interfaces[0], 1.0)
+
+    def _shown(self, values: Vector) -> Vector:
+        return 100.0 * values

@@ -1,0 +1,185 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""
+The admittance controller: references pass, but for how far the arm yields to forces.
+
+``receive`` and ``snapshot`` may be called from any thread; all else belongs to the control loop.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from armsim_ros.arrays import Matrix, Vector
+from armsim_ros.config.base import Settings
+from armsim_ros.config.controllers.admittance_controller import (
+    AdmittanceControllerParameters,
+    AdmittanceSettings,
+)
+from armsim_ros.control.command_controllers.admittance_rule import AdmittanceRule, damping_of
+from armsim_ros.control.command_controllers.chainable_controller import ChainableController
+from armsim_ros.control.command_controllers.command_guard import CommandGuard, guards_of
+from armsim_ros.control.command_controllers.link_motion import LinkMotion
+from armsim_ros.control.hardware_interface import POSITION, VELOCITY
+from armsim_ros.control.joint_properties import JointProperties
+from armsim_ros.errors import ControllerError
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class AdmittanceSnapshot:
+    """
+    What the controller did in one update [ns]; arrays as in :class:`AdmittanceRule`.
+
+    :param damping: (6,) of the control frame's axes [N*s/m, N*m*s/rad].
+    """
+
+    time_ns: int
+    parameters: AdmittanceControllerParameters
+    admittance: AdmittanceSettings
+    damping: Vector
+    control_rotation: Matrix
+    sensor_at_reference: Matrix
+    wrench: Vector
+    yielded: Vector
+    twist: Vector
+    twist_rate: Vector
+    offset: Vector
+    velocity: Vector
+    acceleration: Vector
+
+
+class AdmittanceController(ChainableController[AdmittanceControllerParameters]):
+    """``admittance_controller/AdmittanceController``."""
+
+    parameters_class: ClassVar[type[Settings]] = AdmittanceControllerParameters
+
+    _guards: tuple[tuple[CommandGuard, list[int]], ...] = ()
+    _rule: AdmittanceRule | None = None
+    _snapshot: AdmittanceSnapshot | None = None
+
+    @property
+    def joints(self) -> tuple[str, ...]:
+        """The controlled joints."""
+        return self.parameters.joints
+
+    @property
+    def references(self) -> tuple[tuple[str, str], ...]:
+        """Each exported interface of each joint, interface by interface."""
+        kinds = self.parameters.chainable_command_interfaces
+        return tuple((joint, kind) for kind in kinds for joint in self.joints)
+
+    @property
+    def required_command_interfaces(self) -> tuple[str, ...]:
+        """Every command interface of every joint, interface by interface."""
+        return tuple('/'.join(target) for target in self._targets)
+
+    @property
+    def required_state_interfaces(self) -> tuple[str, ...]:
+        """States of the joints, and what the sensor measures."""
+        kinds = self.parameters.state_interfaces
+        of_joints = tuple(f'{joint}/{kind}' for kind in kinds for joint in self.joints)
+        return (*of_joints, *self._measured)
+
+    def configure(self) -> None:
+        """Look whether everything is named that is needed, and find the frames."""
+        parameters, model = self.parameters, self.context.model
+        if parameters.missing:
+            raise ControllerError(f"parameter '{parameters.missing}' of '{self.name}' is missing")
+        if model is None:
+            raise ControllerError(f"'{self.name}' needs the robot's description")
+        self._links = LinkMotion(model, self.joints, parameters.kinematics.base, (
+            parameters.ft_sensor.frame.id, parameters.control.frame.id,
+            parameters.fixed_world_frame.frame.id, parameters.gravity_compensation.frame.id))
+        self._limits = JointProperties.of(self.joints, model)
+
+    def begin(self, time_ns: int) -> Vector:
+        """Take the joints over where they are commanded, else where they are."""
+        context, count = self.context, len(self.joints)
+        hardware = context.hardware
+        self._settled = self.parameters
+        self._guards = guards_of(self._targets, hardware, context.model)
+        for guard, _ in self._guards:
+            guard.start()
+        index = [hardware.index[name] for name in self.joints]
+        standing, measured = hardware.command.position[index], hardware.state.position[index]
+        self._held: Vector = np.where(np.isfinite(standing), standing, measured)
+        self._snapshot = None
+        self._rule = AdmittanceRule(self._links, self._limits.lower, self._limits.upper)
+        kinds = self.parameters.chainable_command_interfaces
+        rows = [self._held if kind == POSITION else np.zeros(count) for kind in kinds]
+        return np.concatenate([np.empty(0), *rows])
+
+    def deactivate(self, time_ns: int) -> None:
+        """Stop velocities; positions stay."""
+        for guard, _ in self._guards:
+            guard.release()
+        self._rule = None
+
+    def receive(self, positions: Sequence[float], velocities: Sequence[float]) -> str:
+        """
+        Take references from the topic.
+
+        :param positions: one a joint, or empty [rad or m].
+        :param velocities: one a joint, or empty [rad/s or m/s].
+        :returns: why they were dropped, '' where they were taken.
+        """
+        count, kinds = len(self.joints), self.parameters.chainable_command_interfaces
+        found = np.full((len(kinds), count), np.nan)
+        for kind, values in ((POSITION, positions), (VELOCITY, velocities)):
+            if len(values) == 0:
+                continue
+            if kind not in kinds:
+                return self.drop(f"{kind}: 'chainable_command_interfaces' are {', '.join(kinds)}")
+            if len(values) != count or not np.isfinite(values).all():
+                return self.drop(f'{kind} {list(values)}; expected one finite value for each of '
+                                 f'{", ".join(self.joints)}')  # fmt: skip
+            found[kinds.index(kind)] = values
+        if not np.isfinite(found).any():
+            return self.drop('neither positions nor velocities')
+        return self.offer(np.asarray(found.ravel()))
+
+    def follow(self, references: Vector, time_ns: int, period: float) -> None:
+        """Yield to what is measured, and command the references with it."""
+        rule = self._rule
+        if rule is None:
+            raise ControllerError(f"'{self.name}' was not activated")
+        if self.parameters.enable_parameter_update_without_reactivation:
+            self._settled = self.parameters
+        admittance = self._settled.admittance
+        assert admittance is not None  # configure has refused it
+        kinds: tuple[str, ...] = self.parameters.chainable_command_interfaces
+        rows = dict(zip(kinds, references.reshape(-1, len(self.joints)), strict=True))
+        position = np.clip(rows.get(POSITION, self._held), self._limits.lower, self._limits.upper)
+        states = self.context.hardware.other_states
+        wrench = np.array([states[name] for name in self._measured])
+        rule.step(self._settled, admittance, position, wrench, period)
+        wanted = {
+            POSITION: position + rule.offset,
+            VELOCITY: rows.get(VELOCITY, np.zeros_like(position)) + rule.velocity,
+        }
+        command = np.concatenate([wanted[kind] for kind in self.parameters.command_interfaces])
+        for guard, columns in self._guards:
+            guard.accept(command[columns])
+            guard.write(period)
+        self._snapshot = AdmittanceSnapshot(
+            time_ns, self._settled, admittance, damping_of(admittance), rule.control_rotation,
+            rule.sensor_at_reference, rule.wrench, rule.yielded.copy(), rule.twist,
+            rule.twist_rate, rule.offset, rule.velocity, rule.acceleration)
+
+    def snapshot(self) -> AdmittanceSnapshot | None:
+        """Return what the last update did, None before the first."""
+        return self._snapshot
+
+    @property
+    def _targets(self) -> list[tuple[str, str]]:
+        joints = self.parameters.command_joints or self.joints
+        return [(joint, kind) for kind in self.parameters.command_interfaces for joint in joints]
+
+    @property
+    def _measured(self) -> tuple[str, ...]:
+        name = self.parameters.ft_sensor.name
+        return tuple(f'{name}/{kind}.{axis}' for kind in ('force', 'torque') for axis in 'xyz')

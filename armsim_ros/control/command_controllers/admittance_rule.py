@@ -1,0 +1,113 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""How far an arm yields to a force: a mass on a spring and damper in each axis of a frame."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from armsim_ros.arrays import Matrix, Vector
+from armsim_ros.config.controllers.admittance_controller import (
+    AdmittanceControllerParameters,
+    AdmittanceSettings,
+)
+from armsim_ros.control.command_controllers.link_motion import LinkMotion
+from armsim_ros.model.transforms import rotation_vector
+
+
+class AdmittanceRule:
+    """
+    What a wrench makes of references.
+
+    In the axes of the control frame ``mass * a + damping * v + stiffness * x = force``, where x
+    is how far the sensor's frame has left its place at the reference. The step is implicit in v
+    and x, so no stiffness or damping makes it unstable; the joints follow by the damped inverse
+    of the Jacobian. Without a wrench nothing yields, and references pass as they are.
+
+    :param links: gives the frames that the parameters name.
+    :param lower: (n,) bounds of the joints [rad or m]; ``upper`` likewise.
+    """
+
+    def __init__(self, links: LinkMotion, lower: Vector, upper: Vector) -> None:
+        self._links, self._lower, self._upper = links, lower, upper
+        count = len(lower)
+        #: How far the joints have yielded (n,) [rad or m], and its derivatives.
+        self.offset, self.velocity, self.acceleration = (np.zeros(count) for _ in range(3))
+        #: Force and torque in the base frame, without gravity, filtered (6,) [N, N*m].
+        self.wrench: Vector = np.zeros(6)
+        #: How far the sensor's frame has yielded (6,) [m, rad], base frame; ``twist`` and
+        #: ``twist_rate`` are its derivatives.
+        self.yielded, self.twist, self.twist_rate = (np.zeros(6) for _ in range(3))
+        self.control_rotation: Matrix = np.eye(3)
+        self.sensor_at_reference: Matrix = np.eye(4)
+
+    def step(
+        self,
+        parameters: AdmittanceControllerParameters,
+        admittance: AdmittanceSettings,
+        reference: Vector,
+        wrench: Vector,
+        period: float,
+    ) -> None:
+        """
+        Yield for one period.
+
+        :param reference: (n,) positions [rad or m].
+        :param wrench: (6,) measured, in the sensor's frame [N, N*m].
+        :param period: [s].
+        """
+        sensor = parameters.ft_sensor.frame.id
+        posture = reference + self.offset
+        poses = self._links.poses(posture)
+        self.sensor_at_reference = self._links.poses(reference)[sensor]
+        self._filter(parameters, poses, wrench)
+        turn = poses[parameters.control.frame.id][:3, :3]
+        self.control_rotation = turn
+        here, there = poses[sensor], self.sensor_at_reference
+        self.yielded[:3] = here[:3, 3] - there[:3, 3]
+        self.yielded[3:] = rotation_vector(here[:3, :3] @ there[:3, :3].T)
+        jacobian = self._links.jacobian(sensor, posture)
+        speed = jacobian @ self.velocity
+        force = _turned(turn.T, self.wrench) * np.array(admittance.selected_axes)
+        mass, stiffness = np.array(admittance.mass), np.array(admittance.stiffness)
+        damping = damping_of(admittance)
+        place, pace = _turned(turn.T, self.yielded), _turned(turn.T, speed)
+        rate = (force - damping * pace - stiffness * (place + period * pace)) / (
+            mass + period * damping + period * period * stiffness)
+        gram = jacobian.T @ jacobian + parameters.kinematics.alpha * np.eye(len(reference))
+        wanted = np.linalg.solve(gram, jacobian.T @ _turned(turn, rate))
+        before = self.velocity
+        velocity = (before + period * wanted) / (1.0 + period * admittance.joint_damping)
+        posture = reference + self.offset + period * velocity
+        bounded = np.clip(posture, self._lower, self._upper)
+        self.velocity = np.where(bounded == posture, velocity, 0.0)
+        self.offset = bounded - reference
+        self.acceleration = (self.velocity - before) / period if period > 0.0 else np.zeros_like(
+            before)
+        self.twist = jacobian @ self.velocity
+        self.twist_rate = jacobian @ self.acceleration
+
+    def _filter(
+        self, parameters: AdmittanceControllerParameters, poses: dict[str, Matrix], wrench: Vector
+    ) -> None:
+        """Bring what is measured into the base frame, without gravity, and smooth it."""
+        gravity = parameters.gravity_compensation
+        down = -poses[parameters.fixed_world_frame.frame.id][:3, 2]
+        weight = gravity.CoG.force * down
+        lever = poses[gravity.frame.id][:3, :3] @ np.array(gravity.CoG.pos)
+        measured = _turned(poses[parameters.ft_sensor.frame.id][:3, :3], wrench)
+        measured[:3] -= weight
+        measured[3:] -= np.cross(lever, weight)
+        share = parameters.ft_sensor.filter_coefficient
+        self.wrench = share * measured + (1.0 - share) * self.wrench
+
+
+def damping_of(admittance: AdmittanceSettings) -> Vector:
+    """Return the damping of each axis (6,) [N*s/m, N*m*s/rad]."""
+    mass, stiffness = np.array(admittance.mass), np.array(admittance.stiffness)
+    return np.asarray(2.0 * np.array(admittance.damping_ratio) * np.sqrt(mass * stiffness))
+
+
+def _turned(rotation: Matrix, pair: Vector) -> Vector:
+    """Return two vectors (6,) in other axes."""
+    return np.concatenate([rotation @ pair[:3], rotation @ pair[3:]])

@@ -1,0 +1,194 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""
+The forward command controllers: each message is a command, within the joints' limits.
+
+``receive`` may be called from any thread; all else belongs to the control loop.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import ClassVar
+
+import numpy as np
+
+from armsim_ros.arrays import Vector
+from armsim_ros.config.base import Settings
+from armsim_ros.config.controllers.forward_command_controller import (
+    ForwardCommandControllerParameters,
+    ForwardParameters,
+    JointEffortControllerParameters,
+    JointGroupEffortControllerParameters,
+    JointGroupPositionControllerParameters,
+    JointGroupVelocityControllerParameters,
+    JointPositionControllerParameters,
+    JointVelocityControllerParameters,
+    MultiInterfaceForwardCommandControllerParameters,
+)
+from armsim_ros.control.command_controllers.command_guard import CommandGuard, guards_of
+from armsim_ros.control.controller import Controller, NEVER_NS
+from armsim_ros.control.repeated_warning import RepeatedWarning
+from armsim_ros.errors import ControllerError
+
+
+class ForwardController(Controller[ForwardParameters]):
+    """
+    Passes commands on; what is no command leaves the last one as it is.
+
+    Nothing is written before the first command after activation: the joints hold.
+    """
+
+    #: Whether a command is a single number instead of a list.
+    single: ClassVar[bool] = False
+
+    _guards: tuple[tuple[CommandGuard, list[int]], ...] = ()
+    _inbox: Vector | None = None
+    _moving = False
+    _deadline_ns: int | None = None
+
+    @property
+    def joints(self) -> tuple[str, ...]:
+        """The commanded joints."""
+        return tuple(dict.fromkeys(joint for joint, _ in self.parameters.targets))
+
+    @property
+    def required_command_interfaces(self) -> tuple[str, ...]:
+        """The interface of each value."""
+        return tuple(f'{joint}/{kind}' for joint, kind in self.parameters.targets)
+
+    @property
+    def required_state_interfaces(self) -> tuple[str, ...]:
+        """None; limits are kept with what the hardware knows of itself."""
+        return ()
+
+    def configure(self) -> None:
+        """Look whether everything is named that is needed."""
+        missing = self.parameters.missing
+        if missing:
+            raise ControllerError(f"parameter '{missing}' of '{self.name}' is empty")
+        self._warning = RepeatedWarning(self.events)
+
+    def activate(self, time_ns: int) -> None:
+        """Take the joints over and forget what came before."""
+        context = self.context
+        self._guards = guards_of(self.parameters.targets, context.hardware, context.model)
+        for guard, _ in self._guards:
+            guard.start()
+        self._inbox = None
+        self._moving = False
+        self._deadline_ns = None
+
+    def deactivate(self, time_ns: int) -> None:
+        """Stop velocities and efforts; positions stay."""
+        for guard, _ in self._guards:
+            guard.release()
+        self._inbox = None
+
+    def receive(self, values: Sequence[float]) -> str:
+        """
+        Take a command; while inactive it is dropped without a word.
+
+        :param values: one a command interface [rad, m, rad/s, m/s, N*m or N].
+        :returns: why it was dropped, '' where it was taken.
+        """
+        if not self.active:
+            return 'the controller is not active'
+        expected = len(self.parameters.targets)
+        if len(values) != expected:
+            return self._drop(f'{len(values)} values; expected {expected}', values)
+        command = np.array(values, dtype=np.float64)
+        finite = np.isfinite(command)
+        if not finite.all():
+            place = int(np.argmin(finite))
+            return self._drop(f'{values[place]} for {self.required_command_interfaces[place]}',
+                              values)  # fmt: skip
+        self._inbox = command
+        self.context.wake()
+        return ''
+
+    def update(self, time_ns: int, period: float) -> None:
+        """Take the newest command up, and go on with what it began."""
+        command = self._inbox
+        if command is not None:
+            self._inbox = None
+            for guard, columns in self._guards:
+                guard.accept(command[columns])
+            timeout = self.parameters.command_timeout
+            self._deadline_ns = time_ns + round(timeout * 1e9) if timeout else None
+            self._moving = True
+        elif self._deadline_ns is not None and time_ns >= self._deadline_ns:
+            self._deadline_ns = None
+            for guard, _ in self._guards:
+                guard.time_out()
+            self._moving = True
+        if self._moving:
+            self.time_ns = time_ns
+            changing = [guard.write(period) for guard, _ in self._guards]
+            self._moving = any(changing)
+
+    def next_update(self, time_ns: int) -> int:
+        """Return from when on an update matters [ns]: when there is a command or a timeout."""
+        if self._inbox is not None or self._moving:
+            return time_ns
+        return NEVER_NS if self._deadline_ns is None else self._deadline_ns
+
+    def process_requests(self, time_ns: int) -> None:
+        """Do nothing: commands wait for time to go on."""
+
+    def _drop(self, reason: str, values: Sequence[float]) -> str:
+        names = ', '.join(self.required_command_interfaces)
+        text = f'command dropped: {reason}; a command has one finite value for each of {names}'
+        self._warning.add(self.time_ns, text)
+        return reason
+
+
+class ForwardCommandController(ForwardController):
+    """``forward_command_controller/ForwardCommandController``."""
+
+    parameters_class: ClassVar[type[Settings]] = ForwardCommandControllerParameters
+
+
+class MultiInterfaceForwardCommandController(ForwardController):
+    """``forward_command_controller/MultiInterfaceForwardCommandController``."""
+
+    parameters_class: ClassVar[type[Settings]] = MultiInterfaceForwardCommandControllerParameters
+
+
+class JointGroupPositionController(ForwardController):
+    """``position_controllers/JointGroupPositionController``."""
+
+    parameters_class: ClassVar[type[Settings]] = JointGroupPositionControllerParameters
+
+
+class JointGroupVelocityController(ForwardController):
+    """``velocity_controllers/JointGroupVelocityController``."""
+
+    parameters_class: ClassVar[type[Settings]] = JointGroupVelocityControllerParameters
+
+
+class JointGroupEffortController(ForwardController):
+    """``effort_controllers/JointGroupEffortController``."""
+
+    parameters_class: ClassVar[type[Settings]] = JointGroupEffortControllerParameters
+
+
+class JointPositionController(ForwardController):
+    """ROS 1's ``position_controllers/JointPositionController``."""
+
+    single = True
+    parameters_class: ClassVar[type[Settings]] = JointPositionControllerParameters
+
+
+class JointVelocityController(ForwardController):
+    """ROS 1's ``velocity_controllers/JointVelocityController``."""
+
+    single = True
+    parameters_class: ClassVar[type[Settings]] = JointVelocityControllerParameters
+
+
+class JointEffortController(ForwardController):
+    """ROS 1's ``effort_controllers/JointEffortController``."""
+
+    single = True
+    parameters_class: ClassVar[type[Settings]] = JointEffortControllerParameters

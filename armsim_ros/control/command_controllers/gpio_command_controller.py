@@ -1,0 +1,107 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""
+The gpio controller: sets command interfaces of gpios by name, and tells of their states.
+
+``receive`` may be called from any thread; all else belongs to the control loop.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+import math
+from typing import ClassVar
+
+from armsim_ros.config.base import Settings
+from armsim_ros.config.controllers.gpio_command_controller import GpioCommandControllerParameters
+from armsim_ros.control.broadcasters.sensor_broadcaster import SensorBroadcaster
+from armsim_ros.control.repeated_warning import RepeatedWarning
+from armsim_ros.errors import ControllerError, nearest
+
+Group = tuple[str, Sequence[str], Sequence[float]]
+
+
+class GpioCommandController(SensorBroadcaster):
+    """``gpio_controllers/GpioCommandController``; what is no command changes nothing."""
+
+    parameters_class: ClassVar[type[Settings]] = GpioCommandControllerParameters
+    only_looks: ClassVar[bool] = False
+
+    _inbox: dict[str, float] | None = None
+
+    @property
+    def _own(self) -> GpioCommandControllerParameters:
+        parameters = self.parameters
+        assert isinstance(parameters, GpioCommandControllerParameters)
+        return parameters
+
+    @property
+    def required_command_interfaces(self) -> tuple[str, ...]:
+        """Those that the parameters name."""
+        return self._own.commands
+
+    @property
+    def interfaces(self) -> tuple[str, ...]:
+        """State interfaces that are told: those that are named, else all of the gpios."""
+        if self._own.interfaces:
+            return self._own.interfaces
+        hardware = self.context.hardware
+        return tuple(f'{gpio}/{kind}' for gpio in self._own.gpios
+                     for kind in hardware.states_of(gpio))  # fmt: skip
+
+    def configure(self) -> None:
+        """Look whether there is something to command or to tell."""
+        super().configure()
+        self._warning = RepeatedWarning(self.events)
+        if not (self.required_command_interfaces or self.interfaces):
+            raise ControllerError(
+                f"'{self.name}': the hardware has no interfaces of {', '.join(self._own.gpios)}")
+
+    def activate(self, time_ns: int) -> None:
+        """Forget what came before."""
+        super().activate(time_ns)
+        self._inbox = None
+
+    def receive(self, groups: Sequence[Group]) -> str:
+        """
+        Take a command; while inactive it is dropped without a word.
+
+        :param groups: (gpio, interface names, values); only those that are named are set.
+        :returns: why it was dropped as a whole, '' where it was taken.
+        """
+        if not self.active:
+            return 'the controller is not active'
+        known = self.required_command_interfaces
+        found: dict[str, float] = {}
+        for gpio, names, values in groups:
+            if len(names) != len(values):
+                return self.drop(f"'{gpio}' has {len(names)} interface names and "
+                                  f'{len(values)} values')  # fmt: skip
+            for name, value in zip(names, values, strict=True):
+                interface = f'{gpio}/{name}'
+                if not math.isfinite(value):
+                    return self.drop(f'{value} for {interface}')
+                if interface in known:
+                    found[interface] = value
+                else:
+                    hint = nearest(interface, known) or f'known: {", ".join(known) or "none"}'
+                    self._warning.add(self.time_ns, f"'{interface}' is not commanded; {hint}")
+        self._inbox = {**(self._inbox or {}), **found}
+        self.context.wake()
+        return ''
+
+    def update(self, time_ns: int, period: float) -> None:
+        """Set what was commanded, then tell of the states."""
+        command, self._inbox = self._inbox, None
+        if command:
+            self.context.hardware.other_commands.update(command)
+        super().update(time_ns, period)
+
+    def next_update(self, time_ns: int) -> int:
+        """Return when an update matters [ns]: when there is a command or a sample."""
+        return time_ns if self._inbox else super().next_update(time_ns)
+
+    def drop(self, reason: str) -> str:
+        """Warn, now and then, of a command that is not followed."""
+        self._warning.add(self.time_ns, f'command dropped: {reason}')
+        return reason

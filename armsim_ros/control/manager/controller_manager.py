@@ -1,0 +1,396 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""
+The controller manager: loads, configures, switches and updates controllers.
+
+One thread, the control loop's, calls :meth:`ControllerManager.update`, or
+:meth:`ControllerManager.process_requests` while time stands still; in both, switches that other
+threads asked for are carried out. :meth:`ControllerManager.switch` is for that thread alone, and
+for the time before the loop runs. All else may be called from any thread: loading and configuring
+happen there, and the loop never waits for them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import Future
+import threading
+from typing import Any
+
+import numpy as np
+
+from armsim_ros.config.controllers.controller_manager import ControllerManagerParameters
+from armsim_ros.control.controller import (
+    Controller,
+    ControllerContext,
+    LifecycleState,
+    NEVER_NS,
+)
+from armsim_ros.control.events import ControllerEvent, EventQueue
+from armsim_ros.control.hardware_interface import COMMAND_INTERFACES, HardwareInterface
+from armsim_ros.control.mailbox import Mailbox
+from armsim_ros.control.manager.chains import withdraw
+from armsim_ros.control.manager.command_limits import CommandLimits
+from armsim_ros.control.manager.controller_factory import (
+    CONTROLLER_TYPES,
+    create_controller,
+    LoadableController,
+)
+from armsim_ros.control.manager.hardware_component import Hardware, HardwareComponentInfo
+from armsim_ros.control.manager.manager_info import controller_info, ControllerInfo, InterfaceInfo
+from armsim_ros.control.manager.switch_execution import SwitchExecution, SwitchRequest
+from armsim_ros.control.manager.switching import (
+    find_controller,
+    require_state,
+    Strictness,
+    SwitchResult,
+)
+from armsim_ros.control.manager.updates_ahead import planned_updates, UpdatesAhead
+from armsim_ros.errors import ControllerError
+from armsim_ros.model.robot_model import RobotModel
+
+__all__ = [
+    'ControllerInfo',
+    'ControllerManager',
+    'HardwareComponentInfo',
+    'InterfaceInfo',
+    'Strictness',
+    'SwitchResult',
+]
+
+
+class ControllerManager:
+    """
+    The controllers of one robot.
+
+    :param hardware: the joints.
+    :param parameters: update rate, defaults, fallback controllers.
+    :param model: joint types and limits; without it no joint turns without end and none has
+        limits.
+    """
+
+    def __init__(
+        self,
+        hardware: HardwareInterface,
+        parameters: ControllerManagerParameters,
+        model: RobotModel | None = None,
+    ) -> None:
+        self.parameters = parameters
+        self.hardware = hardware
+        self.components = Hardware(hardware, model)
+        self.controllers: dict[str, Controller[Any]] = {}
+        self.refusals: list[str] = []
+        """Why controllers that should run from the start do not."""
+        self.time_ns = 0
+        self.events = EventQueue('controller_manager')
+        self._wake: Callable[[], object] = lambda: None
+        self._context = ControllerContext(
+            hardware, model, parameters.update_rate, lambda: self._wake()
+        )
+        self._switches = SwitchExecution(hardware, self.components, parameters, self.events)
+        self._changes = 0
+        self._tick = 0
+        self._structure = threading.RLock()
+        self._requests: Mailbox[SwitchRequest] = Mailbox(self._context.wake)
+        self._failures: dict[str, Exception] = {}
+        self._ahead = UpdatesAhead((), 0, 0, 0.0)
+        limited = parameters.enforce_command_limits
+        self._limits = CommandLimits(hardware, model) if limited else None
+
+    @property
+    def generation(self) -> int:
+        """Count of all changes of a controller's or the hardware's state."""
+        return self._changes + self._switches.generation
+
+    def load(self, settings: LoadableController) -> Controller[Any]:
+        """
+        Load a controller; it is unconfigured then.
+
+        :raises ControllerError: the name is taken, the type unknown or a parameter wrong.
+        """
+        with self._structure:
+            if settings.name in self.controllers:
+                raise ControllerError(f"a controller '{settings.name}' is loaded already")
+            controller = create_controller(
+                settings.name, settings.type, settings.parameters, self._context
+            )
+            controller.time_ns = self.time_ns
+            self.controllers = {**self.controllers, settings.name: controller}
+            self._changes += 1
+            return controller
+
+    def configure(self, name: str) -> None:
+        """
+        Make an unconfigured controller inactive; an inactive one is configured anew.
+
+        :raises ControllerError: it is not loaded, is active, or its parameters do not fit.
+        """
+        with self._structure:
+            controller = find_controller(self.controllers, name)
+            require_state(controller, 'configured', LifecycleState.UNCONFIGURED,
+                          LifecycleState.INACTIVE)
+            controller.state = LifecycleState.UNCONFIGURED
+            self._changes += 1
+            withdraw(controller, self.hardware)
+            controller.configure()
+            references = self.hardware.references
+            references.update(dict.fromkeys(controller.reference_interfaces, np.nan))
+            controller.state = LifecycleState.INACTIVE
+
+    def cleanup(self, name: str) -> None:
+        """Make an inactive controller unconfigured; ControllerError where it is active."""
+        with self._structure:
+            controller = find_controller(self.controllers, name)
+            require_state(controller, 'cleaned up', LifecycleState.INACTIVE,
+                          LifecycleState.UNCONFIGURED)
+            controller.state = LifecycleState.UNCONFIGURED
+            withdraw(controller, self.hardware)
+            self._changes += 1
+
+    def unload(self, name: str) -> None:
+        """Forget a controller; ControllerError where it is active or not loaded."""
+        with self._structure:
+            controller = find_controller(self.controllers, name)
+            require_state(controller, 'unloaded', LifecycleState.INACTIVE,
+                          LifecycleState.UNCONFIGURED)
+            controller.state = LifecycleState.FINALIZED
+            withdraw(controller, self.hardware)
+            self.controllers = {k: v for k, v in self.controllers.items() if k != name}
+            self._changes += 1
+
+    def request_switch(
+        self,
+        activate: Sequence[str] = (),
+        deactivate: Sequence[str] = (),
+        strictness: int = Strictness.STRICT,
+    ) -> Future[SwitchResult]:
+        """
+        Ask the control loop for a switch.
+
+        :param strictness: 0 takes the manager's default.
+        :returns: done after the loop's next update, or while time stands still at once.
+        """
+        request = SwitchRequest(activate, deactivate, strictness)
+        self._requests.post(request)
+        return request.future
+
+    def switch(
+        self,
+        activate: Sequence[str] = (),
+        deactivate: Sequence[str] = (),
+        strictness: int = Strictness.STRICT,
+    ) -> SwitchResult:
+        """
+        Stop and start controllers in one go; for the control loop's own thread.
+
+        :param strictness: 0 takes the manager's default.
+        """
+        request = SwitchRequest(activate, deactivate, strictness)
+        with self._structure:
+            return self._switches.execute(self.controllers, request, self.time_ns)
+
+    def update(self, time_ns: int, period: float) -> None:
+        """
+        Update all active controllers that are due.
+
+        A controller that fails is deactivated, and its fallback controllers take its place.
+
+        :param time_ns: the time of the present states [ns].
+        :param period: until the next update [s].
+        """
+        self.time_ns = time_ns
+        if self._requests or self._failures:
+            self._serve()
+        tick = self._tick
+        self._tick = tick + 1
+        for controller, divisor in self._switches.active:
+            if (divisor > 1 and tick % divisor) or controller.name in self._failures:
+                continue
+            try:
+                controller.update(time_ns, period * divisor)
+            except Exception as error:  # noqa: BLE001 - one controller must not stop the others
+                self._fail(controller, error)
+        if self._limits is not None:
+            self._limits.enforce()
+
+    def next_update(self, time_ns: int) -> int:
+        """Return from when on an update matters [ns]; one before changes no command."""
+        if self._requests or self._failures:
+            return time_ns
+        first = NEVER_NS
+        for controller, _ in self._switches.active:
+            due_ns = controller.next_update(time_ns)
+            if due_ns <= time_ns:
+                return time_ns
+            first = min(first, due_ns)
+        return first
+
+    def skip(self, updates: int, period: float) -> None:
+        """
+        Take note of updates that were left out, because none of them mattered.
+
+        :param period: from one to the next [s].
+        """
+        self._leave_out(updates, period, ())
+
+    def only_looks(self, time_ns: int) -> bool:
+        """Return whether an update now would do nothing but read states."""
+        return not (self._requests or self._failures) and all(
+            controller.only_looks or controller.next_update(time_ns) > time_ns
+            for controller, _ in self._switches.active
+        )
+
+    def glance(self, time_ns: int, period: float) -> None:
+        """Do an update of which nothing matters but that states are read."""
+        lookers = [one for one in self._switches.active if one[0].only_looks]
+        ahead = UpdatesAhead(lookers, self._tick, time_ns, period)
+        ahead.look(0, self._failures)
+        self._leave_out(1, period, ahead.lookers)
+
+    def _leave_out(
+        self, updates: int, period: float, made_by: Sequence[Controller[Any]]
+    ) -> None:
+        before = self._tick
+        self._tick += updates
+        for controller, divisor in self._switches.active:
+            if controller in made_by:
+                continue
+            # Those that would have been made: multiples of the divisor in [before, tick).
+            due = -(-self._tick // divisor) - -(-before // divisor)
+            if due:
+                controller.skip(due, period * divisor)
+
+    def plan(self, updates: int, time_ns: int, period: float) -> int:
+        """
+        Have the updates ahead planned, see :meth:`Controller.plan`.
+
+        :param updates: that may be planned.
+        :param time_ns: the time of the first of them [ns].
+        :param period: from one to the next [s].
+        :returns: updates that are planned, 0 where a controller that matters does not know.
+        """
+        if self._requests or self._failures or self._limits is not None:
+            return 0
+        planned, self._ahead = planned_updates(
+            self._switches.active, updates, self._tick, time_ns, period
+        )
+        return planned
+
+    def next_look(self, update: int, updates: int) -> int:
+        """
+        Return the next update of the plan at which a controller reads states.
+
+        :param update: the first that may be it.
+        :param updates: what is returned where none before it does.
+        """
+        return self._ahead.next_look(update, updates)
+
+    def look(self, update: int) -> bool:
+        """
+        Update those who only read states, at an update of the plan where one of them has to.
+
+        :returns: whether none of them failed; the update is not as planned where one did.
+        """
+        self._ahead.look(update, self._failures)
+        return not self._failures
+
+    def land(self, updates: int) -> None:
+        """Be where so many updates of the plan have led; the next one is made again."""
+        for controller in self._ahead.planners:
+            controller.land(updates)
+        self._leave_out(updates, self._ahead.period, self._ahead.planners)
+
+    def wake_with(self, wake: Callable[[], object]) -> None:
+        """Have a function called, from any thread, when there is something for the next update."""
+        self._wake = wake
+
+    def process_requests(self, time_ns: int) -> None:
+        """Carry out switches and take up goals and cancels while time stands still."""
+        self.time_ns = time_ns
+        if self._requests or self._failures:
+            self._serve()
+        for controller, _ in self._switches.active:
+            if controller.name in self._failures:
+                continue
+            try:
+                controller.process_requests(time_ns)
+            except Exception as error:  # noqa: BLE001 - one controller must not stop the others
+                self._fail(controller, error)
+
+    def interrupt(self, time_ns: int, reason: str) -> None:
+        """
+        End the goals of all active controllers before the plant is put elsewhere.
+
+        :param reason: for those who wait for a goal.
+        """
+        for controller, _ in self._switches.active:
+            controller.interrupt(time_ns, reason)
+
+    def resume(self, time_ns: int) -> None:
+        """Have the active controllers take over the plant where it is now."""
+        for arrays in (self.hardware.command, self.hardware.feedforward):
+            for kind in COMMAND_INTERFACES:
+                arrays.of(kind)[:] = np.nan
+        for controller, _ in reversed(self._switches.active):
+            if controller.name in self._failures:
+                continue
+            try:
+                controller.activate(time_ns)
+            except Exception as error:  # noqa: BLE001 - one controller must not stop the others
+                self._fail(controller, error)
+
+    def list_controllers(self) -> list[ControllerInfo]:
+        """Return all loaded controllers in the order of loading."""
+        controllers = self.controllers.values()
+        return [controller_info(controller, controllers) for controller in controllers]
+
+    def list_hardware_interfaces(self) -> tuple[list[InterfaceInfo], list[InterfaceInfo]]:
+        """Return command interfaces and state interfaces, as ``joint/interface``."""
+        return self.components.interfaces(self.controllers.values())
+
+    def list_hardware_components(self) -> list[HardwareComponentInfo]:
+        """Return the hardware that the URDF declares, else the robot as the only one."""
+        return self.components.info()
+
+    def set_hardware_component_state(self, name: str, state: str) -> None:
+        """
+        Bring the hardware into a state.
+
+        :param state: unconfigured, inactive, active or finalized.
+        :raises ControllerError: an unknown name or state, or active controllers need it.
+        """
+        with self._structure:
+            active = [one for one in self.controllers.values() if one.active]
+            self.components.set_state(name, state, active)
+            self._changes += 1
+
+    def list_types(self) -> list[str]:
+        """Return the types of controllers that can be loaded."""
+        return list(CONTROLLER_TYPES)
+
+    def poll_events(self) -> list[ControllerEvent]:
+        """Return what the manager and its controllers had to say since the last call."""
+        events = self.events.drain()
+        for controller in self.controllers.values():
+            events += controller.poll_events()
+        return sorted(events, key=lambda event: event.time_ns)
+
+    def _serve(self) -> None:
+        if not self._structure.acquire(blocking=False):
+            return
+        try:
+            failures, self._failures = self._failures, {}
+            for name, error in failures.items():
+                if (failed := self.controllers.get(name)) is not None:
+                    self._switches.replace_failed(self.controllers, failed, error, self.time_ns)
+            for request in self._requests.take_all():
+                if request.future.set_running_or_notify_cancel():
+                    result = self._switches.execute(self.controllers, request, self.time_ns)
+                    request.future.set_result(result)
+        finally:
+            self._structure.release()
+
+    def _fail(self, controller: Controller[Any], error: Exception) -> None:
+        """Replace a controller that raised; where others change the controllers, a bit later."""
+        self._failures[controller.name] = error
+        self._serve()

@@ -1,0 +1,116 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What a controller manager tells about controllers and interfaces."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from armsim_ros.control.command_controllers.chainable_controller import ChainableController
+from armsim_ros.control.controller import Controller, LifecycleState
+from armsim_ros.control.hardware_interface import HardwareInterface
+from armsim_ros.control.manager.chains import Connections, connections, relative
+from armsim_ros.model.robot_model import HardwareSystem
+
+
+@dataclass(frozen=True, slots=True)
+class ControllerInfo:
+    """
+    One loaded controller.
+
+    :param claimed_interfaces: as ``joint/interface``; only while it is active.
+    :param required_command_interfaces: only while it is inactive or active.
+    :param required_state_interfaces: only while it is inactive or active.
+    :param chainable: whether others can write to its references.
+    :param chained: whether one does.
+    :param exported_states: what others may read of it, without its name.
+    :param references: what others may write to, without its name.
+    :param connections: to which controllers it writes, and to which of their references.
+    """
+
+    name: str
+    type: str
+    state: str
+    update_rate: int
+    claimed_interfaces: tuple[str, ...]
+    required_command_interfaces: tuple[str, ...]
+    required_state_interfaces: tuple[str, ...]
+    chainable: bool
+    chained: bool
+    exported_states: tuple[str, ...]
+    references: tuple[str, ...]
+    connections: Connections
+
+
+@dataclass(frozen=True, slots=True)
+class InterfaceInfo:
+    """One interface of the hardware, as ``joint/interface``."""
+
+    name: str
+    is_available: bool
+    is_claimed: bool
+
+
+def controller_info(
+    controller: Controller[Any], controllers: Iterable[Controller[Any]]
+) -> ControllerInfo:
+    """
+    Return what there is to tell about a controller.
+
+    :param controllers: all that are loaded.
+    """
+    known = controller.state in (LifecycleState.INACTIVE, LifecycleState.ACTIVE)
+    commands = controller.required_command_interfaces
+    return ControllerInfo(
+        controller.name,
+        controller.type,
+        controller.state.value,
+        controller.update_rate,
+        commands if controller.active else (),
+        commands if known else (),
+        controller.required_state_interfaces if known else (),
+        isinstance(controller, ChainableController),
+        controller.chained,
+        tuple(map(relative, controller.exported_states)) if known else (),
+        tuple(map(relative, controller.reference_interfaces)) if known else (),
+        connections(controller, controllers) if known else {},
+    )
+
+
+def interface_infos(
+    hardware: HardwareInterface,
+    controllers: Iterable[Controller[Any]],
+    systems: Sequence[HardwareSystem] = (),
+    idle: Collection[str] = (),
+) -> tuple[list[InterfaceInfo], list[InterfaceInfo]]:
+    """
+    Return command interfaces and state interfaces.
+
+    :param systems: the declared hardware, whose sensors and gpios have interfaces of their own.
+    :param idle: joints, sensors and gpios of hardware that is not active.
+    """
+    controllers = tuple(controllers)
+    claimed = {
+        interface
+        for controller in controllers
+        if controller.active
+        for interface in controller.required_command_interfaces
+    }
+    commands = [*_names(hardware.command_interfaces.items()),
+                *(name for one in systems for name in one.other_commands)]
+    states = [*_names(hardware.state_interfaces.items()),
+              *hardware.other_states]
+    return (
+        [InterfaceInfo(name, name.rpartition('/')[0] not in idle, name in claimed)
+         for name in commands]
+        + [InterfaceInfo(name, one.chained, name in claimed)
+           for one in controllers for name in one.reference_interfaces
+           if name in hardware.references],
+        [InterfaceInfo(name, True, False) for name in states],
+    )
+
+
+def _names(interfaces: Iterable[tuple[str, tuple[str, ...]]]) -> list[str]:
+    return [f'{joint}/{kind}' for joint, kinds in interfaces for kind in kinds]

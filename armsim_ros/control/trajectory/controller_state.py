@@ -1,0 +1,194 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""
+What a trajectory controller did in its last update, readable from other threads.
+
+The control loop writes into a ring of records and then names the newest. A reader copies the
+newest with one call and checks that it was not written again meanwhile; nobody waits for anybody.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from armsim_ros.arrays import Matrix, Vector
+from armsim_ros.control.trajectory.goal import TrajectoryGoal
+from armsim_ros.control.trajectory.sampling import Motion
+
+RECORDS = 8
+REFERENCE, REFERENCE_EFFORT, FEEDBACK, ERROR, OUTPUT, ROWS = 0, 3, 4, 7, 10, 14
+
+
+class StateRecord:
+    """
+    One update: (14, n) rows and the times that belong to it.
+
+    Rows: reference position, velocity, acceleration, effort; feedback position, velocity,
+    acceleration; error of the same three; output position, velocity, acceleration, effort.
+    ``motion`` is the trajectory that runs or has ended last, None while the joints are held;
+    ``goal`` the active one.
+    """
+
+    __slots__ = (
+        'actual_time', 'compared', 'data', 'desired_time', 'error', 'feedback', 'goal',
+        'motion', 'output', 'reference', 'scaling', 'sequence', 'time_ns',
+    )  # fmt: skip
+
+    def __init__(self, joints: int, width: int, compared: int) -> None:
+        """
+        Make all arrays once.
+
+        :param width: 3n, or 4n where the reference has effort.
+        :param compared: quantities that have an error: 1 for position, 2 with velocity, 3.
+        """
+        self.data = np.full((ROWS, joints), np.nan)
+        self.data[ERROR:OUTPUT] = 0.0
+        self.reference = self.data.reshape(-1)[:width]
+        self.feedback = self.data[FEEDBACK:ERROR]
+        self.error = self.data[ERROR:OUTPUT]
+        self.output = self.data[OUTPUT:]
+        self.compared = (
+            self.data[REFERENCE : REFERENCE + compared],
+            self.data[FEEDBACK : FEEDBACK + compared],
+            self.data[ERROR : ERROR + compared],
+        )
+        self.sequence = -1
+        self.time_ns = 0
+        self.desired_time = 0.0
+        self.actual_time = 0.0
+        self.scaling = 1.0
+        self.motion: Motion | None = None
+        self.goal: TrajectoryGoal | None = None
+
+    def measured_state(self) -> Vector:
+        """Return feedback as (w,) like the reference: velocity where there is one, else 0."""
+        state = np.zeros_like(self.reference)
+        joints = self.feedback.shape[1]
+        state[:joints] = self.feedback[0]
+        state[joints : 2 * joints] = np.nan_to_num(self.feedback[1])
+        return state
+
+
+class StateRing:
+    """The last records; one thread writes."""
+
+    def __init__(self, joints: int, width: int, compared: int) -> None:
+        """Make all records, see :class:`StateRecord`."""
+        self._records = [StateRecord(joints, width, compared) for _ in range(RECORDS)]
+        self._sequence = 0
+        self.latest: StateRecord | None = None
+
+    def open(self) -> StateRecord:
+        """Return the record to write next."""
+        record = self._records[self._sequence % RECORDS]
+        record.sequence = -1
+        return record
+
+    def close(self, record: StateRecord) -> None:
+        """Make a record the newest."""
+        record.sequence = self._sequence
+        self._sequence += 1
+        self.latest = record
+
+    def copy(self) -> tuple[StateRecord, Matrix] | None:
+        """Return the newest record's scalars and a copy of its data; None before the first."""
+        while True:
+            record = self.latest
+            if record is None:
+                return None
+            sequence = record.sequence
+            copied = (_scalars(record), record.data.copy())
+            if sequence >= 0 and record.sequence == sequence:
+                return copied
+
+
+_SCALARS = ('sequence', 'time_ns', 'desired_time', 'actual_time', 'scaling', 'motion', 'goal')
+
+
+def _scalars(record: StateRecord) -> StateRecord:
+    copy = StateRecord.__new__(StateRecord)
+    for name in _SCALARS:
+        setattr(copy, name, getattr(record, name))
+    return copy
+
+
+def _empty() -> Vector:
+    return np.empty(0)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PointSnapshot:
+    """Values of n joints; length 0 where there is no such quantity."""
+
+    positions: Vector = field(default_factory=_empty)
+    velocities: Vector = field(default_factory=_empty)
+    accelerations: Vector = field(default_factory=_empty)
+    effort: Vector = field(default_factory=_empty)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ControllerSnapshot:
+    """
+    Content of ``controller_state``, and of the feedback of a goal.
+
+    :param reference: where the joints should be now.
+    :param feedback: where they are.
+    :param error: reference minus feedback, the short way for continuous joints.
+    :param output: what was commanded, NaN for joints that are not commanded.
+    :param desired_time_from_start: of the trajectory, at its scaled pace [s].
+    :param actual_time_from_start: since the trajectory started [s].
+    :param sequence: number of the update.
+    :param goal: the one that was active in that update; a new one is not before its first.
+    """
+
+    time_ns: int
+    joint_names: tuple[str, ...]
+    reference: PointSnapshot
+    feedback: PointSnapshot
+    error: PointSnapshot
+    output: PointSnapshot
+    desired_time_from_start: float
+    actual_time_from_start: float
+    speed_scaling_factor: float
+    sequence: int
+    goal: TrajectoryGoal | None = None
+
+
+def snapshot_of(
+    ring: StateRing,
+    joint_names: tuple[str, ...],
+    states: tuple[str, ...],
+    commands: tuple[str, ...],
+) -> ControllerSnapshot | None:
+    """
+    Return the newest state as a value that nobody changes.
+
+    :param states: interfaces that feedback and error have.
+    :param commands: interfaces that output has.
+    """
+    copied = ring.copy()
+    if copied is None:
+        return None
+    scalars, data = copied
+    kinds = ('position', 'velocity', 'acceleration', 'effort')
+
+    def point(first: int, have: tuple[str, ...]) -> PointSnapshot:
+        rows = [data[first + i] if kind in have else _empty() for i, kind in enumerate(kinds)]
+        return PointSnapshot(*rows)
+
+    reference = kinds if 'effort' in commands else kinds[:3]
+    return ControllerSnapshot(
+        scalars.time_ns,
+        joint_names,
+        point(REFERENCE, reference),
+        point(FEEDBACK, states),
+        point(ERROR, states),
+        point(OUTPUT, commands),
+        scalars.desired_time,
+        scalars.actual_time,
+        scalars.scaling,
+        scalars.sequence,
+        scalars.goal,
+    )

@@ -1,0 +1,340 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""
+What a trajectory controller is doing: which motion runs, how far, and for which goal.
+
+Only the control loop's thread works here. ``ahead`` is the reference at the next update; in the
+next update it is the reference at that time.
+
+A new trajectory starts from the desired state, so that it goes on without a step. With a stamp
+in the future the old motion (or the hold) goes on until then and is left on a segment to the
+first point; with a stamp in the past the points that are over are left out, and a segment leads
+to the first that is not.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from enum import Enum
+
+import numpy as np
+
+from armsim_ros.arrays import Matrix, Vector
+from armsim_ros.config.controllers.joint_trajectory_controller import (
+    JointTrajectoryControllerParameters,
+)
+from armsim_ros.control.events import EventQueue
+from armsim_ros.control.trajectory.controller_state import StateRecord
+from armsim_ros.control.trajectory.goal import (
+    GoalStatus,
+    TrajectoryErrorCode,
+    TrajectoryGoal,
+    TrajectoryResult,
+)
+from armsim_ros.control.trajectory.judge import SUCCESS, timed_out, TrajectoryJudge, Verdict
+from armsim_ros.control.trajectory.requests import StartRequest
+from armsim_ros.control.trajectory.sampling import Motion, TIME_RESOLUTION
+from armsim_ros.control.trajectory.stop_motion import deceleration, standstill, stop_ramp
+from armsim_ros.control.trajectory.tolerances import SegmentTolerances, ToleranceCheck
+
+#: References that are computed at once [updates].
+LOOK_AHEAD = 40
+
+
+class Phase(Enum):
+    """HOLDING: no trajectory; RUNNING: it is judged; SETTLED: it was judged to have ended."""
+
+    HOLDING = 'holding'
+    RUNNING = 'running'
+    SETTLED = 'settled'
+
+
+class TrajectoryExecution:
+    """
+    Runs trajectories of n joints and ends their goals.
+
+    :param width: 3n, or 4n where the reference has effort.
+    :param computed: which of position, velocity, acceleration have an error.
+    :param brakes: (n,) decelerations for stops, or None to stop at once or by a ramp.
+    """
+
+    def __init__(
+        self,
+        parameters: JointTrajectoryControllerParameters,
+        width: int,
+        computed: Sequence[bool],
+        brakes: Vector | None,
+        events: EventQueue,
+    ) -> None:
+        """Start holding at zero; :meth:`hold` says where."""
+        self.parameters = parameters
+        self.joints = len(parameters.joints)
+        self.scaling = parameters.speed_scaling.initial_scaling_factor
+        self.cmd_timeout = 0.0
+        self.phase = Phase.HOLDING
+        self.goal: TrajectoryGoal | None = None
+        self.scheduled: StartRequest | None = None
+        self.ahead = np.zeros(width)
+        self.motion = Motion.standing(self.ahead.copy())
+        self._times: list[float] = []
+        self._table = self.ahead[None, :]
+        self._row, self._step = 0, 0.0
+        self.time = 0.0
+        self.begin_ns = 0
+        self._goal_taken_ns = 0
+        self._computed = tuple(computed)
+        self._brakes = brakes
+        self._events = events
+        self._succeeded = False
+        self._judge = self._new_judge(SegmentTolerances.of(parameters))
+
+    @property
+    def active_goal(self) -> TrajectoryGoal | None:
+        """The goal that is followed, or the one that waits for its stamp."""
+        if self.goal is not None or self.scheduled is None:
+            return self.goal
+        return self.scheduled.goal
+
+    @property
+    def idle(self) -> bool:
+        """Whether nothing will change until somebody asks for something."""
+        if self.scheduled is not None or not self.motion.over(self.time):
+            return False
+        if self.phase is Phase.SETTLED:
+            return self._succeeded or self.cmd_timeout == 0.0
+        return self.phase is Phase.HOLDING
+
+    def hold(self, positions: Vector, time_ns: int) -> None:
+        """Stand at (n,) positions [rad or m]."""
+        self._set_motion(standstill(positions, len(self.ahead)), 0.0, time_ns)
+        self.phase = Phase.HOLDING
+
+    def advance(self, period: float) -> None:
+        """Go on by one period [s] at the present pace."""
+        if self.motion.over(self.time):
+            self.time += period * self.scaling
+            self.ahead[:] = self.motion.final
+        else:
+            self._look_ahead(period)
+            self._go_to(self._row + 1)
+
+    def coming(self, period: float, most: int) -> Matrix:
+        """
+        Return the references of the next updates (k, w), the present one first.
+
+        They hold while nobody asks for anything and the path tolerances are kept, and only
+        updates before the last waypoint are among them.
+
+        :param period: from update to update [s].
+        :param most: references that are wanted.
+        """
+        nothing = self.ahead[None, :][:0]
+        if self.phase is not Phase.RUNNING or self.scheduled is not None:
+            return nothing
+        if self._judge.first or self.motion.over(self.time):
+            return nothing
+        self._look_ahead(period, most)
+        row = self._row
+        before_end = self.motion.end - TIME_RESOLUTION
+        most = min(most, len(self._times) - row)
+        while most > 0 and self._times[row + most - 1] >= before_end:
+            most -= 1
+        return self._table[row : row + most] if most > 1 else nothing
+
+    def go_on(self, updates: int) -> None:
+        """Take note of updates whose references were known."""
+        if updates:
+            self._go_to(self._row + updates)
+
+    @property
+    def path_check(self) -> ToleranceCheck:
+        """What judges the errors on the way."""
+        return self._judge.path
+
+    def pass_time(self, duration: float) -> None:
+        """Let a time [s] go by in which nothing changes."""
+        self.time += duration * self.scaling
+        self._times = []
+
+    def take(self, request: StartRequest, record: StateRecord, time_ns: int) -> None:
+        """Start a new trajectory, or wait for its stamp while the old one goes on."""
+        if request.goal is not None:
+            self._preempt()
+            request.goal.execute()
+            self._goal_taken_ns = time_ns
+        elif self.active_goal is not None and 0 < request.stamp_ns < self._goal_taken_ns:
+            # A stream that began before the goal did must not take the arm away from it.
+            text = 'a trajectory from the topic was dropped: it is older than the goal'
+            self._events.add(time_ns, 'info', 'trajectory_rejected', text)
+            return
+        elif self.parameters.compat == 'ros1':
+            self.end_goals(GoalStatus.CANCELED, 'a trajectory from the topic replaced the goal')
+        else:
+            self.goal = self.active_goal
+        self.scheduled = None
+        if request.stamp_ns > time_ns:
+            self.scheduled = request
+        else:
+            self._begin(request, record, time_ns)
+
+    def pass_over(self, request: StartRequest) -> None:
+        """Treat a trajectory as replaced, without ever moving along it."""
+        if request.goal is not None:
+            self._preempt()
+            request.goal.execute()
+            self.goal = request.goal
+
+    def start_scheduled(self, record: StateRecord, time_ns: int) -> None:
+        """Start the waiting trajectory when its time has come."""
+        request = self.scheduled
+        if request is not None and time_ns >= request.stamp_ns:
+            self.scheduled = None
+            self._begin(request, record, time_ns)
+
+    def cancel(self, goal: TrajectoryGoal, record: StateRecord, time_ns: int) -> None:
+        """Cancel a goal and stop; nothing happens where it is not the active one."""
+        if goal is self.active_goal:
+            self.end_goals(GoalStatus.CANCELED)
+            self.stop(record, time_ns)
+
+    def stop_on_demand(
+        self, goal: TrajectoryGoal | None, record: StateRecord, time_ns: int
+    ) -> None:
+        """Cancel what runs and stop; the goal that asked for it succeeds."""
+        self.end_goals(GoalStatus.CANCELED, 'an empty trajectory stopped the goal')
+        self.stop(record, time_ns)
+        if goal is not None:
+            goal.execute()
+            _finish(goal, GoalStatus.SUCCEEDED, 'stopped: success', TrajectoryErrorCode.SUCCESSFUL)
+
+    def stop(self, record: StateRecord, time_ns: int) -> None:
+        """Come to rest: by deceleration, by the ramp, or at the measured position at once."""
+        width = len(self.ahead)
+        measured = record.feedback
+        duration = self.parameters.stop_trajectory_duration
+        if self._brakes is not None:
+            motion = deceleration(measured[0], measured[1], self._brakes, width)
+        elif duration > 0.0:
+            reference = record.reference[: 2 * self.joints].reshape(2, -1)
+            motion = stop_ramp(reference[0], reference[1], duration, width)
+        else:
+            motion = standstill(measured[0], width)
+        self._set_motion(motion, 0.0, time_ns)
+        self.phase = Phase.HOLDING
+
+    def judge(self, record: StateRecord, time_ns: int) -> None:
+        """Compare the errors with the tolerances; end the goal when they decide it."""
+        if self.phase is Phase.HOLDING:
+            return
+        over = self.time - self.motion.end
+        verdict = self._judge.judge(record.error, over) if self.phase is Phase.RUNNING else None
+        if verdict is SUCCESS:
+            self._succeed()
+        if verdict is None or verdict is SUCCESS:
+            verdict = None if self._succeeded else timed_out(over, self.cmd_timeout)
+        if verdict is not None:
+            self._fail(verdict, record, time_ns)
+
+    def end_goals(
+        self,
+        status: GoalStatus,
+        message: str = '',
+        code: TrajectoryErrorCode = TrajectoryErrorCode.SUCCESSFUL,
+    ) -> None:
+        """End the active goal and the waiting one, and forget the waiting trajectory."""
+        waiting = self.scheduled.goal if self.scheduled is not None else None
+        self.scheduled = None
+        goal, self.goal = self.goal, None
+        for one in (goal, waiting):
+            if one is not None:
+                _finish(one, status, message, code)
+
+    def _preempt(self) -> None:
+        ros1 = self.parameters.compat == 'ros1'
+        self.end_goals(
+            GoalStatus.CANCELED if ros1 else GoalStatus.ABORTED,
+            'preempted: a new goal was accepted',
+            TrajectoryErrorCode.SUCCESSFUL if ros1 else TrajectoryErrorCode.INVALID_GOAL,
+        )
+
+    def _begin(self, request: StartRequest, record: StateRecord, time_ns: int) -> None:
+        time = (time_ns - request.stamp_ns) * 1e-9 if request.stamp_ns else 0.0
+        if request.goal is not None:
+            self.goal = request.goal
+        if time > request.prepared.end:
+            self.end_goals(
+                GoalStatus.ABORTED,
+                'the trajectory ended before it could be started',
+                TrajectoryErrorCode.INVALID_GOAL,
+            )
+            return
+        held = record.reference[: self.joints].copy()
+        parameters = self.parameters
+        desired = parameters.interpolate_from_desired_state or parameters.open_loop_control
+        state = record.reference.copy() if desired else record.measured_state()
+        start = request.start
+        if start is not None and start.measured.any():
+            rows = np.tile(start.measured, len(state) // self.joints)
+            state[rows] = record.measured_state()[rows]
+        motion = request.prepared.begin(
+            time, state, held, step=start is not None and start.jump
+        )
+        self._set_motion(motion, time, request.stamp_ns or time_ns)
+        self.phase = Phase.RUNNING
+        self._judge = self._new_judge((self.goal or request).tolerances)
+
+    def _set_motion(self, motion: Motion, time: float, begin_ns: int) -> None:
+        self.motion = motion
+        self.time = time
+        self.begin_ns = begin_ns
+        self._succeeded = False
+        self._times = []
+        self.ahead[:] = motion.at(time)
+
+    def _look_ahead(self, period: float, count: int = 2) -> None:
+        """Have so many references, the present one is the first, in the table."""
+        step = period * self.scaling
+        if self._row + count <= len(self._times) and step == self._step:
+            return
+        times = [self.time]
+        for _ in range(max(LOOK_AHEAD, count)):
+            times.append(times[-1] + step)
+        self._step, self._times, self._row = step, times, 0
+        self._table = self.motion.samples(np.array(times))
+        self._table[0] = self.ahead
+
+    def _go_to(self, row: int) -> None:
+        self._row = row
+        self.time = self._times[row]
+        self.ahead[:] = self._table[row]
+
+    def _new_judge(self, tolerances: SegmentTolerances) -> TrajectoryJudge:
+        parameters = self.parameters
+        return TrajectoryJudge(
+            parameters.joints, self._computed, tolerances, strict=parameters.compat == 'ros1'
+        )
+
+    def _succeed(self) -> None:
+        self.phase = Phase.SETTLED
+        goal, self.goal = self.goal, None
+        if goal is not None:
+            self._succeeded = True
+            self.motion.rest(self.joints)
+            self._times = []
+            _finish(goal, GoalStatus.SUCCEEDED, SUCCESS.text, SUCCESS.code)
+
+    def _fail(self, verdict: Verdict, record: StateRecord, time_ns: int) -> None:
+        text = f'{verdict.text}, {self.time:.3f} s after the start of the trajectory'
+        goal, self.goal = self.goal, None
+        if goal is not None:
+            _finish(goal, GoalStatus.ABORTED, text, verdict.code)
+            self._events.add(time_ns, 'error', 'goal_aborted', f'goal aborted: {text}')
+        else:
+            self._events.add(time_ns, 'error', 'tolerance', f'trajectory stopped: {text}')
+        self.stop(record, time_ns)
+
+
+def _finish(
+    goal: TrajectoryGoal, status: GoalStatus, message: str, code: TrajectoryErrorCode
+) -> None:
+    goal.finish(status, TrajectoryResult(code, message))

@@ -1,0 +1,265 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""
+One update of a trajectory controller: read, take requests up, judge, sample, write.
+
+This is the hot path; it allocates next to nothing and logs nothing while all goes well.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from armsim_ros.config.controllers.joint_trajectory_controller import (
+    JointTrajectoryControllerParameters,
+)
+from armsim_ros.control.command_writer import CommandWriter, compact
+from armsim_ros.control.controller import ControllerContext
+from armsim_ros.control.events import EventQueue
+from armsim_ros.control.joint_properties import JointProperties
+from armsim_ros.control.mailbox import Mailbox
+from armsim_ros.control.trajectory.controller_state import StateRecord, StateRing
+from armsim_ros.control.trajectory.execution import Phase, TrajectoryExecution
+from armsim_ros.control.trajectory.goal import (
+    GoalStatus,
+    TrajectoryErrorCode,
+    TrajectoryGoal,
+    TrajectoryResult,
+)
+from armsim_ros.control.trajectory.requests import (
+    CancelRequest,
+    Request,
+    StartRequest,
+    superseded,
+)
+from armsim_ros.control.trajectory.setup import command_timeout, stop_brakes
+from armsim_ros.control.trajectory.wraparound import wrap_in_place
+
+REQUESTS_PER_UPDATE = 64
+"""More have to wait for the next update, so that a burst does not delay this one."""
+
+
+class TrajectoryLoop:
+    """
+    The part of a trajectory controller that the control loop's thread runs.
+
+    :param current: gives the controller's parameters; the next update works with those that it
+        gives then.
+    :param context: hardware with states to read and commands to write.
+    """
+
+    def __init__(
+        self,
+        current: Callable[[], JointTrajectoryControllerParameters],
+        context: ControllerContext,
+        properties: JointProperties,
+        events: EventQueue,
+        time_ns: int,
+    ) -> None:
+        parameters, hardware = current(), context.hardware
+        states, commands = parameters.state_interfaces, parameters.command_interfaces
+        joints = len(parameters.joints)
+        width = joints * (4 if 'effort' in commands else 3)
+        velocity = 'velocity' in states and ('velocity' in commands or 'effort' in commands)
+        acceleration = velocity and 'acceleration' in states and 'acceleration' in commands
+        self._current, self._parameters = current, parameters
+        self.ring = StateRing(joints, width, 1 + velocity + acceleration)
+        self.writer = CommandWriter(parameters, hardware)
+        self.execution = TrajectoryExecution(
+            parameters,
+            width,
+            (True, velocity, acceleration),
+            stop_brakes(parameters, properties, events, time_ns),
+            events,
+        )
+        self._ahead = self.execution.ahead.reshape(-1, joints)
+        index = compact([hardware.index[name] for name in parameters.joints])
+        self._sources = [
+            (row, hardware.state.of(kind), index)
+            for row, kind in enumerate(('position', 'velocity', 'acceleration'))
+            if kind in states
+        ]
+        self._index, self._position = index, hardware.state.position
+        self._plan = hardware.plan
+        self._continuous = properties.continuous
+        self._wraps = len(properties.continuous) > 0
+        self._events = events
+        self._hardware = hardware
+        self.inbox: Mailbox[Request] = Mailbox(context.wake)
+        #: The pace that somebody wants, until an update takes it over.
+        self.wanted_scaling: float | None = None
+
+    def activate(self, time_ns: int) -> None:
+        """Hold where the last command is, or where the joints are."""
+        self.abort_pending('the controller was not active')
+        self._adopt_changes()
+        self.execution.cmd_timeout = command_timeout(self._parameters, self._events, time_ns)
+        self.writer.reset()
+        record = self.ring.open()
+        self._read(record)
+        hold = record.feedback[0].copy()
+        if self._parameters.set_last_command_interface_value_as_state_on_activation:
+            last = self.writer.last_positions()
+            known = np.isfinite(last)
+            hold[known] = last[known]
+        self.execution.hold(hold, time_ns)
+        record.reference[:] = self.execution.ahead
+        self._compare(record)
+        self._close(record, time_ns)
+
+    def deactivate(self, message: str) -> None:
+        """
+        End all goals and let go of the joints.
+
+        :param message: why, for those who wait for the goals.
+        """
+        self.execution.end_goals(GoalStatus.ABORTED, message, TrajectoryErrorCode.INVALID_GOAL)
+        self.abort_pending(message)
+        self.writer.release()
+
+    def update(self, time_ns: int, period: float) -> None:
+        """Run one update, see :meth:`Controller.update`."""
+        execution = self.execution
+        self._adopt_changes()
+        record = self._begin(time_ns)
+        execution.judge(record, time_ns)
+        self._note(record, time_ns)
+        execution.advance(period)
+        self.writer.write(self._ahead, record.error, record.output, period)
+        self.ring.close(record)
+
+    @property
+    def idle(self) -> bool:
+        """Whether another update would change nothing that is commanded."""
+        return (
+            self.execution.idle
+            and not self.inbox
+            and not self.writer.closes_loop
+            and self.wanted_scaling is None
+            and not self._pace_changes()
+            and self._current() is self._parameters
+        )
+
+    def plan(self, updates: int, period: float) -> int:
+        """Plan updates, see :meth:`Controller.plan`."""
+        if not self.writer.plans or self.inbox or self.wanted_scaling is not None:
+            return 0
+        if self._pace_changes():
+            return 0
+        if self._current() is not self._parameters:
+            return 0
+        weights = self.execution.path_check.weights
+        if weights is None:
+            return 0
+        coming = self.execution.coming(period, updates + 1)
+        if len(coming) < 2:
+            return 0
+        coming = coming.reshape(len(coming), -1, self._ahead.shape[1])
+        distance = (coming[0, 0] - self._position[self._index]) * weights
+        if not float(distance.dot(distance)) < 1.0:
+            return 0
+        planned = self.writer.plan(coming)
+        self._plan.expected[:planned, self._index] = coming[:planned, 0]
+        self._plan.weights[self._index] = weights
+        return planned
+
+    def land(self, updates: int) -> None:
+        """Be so many updates further along the plan."""
+        if updates:
+            self.execution.go_on(updates)
+            self.writer.write_planned(self._ahead)
+
+    def process_requests(self, time_ns: int) -> None:
+        """Take requests up while time stands still."""
+        self._adopt_changes()
+        if self.inbox:
+            self._close(self._begin(time_ns), time_ns)
+
+    def abort_pending(self, message: str) -> None:
+        """End the goals that nobody has taken up yet; any thread."""
+        for request in self.inbox.take_all():
+            goal = getattr(request, 'goal', None)
+            if isinstance(goal, TrajectoryGoal) and not isinstance(request, CancelRequest):
+                goal.finish(
+                    GoalStatus.ABORTED,
+                    TrajectoryResult(TrajectoryErrorCode.INVALID_GOAL, message),
+                )
+
+    def _begin(self, time_ns: int) -> StateRecord:
+        execution = self.execution
+        record = self.ring.open()
+        record.reference[:] = execution.ahead
+        self._read(record)
+        self._compare(record)
+        if self.inbox or execution.scheduled is not None:
+            self._take_requests(record, time_ns)
+            execution.start_scheduled(record, time_ns)
+            record.reference[:] = execution.ahead
+            self._compare(record)
+        return record
+
+    def _adopt_changes(self) -> None:
+        """Work with the parameters and the pace that are wanted now."""
+        parameters = self._current()
+        if parameters is not self._parameters:
+            self.writer.set_gains(self._parameters.gains, parameters.gains)
+            self._parameters = self.execution.parameters = parameters
+        factor = self.wanted_scaling
+        if factor is not None:
+            self.wanted_scaling = None
+            self.execution.scaling = factor
+        if self._pace_changes():
+            self.execution.scaling = self._hardware.given_states[parameters.speed_source]
+
+    def _pace_changes(self) -> bool:
+        """Whether the robot goes at another pace than at the last update."""
+        source = self._parameters.speed_source
+        factor = self._hardware.given_states.get(source, -1.0) if source else -1.0
+        return factor >= 0.0 and factor != self.execution.scaling
+
+    def _take_requests(self, record: StateRecord, time_ns: int) -> None:
+        execution = self.execution
+        requests = self.inbox.take(REQUESTS_PER_UPDATE)
+        passed = superseded(requests, time_ns)
+        for i, request in enumerate(requests):
+            if i in passed:
+                execution.pass_over(passed[i])
+            elif isinstance(request, StartRequest):
+                execution.take(request, record, time_ns)
+            elif isinstance(request, CancelRequest):
+                goal = request.goal or execution.active_goal
+                if goal is not None:
+                    execution.cancel(goal, record, time_ns)
+            else:
+                execution.stop_on_demand(request.goal, record, time_ns)
+            record.reference[:] = execution.ahead
+
+    def _read(self, record: StateRecord) -> None:
+        feedback = record.feedback
+        for row, values, index in self._sources:
+            feedback[row] = values[index]
+
+    def _compare(self, record: StateRecord) -> None:
+        reference, feedback, error = record.compared
+        np.subtract(reference, feedback, out=error)
+        if self._wraps:
+            wrap_in_place(error[0], self._continuous)
+
+    def _note(self, record: StateRecord, time_ns: int) -> None:
+        execution = self.execution
+        record.time_ns = time_ns
+        record.scaling = execution.scaling
+        record.goal = execution.active_goal
+        if execution.phase is Phase.HOLDING:
+            record.motion = None
+            record.desired_time = record.actual_time = 0.0
+        else:
+            record.motion = execution.motion
+            record.desired_time = execution.time
+            record.actual_time = (time_ns - execution.begin_ns) * 1e-9
+
+    def _close(self, record: StateRecord, time_ns: int) -> None:
+        self._note(record, time_ns)
+        self.ring.close(record)

@@ -1,0 +1,204 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""
+From waypoints to a motion that is sampled in every update.
+
+The segments between the waypoints do not depend on when the motion starts; they are computed
+where the trajectory arrives (:class:`PreparedTrajectory`). What leads from the current state to
+the first waypoint is added when the control loop takes it up (:class:`Motion`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from armsim_ros.arrays import Matrix, Vector
+from armsim_ros.control.trajectory import segments, wraparound
+from armsim_ros.control.trajectory.waypoints import Waypoints
+from armsim_ros.polynomials import DEGREE, QUINTIC
+
+TIME_RESOLUTION = 1e-9
+"""Times nearer than this are the same [s]."""
+
+
+class Motion:
+    """
+    A piecewise polynomial from a start time to an end time, and the state it ends in.
+
+    :param start: time of the first value [s].
+    :param ends: (k,) increasing end times of the segments [s]; empty stands still from start.
+    :param coefficients: (k, 6, w) as :mod:`segments` makes them.
+    :param final: (w,) values after the last segment.
+    """
+
+    __slots__ = ('_begins', '_coefficients', '_ends', '_rates', 'end', 'final', 'start')
+
+    def __init__(
+        self, start: float, ends: Sequence[float], coefficients: Matrix, final: Vector
+    ) -> None:
+        self.start = start
+        self.end = ends[-1] if len(ends) else start
+        self.final = final
+        self._ends = np.array(ends, dtype=np.float64)
+        self._begins = np.concatenate(([start], self._ends[:-1]))[: len(self._ends)]
+        self._rates = 1.0 / (self._ends - self._begins)
+        self._coefficients = coefficients
+
+    @classmethod
+    def standing(cls, final: Vector, time: float = 0.0) -> Motion:
+        """Return a motion that stands at (w,) ``final`` for ever."""
+        return cls(time, (), np.empty((0, DEGREE + 1, len(final))), final)
+
+    def over(self, time: float) -> bool:
+        """Return whether the final values hold from this time on [s]."""
+        return time > self.end or not len(self._ends)
+
+    def samples(self, times: Vector) -> Matrix:
+        """
+        Return the (k, w) values at some times; after the end the final values hold.
+
+        What comes out for a time does not depend on the other times, not by a bit.
+
+        :param times: (k,) [s].
+        """
+        if not len(self._ends):
+            return np.tile(self.final, (len(times), 1))
+        segment = np.minimum(np.searchsorted(self._ends, times), len(self._ends) - 1)
+        u = ((times - self._begins[segment]) * self._rates[segment])[:, None]
+        if segment[0] == segment[-1] and (len(segment) < 3 or (segment == segment[0]).all()):
+            powers = self._coefficients[segment[0]][:, None]
+        else:
+            powers = self._coefficients[segment].swapaxes(0, 1)
+        values: Matrix = powers[DEGREE] * u
+        for power in range(DEGREE - 1, 0, -1):
+            values += powers[power]
+            values *= u
+        values += powers[0]
+        values[times > self.end] = self.final
+        return values
+
+    def at(self, time: float) -> Vector:
+        """Return the (w,) values at a time [s]."""
+        values: Vector = self.samples(np.array([time]))[0]
+        return values
+
+    def rest(self, joints: int) -> None:
+        """Stand still after the end, whatever velocity the last point gave."""
+        final = self.final.copy()
+        final[joints : 3 * joints] = 0.0
+        self.final = final
+
+
+class PreparedTrajectory:
+    """
+    Waypoints with the segments between them, ready to be started.
+
+    :param waypoints: as validated; may lack positions that are only known at the start.
+    :param continuous: indices of the joints that turn without end.
+    :param splines: False for the interpolation method ``none``.
+    :param effort: whether effort is part of the motion.
+    :param rest_at_end: stand still after the last point, whatever velocity it gives.
+    """
+
+    def __init__(
+        self,
+        waypoints: Waypoints,
+        continuous: NDArray[np.intp] | None = None,
+        *,
+        splines: bool = True,
+        effort: bool = False,
+        rest_at_end: bool = False,
+    ) -> None:
+        self.waypoints = waypoints
+        self._continuous = np.empty(0, dtype=np.intp) if continuous is None else continuous
+        self._splines = splines
+        self._effort = effort
+        self._rest_at_end = rest_at_end
+        self._between: Matrix | None = None
+        if waypoints.complete:
+            self._between = segments.between(waypoints, splines=splines, effort=effort)
+
+    @property
+    def end(self) -> float:
+        """Time of the last point [s]."""
+        return float(self.waypoints.times[-1])
+
+    def begin(self, time: float, state: Vector, held: Vector, *, step: bool = False) -> Motion:
+        """
+        Return the motion from a state on.
+
+        Points that are in the past are left out; the first that is not is reached by a segment
+        from ``state``. A point at ``time`` itself gives the derivatives that the motion starts
+        with, and with ``step`` its position too. Joints that turn without end take the short
+        way: the whole trajectory is moved by whole turns, the state is not.
+
+        :param time: trajectory time of ``state`` [s], at most the last point's.
+        :param state: (3n,) or (4n,) position, velocity, acceleration (and effort).
+        :param held: (n,) positions of the joints that the trajectory does not name.
+        """
+        joints = len(held)
+        full, between = self.waypoints, self._between
+        if between is None:
+            full = full.held(held).integrated(time, state[: 3 * joints].reshape(3, joints))
+            between = segments.between(full, splines=self._splines, effort=self._effort)
+        times = full.times
+        first = int(np.searchsorted(times, time + TIME_RESOLUTION, side='right'))
+        at_start = first > 0 and math.isclose(times[first - 1], time, abs_tol=TIME_RESOLUTION)
+        nearest = full.positions[first - 1 if at_start else first]
+        offset = np.zeros(joints)
+        offset[self._continuous] = wraparound.whole_turns(
+            (nearest - state[:joints])[self._continuous]
+        )
+        if offset.any():
+            full = full.shifted(offset)
+            between = between.copy()
+            between[:, 0, :joints] -= offset
+        final = segments.values(full, effort=self._effort)[-1]
+        if self._rest_at_end:
+            final[joints : 3 * joints] = 0.0
+        if first == len(times):
+            return Motion.standing(final, time)
+        lead_in = self._lead_in(full, first, time, state, at_start=at_start, step=step)
+        return Motion(
+            time, times[first:].tolist(), np.concatenate((lead_in, between[first:])), final
+        )
+
+    def _lead_in(
+        self,
+        full: Waypoints,
+        first: int,
+        time: float,
+        state: Vector,
+        *,
+        at_start: bool,
+        step: bool,
+    ) -> Matrix:
+        joints = len(full.named)
+        states = state[: 3 * joints].reshape(3, 1, joints).copy()
+        level = QUINTIC
+        if at_start:
+            row = first - 1
+            level = int(full.levels[row])
+            states[1:, 0] = np.nan_to_num((full.velocities[row], full.accelerations[row]))
+            if step:
+                states[0, 0] = full.positions[row]
+        if not self._splines:
+            width = joints * (4 if self._effort else 3)
+            if at_start:
+                return segments.step_coefficients(
+                    segments.values(full, effort=self._effort)[first : first + 1]
+                )
+            return segments.step_coefficients(state[None, :width])
+        rows = slice(first, first + 1)
+        ends = np.stack((full.positions[rows], full.velocities[rows], full.accelerations[rows]))
+        levels = np.minimum(full.levels[rows], level)
+        durations = full.times[rows] - time
+        c = segments.spline_coefficients(durations, levels, states, ends)
+        if self._effort:
+            effort = full.effort[first - 1 : first] if at_start else state[None, 3 * joints :]
+            c = segments.with_effort(c, effort, full.effort[rows])
+        return c

@@ -1,0 +1,165 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""
+Which trajectories a controller takes.
+
+Checks come in the order of ros2_controllers' joint_trajectory_controller; those that it does
+not have (names given twice, numbers that are not finite, a negative first time, limits of the
+joints, steps to the first point) come last.
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+
+from armsim_ros.config.controllers.joint_trajectory_controller import (
+    JointTrajectoryControllerParameters,
+)
+from armsim_ros.control.joint_properties import JointProperties
+from armsim_ros.control.trajectory.goal import RefusedTrajectoryError, TrajectoryErrorCode
+from armsim_ros.control.trajectory.limit_checks import check_limits
+from armsim_ros.control.trajectory.waypoints import Waypoints
+from armsim_ros.errors import nearest
+from armsim_ros.trajectory import JointTrajectory, TrajectoryPoint
+
+STANDING = 1.2e-7
+"""A slower velocity at the last point counts as none [rad/s or m/s]; FLT_EPSILON upstream."""
+
+FIELDS = ('positions', 'velocities', 'accelerations', 'effort')
+
+
+def validate(
+    trajectory: JointTrajectory,
+    parameters: JointTrajectoryControllerParameters,
+    properties: JointProperties,
+    now_ns: int,
+) -> Waypoints:
+    """
+    Return a trajectory's waypoints in controller order.
+
+    :param now_ns: the present time [ns].
+    :raises RefusedTrajectoryError: the first thing that is wrong.
+    """
+    joints = parameters.joints
+    names, points = trajectory.joint_names, trajectory.points
+    if len(names) != len(joints) and not parameters.allow_partial_joints_goal:
+        raise RefusedTrajectoryError(
+            f'the trajectory names {len(names)} joints ({_listed(names)}), the controller has '
+            f'{len(joints)} ({_listed(joints)}), and allow_partial_joints_goal is false',
+            TrajectoryErrorCode.INVALID_JOINTS,
+        )
+    if not names:
+        raise RefusedTrajectoryError(
+            'the trajectory names no joint', TrajectoryErrorCode.INVALID_JOINTS
+        )
+    if not points:
+        raise RefusedTrajectoryError('the trajectory has no points')
+    _check_names(names, joints)
+    _check_end(trajectory, parameters)
+    if trajectory.stamp_ns and trajectory.duration * 1e9 < now_ns - trajectory.stamp_ns:
+        raise RefusedTrajectoryError(
+            f'the trajectory ended {(now_ns - trajectory.stamp_ns) * 1e-9 - trajectory.duration:g}'
+            f' s ago: its stamp is {trajectory.stamp_ns * 1e-9:.3f} s, it lasts '
+            f'{trajectory.duration:g} s, and it is {now_ns * 1e-9:.3f} s now; '
+            'a stamp of 0 starts it at once',
+            TrajectoryErrorCode.OLD_HEADER_TIMESTAMP,
+        )
+    _check_times(points)
+    for i, point in enumerate(points):
+        _check_sizes(i, point, len(names), parameters)
+    _check_numbers(trajectory)
+    waypoints = Waypoints.of(trajectory, joints)
+    if parameters.enforce_joint_limits:
+        check_limits(waypoints, properties)
+    return waypoints
+
+
+def _check_names(names: tuple[str, ...], joints: tuple[str, ...]) -> None:
+    for name in names:
+        if name not in joints:
+            hint = nearest(name, joints)
+            raise RefusedTrajectoryError(
+                f"joint '{name}' is not one of the controller's joints ({_listed(joints)})"
+                f'{"; " if hint else ""}{hint}',
+                TrajectoryErrorCode.INVALID_JOINTS,
+            )
+        if names.count(name) > 1:
+            raise RefusedTrajectoryError(
+                f"joint '{name}' is named {names.count(name)} times",
+                TrajectoryErrorCode.INVALID_JOINTS,
+            )
+
+
+def _check_end(
+    trajectory: JointTrajectory, parameters: JointTrajectoryControllerParameters
+) -> None:
+    if parameters.allow_nonzero_velocity_at_trajectory_end:
+        return
+    for name, velocity in zip(trajectory.joint_names, trajectory.points[-1].velocities):  # noqa: B905
+        if abs(velocity) > STANDING:
+            raise RefusedTrajectoryError(
+                f"the last point moves joint '{name}' with velocity {velocity:g}; allowed: 0, "
+                'unless allow_nonzero_velocity_at_trajectory_end is true'
+            )
+
+
+def _check_times(points: tuple[TrajectoryPoint, ...]) -> None:
+    for i, (before, point) in enumerate(pairwise(points), start=1):
+        if not point.time_from_start > before.time_from_start:
+            raise RefusedTrajectoryError(
+                f'time_from_start of point {i} is {point.time_from_start:g} s, not after the '
+                f'{before.time_from_start:g} s of point {i - 1}; allowed: increasing times'
+            )
+    if not points[0].time_from_start >= 0.0:
+        raise RefusedTrajectoryError(
+            f'time_from_start of point 0 is {points[0].time_from_start:g} s; allowed: 0 or more'
+        )
+    if not np.isfinite(points[-1].time_from_start):
+        raise RefusedTrajectoryError('time_from_start of the last point is not finite')
+
+
+def _check_sizes(
+    i: int, point: TrajectoryPoint, count: int, parameters: JointTrajectoryControllerParameters
+) -> None:
+    for field in FIELDS:
+        size = len(getattr(point, field))
+        if size not in (0, count):
+            raise RefusedTrajectoryError(
+                f'point {i} has {size} {field} for {count} joints; allowed: {count} or none'
+            )
+    if not len(point.positions):
+        if not parameters.allow_integration_in_goal_trajectories:
+            raise RefusedTrajectoryError(
+                f'point {i} has no positions; allowed: {count}, unless '
+                'allow_integration_in_goal_trajectories is true'
+            )
+        if not (len(point.velocities) or len(point.accelerations)):
+            raise RefusedTrajectoryError(
+                f'point {i} has neither positions nor velocities nor accelerations'
+            )
+    if len(point.effort) and 'effort' not in parameters.command_interfaces:
+        raise RefusedTrajectoryError(
+            f'point {i} has efforts, but the controller commands '
+            f'{_listed(parameters.command_interfaces)} only; leave effort empty'
+        )
+
+
+def _check_numbers(trajectory: JointTrajectory) -> None:
+    everything = [getattr(point, field) for point in trajectory.points for field in FIELDS]
+    if np.isfinite(np.concatenate(everything)).all():
+        return
+    for i, point in enumerate(trajectory.points):
+        for field in FIELDS:
+            values = getattr(point, field)
+            if not np.isfinite(values).all():
+                j = int(np.flatnonzero(~np.isfinite(values))[0])
+                raise RefusedTrajectoryError(
+                    f'point {i} has {values[j]} among its {field}, for joint '
+                    f"'{trajectory.joint_names[j]}'; allowed: finite numbers"
+                )
+
+
+def _listed(names: tuple[str, ...]) -> str:
+    return ', '.join(names) if names else 'none'

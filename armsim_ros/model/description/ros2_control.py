@@ -1,0 +1,260 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What a URDF says of its hardware: ``<ros2_control>``, and Gazebo's plugin for it."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+import math
+import re
+
+from armsim_ros.errors import nearest, Problem, Severity
+from armsim_ros.model.description.xml_tree import Report, XmlElement
+from armsim_ros.model.robot_model import HardwareJoint, HardwareSensor, HardwareSystem, Joint
+
+_PARAMETERS = re.compile(r'<parameters>\s*([^<]*?)\s*</parameters>')
+_TRUE, _FALSE = ('true', '1'), ('false', '0')
+_KINDS = ('system', 'actuator', 'sensor')
+#: What a joint here can be commanded by; a tag may name more, which nobody can claim.
+_QUANTITIES = ('position', 'velocity', 'acceleration', 'effort')
+#: What a sensor here can measure; others of its interfaces keep their initial value.
+_MEASURED = frozenset(f'{what}.{axis}' for what, axes in (
+    ('force', 'xyz'), ('torque', 'xyz'), ('orientation', 'xyzw'), ('angular_velocity', 'xyz'),
+    ('linear_acceleration', 'xyz'), ('position', 'xyz')) for axis in axes)
+#: Plugins whose own parameters act here, too.
+_MOCKS = ('mock_components/GenericSystem', 'fake_components/GenericSystem')
+
+
+def plugin_parameters(urdf: str) -> list[str]:
+    """Return the files of controllers that Gazebo's plugin is given in a URDF."""
+    return list(dict.fromkeys(_PARAMETERS.findall(urdf)))
+
+
+@dataclass
+class _Interfaces:
+    """What one element declares."""
+
+    commands: list[str] = field(default_factory=list)
+    states: list[str] = field(default_factory=list)
+    initial: dict[str, float] = field(default_factory=dict)
+    bounds: dict[str, tuple[float, float]] = field(default_factory=dict)
+
+
+def read_hardware(root: XmlElement, links: Collection[str], joints: Mapping[str, Joint],
+                  report: Report) -> tuple[HardwareSystem, ...]:
+    """
+    Return the hardware that a URDF declares, one entry a tag.
+
+    :param links: of the URDF; sensors measure in the frames of these.
+    :param joints: of the URDF; a tag that names others is a mistake.
+    """
+    frames = _gazebo_frames(root, links, joints)
+    found: list[HardwareSystem] = []
+    owners: dict[str, str] = {}
+    for element in root.all('ros2_control'):
+        system = _read_system(element, {**{name: name for name in links}, **frames}, joints,
+                              report)
+        if any(one.name == system.name for one in found):
+            report.error(f"hardware '{system.name}' is there twice", element.where,
+                         remedy='give each <ros2_control> a name of its own')
+            continue
+        shared: dict[str, list[str]] = {}
+        for joint in system.joints:
+            for interface in (f'{joint.name}/{command}' for command in joint.commands):
+                if interface in owners:
+                    shared.setdefault(owners[interface], []).append(interface)
+                owners[interface] = system.name
+        for other, interfaces in shared.items():
+            report.error(
+                f"hardware '{other}' and '{system.name}' both have the command interfaces "
+                f"{', '.join(interfaces)}", element.where,
+                remedy='remove them from one of them, or choose one with an argument of the xacro')
+        found.append(system)
+    return tuple(found)
+
+
+def _gazebo_frames(root: XmlElement, links: Collection[str], joints: Mapping[str, Joint]
+                   ) -> dict[str, str]:
+    """Return name -> link of the sensors that Gazebo is told of."""
+    found = {}
+    for element in root.all('gazebo'):
+        place = element.get('reference')
+        link = joints[place].child if place in joints else place
+        if link in links:
+            found.update({sensor.get('name'): link for sensor in element.all('sensor')})
+    return found
+
+
+def _read_system(element: XmlElement, frames: Mapping[str, str], joints: Mapping[str, Joint],
+                 report: Report) -> HardwareSystem:
+    name = element.get('name') or 'hardware'
+    kind = element.get('type').lower() or 'system'
+    if kind not in _KINDS:
+        report.ignored(f"hardware '{name}' is of type '{kind}'", element.where,
+                       'use one of ' + ', '.join(_KINDS))
+    hardware = element.first('hardware')
+    holder = hardware.first('plugin') if hardware is not None else None
+    plugin = holder.content if holder is not None else ''
+    report.problems.append(Problem(
+        f"hardware '{name}' ({plugin or 'without plugin'}) is simulated", element.where,
+        severity=Severity.CHANGED))
+    read = [_read_joint(part, joints, report) for part in element.all('joint')]
+    parameters = {} if hardware is None else {
+        part.get('name'): part.content for part in hardware.all('param')}
+    mock = _Mock.of(plugin, parameters)
+    states: dict[str, float] = {}
+    commands: list[str] = []
+    sensors = []
+    end = _end_of_chain([one.name for one in read if one is not None], joints)
+    for part in (*element.all('sensor'), *element.all('gpio')):
+        content, owner = _interfaces(part, report), part.get('name')
+        states.update({f'{owner}/{state}': content.initial.get(state, 0.0)
+                       for state in content.states})
+        commanded = content.states if part.tag in mock.commanded else content.commands
+        commands += [f'{owner}/{command}' for command in commanded]
+        if part.tag == 'sensor' and _MEASURED.intersection(content.states):
+            sensors.append(_read_sensor(part, content.states, frames, end, report))
+    return HardwareSystem(
+        name, kind, plugin, tuple(one for one in read if one is not None), states,
+        tuple(commands), tuple(one for one in sensors if one is not None), parameters,
+        deaf=mock.deaf, offset=mock.offset)
+
+
+@dataclass(frozen=True)
+class _Mock:
+    """
+    What the original's mock hardware is told to do.
+
+    :param commanded: tags whose states can be commanded, sensor or gpio.
+    """
+
+    commanded: tuple[str, ...] = ()
+    deaf: bool = False
+    offset: float = 0.0
+
+    @classmethod
+    def of(cls, plugin: str, parameters: Mapping[str, str]) -> _Mock:
+        """Return what a component is told; other plugins have parameters of their own."""
+        if plugin not in _MOCKS:
+            return cls()
+
+        def is_on(*names: str) -> bool:
+            return any(parameters.get(name, '').lower() in _TRUE for name in names)
+
+        commanded = [tag for tag in ('sensor', 'gpio')
+                     if is_on(f'mock_{tag}_commands', f'fake_{tag}_commands')]
+        text = parameters.get('position_state_following_offset',
+                              parameters.get('state_following_offset', '0'))
+        try:
+            offset = float(text)
+        except ValueError:
+            offset = 0.0
+        if parameters.get('custom_interface_with_following_offset') or not math.isfinite(offset):
+            offset = 0.0
+        return cls(tuple(commanded), is_on('disable_commands'), offset)
+
+
+def _end_of_chain(names: Sequence[str], joints: Mapping[str, Joint]) -> str:
+    """Return the link at the end of the joints, '' where they are no chain."""
+    below = {joint.child: name for name, joint in joints.items()}
+    for name in reversed(names):
+        way, link = set(), joints[name].child
+        while link in below and below[link] not in way:
+            way.add(below[link])
+            link = joints[below[link]].parent
+        if way.issuperset(names):
+            return joints[name].child
+    return ''
+
+
+def _read_sensor(element: XmlElement, states: Iterable[str], frames: Mapping[str, str],
+                 end: str, report: Report) -> HardwareSensor | None:
+    """
+    Return where a sensor measures.
+
+    That is its ``frame_id``, else where Gazebo has one of its name, else the end of the arm.
+    """
+    name = element.get('name')
+    named = next((part.content for part in element.all('param')
+                  if part.get('name') == 'frame_id'), name)
+    frame = frames.get(named) or frames.get(name) or end
+    if not frame:
+        report.info(f"sensor '{name}' measures nothing: neither a <param name='frame_id'> nor a "
+                    '<gazebo> element says which link it is on', element.where)
+        return None
+    return HardwareSensor(name, frame, tuple(one for one in states if one in _MEASURED))
+
+
+def _read_joint(element: XmlElement, joints: Mapping[str, Joint], report: Report
+                ) -> HardwareJoint | None:
+    name = element.get('name')
+    joint = joints.get(name)
+    if joint is None:
+        report.error(f"<ros2_control> has a joint '{name}', which is not in the URDF",
+                     element.where, remedy=nearest(name, tuple(joints)))
+        return None
+    if not joint.movable:
+        report.error(f"<ros2_control> has the joint '{name}', which is {joint.type.value}",
+                     element.where, remedy='remove it there')
+        return None
+    content = _interfaces(element, report)
+    mimic = element.get('mimic').lower()
+    if mimic in _TRUE and joint.mimic is None:
+        report.ignored(f"joint '{name}' has mimic='true' and no <mimic> in the URDF",
+                       element.where, 'add <mimic joint=.../> to the URDF')
+    follows = joint.mimic is not None and mimic not in _FALSE
+    commands = tuple(content.commands)
+    if follows and commands:
+        report.ignored(
+            f"joint '{name}' follows another one and has the command interface "
+            f'{", ".join(commands)}, which nobody can claim', element.where,
+            "remove it, or free the joint with mimic='false'")
+        commands = ()
+    limits = element.first('limits')
+    enabled = limits is None or limits.get('enable', 'true').lower() not in _FALSE
+    return HardwareJoint(
+        name, commands, tuple(content.states), content.initial.get('position'),
+        {kind: bounds for kind, bounds in content.bounds.items() if kind in _QUANTITIES},
+        limited=enabled, free=joint.mimic is not None and not follows)
+
+
+def _interfaces(element: XmlElement, report: Report) -> _Interfaces:
+    found = _Interfaces()
+    for part in element.all('command_interface'):
+        kind = part.get('name')
+        found.commands.append(kind)
+        lower, upper = _parameter(part, 'min', report), _parameter(part, 'max', report)
+        limits = part.first('limits')
+        switched_off = limits is not None and limits.get('enable').lower() in _FALSE
+        if not switched_off and (lower is not None or upper is not None):
+            found.bounds[kind] = (-math.inf if lower is None else lower,
+                                  math.inf if upper is None else upper)
+        initial = _parameter(part, 'initial_value', report)
+        if initial is not None:
+            found.initial.setdefault(kind, initial)
+    for part in element.all('state_interface'):
+        kind = part.get('name')
+        found.states.append(kind)
+        initial = _parameter(part, 'initial_value', report)
+        if initial is not None:
+            found.initial[kind] = initial
+    return found
+
+
+def _parameter(element: XmlElement, name: str, report: Report) -> float | None:
+    """Return a ``<param>`` as a number, None where it is absent or none."""
+    holder = next((part for part in element.all('param') if part.get('name') == name), None)
+    if holder is None or not holder.content:
+        return None
+    try:
+        value = float(holder.content)
+    except ValueError:
+        value = math.nan
+    if math.isnan(value):
+        report.ignored(f"<param name='{name}'> is '{holder.content}', which is no number",
+                       holder.where)
+        return None
+    return value
+
+

@@ -1,0 +1,241 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""URDF text to a checked tree of links and joints."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+from armsim_ros.errors import Location, nearest, Problem
+from armsim_ros.model.description.ros2_control import read_hardware
+from armsim_ros.model.description.urdf_geometry import (
+    Color,
+    MeshReader,
+    read_color,
+    read_inertial,
+    read_shapes,
+    Scale,
+)
+from armsim_ros.model.description.urdf_joints import read_joint, read_transmissions, Transmission
+from armsim_ros.model.description.xml_tree import parse_xml, Report, unknown, XmlElement
+from armsim_ros.model.geometry import Mesh
+from armsim_ros.model.inertia import implausible, inertial_of, reach_of
+from armsim_ros.model.robot_model import HardwareSystem, Inertial, Joint, JointType, Link
+from armsim_ros.model.tree import tree_order
+
+_KNOWN_TAGS = ('link', 'joint', 'material', 'transmission', 'gazebo', 'ros2_control', 'mujoco')
+
+
+@dataclass(frozen=True, eq=False)
+class UrdfContent:
+    """
+    What a URDF holds.
+
+    :param links: by name, in tree order.
+    :param joints: by name, in tree order; children of one link in the order of their names.
+    :param transmissions: noted, they choose hardware interfaces.
+    :param places: 'link x' or 'joint x' -> where it is written.
+    :param plugin_namespaces: robotNamespace of Gazebo's plugins, without slashes -> its place.
+    :param problems: warnings and remarks; mistakes were raised.
+    :param hardware: what ``<ros2_control>`` declares.
+    """
+
+    name: str
+    root_link: str
+    links: dict[str, Link]
+    joints: dict[str, Joint]
+    transmissions: tuple[Transmission, ...]
+    places: dict[str, Location]
+    problems: tuple[Problem, ...]
+    plugin_namespaces: dict[str, Location] = field(default_factory=dict)
+    hardware: tuple[HardwareSystem, ...] = ()
+
+
+def parse_urdf(text: str, file: str, *, read_mesh: MeshReader,
+               read_visual_mesh: MeshReader | None = None) -> UrdfContent:
+    """
+    Parse a URDF.
+
+    :param text: the text after xacro.
+    :param file: the name that messages give.
+    :param read_mesh: reads collision meshes.
+    :param read_visual_mesh: reads visual meshes; None leaves them out.
+    :raises ModelError: with every mistake.
+    """
+    root = parse_xml(text, file)
+    report = Report()
+    if root.tag != 'robot':
+        report.error(f'the root element is <{root.tag}>', root.where, '<robot>')
+        report.raise_mistakes()
+    places: dict[str, Location] = {}
+    materials = _materials(root, report)
+    elements = _named(root, 'link', places, report)
+    links = {name: Link(
+        name, read_inertial(element, report),
+        read_shapes(element, 'collision', materials, read_mesh, report),
+        read_shapes(element, 'visual', materials, read_visual_mesh or _no_mesh, report),
+    ) for name, element in elements.items()}
+    report.join_equal("link '{}' has no collision geometry: ",
+                      'the links {} have no collision geometry: ')
+    joints: dict[str, Joint] = {}
+    for name, element in _named(root, 'joint', places, report).items():
+        joint = read_joint(element, report)
+        if joint is not None:
+            joints[name] = joint
+    root_link = _check_tree(root, links, joints, places, report)
+    _check_mimics(joints, places, report)
+    hardware = read_hardware(root, links, joints, report)
+    for one in (one for system in hardware for one in system.joints if one.free):
+        joints[one.name] = replace(joints[one.name], mimic=None)
+    transmissions = read_transmissions(root, report)
+    _check_transmissions(transmissions, joints, root.where, report)
+    _remark_others(root, report)
+    report.raise_mistakes()
+    link_order, joint_order = tree_order(root_link, joints)
+    repaired = {name: _repair(links[name], joints, places[f'link {name}'], report)
+                for name in link_order}
+    return UrdfContent(
+        root.get('name') or 'robot', root_link, repaired,
+        {name: joints[name] for name in joint_order},
+        transmissions, places, tuple(report.problems), _plugin_namespaces(root), hardware)
+
+
+def _no_mesh(uri: str, scale: Scale) -> Mesh | None:
+    return None
+
+
+def _materials(root: XmlElement, report: Report) -> dict[str, Color]:
+    found = {}
+    for element in root.all('material'):
+        color = read_color(element, report)
+        if color is not None:
+            found[element.get('name')] = color
+    return found
+
+
+def _named(root: XmlElement, tag: str, places: dict[str, Location],
+           report: Report) -> dict[str, XmlElement]:
+    found: dict[str, XmlElement] = {}
+    for element in root.all(tag):
+        name = element.get('name')
+        if not name:
+            report.error(f'<{tag}> has no name', element.where)
+        elif name in found:
+            report.error(f"{tag} '{name}' is there twice, first in line "
+                         f'{found[name].where.line}', element.where,
+                         remedy='rename or remove one of them')
+        else:
+            found[name] = element
+            places[f'{tag} {name}'] = element.where
+    return found
+
+
+def _check_tree(root: XmlElement, links: dict[str, Link], joints: dict[str, Joint],
+                places: dict[str, Location], report: Report) -> str:
+    """Return the root link; report what keeps the links from being one tree."""
+    if not links:
+        report.error('the robot has no links', root.where)
+        return ''
+    parents: dict[str, str] = {}
+    for name, joint in joints.items():
+        where = places[f'joint {name}']
+        for end, link in (('parent', joint.parent), ('child', joint.child)):
+            if link not in links:
+                what, hint = unknown('link', link, tuple(links))
+                report.error(f"{end} of joint '{name}': {what}", where, remedy=hint)
+        if joint.child in parents:
+            report.error(f"link '{joint.child}' is the child of two joints, "
+                         f"'{parents[joint.child]}' and '{name}'", where,
+                         'a tree: each link has one parent')
+        parents[joint.child] = name
+    roots = [name for name in links if name not in parents]
+    if not roots:
+        report.error('the links go round in a loop, none is without a parent', root.where)
+    elif len(roots) > 1:
+        report.error(f"{len(roots)} links have no parent: {', '.join(roots)}",
+                     places[f'link {roots[1]}'], 'one root link',
+                     f"join '{roots[1]}' to the others by a joint")
+    elif not report.mistakes:
+        loose = [name for name in links if name not in tree_order(roots[0], joints)[0]]
+        if loose:
+            report.error(f"the links {', '.join(loose)} go round in a loop",
+                         places[f'link {loose[0]}'])
+    return roots[0] if roots else ''
+
+
+def _check_mimics(joints: dict[str, Joint], places: dict[str, Location],
+                  report: Report) -> None:
+    for name, joint in joints.items():
+        seen = [name]
+        leader = joint
+        while leader.mimic is not None:
+            target = leader.mimic.joint
+            where = places[f'joint {leader.name}']
+            if target not in joints:
+                what, hint = unknown('joint', target, tuple(joints))
+                if leader is joint:
+                    report.error(f"joint '{name}' mimics another: {what}", where, remedy=hint)
+                break
+            if target in seen:
+                report.error(f"joint '{name}' mimics itself, by way of "
+                             f"{' -> '.join([*seen, target])}", where)
+                break
+            seen.append(target)
+            leader = joints[target]
+
+
+def _plugin_namespaces(root: XmlElement) -> dict[str, Location]:
+    return {name.content.strip('/'): name.where for gazebo in root.all('gazebo')
+            for plugin in gazebo.all('plugin') for name in plugin.all('robotNamespace')}
+
+
+def _check_transmissions(transmissions: tuple[Transmission, ...], joints: dict[str, Joint],
+                         where: Location, report: Report) -> None:
+    for one in transmissions:
+        if one.joint not in joints:
+            report.warning(f"transmission '{one.name}': joint '{one.joint}' is not in the URDF; "
+                           'it has no effect', where, nearest(one.joint, tuple(joints)))
+
+
+def _remark_others(root: XmlElement, report: Report) -> None:
+    """List what Gazebo or others read and this program does not."""
+    for element in root.children:
+        if element.tag == 'gazebo':
+            target = element.get('reference')
+            tags = ', '.join(dict.fromkeys(child.tag for child in element.children)) or 'nothing'
+            report.info('<gazebo' + (f" reference='{target}'" if target else '')
+                        + f'> is not used here ({tags})', element.where)
+        elif element.tag not in _KNOWN_TAGS:
+            hint = nearest(element.tag, _KNOWN_TAGS)
+            report.warning(f'<{element.tag}> is not known and has no effect', element.where, hint)
+
+
+def _repair(link: Link, joints: dict[str, Joint], where: Location, report: Report) -> Link:
+    """Return the link with mass properties that a simulation can work with."""
+    shapes = link.collisions or link.visuals
+    inertial = link.inertial
+    if inertial is None:
+        moved = any(joint.child == link.name and joint.type is not JointType.FIXED
+                    for joint in joints.values())
+        if not moved and not link.collisions:
+            return link
+        reason = 'it has no <inertial>'
+        made = inertial_of(shapes)
+    else:
+        reason = implausible(inertial, reach_of(shapes, inertial.origin[:3, 3]))
+        if not reason:
+            return link
+        if _is_massless_frame(inertial, link):
+            return replace(link, inertial=None)
+        made = inertial_of(shapes, inertial.mass if inertial.mass > 0.0 else None)
+    values = ', '.join(f'{value:.3g}' for value in made.inertia.diagonal())
+    report.warning(
+        f"link '{link.name}': {reason}; taken instead: mass {made.mass:.3g} kg, inertia "
+        f'{values} kg*m^2' + (' from its shape' if shapes else ''), where,
+        'give it an <inertial>' if inertial is None else 'correct its <inertial>')
+    return replace(link, inertial=made)
+
+
+def _is_massless_frame(inertial: Inertial, link: Link) -> bool:
+    """Whether a link without shapes was given zeros: it is only a frame."""
+    return inertial.mass == 0.0 and not link.collisions and not link.visuals

@@ -1,0 +1,183 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Joints of a URDF, and the transmissions that name their hardware interface."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+import math
+
+import numpy as np
+
+from armsim_ros.arrays import Matrix
+from armsim_ros.errors import nearest
+from armsim_ros.model.description.urdf_geometry import read_origin
+from armsim_ros.model.description.xml_tree import read_number, read_numbers, Report, XmlElement
+from armsim_ros.model.robot_model import Joint, JointLimits, JointType, Mimic
+
+_TYPES = tuple(kind.value for kind in JointType)
+_BOUNDED = (JointType.REVOLUTE, JointType.PRISMATIC)
+_WITH_AXIS = (*_BOUNDED, JointType.CONTINUOUS, JointType.PLANAR)
+
+
+@dataclass(frozen=True, slots=True)
+class Transmission:
+    """
+    What a URDF says of a joint's motor.
+
+    :param interfaces: the hardware interfaces, 'position', 'velocity' or 'effort'.
+    :param reduction: gear ratio; noted, the simulated joints have no gears.
+    """
+
+    name: str
+    joint: str
+    interfaces: tuple[str, ...]
+    reduction: float = 1.0
+
+
+def read_joint(element: XmlElement, report: Report) -> Joint | None:
+    """Return a joint, None where its name, type or links are wrong; mistakes are reported."""
+    name = element.get('name')
+    if not name:
+        report.error('<joint> has no name', element.where)
+        return None
+    kind = element.get('type')
+    if kind not in _TYPES:
+        report.error(f"joint '{name}' has the type '{kind}'", element.where, ', '.join(_TYPES),
+                     nearest(kind, _TYPES))
+        return None
+    ends = [_linked(element, end, report) for end in ('parent', 'child')]
+    if not all(ends):
+        return None
+    joint_type = JointType(kind)
+    dynamics = element.first('dynamics')
+    return Joint(
+        name, joint_type, ends[0], ends[1], read_origin(element, report),
+        _axis(element, joint_type, report), _limits(element, joint_type, report),
+        _mimic(element, report),
+        *(() if dynamics is None else _dynamics(name, dynamics, report)))
+
+
+def read_transmissions(robot: XmlElement, report: Report) -> tuple[Transmission, ...]:
+    """Return what the URDF's ``<transmission>`` elements say, one entry a joint."""
+    found = []
+    for element in robot.all('transmission'):
+        reductions = [part for holder in element.children if holder.tag in ('actuator', 'joint')
+                      for part in holder.all('mechanicalReduction')]
+        reduction = _reduction(reductions, report)
+        for joint in element.all('joint'):
+            interfaces = []
+            for part in joint.all('hardwareInterface'):
+                word = part.content.rsplit('/', 1)[-1]
+                kind = word.removesuffix('JointInterface').lower()
+                if kind in ('position', 'velocity', 'effort', 'posvel', 'posvelacc'):
+                    interfaces.append(kind)
+                else:
+                    report.warning(
+                        f"hardware interface '{part.content}' of joint '{joint.get('name')}' is "
+                        'not known and has no effect', part.where)
+            found.append(Transmission(element.get('name'), joint.get('name'),
+                                      tuple(interfaces), reduction))
+    return tuple(found)
+
+
+def _reduction(elements: list[XmlElement], report: Report) -> float:
+    for element in elements:
+        try:
+            value = float(element.content)
+        except ValueError:
+            value = math.nan
+        if math.isfinite(value) and value != 0.0:
+            return value
+        report.warning(f"mechanicalReduction '{element.content}' is no number other than 0; "
+                       'it has no effect', element.where)
+    return 1.0
+
+
+def _linked(element: XmlElement, end: str, report: Report) -> str:
+    holder = element.first(end)
+    link = holder.get('link') if holder is not None else ''
+    if not link:
+        report.error(f"joint '{element.get('name')}' has no <{end} link=...>", element.where)
+    return link
+
+
+def _axis(element: XmlElement, kind: JointType, report: Report) -> Matrix:
+    holder = element.first('axis')
+    given = (1.0, 0.0, 0.0) if holder is None else read_numbers(
+        holder, 'xyz', 3, report, (1.0, 0.0, 0.0))
+    axis = np.array(given, dtype=np.float64)
+    length = float(np.linalg.norm(axis))
+    if length < 1e-9:
+        if kind in _WITH_AXIS:
+            report.error(f"the axis of joint '{element.get('name')}' has length 0",
+                         (holder or element).where)
+        return np.array([1.0, 0.0, 0.0])
+    return axis / length
+
+
+def _limits(element: XmlElement, kind: JointType, report: Report) -> JointLimits:
+    name, holder = element.get('name'), element.first('limit')
+    if holder is None:
+        if kind in _BOUNDED:
+            report.error(
+                f"joint '{name}' is {kind.value} and has no <limit>", element.where,
+                remedy='add <limit lower=... upper=... effort=... velocity=.../>, or make it '
+                       'continuous')
+        return JointLimits()
+    if kind in _BOUNDED:
+        for key in ('effort', 'velocity'):
+            if key not in holder.attributes:
+                report.error(f"<limit> of joint '{name}' has no '{key}'", holder.where)
+    lower, upper = -math.inf, math.inf
+    if kind in _BOUNDED:
+        lower = read_number(holder, 'lower', report, 0.0) or 0.0
+        upper = read_number(holder, 'upper', report, 0.0) or 0.0
+        if lower > upper:
+            report.error(f"joint '{name}' has lower {lower:g} above upper {upper:g}",
+                         holder.where)
+            lower, upper = upper, lower
+        elif lower == upper:
+            report.warning(f"joint '{name}' cannot move: lower and upper are both {lower:g}",
+                           holder.where, 'give it a range, or make it fixed')
+    return JointLimits(lower, upper, _bound(holder, 'velocity', name, report),
+                       effort=_bound(holder, 'effort', name, report))
+
+
+def _bound(holder: XmlElement, key: str, joint: str, report: Report) -> float:
+    """Return a bound that is not negative; 0, which exporters write for unknown, is none."""
+    value = read_number(holder, key, report)
+    if value is None:
+        return math.inf
+    if value < 0.0:
+        report.ignored(f"{key} limit of joint '{joint}' is {value:g}, which is taken as no limit",
+                       holder.where, 'give a number above 0')
+    if value == 0.0:
+        report.warning(f"{key} limit of joint '{joint}' is 0, which would hold it still; it is "
+                       'taken as no limit', holder.where, 'give the real value')
+    return value if value > 0.0 else math.inf
+
+
+def _mimic(element: XmlElement, report: Report) -> Mimic | None:
+    holder = element.first('mimic')
+    if holder is None:
+        return None
+    joint = holder.get('joint')
+    if not joint:
+        report.error(f"<mimic> of joint '{element.get('name')}' names no joint", holder.where)
+        return None
+    multiplier = read_number(holder, 'multiplier', report, 1.0)
+    offset = read_number(holder, 'offset', report, 0.0)
+    return Mimic(joint, 1.0 if multiplier is None else multiplier, offset or 0.0)
+
+
+def _dynamics(joint: str, holder: XmlElement, report: Report) -> tuple[float, float]:
+    """Return damping and friction."""
+    values = []
+    for key in ('damping', 'friction'):
+        value = read_number(holder, key, report, 0.0) or 0.0
+        if value < 0.0:
+            report.error(f"{key} of joint '{joint}' is {value:g}", holder.where,
+                         'a number not below 0')
+        values.append(max(value, 0.0))
+    return values[0], values[1]

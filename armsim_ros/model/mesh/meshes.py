@@ -1,0 +1,128 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Mesh files to triangles: STL in both forms and OBJ; others through a library."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from armsim_ros.errors import ResourceError
+from armsim_ros.model.geometry import Mesh
+from armsim_ros.model.mesh.mesh_cache import cached
+from armsim_ros.model.mesh.mesh_library import ENDINGS, read_mesh_file
+from armsim_ros.packages import Packages
+from armsim_ros.resources import resolve_uri
+
+LARGEST_MESH = 200 << 20
+#: Smaller files are read as quickly as what is kept of them.
+WORTH_KEEPING = 200 << 10
+
+Vertices = NDArray[np.float64]
+Triangles = NDArray[np.int64]
+
+
+def load_mesh(uri: str, scale: tuple[float, float, float] = (1.0, 1.0, 1.0), *,
+              packages: Packages | Iterable[Path] = (), base: Path | None = None,
+              within: Iterable[Path] | None = None) -> Mesh:
+    """
+    Read a mesh.
+
+    :param uri: ``package://``, ``file://`` or a path.
+    :param scale: factors of x, y, z; a negative one mirrors, and the triangles turn with it.
+    :param packages: where packages are looked for.
+    :param base: the folder that a relative path starts from.
+    :param within: the folders that a mesh may lie in; None allows all.
+    :raises ResourceError: where there is no such file, or it holds no triangles that we read.
+    """
+    file = resolve_uri(uri, packages, base=base, within=within)
+    ending = file.suffix.lower()
+    if ending not in (*_READERS, *ENDINGS):
+        raise ResourceError(
+            f"mesh '{uri}': {file.suffix or 'a file without ending'} is not read; allowed: "
+            f"{', '.join((*_READERS, *ENDINGS))}; convert it once, e.g. python -c \"import "
+            f"trimesh; trimesh.load('{file.name}', force='mesh').export('{file.stem}.stl')\"")
+    if file.stat().st_size > LARGEST_MESH:
+        raise ResourceError(f"mesh '{uri}' is larger than {LARGEST_MESH >> 20} MiB")
+    try:
+        read = _READERS.get(ending)
+        if read is None:
+            vertices, triangles = read_mesh_file(file)
+        else:
+            data = file.read_bytes()
+            large = len(data) >= WORTH_KEEPING
+            vertices, triangles = cached(data, ending, read) if large else read(data)
+    except (ValueError, IndexError) as error:
+        raise ResourceError(f"mesh '{uri}' cannot be read: {error}") from None
+    if len(triangles) == 0:
+        raise ResourceError(f"mesh '{uri}' has no triangles")
+    if not np.isfinite(vertices).all():
+        raise ResourceError(f"mesh '{uri}' has a vertex that is not finite")
+    factors = np.asarray(scale, dtype=np.float64)
+    if np.prod(factors) < 0.0:
+        triangles = triangles[:, ::-1]
+    return Mesh(vertices * factors, np.ascontiguousarray(triangles), uri)
+
+
+def _read_stl(data: bytes) -> tuple[Vertices, Triangles]:
+    count = int.from_bytes(data[80:84], 'little') if len(data) >= 84 else -1
+    if len(data) == 84 + 50 * count:
+        corners = _binary_corners(data, count)
+    elif data.lstrip()[:5].lower() == b'solid':
+        corners = _text_corners(data)
+    else:
+        raise ValueError(f'{len(data)} bytes do not fit the {count} triangles that it announces')
+    return _join_equal(corners)
+
+
+def _binary_corners(data: bytes, count: int) -> Vertices:
+    record = np.dtype([('normal', '<f4', 3), ('corners', '<f4', (3, 3)), ('attribute', '<u2')])
+    table = np.frombuffer(data, dtype=record, count=count, offset=84)
+    return table['corners'].reshape(-1, 3).astype(np.float64)
+
+
+def _text_corners(data: bytes) -> Vertices:
+    words = data.split()
+    places = [i for i, word in enumerate(words) if word.lower() == b'vertex']
+    if len(places) % 3:
+        raise ValueError(f'{len(places)} vertices are no whole number of triangles')
+    numbers = [[float(word) for word in words[i + 1:i + 4]] for i in places]
+    return np.array(numbers, dtype=np.float64).reshape(-1, 3)
+
+
+def _join_equal(corners: Vertices) -> tuple[Vertices, Triangles]:
+    """Return vertices without doubles; (3 t, 3) corners make t triangles."""
+    vertices, index = np.unique(corners, axis=0, return_inverse=True)
+    return vertices, index.reshape(-1, 3).astype(np.int64)
+
+
+def _read_obj(data: bytes) -> tuple[Vertices, Triangles]:
+    vertices: list[list[float]] = []
+    triangles: list[tuple[int, int, int]] = []
+    for line in data.decode('utf-8', errors='replace').splitlines():
+        words = line.split()
+        if not words:
+            continue
+        if words[0] == 'v':
+            vertices.append([float(word) for word in words[1:4]])
+        elif words[0] == 'f':
+            face = [_obj_index(word, len(vertices)) for word in words[1:]]
+            triangles += [(face[0], face[i], face[i + 1]) for i in range(1, len(face) - 1)]
+    table = np.array(triangles, dtype=np.int64).reshape(-1, 3)
+    if len(table) and (table.min() < 0 or table.max() >= len(vertices)):
+        raise ValueError('a face names a vertex that is not there')
+    return np.array(vertices, dtype=np.float64).reshape(-1, 3), table
+
+
+def _obj_index(word: str, count: int) -> int:
+    """Return the index from 0 of ``v``, ``v/t/n``; negative ones count from the end."""
+    number = int(word.split('/')[0])
+    return number - 1 if number > 0 else count + number
+
+
+_READERS: dict[str, Callable[[bytes], tuple[Vertices, Triangles]]] = {
+    '.stl': _read_stl, '.obj': _read_obj,
+}

@@ -1,0 +1,137 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The action ``execute_task_solution``: the parts of a task, one after the other."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from moveit_task_constructor_msgs.action import ExecuteTaskSolution as Action
+from moveit_task_constructor_msgs.msg import SubTrajectory
+from rclpy.action.server import ServerGoalHandle
+from sensor_msgs.msg import JointState, MultiDOFJointState
+
+from armsim_ros.errors import MoveItErrorCode, PlanningError
+from armsim_ros.execution.controller_selection import controlled_joints, select_controllers
+from armsim_ros.execution.rules import check_sizes
+from armsim_ros.nodes.conversions.trajectory import trajectory_from_message
+from armsim_ros.nodes.move_group.action_server import MoveGroupActionServer
+from armsim_ros.nodes.move_group.context import Context
+from armsim_ros.nodes.move_group.execution.execution import Watch
+from armsim_ros.nodes.move_group.execution.trajectory_execution import TrajectoryExecutionManager
+from armsim_ros.nodes.move_group.failures import fill_error, reported
+from armsim_ros.nodes.move_group.scene.planning_scene import apply_scene_message
+from armsim_ros.trajectory import JointTrajectory
+
+SOURCE = 'execute_task_solution'
+
+
+class ExecuteTaskSolution:
+    """
+    Runs solutions of MoveIt Task Constructor.
+
+    All parts are checked before the first one moves anything. What a part changes in the scene
+    is changed when its motion has ended well; a part that fails ends the whole.
+
+    :param context: the parts of move_group.
+    :param execution: sends trajectories to the controllers.
+    """
+
+    def __init__(self, context: Context, execution: TrajectoryExecutionManager) -> None:
+        self._context = context
+        self._execution = execution
+        self._grouped = {
+            joint
+            for group in context.robot.semantic.groups.values()
+            for joint in group.active_joints
+        }
+        self._server = MoveGroupActionServer(context, Action, SOURCE, self._execute)
+
+    async def _execute(self, goal: ServerGoalHandle) -> Any:
+        result = Action.Result()
+        fill_error(result.error_code, MoveItErrorCode.FAILURE, 'not executed', SOURCE)
+        with reported(self._context.logger, SOURCE, result.error_code):
+            parts = goal.request.solution.sub_trajectory
+            trajectories = self._checked(parts)
+            await self._run(goal, parts, trajectories)
+            fill_error(result.error_code, MoveItErrorCode.SUCCESS, '', SOURCE)
+        self._server.end(goal, result.error_code.val)
+        return result
+
+    def _checked(self, parts: Sequence[SubTrajectory]) -> list[JointTrajectory]:
+        """
+        Return the motions of all parts.
+
+        :raises PlanningError: the first part that cannot be executed, and why.
+        """
+        trajectories = []
+        for number, part in enumerate(parts):
+            trajectory = trajectory_from_message(part.trajectory.joint_trajectory)
+            trajectories.append(trajectory)
+            if trajectory.points:
+                try:
+                    self._check(trajectory, part.execution_info.controller_names)
+                except PlanningError as error:
+                    raise _in_part(number, parts, error.code, str(error)) from None
+        return trajectories
+
+    def _check(self, trajectory: JointTrajectory, names: Sequence[str]) -> None:
+        strangers = [name for name in trajectory.joint_names if name not in self._grouped
+                     and not self._follows(name)]  # fmt: skip
+        if strangers:
+            raise PlanningError(
+                MoveItErrorCode.INVALID_MOTION_PLAN,
+                f'no planning group has {", ".join(strangers)}; groups: '
+                f'{", ".join(self._context.robot.semantic.groups) or "none"}',
+            )
+        check_sizes(trajectory)
+        select_controllers(
+            controlled_joints(trajectory.joint_names, self._context.robot),
+            self._context.settings.moveit_controllers,
+            names=tuple(names),
+        )
+
+    def _follows(self, name: str) -> bool:
+        """Return whether a joint of the robot has no position of its own to command."""
+        joint = self._context.robot.joints.get(name)
+        return joint is not None and not joint.active
+
+    async def _run(
+        self,
+        goal: ServerGoalHandle,
+        parts: Sequence[SubTrajectory],
+        trajectories: Sequence[JointTrajectory],
+    ) -> None:
+        for number, (part, trajectory) in enumerate(zip(parts, trajectories, strict=True)):
+            outcome = await self._execution.queued(
+                trajectory,
+                Watch(cancelled=lambda: goal.is_cancel_requested),
+                part.execution_info.controller_names,
+            )
+            if not outcome.success:
+                raise _in_part(number, parts, outcome.code, outcome.message)
+            if goal.is_cancel_requested:
+                raise _in_part(number, parts, MoveItErrorCode.PREEMPTED, 'cancelled by the client')
+            goal.publish_feedback(Action.Feedback(sub_id=number, sub_no=len(parts)))
+            await self._change_scene(number, part)
+
+    async def _change_scene(self, number: int, part: SubTrajectory) -> None:
+        """Apply what a part changes; where the joints are, the robot itself tells."""
+        scene = part.scene_diff
+        scene.robot_state.joint_state = JointState()
+        scene.robot_state.multi_dof_joint_state = MultiDOFJointState()
+        if not (scene.is_diff or scene.world.collision_objects or scene.name
+                or scene.robot_model_name or scene.allowed_collision_matrix.entry_names
+                or scene.robot_state.attached_collision_objects):  # fmt: skip
+            return  # a message as it was made says nothing, not that the scene is empty
+        await apply_scene_message(self._context, scene, f'{SOURCE}: part {number}')
+
+
+def _in_part(
+    number: int, parts: Sequence[SubTrajectory], code: int, text: str
+) -> PlanningError:
+    """Return an error that names the part, by number and by what its stage says of it."""
+    comment = parts[number].info.comment
+    name = f" ('{comment}')" if comment else ''
+    return PlanningError(code, f'part {number} of {len(parts)}{name}: {text}', SOURCE)

@@ -1,0 +1,52 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The action ``execute_trajectory``."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from moveit_msgs.action import ExecuteTrajectory as Action
+from rclpy.action.server import ServerGoalHandle
+
+from armsim_ros.errors import MoveItErrorCode
+from armsim_ros.nodes.conversions.trajectory import trajectory_from_message
+from armsim_ros.nodes.move_group.action_server import MoveGroupActionServer
+from armsim_ros.nodes.move_group.context import Context
+from armsim_ros.nodes.move_group.execution.execution import Watch
+from armsim_ros.nodes.move_group.execution.trajectory_execution import TrajectoryExecutionManager
+from armsim_ros.nodes.move_group.failures import fill_error, reported
+
+
+class ExecuteTrajectory:
+    """
+    Runs trajectories that a client has; goals wait for each other.
+
+    :param context: the parts of move_group.
+    :param execution: sends them to the controllers.
+    """
+
+    def __init__(self, context: Context, execution: TrajectoryExecutionManager) -> None:
+        """Make the server; every goal is accepted, every cancel too."""
+        self._context = context
+        self._execution = execution
+        self._server = MoveGroupActionServer(context, Action, 'execute_trajectory', self._execute)
+
+    async def _execute(self, goal: ServerGoalHandle) -> Any:
+        result = Action.Result()
+        fill_error(result.error_code, MoveItErrorCode.FAILURE, 'not executed', 'execution')
+        goal.publish_feedback(Action.Feedback(state='MONITOR'))
+        with reported(self._context.logger, 'execute_trajectory', result.error_code):
+            outcome = await self._execution.queued(
+                trajectory_from_message(goal.request.trajectory.joint_trajectory),
+                Watch(cancelled=lambda: goal.is_cancel_requested),
+                goal.request.controller_names,
+            )
+            fill_error(result.error_code, outcome.code, outcome.message, 'execution')
+            if not outcome.success:
+                self._context.logger.error(f'execute_trajectory: {outcome.message}')
+        sentence = result.error_code.message or 'Solution was found and executed.'
+        goal.publish_feedback(Action.Feedback(state=sentence))
+        goal.publish_feedback(Action.Feedback(state='IDLE'))
+        self._server.end(goal, result.error_code.val)
+        return result

@@ -1,0 +1,328 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""One trajectory at its controllers, from the choice of them to the robot at rest."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+from armsim_ros.config.move_group.moveit_controllers import MoveItControllerSettings
+from armsim_ros.errors import MoveItErrorCode, PlanningError
+from armsim_ros.execution.controller_selection import (
+    controlled_joints,
+    select_controllers,
+    split_trajectory,
+)
+from armsim_ros.execution.rules import (
+    allowed_duration,
+    check_sizes,
+    check_start,
+    settled,
+    unwound,
+)
+from armsim_ros.nodes.move_group.context import Context
+from armsim_ros.nodes.move_group.execution.controller_handles import (
+    ControllerHandle,
+    ControllerRun,
+)
+from armsim_ros.trajectory import JointTrajectory
+
+SOURCE = 'trajectory_execution'
+#: Waits [s] of wall time: for a state newer than the request, a controller's action, its answer
+#: to a goal, the end of what was cancelled, and the robot at rest.
+STATE_TIMEOUT, CONNECT_TIMEOUT, ANSWER_TIMEOUT, STOP_TIMEOUT, SETTLE_TIMEOUT = 1, 1, 5, 1, 1
+#: A controller that cannot be seen for so long is gone [s].
+LOST_TIMEOUT = 2.0
+ARRIVED = 0.02
+LATE_RESULT = 2.0
+REPLACED = 'replaced by a newer trajectory for the same controller'
+#: Wall time in which a result comes that was sent when simulated time leapt [s].
+LEAP_TIME = 0.5
+
+
+@dataclass(frozen=True, slots=True)
+class ExecutionOutcome:
+    """How an execution ended."""
+
+    code: MoveItErrorCode
+    message: str = ''
+
+    @property
+    def success(self) -> bool:
+        """Whether the robot arrived."""
+        return self.code == MoveItErrorCode.SUCCESS
+
+
+@dataclass(slots=True)
+class Watch:
+    """
+    What may end an execution before its time.
+
+    :param cancelled: whether the client wants it to stop.
+    :param invalid: [s] since the start -> why the rest of the path is no longer valid, or ''.
+    :param observe: told [s] since the start, every 20 ms.
+    """
+
+    cancelled: Callable[[], bool] = lambda: False
+    invalid: Callable[[float], str] = lambda elapsed: ''
+    observe: Callable[[float], None] = lambda elapsed: None
+
+
+class _EndedError(Exception):
+    """Ends an execution before its time."""
+
+    def __init__(self, code: MoveItErrorCode, message: str) -> None:
+        super().__init__(message)
+        self.outcome = ExecutionOutcome(code, message)
+
+
+class Execution:
+    """
+    Runs one trajectory; every wait in it ends, and every way out cancels what it has started.
+
+    :param context: the parts of move_group.
+    :param handles: the controllers by name.
+    :param watch: what may end it.
+    """
+
+    def __init__(
+        self, context: Context, handles: Mapping[str, ControllerHandle], watch: Watch
+    ) -> None:
+        self._context = context
+        self._handles = handles
+        self._watch = watch
+        self._runs: list[ControllerRun] = []
+        self._stopped = self._replaced = False
+
+    def stop(self) -> None:
+        """End it as soon as it looks."""
+        self._stopped = True
+
+    def replace(self) -> None:
+        """Let it end when its controllers take a newer goal."""
+        self._replaced = True
+
+    async def run(
+        self,
+        trajectory: JointTrajectory,
+        names: Sequence[str] = (),
+        *,
+        start_checked: bool = False,
+    ) -> ExecutionOutcome:
+        """
+        Run the trajectory, and return how that ended.
+
+        :param names: of the controllers to use; empty for a choice by joints.
+        :param start_checked: whether it is known to begin where the robot was when it came.
+        """
+        try:
+            self._context.check_ending(SOURCE)
+            await self._start(await self._prepared(trajectory, names, start_checked))
+            outcome = await self._until_done(trajectory)
+            if outcome.success:
+                await self._come_to_rest()
+        except PlanningError as error:
+            outcome = ExecutionOutcome(MoveItErrorCode(error.code), str(error))
+        except _EndedError as ending:
+            outcome = ending.outcome
+        finally:
+            for run in self._runs:
+                run.cancel()
+        await self._ended()
+        return outcome
+
+    async def _prepared(
+        self, trajectory: JointTrajectory, names: Sequence[str], start_checked: bool
+    ) -> list[tuple[MoveItControllerSettings, JointTrajectory]]:
+        context, settings = self._context, self._context.execution_settings
+        if not settings.allow_trajectory_execution:
+            raise PlanningError(
+                MoveItErrorCode.CONTROL_FAILED,
+                'trajectory execution is switched off: allow_trajectory_execution is false',
+                SOURCE,
+            )
+        check_sizes(trajectory)
+        selected = select_controllers(
+            controlled_joints(trajectory.joint_names, context.robot),
+            context.settings.moveit_controllers,
+            names=tuple(names),
+        )
+        if settings.allowed_start_tolerance > 0.0 and not start_checked:
+            newer = context.states.newer_than(context.states.now_ns(), STATE_TIMEOUT)
+            await self._wait(newer.done, STATE_TIMEOUT)
+            check_start(
+                trajectory,
+                context.states.positions,
+                context.robot,
+                settings.allowed_start_tolerance,
+                settings.allowed_start_tolerance_joints,
+            )
+        whole = unwound(trajectory, context.states.positions, context.robot)
+        return list(split_trajectory(whole, selected))
+
+    async def _start(
+        self, parts: Sequence[tuple[MoveItControllerSettings, JointTrajectory]]
+    ) -> None:
+        for info, _ in parts:
+            handle = self._handles[info.name]
+            if not await self._wait(lambda handle=handle: handle.connected, CONNECT_TIMEOUT):
+                raise PlanningError(
+                    MoveItErrorCode.CONTROL_FAILED,
+                    f"action '{info.action_name}' of controller '{info.name}' is not connected; "
+                    'is the controller active?',
+                    SOURCE,
+                )
+        self._runs = [self._handles[info.name].send(part) for info, part in parts]
+        answered = await self._wait(
+            lambda: all(run.answered for run in self._runs)
+            or any(run.rejected for run in self._runs),
+            ANSWER_TIMEOUT,
+        )
+        for run in self._runs:
+            if run.rejected:
+                raise PlanningError(
+                    MoveItErrorCode.CONTROL_FAILED,
+                    f"controller '{run.name}' rejected the trajectory; its log says why",
+                    SOURCE,
+                )
+        if not answered:
+            silent = ', '.join(f"'{run.name}'" for run in self._runs if not run.answered)
+            raise PlanningError(
+                MoveItErrorCode.CONTROL_FAILED,
+                f'controller {silent} has not answered for {ANSWER_TIMEOUT} s whether it takes '
+                'the trajectory; does its program hang? It is cancelled as soon as it does',
+                SOURCE,
+            )
+
+    async def _until_done(self, trajectory: JointTrajectory) -> ExecutionOutcome:
+        states = self._context.states
+        start_ns = states.now_ns()
+        limit = self._limit(trajectory)
+        seen = self._context.clock()
+        while not all(run.done for run in self._runs):
+            await self._context.ticker.next()
+            elapsed = (states.now_ns() - start_ns) * 1e-9
+            self._watch.observe(elapsed)
+            if any(run.failed for run in self._runs):
+                break
+            self._check_ending()
+            late = limit + LATE_RESULT if self._arrived(trajectory) else limit
+            # Where time leaps, the controllers' answers are still on their way.
+            if elapsed > late and not await self._wait(self._has_ended, LEAP_TIME):
+                return ExecutionOutcome(
+                    MoveItErrorCode.TIMED_OUT,
+                    f'the controllers took longer than the {late:.2f} s that are allowed '
+                    '(duration * allowed_execution_duration_scaling + '
+                    'allowed_goal_duration_margin)',
+                )
+            if all(self._handles[run.name].connected for run in self._runs):
+                seen = self._context.clock()
+            elif self._context.clock() - seen > LOST_TIMEOUT:
+                return ExecutionOutcome(MoveItErrorCode.CONTROL_FAILED, 'a controller is gone')
+            invalid = self._watch.invalid(elapsed)
+            if invalid:
+                return ExecutionOutcome(
+                    MoveItErrorCode.MOTION_PLAN_INVALIDATED_BY_ENVIRONMENT_CHANGE, invalid
+                )
+        failed = next((run for run in self._runs if run.failed), None)
+        if failed is None:
+            return ExecutionOutcome(MoveItErrorCode.SUCCESS)
+        if self._replaced:
+            return ExecutionOutcome(MoveItErrorCode.PREEMPTED, REPLACED)
+        if failed.canceled:
+            return ExecutionOutcome(
+                MoveItErrorCode.PREEMPTED, f"controller '{failed.name}': the goal was cancelled"
+            )
+        return ExecutionOutcome(
+            MoveItErrorCode.CONTROL_FAILED, f"controller '{failed.name}': {failed.failure}"
+        )
+
+    def _has_ended(self) -> bool:
+        return all(run.done for run in self._runs) or any(run.failed for run in self._runs)
+
+    # ---------------------------------------------------------------- waits
+
+    async def _wait(self, ready: Callable[[], bool], seconds: float) -> bool:
+        """
+        Wait until something is so, [s] of wall time at most; return whether it is.
+
+        :raises _EndedError: the execution is to end.
+        """
+        deadline = self._context.clock() + seconds
+        while not ready():
+            self._check_ending()
+            if self._context.clock() > deadline:
+                return False
+            await self._context.ticker.next()
+        return True
+
+    def _check_ending(self) -> None:
+        if self._watch.cancelled():
+            raise _EndedError(MoveItErrorCode.PREEMPTED, 'cancelled by the client')
+        if self._context.ending:
+            raise _EndedError(MoveItErrorCode.FAILURE, self._context.ending)
+        if self._stopped:
+            raise _EndedError(MoveItErrorCode.PREEMPTED, "stopped by a 'stop' event")
+        if self._replaced and not self._runs:
+            raise _EndedError(MoveItErrorCode.PREEMPTED, REPLACED)
+
+    async def _ended(self) -> None:
+        """Wait, a second at most, until everything that was cancelled has ended."""
+        deadline = self._context.clock() + STOP_TIMEOUT
+        while running := [run.name for run in self._runs if not run.done]:
+            if self._context.ending:
+                return  # the client is told while there is time
+            if self._context.clock() > deadline:
+                self._context.logger.warning(
+                    f"{SOURCE}: controller {', '.join(map(repr, running))} has not told for "
+                    f'{STOP_TIMEOUT} s that it has stopped; the robot may still move'
+                )
+                return
+            await self._context.ticker.next()
+
+    async def _come_to_rest(self) -> None:
+        context, settings = self._context, self._context.execution_settings
+        if not settings.wait_for_trajectory_completion:
+            return
+        tolerance = settings.allowed_start_tolerance or 0.01
+        seen: deque[dict[str, float]] = deque(maxlen=3)
+        count = context.states.count
+
+        def at_rest() -> bool:
+            nonlocal count
+            if context.states.count != count:
+                count = context.states.count
+                seen.append(dict(context.states.positions))
+            return len(seen) == seen.maxlen and settled(tuple(seen), tolerance)
+
+        if not await self._wait(at_rest, SETTLE_TIMEOUT):
+            context.logger.warning('the robot still moves 1 s after the trajectory has ended')
+
+    # ---------------------------------------------------------------- limits
+
+    def _limit(self, trajectory: JointTrajectory) -> float:
+        """Return how long [s] the slowest part may take."""
+        settings = self._context.execution_settings
+        if not settings.execution_duration_monitoring:
+            return float('inf')
+        limits = []
+        for run in self._runs:
+            own = self._handles[run.name].settings
+            scaling = own.allowed_execution_duration_scaling
+            margin = own.allowed_goal_duration_margin
+            limits.append(
+                allowed_duration(
+                    trajectory,
+                    settings.allowed_execution_duration_scaling if scaling is None else scaling,
+                    settings.allowed_goal_duration_margin if margin is None else margin,
+                )
+            )
+        return max(limits)
+
+    def _arrived(self, trajectory: JointTrajectory) -> bool:
+        """Return whether the robot is where a trajectory ends: then only the result is late."""
+        measured = self._context.states.positions
+        ends = zip(trajectory.joint_names, trajectory.points[-1].positions, strict=True)
+        return all(abs(measured.get(name, float('inf')) - end) < ARRIVED for name, end in ends)

@@ -1,0 +1,222 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Which trajectory is executed when."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from armsim_ros.errors import MoveItErrorCode, PlanningError
+from armsim_ros.execution.controller_selection import controlled_joints, select_controllers
+from armsim_ros.execution.rules import check_sizes, check_start, continues
+from armsim_ros.nodes.move_group.context import Context
+from armsim_ros.nodes.move_group.execution.controller_handles import HANDLES
+from armsim_ros.nodes.move_group.execution.execution import Execution, ExecutionOutcome, Watch
+from armsim_ros.planning.collision.collision_model import CollisionChecker
+from armsim_ros.planning.collision.motion_proof import meeting
+from armsim_ros.planning.scene.planning_scene import PlanningScene
+from armsim_ros.trajectory import JointTrajectory
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Turn:
+    """
+    A trajectory that runs or waits.
+
+    :param controllers: names of those that it needs; none where nobody can run it.
+    :param begin_ns: when it began to run [ns].
+    """
+
+    execution: Execution
+    trajectory: JointTrajectory
+    controllers: frozenset[str]
+    begin_ns: int = 0
+
+
+class TrajectoryExecutionManager:
+    """
+    Starts executions and stops them all.
+
+    Those that need other controllers run at once, where what they sweep does not meet. Of those
+    that share a controller one that begins where the robot is takes the place of the one that
+    runs; any other one waits until it has ended.
+
+    :param context: the parts of move_group.
+    """
+
+    def __init__(self, context: Context) -> None:
+        self._context = context
+        self._handles = {
+            settings.name: HANDLES[settings.type](context.node, settings, context.ticker.wake)
+            for settings in context.settings.moveit_controllers
+        }
+        self._running: list[_Turn] = []
+        self._waiting: deque[_Turn] = deque()
+        self._stops = 0
+        self._checker: CollisionChecker | None = None
+
+    @property
+    def busy(self) -> bool:
+        """Whether a trajectory is being executed."""
+        return bool(self._running)
+
+    def stop(self) -> bool:
+        """Stop all motion, whoever asked for it; False where nothing moves."""
+        self._stops += 1
+        for turn in self._running:
+            turn.execution.stop()
+        self._context.ticker.wake()
+        return self.busy
+
+    async def queued(
+        self, trajectory: JointTrajectory, watch: Watch, names: Sequence[str] = ()
+    ) -> ExecutionOutcome:
+        """Run a trajectory in place of what runs, or after those that share a controller."""
+        turn, stops = self._turn(trajectory, watch, names), self._stops
+        if self._takes_over(turn):
+            return await self.run(trajectory, watch, names, takes_over=True)
+        self._waiting.append(turn)
+        try:
+            while True:
+                if watch.cancelled():
+                    return ExecutionOutcome(
+                        MoveItErrorCode.PREEMPTED, 'cancelled while it waited its turn'
+                    )
+                if self._stops != stops:
+                    return ExecutionOutcome(
+                        MoveItErrorCode.PREEMPTED, "stopped by a 'stop' event in the queue"
+                    )
+                if not (self._rivals(turn) or self._waits_behind(turn)):
+                    break
+                await self._context.ticker.next()
+        finally:
+            self._waiting.remove(turn)
+        return await self.run(trajectory, watch, names)
+
+    async def run(
+        self,
+        trajectory: JointTrajectory,
+        watch: Watch,
+        names: Sequence[str] = (),
+        *,
+        takes_over: bool = False,
+    ) -> ExecutionOutcome:
+        """
+        Run a trajectory now.
+
+        :param trajectory: an empty one is a success at once.
+        :param names: of the controllers to use; empty for a choice by joints.
+        :param takes_over: whether it replaces those that share a controller; it begins where the
+            robot is.
+        :returns: CONTROL_FAILED while another one runs that shares a controller with it, or that
+            it would meet.
+        """
+        if not trajectory.points:
+            return ExecutionOutcome(MoveItErrorCode.SUCCESS)
+        turn = self._turn(trajectory, watch, names)
+        rivals = self._rivals(turn)
+        if rivals and not takes_over:
+            return ExecutionOutcome(
+                MoveItErrorCode.CONTROL_FAILED, 'another trajectory is being executed'
+            )
+        others = tuple(other for other in self._running if other not in rivals)
+        self._running.append(turn)
+        try:
+            if others:
+                sentence = await self._meeting(turn, others)
+                if sentence:
+                    return ExecutionOutcome(MoveItErrorCode.CONTROL_FAILED, sentence)
+            for rival in rivals:
+                rival.execution.replace()
+            return await turn.execution.run(trajectory, names, start_checked=takes_over)
+        finally:
+            self._running.remove(turn)
+            self._context.ticker.wake()
+
+    def _turn(
+        self, trajectory: JointTrajectory, watch: Watch, names: Sequence[str]
+    ) -> _Turn:
+        context = self._context
+        try:
+            selected = select_controllers(
+                controlled_joints(trajectory.joint_names, context.robot),
+                context.settings.moveit_controllers,
+                names=tuple(names),
+            )
+        except PlanningError:
+            selected = ()  # the execution will say what is wrong
+        return _Turn(
+            Execution(context, self._handles, watch),
+            trajectory,
+            frozenset(controller.name for controller in selected),
+            context.states.now_ns(),
+        )
+
+    def _rivals(self, turn: _Turn) -> list[_Turn]:
+        """Return what runs and shares a controller."""
+        return [other for other in self._running if turn.controllers & other.controllers]
+
+    def _takes_over(self, turn: _Turn) -> bool:
+        """Return whether a trajectory takes the place of what runs on its controllers."""
+        rivals, settings = self._rivals(turn), self._context.execution_settings
+        tolerance = settings.allowed_start_tolerance
+        if not rivals or self._waits_behind(turn):
+            return False
+        try:
+            check_sizes(turn.trajectory)
+            for rival in rivals:
+                if continues(rival.trajectory, turn.trajectory, tolerance or 0.01):
+                    return False
+            check_start(turn.trajectory, self._context.states.positions, self._context.robot,
+                        tolerance, settings.allowed_start_tolerance_joints)  # fmt: skip
+        except PlanningError:
+            return False  # it is refused when its turn has come, unless the robot is there then
+        return True
+
+    def _waits_behind(self, turn: _Turn) -> bool:
+        """Return whether somebody came before who waits for the same controller."""
+        for other in self._waiting:
+            if other is turn:
+                return False
+            if turn.controllers & other.controllers:
+                return True
+        return False
+
+    async def _meeting(self, turn: _Turn, others: Sequence[_Turn]) -> str:
+        """Return with whom a trajectory would collide that runs already, '' where with nobody."""
+        context = self._context
+        now = context.states.now_ns()
+        scene = context.scene.snapshot()
+        rests = [_rest(other, now) for other in others]
+
+        def look() -> str:
+            checker = self._checker_of(scene)
+            for rest in rests:
+                contact = meeting(checker, scene.q, rest, turn.trajectory)
+                if contact is not None:
+                    return (
+                        'the trajectory would meet one that is being executed: '
+                        f"'{contact.body1}' and '{contact.body2}'; execute them one after the "
+                        'other'
+                    )
+            return ''
+
+        return str(await context.queries.submit(look))
+
+    def _checker_of(self, scene: PlanningScene) -> CollisionChecker:
+        """Return the checker in another scene; for the thread of the queries alone."""
+        if self._checker is None:
+            self._checker = CollisionChecker(scene)
+        self._checker.use(scene)
+        return self._checker
+
+
+def _rest(turn: _Turn, now_ns: int) -> JointTrajectory:
+    """Return what is left of a trajectory, from the point before now on."""
+    elapsed = (now_ns - turn.begin_ns) * 1e-9
+    points = turn.trajectory.points
+    passed = sum(point.time_from_start < elapsed - 0.5 for point in points)
+    first = min(max(passed - 1, 0), len(points) - 1)
+    return JointTrajectory(turn.trajectory.joint_names, points[first:])

@@ -1,0 +1,169 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The action ``move_action``."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from moveit_msgs.action import MoveGroup as Action
+from moveit_msgs.msg import RobotState
+from rclpy.action.server import ServerGoalHandle
+
+from armsim_ros.errors import MoveItErrorCode
+from armsim_ros.nodes.conversions.motion_plan_request import (
+    request_from_message,
+    robot_trajectory_message,
+)
+from armsim_ros.nodes.move_group.action_server import MoveGroupActionServer
+from armsim_ros.nodes.move_group.context import Context
+from armsim_ros.nodes.move_group.execution.execution import ExecutionOutcome, Watch
+from armsim_ros.nodes.move_group.execution.path_watch import PathWatch
+from armsim_ros.nodes.move_group.execution.state_recorder import StateRecorder
+from armsim_ros.nodes.move_group.execution.trajectory_execution import TrajectoryExecutionManager
+from armsim_ros.nodes.move_group.failures import fill_error, reported
+from armsim_ros.nodes.move_group.planning.planning_job import Plan, PlanningJob
+
+DEFAULT_REPLANS = 5
+PLAN_AGAIN = (
+    MoveItErrorCode.PLANNING_FAILED,
+    MoveItErrorCode.INVALID_MOTION_PLAN,
+    MoveItErrorCode.UNABLE_TO_AQUIRE_SENSOR_DATA,
+)
+
+
+class MoveAction:
+    """
+    Plans, and unless plan_only is set executes what it has planned.
+
+    :param context: the parts of move_group.
+    :param job: runs the planner.
+    :param execution: sends trajectories to the controllers.
+    :param name: of the action.
+    """
+
+    def __init__(
+        self,
+        context: Context,
+        job: PlanningJob,
+        execution: TrajectoryExecutionManager,
+        *,
+        name: str = 'move_action',
+    ) -> None:
+        """Make the server; every goal is accepted, every cancel too."""
+        self._context = context
+        self._job = job
+        self._execution = execution
+        self._server = MoveGroupActionServer(context, Action, name, self._execute)
+
+    async def _execute(self, goal: ServerGoalHandle) -> Any:
+        result = Action.Result()
+        fill_error(result.error_code, MoveItErrorCode.FAILURE, 'not planned', 'move_action')
+        with reported(self._context.logger, 'move_action', result.error_code):
+            if plans_only(
+                self._context, 'move_action', wanted=goal.request.planning_options.plan_only
+            ):
+                plan = await self._plan(goal, goal.request.request)
+                fill_plan(result, plan)
+            else:
+                await self._plan_and_execute(goal, result)
+        goal.publish_feedback(Action.Feedback(state='IDLE'))
+        self._server.end(goal, result.error_code.val)
+        return result
+
+    async def _plan(self, goal: ServerGoalHandle, request: Any) -> Plan:
+        goal.publish_feedback(Action.Feedback(state='PLANNING'))
+        return await self._job.run(
+            request,
+            scene_diff=goal.request.planning_options.planning_scene_diff,
+            cancelled=lambda: goal.is_cancel_requested,
+        )
+
+    async def _plan_and_execute(self, goal: ServerGoalHandle, result: Any) -> None:
+        options, request = goal.request.planning_options, goal.request.request
+        if request.start_state.joint_state.name:
+            self._context.logger.warning(
+                'move_action: the start state is ignored, a motion begins where the robot is'
+            )
+        request.start_state = RobotState(is_diff=True)
+        if await self._already_there(goal):
+            fill_error(result.error_code, MoveItErrorCode.SUCCESS, 'the robot is at the goal')
+            return
+        attempts = max(options.replan_attempts, 0) or DEFAULT_REPLANS if options.replan else 1
+        for attempt in range(1, attempts + 1):
+            if goal.is_cancel_requested:
+                fill_error(result.error_code, MoveItErrorCode.PREEMPTED, 'cancelled', 'planning')
+                return
+            plan = await self._plan(goal, request)
+            fill_plan(result, plan)
+            if not plan.response.success:
+                if plan.response.error_code in PLAN_AGAIN and attempt < attempts:
+                    continue
+                return
+            recorder = StateRecorder(self._context, plan.response.trajectory.joint_names)
+            outcome = await self._run(goal, plan, recorder)
+            result.executed_trajectory = robot_trajectory_message(
+                recorder.trajectory, self._context.frame
+            )
+            fill_error(result.error_code, outcome.code, outcome.message, 'execution')
+            if outcome.success:
+                return
+            self._context.logger.error(f'move_action: {outcome.message}')
+            changed = MoveItErrorCode.MOTION_PLAN_INVALIDATED_BY_ENVIRONMENT_CHANGE
+            if outcome.code != changed or attempt == attempts:
+                return
+            await self._pause(goal, options.replan_delay)
+
+    async def _already_there(self, goal: ServerGoalHandle) -> bool:
+        diff = goal.request.planning_options.planning_scene_diff
+        if diff.world.collision_objects or diff.robot_state.attached_collision_objects:
+            return False
+        scene = await self._job.scene()
+        request = request_from_message(goal.request.request)
+        context = self._context
+        return bool(
+            await context.queries.submit(
+                lambda: context.query_planner.goal_reached(request, scene)
+            )
+        )
+
+    async def _run(
+        self, goal: ServerGoalHandle, plan: Plan, recorder: StateRecorder
+    ) -> ExecutionOutcome:
+        if goal.is_cancel_requested:
+            return ExecutionOutcome(MoveItErrorCode.PREEMPTED, 'cancelled before it moved')
+        goal.publish_feedback(Action.Feedback(state='MONITOR'))
+        trajectory = plan.response.trajectory
+        path = PathWatch(self._context, trajectory, plan.request)
+        return await self._execution.run(
+            trajectory,
+            Watch(
+                cancelled=lambda: goal.is_cancel_requested,
+                invalid=path.invalid,
+                observe=recorder.note,
+            ),
+        )
+
+    async def _pause(self, goal: ServerGoalHandle, seconds: float) -> None:
+        end = self._context.clock() + min(max(seconds, 0.0), 60.0)
+        while self._context.clock() < end and not goal.is_cancel_requested:
+            await self._context.ticker.next()
+
+
+def plans_only(context: Context, source: str, *, wanted: bool) -> bool:
+    """Return whether a goal is only planned: where that is wanted, or execution is off."""
+    if not wanted and not context.execution_settings.allow_trajectory_execution:
+        context.logger.warning(
+            f'{source}: trajectory execution is switched off (allow_trajectory_execution is '
+            'false); planning only'
+        )
+        return True
+    return wanted
+
+
+def fill_plan(result: Any, plan: Plan) -> None:
+    """Write a plan into an action result."""
+    result.trajectory_start = plan.start_message
+    result.planned_trajectory = plan.trajectory_message
+    result.planning_time = plan.response.planning_time
+    result.error_code = plan.error_code_message

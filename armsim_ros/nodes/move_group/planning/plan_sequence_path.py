@@ -1,0 +1,33 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The service ``plan_sequence_path``."""
+
+from __future__ import annotations
+
+from moveit_msgs.srv import GetMotionSequence as Service
+
+from armsim_ros.nodes.move_group.context import Context
+from armsim_ros.nodes.move_group.failures import reported
+from armsim_ros.nodes.move_group.planning.sequence_job import SequenceJob
+
+
+class PlanSequencePath:
+    """
+    Plans motions that follow each other and never moves.
+
+    :param context: the parts of move_group.
+    :param job: runs the planner.
+    """
+
+    def __init__(self, context: Context, job: SequenceJob) -> None:
+        self._context = context
+        self._job = job
+        context.serve(Service, 'plan_sequence_path', self._answer)
+
+    async def _answer(
+        self, request: Service.Request, response: Service.Response
+    ) -> Service.Response:
+        answer = response.response
+        with reported(self._context.logger, 'plan_sequence_path', answer.error_code):
+            await self._job.run(request.request, answer)
+        return response

@@ -1,0 +1,185 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""One planning request from its message to an answer in messages."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from moveit_msgs.msg import MotionPlanRequest as RequestMessage
+from moveit_msgs.msg import MotionPlanResponse as ResponseMessage
+from moveit_msgs.msg import MoveItErrorCodes, RobotState, RobotTrajectory
+from moveit_msgs.msg import PlanningScene as SceneMessage
+
+from armsim_ros.errors import MoveItErrorCode, PlanningError
+from armsim_ros.nodes.conversions.motion_plan_request import (
+    error_code_message,
+    request_from_message,
+    robot_trajectory_message,
+)
+from armsim_ros.nodes.conversions.planning_scene import update_from_message
+from armsim_ros.nodes.conversions.robot_state import robot_state_to_message
+from armsim_ros.nodes.move_group.context import Context
+from armsim_ros.nodes.move_group.planning.display_contacts import DisplayContacts
+from armsim_ros.nodes.move_group.planning.display_planned_path import DisplayPlannedPath
+from armsim_ros.nodes.move_group.planning.pipeline_state import PipelineStates
+from armsim_ros.nodes.move_group.worker import AnyOf
+from armsim_ros.planning.request import MotionPlanRequest, MotionPlanResponse
+from armsim_ros.planning.scene.planning_scene import PlanningScene
+
+
+def never() -> bool:
+    """Return False: nobody cancels."""
+    return False
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """A planner's answer with its messages; ``scene`` is the one that was planned in."""
+
+    request: MotionPlanRequest
+    response: MotionPlanResponse
+    scene: PlanningScene
+    start_message: RobotState
+    trajectory_message: RobotTrajectory
+
+    @property
+    def error_code_message(self) -> MoveItErrorCodes:
+        """The answer's code, sentence and source."""
+        answer = self.response
+        return error_code_message(answer.error_code, answer.message, answer.source)
+
+
+class PlanningJob:
+    """
+    Runs the planner in its worker.
+
+    :param context: the parts of move_group.
+    :param display: gets every successful plan.
+    """
+
+    def __init__(self, context: Context, display: DisplayPlannedPath) -> None:
+        self._context = context
+        self._display = display
+        ompl = context.settings.ompl
+        self._states = PipelineStates(context.node, ompl)
+        self._contacts = DisplayContacts(
+            context.node, ompl.display_contacts_topic, context.frame)  # fmt: skip
+
+    async def run(
+        self,
+        message: RequestMessage,
+        *,
+        scene_diff: SceneMessage | None = None,
+        cancelled: Callable[[], bool] = never,
+    ) -> Plan:
+        """
+        Plan and answer.
+
+        :param scene_diff: laid over the monitored scene for this request alone.
+        :param cancelled: asked now and then while the planner searches.
+        :raises PlanningError: the message holds what cannot exist, or no state ever came.
+        """
+        context = self._context
+        request = request_from_message(message)
+        self._states.begin(message)
+        scene = await self.scene(message.start_state)
+        if scene_diff is not None:
+            scene = overlay(scene, scene_diff)
+        planner, clock = context.planner, context.planning_clock()
+        cancelled = context.or_ending(cancelled)
+        response = await self.in_planner(
+            lambda: planner.plan(request, scene, clock=clock, cancelled=cancelled), cancelled
+        )
+        context.check_ending('planning')
+        plan = self._in_messages(request, response, scene)
+        if response.success:
+            self._display.publish(plan.start_message, plan.trajectory_message)
+        if response.contacts:
+            self._contacts.publish(response.contacts)
+        pipeline = request.pipeline_id or context.planning_parameters.default_planning_pipeline
+        self._states.end(message, _response_message(plan), pipeline)
+        return plan
+
+    async def in_planner(self, work: Callable[[], Any], cancelled: Callable[[], bool]) -> Any:
+        """
+        Have work done by the planner when its turn comes.
+
+        :raises PlanningError: PREEMPTED where it was cancelled while it waited for that.
+        """
+        job = self._context.planning.submit(work)
+        while not job.done():
+            if not job.begun and cancelled():
+                job.cancel()
+                self._context.check_ending('planning')
+                raise PlanningError(
+                    MoveItErrorCode.PREEMPTED, 'cancelled before its planning began', 'planning'
+                )
+            await AnyOf(job, self._context.ticker.next())
+        return job.result()
+
+    async def scene(self, start: RobotState | None = None) -> PlanningScene:
+        """
+        Return the scene to plan in.
+
+        :param start: of the request; one that names all joints needs no present state.
+        :raises PlanningError: no joint state ever came.
+        """
+        if start is None or start.is_diff or not start.joint_state.name:
+            await self._current_state()
+        return await self._context.present_scene()
+
+    async def _current_state(self) -> None:
+        """
+        Bring the scene to the present.
+
+        :raises PlanningError: no joint state ever came.
+        """
+        context = self._context
+        if await context.states.current():
+            return
+        topics = ', '.join(context.states.topics)
+        if context.states.count == 0:
+            raise PlanningError(
+                MoveItErrorCode.ROBOT_STATE_STALE,
+                f'no joint state has arrived on {topics}; is the simulation running?',
+                'joint_states',
+            )
+        context.logger.warning(
+            f'no joint state newer than the request within 1 s on {topics}; using the last one'
+        )
+
+    def _in_messages(
+        self, request: MotionPlanRequest, response: MotionPlanResponse, scene: PlanningScene
+    ) -> Plan:
+        frame = self._context.frame
+        trajectory, start = RobotTrajectory(), RobotState()
+        if response.success:
+            carried: Any = scene.with_start_state(request.start_state).attached.values()
+            trajectory = robot_trajectory_message(response.trajectory, frame)
+            start = robot_state_to_message(response.trajectory_start, frame, attached=carried)
+        return Plan(request, response, scene, start, trajectory)
+
+
+def _response_message(plan: Plan) -> ResponseMessage:
+    return ResponseMessage(
+        trajectory_start=plan.start_message,
+        trajectory=plan.trajectory_message,
+        group_name=plan.request.group_name,
+        planning_time=plan.response.planning_time,
+        error_code=plan.error_code_message,
+    )
+
+
+def overlay(scene: PlanningScene, message: SceneMessage) -> PlanningScene:
+    """
+    Return a scene with a request's own changes.
+
+    :raises PlanningError: a change is refused.
+    """
+    update = update_from_message(message)
+    if update.is_diff and update.empty:
+        return scene
+    return scene.with_update(update)

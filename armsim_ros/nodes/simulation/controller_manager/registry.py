@@ -1,0 +1,99 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Controllers together with their nodes: loaded, shown and taken away as one."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+from rclpy.executors import Executor
+
+from armsim_ros.control.controller import Controller
+from armsim_ros.control.manager.controller_manager import ControllerManager
+from armsim_ros.errors import ControllerError
+from armsim_ros.nodes.simulation.controller_manager.descriptions import ControllerDescriptions
+from armsim_ros.nodes.simulation.controllers.controller_nodes import (
+    ControllerNode,
+    create_controller_node,
+)
+from armsim_ros.nodes.simulation.dispatcher import Dispatcher
+from armsim_ros.nodes.simulation.sim_time import SimTime
+
+
+class ControllerRegistry(Mapping[str, ControllerNode]):
+    """
+    Controller -> its ROS side, in the order of loading.
+
+    :param manager: loads and unloads the controllers.
+    :param descriptions: find the settings of a controller that is to be loaded.
+    :param executor: serves their nodes.
+    :param namespace: where their nodes live.
+    """
+
+    def __init__(
+        self,
+        manager: ControllerManager,
+        descriptions: ControllerDescriptions,
+        executor: Executor,
+        dispatcher: Dispatcher,
+        namespace: str,
+        time: SimTime,
+    ) -> None:
+        self._time = time
+        self._manager = manager
+        self._descriptions = descriptions
+        self._executor = executor
+        self._dispatcher = dispatcher
+        self._namespace = namespace
+        self._sides: dict[str, ControllerNode] = {}
+
+    def load(self, name: str) -> None:
+        """
+        Load a controller and give it a node.
+
+        :raises ControllerError: it is loaded already, or nothing describes it.
+        :raises ConfigError: what describes it has mistakes.
+        """
+        if name in self._manager.controllers:
+            raise ControllerError(f"controller '{name}' is loaded already")
+        side = self.add(self._manager.load(self._descriptions.find(name)))
+        side.declare_parameters()
+
+    def add(self, controller: Controller) -> ControllerNode:
+        """Give a loaded controller a node; its parameters are declared by the caller."""
+        node = self._time.node(controller.name, namespace=self._namespace)
+        side = create_controller_node(controller, node, self._dispatcher)
+        self._sides = {**self._sides, controller.name: side}
+        self._executor.add_node(node)
+        return side
+
+    def unload(self, name: str) -> None:
+        """
+        Unload a controller and take its node away.
+
+        :raises ControllerError: it is active or not loaded.
+        """
+        self._manager.unload(name)
+        side = self._sides.get(name)
+        self._sides = {key: value for key, value in self._sides.items() if key != name}
+        if side is not None:
+            self._executor.remove_node(side.node)
+            self._time.forget(side.node)
+            self._dispatcher.post(side.destroy)
+
+    @property
+    def sides(self) -> tuple[ControllerNode, ...]:
+        """All of them at this moment, for threads beside the one that loads and unloads."""
+        return tuple(self._sides.values())
+
+    def __getitem__(self, name: str) -> ControllerNode:
+        """Return the ROS side of a controller."""
+        return self._sides[name]
+
+    def __iter__(self) -> Iterator[str]:
+        """Iterate over the names."""
+        return iter(self._sides)
+
+    def __len__(self) -> int:
+        """Return how many there are."""
+        return len(self._sides)

@@ -1,0 +1,141 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Services of the controller manager that load, switch and unload controllers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+import traceback
+from typing import Any, Protocol
+
+from controller_manager_msgs.srv import (
+    CleanupController,
+    ConfigureController,
+    LoadController,
+    ReloadControllerLibraries,
+    SwitchController,
+    UnloadController,
+)
+from rclpy.callback_groups import ReentrantCallbackGroup
+from rclpy.node import Node
+from rclpy.task import Future
+
+from armsim_ros.control.manager.controller_manager import ControllerManager, Strictness
+from armsim_ros.errors import ArmsimError
+from armsim_ros.nodes.conversions.time import seconds_from_duration
+from armsim_ros.nodes.simulation.dispatcher import Dispatcher
+
+#: How long a switch may take where the request names no time [s].
+DEFAULT_SWITCH_TIMEOUT = 1.0
+
+
+class ControllerLoader(Protocol):
+    """Loads a controller by name together with its ROS side, and takes both away."""
+
+    def load(self, name: str) -> None:
+        """Load a controller that the parameters or the robot's files describe."""
+
+    def unload(self, name: str) -> None:
+        """Unload a controller."""
+
+
+class ControllerManagerServices:
+    """
+    ``load_controller`` to ``unload_controller``, ``switch_controller``.
+
+    A switch is done by the control loop; its service waits as a coroutine, so that other
+    services and the actions go on meanwhile.
+
+    :param node: the manager's node.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        manager: ControllerManager,
+        loader: ControllerLoader,
+        dispatcher: Dispatcher,
+    ) -> None:
+        self._node = node
+        self._manager = manager
+        self._loader = loader
+        self._dispatcher = dispatcher
+        self._create('load_controller', LoadController, self._named(loader.load))
+        self._create('configure_controller', ConfigureController, self._named(manager.configure))
+        self._create('cleanup_controller', CleanupController, self._named(manager.cleanup))
+        self._create('unload_controller', UnloadController, self._named(loader.unload))
+        waiting = ReentrantCallbackGroup()
+        self._create(
+            'reload_controller_libraries', ReloadControllerLibraries, self._reload, waiting
+        )
+        self._create('switch_controller', SwitchController, self._switch, waiting)
+
+    def _create(self, name: str, kind: type, answer: Any, group: Any = None) -> None:
+        self._node.create_service(kind, f'~/{name}', answer, callback_group=group)
+
+    def _named(self, work: Callable[[str], object]) -> Callable[[Any, Any], Any]:
+        def answer(request: Any, response: Any) -> Any:
+            response.ok = self._try(lambda: work(request.name))
+            return response
+
+        return answer
+
+    def _try(self, work: Callable[[], object]) -> bool:
+        try:
+            work()
+        except ArmsimError as error:
+            self._node.get_logger().error(str(error))
+            return False
+        except Exception:  # noqa: BLE001 - the one who asked is not left without an answer
+            self._node.get_logger().error(
+                'a request failed inside the program; please report this:\n'
+                + traceback.format_exc()
+            )
+            return False
+        return True
+
+    async def _reload(self, request: Any, response: Any) -> Any:
+        active = [info.name for info in self._manager.list_controllers() if info.state == 'active']
+        if active and not request.force_kill:
+            self._node.get_logger().error(
+                f'controllers are active ({", ".join(active)}); deactivate them first, or set '
+                'force_kill'
+            )
+            return response
+        switched, _ = await self._switched((), active, Strictness.STRICT, DEFAULT_SWITCH_TIMEOUT)
+        names = [info.name for info in self._manager.list_controllers()]
+        unloaded = [self._try(lambda name=name: self._loader.unload(name)) for name in names]
+        response.ok = switched and all(unloaded)
+        return response
+
+    async def _switch(self, request: Any, response: Any) -> Any:
+        timeout = seconds_from_duration(request.timeout)
+        response.ok, response.message = await self._switched(
+            request.activate_controllers,
+            request.deactivate_controllers,
+            request.strictness,
+            timeout if timeout > 0.0 else DEFAULT_SWITCH_TIMEOUT,
+        )
+        if not response.ok:
+            self._node.get_logger().error(f'switch_controller: {response.message}')
+        return response
+
+    async def _switched(
+        self, activate: Sequence[str], deactivate: Sequence[str], strictness: int, timeout: float
+    ) -> tuple[bool, str]:
+        """Return whether the loop has switched within the timeout [s], and what it says."""
+        switch = self._manager.request_switch(tuple(activate), tuple(deactivate), strictness)
+        done = Future()
+
+        def resume() -> None:
+            if not done.done():
+                done.set_result(None)
+                self._node.executor.wake()
+
+        switch.add_done_callback(lambda _: self._dispatcher.post(resume))
+        self._dispatcher.post_later(timeout, resume)
+        await done
+        if not switch.done() and switch.cancel():
+            return False, f'the control loop did not switch within {timeout:g} s; it is overloaded'
+        result = switch.result()
+        return result.ok, result.message

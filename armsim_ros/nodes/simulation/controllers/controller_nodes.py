@@ -1,0 +1,306 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Each controller's node: its parameters and the endpoints of its kind."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from rclpy.node import Node
+from std_msgs.msg import Float64
+
+from armsim_ros.control.broadcasters.joint_state_broadcaster import JointStateBroadcaster
+from armsim_ros.control.broadcasters.sensor_broadcaster import SensorBroadcaster
+from armsim_ros.control.command_controllers.admittance_controller import AdmittanceController
+from armsim_ros.control.command_controllers.forward_command_controller import ForwardController
+from armsim_ros.control.command_controllers.gpio_command_controller import GpioCommandController
+from armsim_ros.control.command_controllers.pid_controller import PidController
+from armsim_ros.control.controller import Controller
+from armsim_ros.control.gripper.gripper_controller import (
+    GripperController,
+    ParallelGripperController,
+)
+from armsim_ros.control.manager.stand_in import StandInController
+from armsim_ros.control.rate import Rate
+from armsim_ros.control.trajectory.joint_trajectory_controller import JointTrajectoryController
+from armsim_ros.errors import ControllerError
+from armsim_ros.nodes.parameters import SettingsParameters
+from armsim_ros.nodes.simulation.controllers.admittance_topics import AdmittanceTopics
+from armsim_ros.nodes.simulation.controllers.commands import Commands
+from armsim_ros.nodes.simulation.controllers.controller_state import ControllerStatePublisher
+from armsim_ros.nodes.simulation.controllers.dynamic_joint_states import DynamicJointStates
+from armsim_ros.nodes.simulation.controllers.follow_joint_trajectory import (
+    FollowJointTrajectoryServer,
+)
+from armsim_ros.nodes.simulation.controllers.gpio_topics import GpioTopics
+from armsim_ros.nodes.simulation.controllers.gripper_cmd import (
+    GripperCommandServer,
+    ParallelGripperCommandServer,
+)
+from armsim_ros.nodes.simulation.controllers.joint_states import JointStates
+from armsim_ros.nodes.simulation.controllers.joint_trajectory import JointTrajectorySubscription
+from armsim_ros.nodes.simulation.controllers.pid_topics import PidTopics
+from armsim_ros.nodes.simulation.controllers.query_state import QueryStateService
+from armsim_ros.nodes.simulation.controllers.rejected_goals import RejectedGoals
+from armsim_ros.nodes.simulation.controllers.sensor_topics import TOPICS
+from armsim_ros.nodes.simulation.controllers.speed_scaling_input import SpeedScalingInput
+from armsim_ros.nodes.simulation.dispatcher import Dispatcher
+
+#: What a robot at full speed publishes [%].
+FULL_SPEED = 100.0
+
+
+class ControllerNode:
+    """
+    The ROS side of one controller: a node of its name in the manager's namespace.
+
+    :param controller: the controller.
+    :param node: a fresh node.
+    """
+
+    def __init__(self, controller: Controller, node: Node, dispatcher: Dispatcher) -> None:
+        """Keep the parts; parameters follow with ``declare_parameters``."""
+        self.controller = controller
+        self.node = node
+        self.dispatcher = dispatcher
+        self._parameters: SettingsParameters | None = None
+
+    def declare_parameters(self) -> None:
+        """Declare the controller's parameters; later changes go to the controller."""
+        self._parameters = SettingsParameters(
+            self.node, self.controller.parameters, self._parameters_changed
+        )
+
+    def publish(self, time_ns: int) -> None:
+        """Publish what is due; called at the rate of /clock in the publishing thread."""
+
+    def refused(self, reason: str) -> None:
+        """Publish why a goal or trajectory was refused."""
+
+    @property
+    def pending(self) -> int:
+        """Goals without a result."""
+        return 0
+
+    def end(self, sentence: str) -> None:
+        """Abort what runs and take nothing more; only from the executor's thread."""
+
+    def destroy(self) -> None:
+        """Take the node and its endpoints away."""
+        self.node.destroy_node()
+
+    def _parameters_changed(self, settings: Any) -> None:
+        try:
+            self.controller.set_parameters(settings)
+        except ControllerError as error:
+            self.node.get_logger().error(f'the parameters were not taken over: {error}')
+
+
+class BroadcasterNode(ControllerNode):
+    """The joint state broadcaster: publishes each sample as it comes from the loop."""
+
+    controller: JointStateBroadcaster
+
+    def __init__(
+        self, controller: JointStateBroadcaster, node: Node, dispatcher: Dispatcher
+    ) -> None:
+        super().__init__(controller, node, dispatcher)
+        local = controller.parameters.use_local_topics
+        self._joint_states = JointStates(node, local=local)
+        self._dynamic: DynamicJointStates | None = None
+        if controller.parameters.publish_dynamic_joint_states:
+            self._dynamic = DynamicJointStates(node, local=local)
+        post = dispatcher.bounded(1)  # one call takes all samples
+        controller.on_sample = lambda: post(self._publish_samples)
+
+    def destroy(self) -> None:
+        """Take the node away and let the loop be."""
+        self.controller.on_sample = None
+        super().destroy()
+
+    def _publish_samples(self) -> None:
+        while (sample := self.controller.poll()) is not None:
+            self._joint_states.publish(sample)
+            if self._dynamic is not None:
+                self._dynamic.publish(sample)
+
+
+class TrajectoryControllerNode(ControllerNode):
+    """The joint trajectory controller: action, topics, query."""
+
+    controller: JointTrajectoryController
+
+    def __init__(
+        self, controller: JointTrajectoryController, node: Node, dispatcher: Dispatcher
+    ) -> None:
+        super().__init__(controller, node, dispatcher)
+        self._action = FollowJointTrajectoryServer(node, controller, dispatcher)
+        self._state = ControllerStatePublisher(node, controller)
+        self._rejected = RejectedGoals(node)
+        self._inputs: list[Any] = [
+            JointTrajectorySubscription(node, controller),
+            QueryStateService(node, controller),
+        ]
+        if controller.subscribes_speed_scaling:
+            self._inputs.append(SpeedScalingInput(node, controller))
+
+    def publish(self, time_ns: int) -> None:
+        """Publish state and feedback."""
+        self._state.publish_if_due(time_ns)
+        self._action.publish_feedback(time_ns)
+
+    def refused(self, reason: str) -> None:
+        """Publish why a goal or trajectory was refused."""
+        self._rejected.publish(reason)
+
+    @property
+    def pending(self) -> int:
+        """Goals without a result."""
+        return len(self._action.running)
+
+    def end(self, sentence: str) -> None:
+        """Abort what runs and take nothing more."""
+        self._action.end(sentence)
+
+    def destroy(self) -> None:
+        """Take the action server and the node away."""
+        self._action.destroy()
+        super().destroy()
+
+
+class GripperNode(ControllerNode):
+    """A gripper controller of either kind: its action."""
+
+    def __init__(
+        self,
+        controller: GripperController | ParallelGripperController,
+        node: Node,
+        dispatcher: Dispatcher,
+    ) -> None:
+        super().__init__(controller, node, dispatcher)
+        self._rejected = RejectedGoals(node)
+        self._action: GripperCommandServer | ParallelGripperCommandServer
+        if isinstance(controller, ParallelGripperController):
+            self._action = ParallelGripperCommandServer(node, controller, dispatcher)
+        else:
+            self._action = GripperCommandServer(node, controller, dispatcher)
+
+    def refused(self, reason: str) -> None:
+        """Publish why a goal was refused."""
+        self._rejected.publish(reason)
+
+    @property
+    def pending(self) -> int:
+        """Goals without a result."""
+        return len(self._action.running)
+
+    def end(self, sentence: str) -> None:
+        """Abort what runs and take nothing more."""
+        self._action.end(sentence)
+
+    def destroy(self) -> None:
+        """Take the action server and the node away."""
+        self._action.destroy()
+        super().destroy()
+
+
+class ForwardControllerNode(ControllerNode):
+    """A forward controller of any kind: its commands."""
+
+    def __init__(
+        self, controller: ForwardController, node: Node, dispatcher: Dispatcher
+    ) -> None:
+        super().__init__(controller, node, dispatcher)
+        self._commands = Commands(node, controller)
+
+
+class SensorBroadcasterNode(ControllerNode):
+    """A broadcaster of a sensor: publishes each sample as it comes from the loop."""
+
+    controller: SensorBroadcaster
+
+    def __init__(
+        self, controller: SensorBroadcaster, node: Node, dispatcher: Dispatcher
+    ) -> None:
+        super().__init__(controller, node, dispatcher)
+        if isinstance(controller, GpioCommandController):
+            self._topics: Any = GpioTopics(node, controller)
+        else:
+            self._topics = TOPICS[type(controller.parameters)](node, controller.parameters)
+        controller.on_sample = lambda: dispatcher.post(self._publish_samples)
+
+    def destroy(self) -> None:
+        """Take the node away and let the loop be."""
+        self.controller.on_sample = None
+        super().destroy()
+
+    def _publish_samples(self) -> None:
+        while (sample := self.controller.poll()) is not None:
+            self._topics.publish(sample)
+
+
+class FollowingControllerNode(ControllerNode):
+    """A controller that others may write to: its references and its state."""
+
+    def __init__(
+        self,
+        controller: PidController | AdmittanceController,
+        node: Node,
+        dispatcher: Dispatcher,
+    ) -> None:
+        super().__init__(controller, node, dispatcher)
+        self._topics: PidTopics | AdmittanceTopics
+        if isinstance(controller, PidController):
+            self._topics = PidTopics(node, controller)
+        else:
+            self._topics = AdmittanceTopics(node, controller)
+
+    def publish(self, time_ns: int) -> None:
+        """Publish the state."""
+        if self.controller.active:
+            self._topics.publish(time_ns)
+
+
+class StandInNode(ControllerNode):
+    """A stand-in for a vendor's controller; one for a speed scaling broadcaster publishes."""
+
+    controller: StandInController
+
+    def __init__(
+        self, controller: StandInController, node: Node, dispatcher: Dispatcher
+    ) -> None:
+        """Make the publisher, where there is something to publish."""
+        super().__init__(controller, node, dispatcher)
+        self._scaling = None
+        if controller.type.endswith('/SpeedScalingStateBroadcaster'):
+            self._scaling = node.create_publisher(Float64, '~/speed_scaling', 10)
+        self._rate = Rate(controller.parameters.state_publish_rate)
+
+    def publish(self, time_ns: int) -> None:
+        """Publish the full speed."""
+        if self._scaling is not None and self.controller.active and self._rate.due(time_ns):
+            self._scaling.publish(Float64(data=FULL_SPEED))
+
+
+_KINDS: tuple[tuple[type[Controller], Callable[..., ControllerNode]], ...] = (
+    (JointTrajectoryController, TrajectoryControllerNode),
+    (JointStateBroadcaster, BroadcasterNode),
+    (GripperController, GripperNode),
+    (ForwardController, ForwardControllerNode),
+    (ParallelGripperController, GripperNode),
+    (SensorBroadcaster, SensorBroadcasterNode),
+    (PidController, FollowingControllerNode),
+    (AdmittanceController, FollowingControllerNode),
+    (StandInController, StandInNode),
+)
+
+
+def create_controller_node(
+    controller: Controller, node: Node, dispatcher: Dispatcher
+) -> ControllerNode:
+    """Return the ROS side of a controller, by its kind."""
+    for kind, side in _KINDS:
+        if isinstance(controller, kind):
+            return side(controller, node, dispatcher)
+    return ControllerNode(controller, node, dispatcher)

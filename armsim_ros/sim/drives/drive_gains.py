@@ -1,0 +1,118 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Gains of the drives as arrays."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from armsim_ros.arrays import Matrix, Vector
+from armsim_ros.config.controllers.pid_gains import PidGains
+from armsim_ros.config.simulation import SimulationSettings
+
+#: While the reference moves, the damping follows the joints' inertias so often [steps].
+TUNING_STEPS = 20
+
+
+class DriveGains:
+    """
+    What each drive makes of its error: p, i, d, the bounds of the integral part.
+
+    The simulation's own gains win over a controller's; a block without any gain counts as none.
+
+    :param joint_names: (n,) the driven joints.
+    :param settings: timestep, integrator, servo.
+    :param gains: joint -> gains of its controller.
+    """
+
+    def __init__(
+        self,
+        joint_names: tuple[str, ...],
+        settings: SimulationSettings,
+        gains: Mapping[str, PidGains],
+    ) -> None:
+        self._joint_names = joint_names
+        self._settings = settings
+        self._given = dict(gains)
+        #: Whether the integrator takes the derivative part at the end of its step.
+        self.implicit = settings.integrator != 'euler'
+        self.change({})
+
+    def change(self, gains: Mapping[str, PidGains]) -> None:
+        """Take over what a controller gives anew for some of its joints."""
+        self._given.update(gains)
+        chosen = [self._chosen(name) for name in self._joint_names]
+        self.p = np.array([block.p for block in chosen], dtype=np.float64)
+        self.i = np.array([block.i for block in chosen], dtype=np.float64)
+        self.d = np.array([block.d for block in chosen], dtype=np.float64)
+        bounds = np.array([block.integral_bounds for block in chosen], dtype=np.float64)
+        self.integral_low, self.integral_high = bounds.reshape(-1, 2).T
+        wound = (self.i != 0.0) & (self.integral_low < self.integral_high)
+        self.integrate = bool(wound.any())
+
+    def damping(self, inertia: Vector) -> Vector:
+        """
+        Return d, raised to the damping ratio asked for (n,).
+
+        :param inertia: (n,) of each joint by itself [kg*m^2 or kg].
+        """
+        ratio = self._settings.servo.damping_ratio
+        if ratio == 0.0:
+            return self.d
+        wanted = 2.0 * ratio * np.sqrt(np.maximum(self.p, 0.0) * inertia)
+        raised: Vector = np.maximum(
+            self.d, np.minimum(wanted, inertia / self._settings.timestep)
+        )
+        return raised
+
+    def stiffness_warnings(self, inertia: Vector) -> list[str]:
+        """
+        Return a line for each joint whose gains are too high for the timestep.
+
+        :param inertia: (n,) of each joint by itself [kg*m^2 or kg].
+        """
+        h = self._settings.timestep
+        stable_p = (inertia + (0.5 * h * self.d if self.implicit else 0.0)) / h**2
+        stable_d = np.full_like(inertia, np.inf) if self.implicit else 2.0 * inertia / h
+        lines = []
+        for i, name in enumerate(self._joint_names):
+            if self.p[i] > stable_p[i] or self.d[i] > stable_d[i]:
+                allowed = f'p below {stable_p[i]:.3g}'
+                if not self.implicit:
+                    allowed += f' and d below {stable_d[i]:.3g}'
+                lines.append(
+                    f"the gains of joint '{name}' (p {self.p[i]:g}, d {self.d[i]:g}) are too "
+                    f'high for a timestep of {h:g} s and an inertia of {inertia[i]:.3g}; stable: '
+                    f'{allowed}'
+                )
+        return lines
+
+    def _chosen(self, name: str) -> PidGains:
+        servo = self._settings.servo
+        block = servo.gains.get(name) or self._given.get(name)
+        if block is None or not (block.p or block.i or block.d):
+            return servo.default_gains
+        return block
+
+
+def count_moving(velocities: Matrix, count: int, steps: int) -> tuple[list[int], list[int]]:
+    """
+    Count the steps that move a joint since the actuators' gains were set.
+
+    :param velocities: (k, n) in each step [rad/s or m/s].
+    :param count: such steps before the first of them.
+    :param steps: in a control period; only between periods gains are set.
+    :returns: (k + 1,) the count before each step and after the last, and the steps before which
+        gains have to be set; there the count begins anew after it has been given.
+    """
+    counts, tuned = [count], []
+    moving: list[bool] = np.any(velocities, axis=1).tolist()
+    for row, moves in enumerate(moving):
+        if row and count >= TUNING_STEPS and row % steps == 0:
+            tuned.append(row)
+            count = 0
+        count += moves
+        counts.append(count)
+    return counts, tuned

@@ -1,0 +1,197 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The torques that move the robot alone along a reference."""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+
+from armsim_ros.arrays import Matrix, Vector
+from armsim_ros.config.simulation import SimulationSettings
+from armsim_ros.model.robot_model import RobotModel
+from armsim_ros.sim.physics.mujoco_model import PlantSpec
+
+#: Below this velocity dry friction is fed forward in part [rad/s or m/s].
+FRICTION_VELOCITY = 0.01
+#: Between two nodes that lie so far apart inertia and other torques are taken as linear [steps].
+LONGEST_STRIDE = 10
+
+
+class InverseDynamics:
+    """
+    Discrete-time inverse dynamics of the robot without its world.
+
+    Gravity, inertia, Coriolis, rotor inertia, damping and dry friction; mimic joints load the
+    joint that they follow.
+
+    :param model: the robot.
+    :param settings: gravity, timestep, rotor inertia.
+    """
+
+    def __init__(self, model: RobotModel, settings: SimulationSettings) -> None:
+        self._model = PlantSpec(model, settings, contacts=False).compile()
+        self._data = mujoco.MjData(self._model)
+        plant_order = [self._model.joint(i).name for i in range(self._model.njnt)]
+        prefix = f'{model.name}/'
+        # All joints have one degree of freedom: position, velocity and joint numbers agree.
+        self._joints = np.array(
+            [plant_order.index(prefix + name) for name in model.movable_joints], dtype=np.intp
+        )
+        self._expand, self._offset = _mimic_map(model)
+        scatter = np.zeros((self._model.nv, len(model.movable_joints)))
+        scatter[self._joints, np.arange(len(self._joints))] = 1.0
+        self._from_active = scatter @ self._expand
+        # Sums one by one: a product of matrices may depend on how many rows it has.
+        self._driver = np.abs(self._from_active).argmax(axis=1)
+        self._ratio = self._from_active[np.arange(self._model.nv), self._driver]
+        self._full_offset = scatter @ self._offset
+        #: Whether every joint is driven and they come in the physics' own order.
+        self._plain = bool(
+            np.array_equal(self._from_active, np.eye(self._model.nv))
+            and not self._full_offset.any()
+        )
+        self._squares = np.ascontiguousarray(self._from_active.T**2)
+        rows, lengths = self._model.M_rowadr, self._model.M_rownnz
+        self._diagonal = (rows + lengths - 1).astype(np.intp)
+        damping = self._model.dof_damping * self._model.opt.timestep
+        self._step_damping = damping if damping.any() else None
+        friction = self._model.dof_frictionloss.copy()
+        self._friction = friction if friction.any() else None
+        self._qpos, self._qvel = self._data.qpos, self._data.qvel
+        self._qacc, self._force = self._data.qacc, self._data.qfrc_inverse
+        self._inertia = self._data.M
+        # Where the full matrix of inertia finds its entries in the sparse one, else in a zero.
+        self._full = np.full((self._model.nv, self._model.nv), len(self._inertia), dtype=np.intp)
+        for row, (start, length) in enumerate(zip(rows, lengths, strict=True)):
+            columns = self._model.M_colind[start : start + length]
+            self._full[row, columns] = self._full[columns, row] = range(start, start + length)
+        self._node: tuple[bytes, Vector, Vector] = b'', self._qpos, self._qpos
+
+    def torques(
+        self, position: Matrix, velocity: Matrix, acceleration: Matrix
+    ) -> tuple[Matrix, Matrix]:
+        """
+        Return the torques that take the reference to ``velocity + h*acceleration`` in each step.
+
+        :param position: (k, n) of the active joints at the start of each step [rad or m].
+        :param velocity: (k, n) at the start of the step [rad/s or m/s].
+        :param acceleration: (k, n) change of velocity in the step by its time [rad/s^2 or m/s^2].
+        :returns: (k, n) [N*m or N], and (k, m) matrices of inertia for ``joint_inertias``.
+        """
+        if not self._plain:
+            position = self._spread(position, offset=True)
+            velocity, acceleration = self._spread(velocity), self._spread(acceleration)
+        forces, inertia = np.empty(position.shape), np.empty((len(position), len(self._inertia)))
+        self._look(position, velocity, acceleration, forces, inertia)
+        return self._borne(forces, velocity, acceleration), inertia
+
+    def torques_between(
+        self, position: Matrix, velocity: Matrix, acceleration: Matrix, stride: int
+    ) -> tuple[Matrix, Matrix]:
+        """
+        Return what ``torques`` does, the dynamics looked at only at every so many steps.
+
+        Between them the matrix of inertia, and the torques without acceleration, are linear.
+
+        :param position: (k + 1, n) of the active joints before each step, and at the end.
+        :param velocity: (k + 1, n) at the same times [rad/s or m/s].
+        :param acceleration: (k, n) as for ``torques``.
+        :param stride: steps from node to node; k holds a whole number of them.
+        :returns: (k, n) [N*m or N], and the nodes' matrices of inertia for ``joint_inertias``.
+        """
+        if not self._plain:
+            position = self._spread(position, offset=True)
+            velocity, acceleration = self._spread(velocity), self._spread(acceleration)
+        steps, joints = acceleration.shape
+        inertia, bias = self._nodes(position[::stride], velocity[::stride])
+        share = (np.arange(stride) / stride)[:, None]
+        forces = (bias[:-1, None] + share * (bias[1:] - bias[:-1])[:, None]).reshape(steps, joints)
+        padded = np.concatenate((inertia, np.zeros((len(inertia), 1))), axis=1)
+        # (joint, node, joint): the matrix is symmetric.
+        nodes = padded.T[self._full].transpose(0, 2, 1)
+        between = nodes[:, :-1, None] + share * (nodes[:, 1:] - nodes[:, :-1])[:, :, None]
+        between = between.reshape(joints, steps, joints)
+        between *= acceleration.T[:, :, None]
+        # One by one, in an order that does not depend on how many steps there are.
+        for part in between:
+            forces += part
+        return self._borne(forces, velocity[:-1], acceleration), inertia
+
+    def _nodes(self, position: Matrix, velocity: Matrix) -> tuple[Matrix, Matrix]:
+        """
+        Return matrices of inertia, and the torques without acceleration.
+
+        :param position: (k, nv) of all joints of the physics; the first is often the last node.
+        :param velocity: (k, nv).
+        """
+        bias, inertia = np.empty(position.shape), np.empty((len(position), len(self._inertia)))
+        known = int(position[0].tobytes() + velocity[0].tobytes() == self._node[0])
+        if known:
+            inertia[0], bias[0] = self._node[1:]
+        rest = np.zeros_like(position[known:])
+        self._look(position[known:], velocity[known:], rest, bias[known:], inertia[known:])
+        self._node = position[-1].tobytes() + velocity[-1].tobytes(), inertia[-1], bias[-1]
+        return inertia, bias
+
+    def _look(
+        self,
+        position: Matrix,
+        velocity: Matrix,
+        acceleration: Matrix,
+        forces: Matrix,
+        inertia: Matrix,
+    ) -> None:
+        """Write the forces (k, nv) and matrices of inertia (k, m) of some states (k, nv)."""
+        model, data, inverse = self._model, self._data, mujoco.mj_inverse
+        for i in range(len(position)):
+            self._qpos[:], self._qvel[:], self._qacc[:] = position[i], velocity[i], acceleration[i]
+            inverse(model, data)
+            forces[i], inertia[i] = self._force, self._inertia
+
+    def _borne(self, forces: Matrix, velocity: Matrix, acceleration: Matrix) -> Matrix:
+        """Return what the active joints bear (k, n) of forces of all joints (k, nv)."""
+        if self._step_damping is not None:
+            # The integrator takes damping at the end of the step, mj_inverse at its start.
+            forces += self._step_damping * acceleration
+        if self._friction is not None:
+            forces += self._friction * np.tanh(velocity / FRICTION_VELOCITY)
+        return forces if self._plain else self._gather(forces)
+
+    def _spread(self, values: Matrix, *, offset: bool = False) -> Matrix:
+        """Return values of all joints of the physics from those of the active ones (k, n)."""
+        spread: Matrix = values[:, self._driver] * self._ratio
+        return spread + self._full_offset if offset else spread
+
+    def _gather(self, forces: Matrix) -> Matrix:
+        """Return what the active joints have to bear (k, n), with those that follow them."""
+        borne = np.zeros((len(forces), self._from_active.shape[1]))
+        for joint, driver in enumerate(self._driver):
+            borne[:, driver] += self._ratio[joint] * forces[:, joint]
+        return borne
+
+    def joint_inertias(self, inertia: Vector) -> Vector:
+        """Return each joint's own inertia (n,) of a matrix of inertia (m,) [kg*m^2 or kg]."""
+        inertias: Vector = self._squares @ inertia[self._diagonal]
+        return inertias
+
+    def expand(self, values: Vector) -> Vector:
+        """Return positions of all movable joints from those of the active ones."""
+        return self._expand @ values + self._offset
+
+
+def stride_of(steps: int) -> int:
+    """Return how many steps of a control period of so many lie between two nodes."""
+    return next(n for n in range(min(steps, LONGEST_STRIDE), 0, -1) if steps % n == 0)
+
+
+def _mimic_map(model: RobotModel) -> tuple[Vector, Vector]:
+    """Return S, c with q(all movable) = S q(active) + c."""
+    names, active = model.movable_joints, model.active_joints
+    zero = model.complete(dict.fromkeys(active, 0.0))
+    offset = np.array([zero[name] for name in names], dtype=np.float64)
+    expand = np.zeros((len(names), len(active)))
+    for column, driver in enumerate(active):
+        one = model.complete({**dict.fromkeys(active, 0.0), driver: 1.0})
+        expand[:, column] = np.array([one[name] for name in names]) - offset
+    return expand, offset

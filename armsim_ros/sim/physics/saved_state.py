@@ -1,0 +1,143 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What a simulation is at one moment, to go back to it bit by bit."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+import copy
+from dataclasses import dataclass
+from typing import Any, ClassVar, TYPE_CHECKING
+
+from armsim_ros.arrays import Matrix, Vector
+from armsim_ros.errors import SimulationError
+
+if TYPE_CHECKING:
+    from armsim_ros.sim.clock import SimClock
+    from armsim_ros.sim.drives.servo import Servo
+    from armsim_ros.sim.grippers.vacuum_gripper import VacuumGripper
+    from armsim_ros.sim.physics.plant import Plant
+    from armsim_ros.sim.world.world_scene import WorldScene
+
+#: How much of an ``MjData`` is awake; its pickle has it not.
+_AWAKE = ('nbody_awake', 'nparent_awake', 'ntree_awake', 'nv_awake')
+
+
+class Restorable:
+    """A part whose attributes, but for some that never change, are its state."""
+
+    unchanging: ClassVar[frozenset[str]] = frozenset()
+    """Attributes that are no state: settings, and other parts."""
+
+    def save(self) -> dict[str, Any]:
+        """Return a copy of all that changes while it works."""
+        state = {name: value for name, value in vars(self).items() if name not in self.unchanging}
+        return copy.deepcopy(state)
+
+    def restore(self, saved: Mapping[str, Any]) -> None:
+        """Be what it was when ``save`` was called; on another of the same kind, too."""
+        vars(self).update(copy.deepcopy(dict(saved)))
+
+
+@dataclass(frozen=True, eq=False)
+class PlantState:
+    """
+    The physics.
+
+    :param data: a copy of the ``MjData``, with all that the next step reads.
+    :param welds: (neq, k) where welds hold their two bodies.
+    :param gains: (m, 2) stiffness and damping of the drives.
+    :param inputs: (m,) of the drives, as they were given last.
+    """
+
+    data: Any
+    welds: Matrix
+    gains: Matrix
+    inputs: Vector
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Return what a pickle holds, with the counts that MuJoCo leaves out of its own."""
+        return {**vars(self), 'awake': {name: getattr(self.data, name) for name in _AWAKE}}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Take over what a pickle held."""
+        for name, count in state.pop('awake').items():
+            setattr(state['data'], name, count)
+        vars(self).update(state)
+
+
+@dataclass(frozen=True, eq=False)
+class SimulationState:
+    """
+    A whole simulation: physics, drives, suction cups, commands, time.
+
+    :param objects: names of the world's objects; a simulation with others cannot take it.
+    :param fixed: poses (4, 4) of those that never move by themselves.
+    :param plant: the physics.
+    :param drives: of the servo.
+    :param grippers: suction cup -> its state.
+    :param commands: (8, n) commands and feed-forward of all joints.
+    :param other_commands: of sensors and gpios.
+    :param given_states: that controllers set.
+    :param written: the commands that were taken over last.
+    :param time: steps done, and time before the first of them [ns].
+    """
+
+    objects: tuple[str, ...]
+    fixed: Mapping[str, Matrix]
+    plant: PlantState
+    drives: Mapping[str, Any]
+    grippers: Mapping[str, Mapping[str, Any]]
+    commands: Matrix
+    other_commands: Mapping[str, float]
+    given_states: Mapping[str, float]
+    written: tuple[bytes, int]
+    time: tuple[int, int]
+
+
+class SavableSimulation:
+    """The part of a simulation that saves and restores it."""
+
+    clock: SimClock
+    world: WorldScene
+    vacuum_grippers: dict[str, VacuumGripper]
+    other_commands: dict[str, float]
+    given_states: dict[str, float]
+    _inputs: Matrix
+    _written: tuple[bytes, int]
+    _plant: Plant
+    _servo: Servo
+
+    def save_state(self) -> SimulationState:
+        """Return all that the future depends on; between two control periods."""
+        objects = self.world.objects
+        return SimulationState(
+            tuple(objects),
+            {name: self.world.pose(name) for name in objects if objects[name].mass is None},
+            self._plant.save(), self._servo.save(),
+            {name: one.save() for name, one in self.vacuum_grippers.items()},
+            self._inputs.copy(), dict(self.other_commands), dict(self.given_states),
+            self._written, (self.clock.steps, self.clock.start_ns),
+        )  # fmt: skip
+
+    def restore_state(self, saved: SimulationState) -> None:
+        """
+        Be exactly what was saved, here or in another simulation of the same robot and world.
+
+        :raises SimulationError: the world has other objects than it had then.
+        """
+        if self.world.names != saved.objects:
+            raise SimulationError(
+                f'the state is of a world with {", ".join(saved.objects) or "no objects"}; here '
+                f'there are {", ".join(self.world.names) or "none"}; make them the same first')
+        for name, pose in saved.fixed.items():
+            if self.world.pose(name).tobytes() != pose.tobytes():
+                self.world.set_pose(name, pose)
+        self._plant.set_state(saved.plant)
+        self._servo.restore(saved.drives)
+        for name, gripper in self.vacuum_grippers.items():
+            gripper.restore(saved.grippers[name])
+        self._inputs[:], self._written = saved.commands, saved.written
+        self.other_commands.update(saved.other_commands)
+        self.given_states = dict(saved.given_states)
+        self.clock.steps, self.clock.start_ns = saved.time

@@ -1,0 +1,281 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""All that is in a simulation by name: the robots and the objects of the world."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field, replace
+from enum import IntEnum
+
+import numpy as np
+
+from armsim_ros.arrays import Matrix, Vector
+from armsim_ros.errors import nearest, SimulationError
+from armsim_ros.model.world_objects import WorldObject
+from armsim_ros.sim.simulation import Simulation
+from armsim_ros.sim.world.world_scene import WorldEdit
+
+#: The frame that all poses are told in.
+WORLD_FRAME = 'world'
+
+
+class Category(IntEnum):
+    """Constants of ``simulation_interfaces/msg/EntityCategory`` that occur here."""
+
+    OBJECT = 0
+    ROBOT = 1
+    STATIC_OBJECT = 5
+
+
+class UnknownEntityError(SimulationError):
+    """There is no entity of a name."""
+
+
+@dataclass(frozen=True, slots=True)
+class EntityInfo:
+    """
+    What is known of an entity besides its state.
+
+    :param tags: labels to filter by.
+    """
+
+    category: Category
+    description: str = ''
+    tags: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class EntityState:
+    """
+    Where an entity is and how it moves, in the world.
+
+    :param pose: (4, 4).
+    :param linear: (3,) velocity of its origin [m/s].
+    :param angular: (3,) [rad/s].
+    """
+
+    pose: Matrix
+    linear: Vector = field(default_factory=lambda: np.zeros(3))
+    angular: Vector = field(default_factory=lambda: np.zeros(3))
+
+
+@dataclass(frozen=True, slots=True)
+class RobotEntity:
+    """
+    A robot of the simulation.
+
+    :param root_link: its pose is the robot's.
+    :param links: all its links.
+    """
+
+    name: str
+    root_link: str
+    links: tuple[str, ...]
+
+
+class Entities:
+    """
+    Robots and objects by name, with what people know of them.
+
+    Only the thread that ticks may ask for states and change them; names and infos can be asked
+    for from any thread.
+
+    :param simulation: holds them.
+    :param robots: the robots in it.
+    """
+
+    def __init__(self, simulation: Simulation, robots: Iterable[RobotEntity]) -> None:
+        self._simulation = simulation
+        self._robots = {robot.name: robot for robot in robots}
+        self._infos: dict[str, EntityInfo] = {}
+        self._spawned: tuple[str, ...] = ()
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of all entities, sorted."""
+        return tuple(sorted({*self._robots, *self._simulation.world.names}))
+
+    @property
+    def robots(self) -> tuple[str, ...]:
+        """Names of the robots."""
+        return tuple(self._robots)
+
+    @property
+    def spawned(self) -> tuple[str, ...]:
+        """Names of the objects that came after the world was loaded."""
+        return self._spawned
+
+    def is_robot(self, name: str) -> bool:
+        """Return whether an entity is a robot."""
+        return name in self._robots
+
+    def info(self, name: str) -> EntityInfo:
+        """
+        Return what is known of an entity.
+
+        :raises UnknownEntityError: there is none of that name.
+        """
+        self._check(name)
+        return self._infos.get(name) or EntityInfo(self._category(name))
+
+    def set_info(self, name: str, description: str, tags: Iterable[str]) -> None:
+        """
+        Change what is known of an entity; its category stays.
+
+        :raises UnknownEntityError: there is none of that name.
+        """
+        self._infos[name] = replace(
+            self.info(name), description=description, tags=tuple(dict.fromkeys(tags)))
+
+    def state(self, name: str) -> EntityState:
+        """
+        Return where an entity is and how it moves; ``robot/link`` is one, too.
+
+        :raises UnknownEntityError: there is none of that name.
+        """
+        world, simulation = self._simulation.world, self._simulation
+        if name in world.objects:
+            return EntityState(world.pose(name), *world.twist(name))
+        link = self._link(name)
+        if link is None:
+            self._check(name)
+        assert link is not None
+        return EntityState(simulation.link_pose(link), *simulation.link_motion(link))
+
+    def states(self, names: Iterable[str]) -> dict[str, EntityState]:
+        """Return the states of those of the names that are there, of one moment."""
+        return {name: self.state(name) for name in names if self.has(name)}
+
+    def bounds(self, name: str) -> tuple[Vector, Vector]:
+        """
+        Return the smallest and the largest corner of an entity in its own axes, (3,) [m].
+
+        :raises UnknownEntityError: there is none of that name.
+        """
+        self._check(name)
+        robot = self._robots.get(name)
+        if robot is None:
+            return self._simulation.world.bounds(name)
+        return self._simulation.link_bounds(robot.links, robot.root_link)
+
+    def world_bounds(self, name: str) -> tuple[Vector, Vector]:
+        """Return the smallest and the largest corner along the world's axes, (3,) each [m]."""
+        low, high = self.bounds(name)
+        pose = self.state(name).pose
+        middle = pose[:3, :3] @ (0.5 * (low + high)) + pose[:3, 3]
+        reach = np.abs(pose[:3, :3]) @ (0.5 * (high - low))
+        return middle - reach, middle + reach
+
+    def frame_pose(self, frame: str) -> Matrix:
+        """
+        Return where a frame is in the world (4, 4): the world itself, a link, or an entity.
+
+        :param frame: '' is the world.
+        :raises UnknownEntityError: there is no such frame.
+        """
+        if frame in ('', WORLD_FRAME):
+            return np.eye(4)
+        if frame in self._simulation.model.links:
+            return self._simulation.link_pose(frame)
+        return self.state(frame).pose
+
+    def set_state(self, name: str, state: EntityState) -> None:
+        """
+        Put an object somewhere, with a velocity.
+
+        :raises UnknownEntityError: there is none of that name.
+        :raises SimulationError: a robot; a velocity for what is fixed.
+        """
+        if name in self._robots:
+            raise SimulationError(
+                f"robot '{name}' is fixed to the world; its joints move by its controllers")
+        self._check(name)
+        self._simulation.world.set_pose(name, state.pose, (state.linear, state.angular))
+
+    def stage_spawn(self, things: Iterable[WorldObject]) -> WorldEdit:
+        """Prepare new objects, see :meth:`WorldScene.stage`."""
+        return self._simulation.world.stage(add=things)
+
+    def spawn(self, edit: WorldEdit) -> None:
+        """
+        Add prepared objects; only from the thread that ticks.
+
+        :raises OverlapError: a free one overlaps a robot; nothing is added then.
+        """
+        self._simulation.world.commit(edit, keep_clear=True)
+        self._spawned += tuple(thing.name for thing in edit.added)
+
+    def stage_delete(self, names: Iterable[str]) -> WorldEdit:
+        """
+        Prepare that objects go.
+
+        :raises UnknownEntityError: there is none of a name.
+        :raises SimulationError: one is a robot.
+        """
+        names = tuple(names)
+        for name in names:
+            self._check(name)
+            if name in self._robots:
+                raise SimulationError(f"robot '{name}' cannot be deleted; end the simulation")
+        return self._simulation.world.stage(remove=names)
+
+    def delete(self, edit: WorldEdit) -> None:
+        """Remove prepared objects; only from the thread that ticks."""
+        self._simulation.world.commit(edit)
+        gone = {thing.name for thing in edit.removed}
+        self._spawned = tuple(name for name in self._spawned if name not in gone)
+        self._infos = {name: info for name, info in self._infos.items() if name not in gone}
+
+    def stage_load(self, things: Iterable[WorldObject], *, floor: bool) -> WorldEdit:
+        """Prepare a world in place of the present one."""
+        world = self._simulation.world
+        return world.stage(add=things, remove=world.names, floor=floor)
+
+    def load(self, edit: WorldEdit) -> None:
+        """Take a prepared world in place of the present one; only from the thread that ticks."""
+        self.delete(edit)
+        self._spawned = ()
+
+    def has(self, name: str) -> bool:
+        """Return whether there is an entity, or a link of a robot, of that name."""
+        return name in self._simulation.world.objects or self._link(name) is not None
+
+    def free_name(self, wanted: str, reserved: Iterable[str] = ()) -> str:
+        """Return a name, or with ``_1``, ``_2`` ... behind it the first that is not taken."""
+        taken, number, name = {*self.names, *reserved}, 0, wanted
+        while name in taken:
+            number += 1
+            name = f'{wanted}_{number}'
+        return name
+
+    def _category(self, name: str) -> Category:
+        if name in self._robots:
+            return Category.ROBOT
+        free = self._simulation.world.objects[name].mass is not None
+        return Category.OBJECT if free else Category.STATIC_OBJECT
+
+    def _link(self, name: str) -> str | None:
+        """Return the link that a robot's name, or ``robot/link``, stands for."""
+        robot = self._robots.get(name)
+        if robot is not None:
+            return robot.root_link
+        owner, _, link = name.partition('/')
+        robot = self._robots.get(owner)
+        return link if robot is not None and link in robot.links else None
+
+    def _check(self, name: str) -> None:
+        if name in self._robots or name in self._simulation.world.objects:
+            return
+        hint = nearest(name, self.names) or f'there are: {", ".join(self.names)}'
+        raise UnknownEntityError(f"there is no entity '{name}'; {hint}")
+
+
+def relative_state(state: EntityState, frame: Matrix) -> EntityState:
+    """
+    Return a state that was given in a frame as one in the world.
+
+    :param frame: (4, 4) of the frame; the twist is given along its axes.
+    """
+    turn = frame[:3, :3]
+    return EntityState(frame @ state.pose, turn @ state.linear, turn @ state.angular)

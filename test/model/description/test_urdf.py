@@ -1,0 +1,225 @@
+"""URDF text to a tree, and what is said of a text that is none."""
+
+import math
+
+import numpy as np
+import pytest
+
+from armsim_ros.errors import ModelError
+from armsim_ros.model.description.urdf import parse_urdf
+from armsim_ros.model.geometry import Box, Capsule, Cylinder, Mesh, Sphere
+from armsim_ros.model.robot_model import JointType
+
+LIMIT = '<limit lower="-1" upper="2" effort="5" velocity="3"/>'
+
+
+def joint(name, parent, child, kind='revolute', inside=LIMIT, xyz='0 0 0.1'):
+    """Return a joint's text on one line."""
+    return (f'<joint name="{name}" type="{kind}"><parent link="{parent}"/><child link="{child}"/>'
+            f'<origin xyz="{xyz}"/><axis xyz="0 0 1"/>{inside}</joint>')
+
+
+def link(name, inside=''):
+    """Return a link's text on one line, with plausible mass properties."""
+    inertial = ('<inertial><mass value="1"/><inertia ixx="0.01" ixy="0" ixz="0" iyy="0.01" '
+                'iyz="0" izz="0.01"/></inertial>')
+    return f'<link name="{name}">{inside or inertial}</link>'
+
+
+def robot(*lines):
+    """Return a URDF whose second line is the first one given."""
+    return '\n'.join(['<robot name="r">', *lines, '</robot>'])
+
+
+def read(text, **arguments):
+    """Return the content of a URDF."""
+    return parse_urdf(text, 'r.urdf', read_mesh=arguments.pop('read_mesh', None), **arguments)
+
+
+def urdf_mistakes(text):
+    """Return the messages of a URDF's mistakes."""
+    with pytest.raises(ModelError) as caught:
+        read(text)
+    return [str(one) for one in caught.value.problems]
+
+
+def test_the_tree_is_in_depth_first_order(arm_urdf):
+    """Links and joints follow the tree; siblings in the order of the joints' names."""
+    content = read(arm_urdf)
+    assert content.root_link == 'base'
+    assert list(content.links) == ['base', 'a', 'b', 'tool', 'left', 'right']
+    assert list(content.joints) == ['j1', 'j2', 'to_tool', 'finger_1', 'finger_2']
+
+
+def test_a_joint_as_written():
+    """Origin, unit axis, limits, mimic and dynamics."""
+    inside = LIMIT + '<dynamics damping="0.5" friction="0.1"/>'
+    text = robot(link('a'), link('b'), joint('j', 'a', 'b', inside=inside).replace(
+        'xyz="0 0 1"', 'xyz="0 3 4"'))
+    found = read(text).joints['j']
+    assert found.type is JointType.REVOLUTE
+    assert found.axis == pytest.approx([0, 0.6, 0.8])
+    assert found.origin[:3, 3] == pytest.approx([0, 0, 0.1])
+    assert (found.limits.lower, found.limits.upper) == (-1.0, 2.0)
+    assert (found.limits.velocity, found.limits.effort) == (3.0, 5.0)
+    assert found.limits.acceleration == math.inf
+    assert (found.damping, found.friction) == (0.5, 0.1)
+
+
+def test_the_default_axis_is_x():
+    """A joint without an axis turns about x."""
+    text = robot(link('a'), link('b'), joint('j', 'a', 'b').replace('<axis xyz="0 0 1"/>', ''))
+    assert read(text).joints['j'].axis == pytest.approx([1, 0, 0])
+
+
+def test_a_continuous_joint_needs_no_limit():
+    """C2: it has no bounds, those it gives count."""
+    content = read(robot(link('a'), link('b'), link('c'), joint('j', 'a', 'b', 'continuous', ''),
+                         joint('k', 'b', 'c', 'continuous', LIMIT)))
+    assert content.joints['j'].limits.velocity == math.inf
+    assert content.joints['k'].limits.velocity == 3.0
+    assert content.joints['k'].limits.lower == -math.inf
+
+
+def test_shapes():
+    """Boxes, spheres, cylinders, capsules and meshes, with pose and color."""
+    shapes = ('<box size="1 2 3"/>', '<sphere radius="1"/>',
+              '<cylinder radius="1" length="2"/>', '<capsule radius="1" length="2"/>',
+              '<mesh filename="m.stl" scale="1 2 3"/>')
+    asked = []
+    mesh = Mesh(np.eye(3), np.array([[0, 1, 2]]))
+
+    def read_mesh(uri, scale):
+        asked.append((uri, scale))
+        return mesh
+
+    inside = ''.join(f'<collision><origin xyz="0 0 {n}"/><geometry>{shape}</geometry></collision>'
+                     for n, shape in enumerate(shapes))
+    inside += ('<visual><geometry><box size="1 1 1"/></geometry><material name="red"/></visual>')
+    text = robot('<material name="red"><color rgba="1 0 0 1"/></material>', link('a', inside))
+    found = read(text, read_mesh=read_mesh).links['a']
+    assert [one.geometry for one in found.collisions] == [
+        Box((1, 2, 3)), Sphere(1), Cylinder(1, 2), Capsule(1, 2), mesh]
+    assert found.collisions[3].origin[2, 3] == 3.0
+    assert found.visuals[0].rgba == (1, 0, 0, 1)
+    assert asked == [('m.stl', (1.0, 2.0, 3.0))]
+
+
+A_B = (link('a'), link('b'))
+WRONG = [
+    (robot(link('a'), link('a')), "r.urdf:3:1: link 'a' is there twice, first in line 2"),
+    (robot(*A_B), 'r.urdf:3:1: 2 links have no parent: a, b'),
+    (robot(*A_B, joint('j', 'a', 'b'), joint('j', 'a', 'b')), "joint 'j' is there twice"),
+    (robot(*A_B, joint('j', 'a', 'bb')), "r.urdf:4:1: child of joint 'j': link 'bb' is not in"),
+    (robot(*A_B, joint('j', 'a', 'b'), joint('k', 'a', 'b')),
+     "r.urdf:5:1: link 'b' is the child of two joints, 'j' and 'k'"),
+    (robot(*A_B, joint('j', 'a', 'b'), joint('k', 'b', 'a')), 'the links go round in a loop'),
+    (robot(link('r'), *A_B, joint('j', 'a', 'b'), joint('k', 'b', 'a')),
+     'r.urdf:3:1: the links a, b go round in a loop'),
+    (robot(*A_B, joint('j', 'a', 'b', 'revolut')),
+     "r.urdf:4:1: joint 'j' has the type 'revolut'; allowed: fixed, revolute, continuous, "
+     "prismatic, floating, planar; did you mean 'revolute'?"),
+    (robot(*A_B, joint('j', 'a', 'b', inside='')), "joint 'j' is revolute and has no <limit>"),
+    (robot(*A_B, joint('j', 'a', 'b', inside='<limit lower="1" upper="0" effort="1" '
+                       'velocity="1"/>')), "joint 'j' has lower 1 above upper 0"),
+    (robot(*A_B, joint('j', 'a', 'b', inside='<limit lower="1" upper="2" effort="1"/>')),
+     "<limit> of joint 'j' has no 'velocity'"),
+    (robot(*A_B, joint('j', 'a', 'b', inside=LIMIT + '<mimic joint="k"/>')),
+     "r.urdf:4:1: joint 'j' mimics another: joint 'k' is not in the URDF"),
+    (robot(*A_B, joint('j', 'a', 'b', inside=LIMIT + '<mimic joint="j"/>')),
+     "joint 'j' mimics itself"),
+    (robot(*A_B, joint('j', 'a', 'b', xyz='0 0 nan')),
+     "<origin xyz> is '0 0 nan'; allowed: 3 finite numbers"),
+    (robot(*A_B, joint('j', 'a', 'b').replace('xyz="0 0 1"', 'xyz="0 0 0"')),
+     "the axis of joint 'j' has length 0"),
+    (robot(link('a', '<collision><geometry><box size="1 -1 1"/></geometry></collision>')),
+     '<box> needs sizes above 0'),
+    (robot(link('a', '<collision><geometry><cone radius="1"/></geometry></collision>')),
+     "<cone> of link 'a' is no shape; allowed: box, sphere, cylinder, capsule, mesh"),
+    (robot(link('a', '<inertial><mass value="1"/></inertial>')),
+     "<inertial> of link 'a' has no <inertia>"),
+    ('<robot name="r">\n<link name="a">\n</robot>',
+     'r.urdf:3:3: this is no XML: mismatched tag; <link> of line 2 is still open there'),
+    ('<sdf/>', 'r.urdf:1:1: the root element is <sdf>; allowed: <robot>'),
+    ('<robot name="r"/>', 'r.urdf:1:1: the robot has no links'),
+    ('<!DOCTYPE x [<!ENTITY a "b">]><robot/>', "the text defines the entity 'a'"),
+]
+
+
+@pytest.mark.parametrize(('text', 'message'), WRONG)
+def test_one_message_with_its_line(text, message):
+    """A mistake is told with file, line and what would be right."""
+    assert any(message in one for one in urdf_mistakes(text)), urdf_mistakes(text)
+
+
+def test_all_mistakes_at_once():
+    """One run names them all."""
+    text = robot(link('a'), link('a'), joint('j', 'a', 'x'), joint('k', 'y', 'a', 'hinge'))
+    assert len(urdf_mistakes(text)) == 3
+
+
+def test_a_limit_of_zero_is_none():
+    """Exporters write effort 0 and velocity 0 for what they do not know."""
+    content = read(robot(*A_B, joint('j', 'a', 'b', inside='<limit lower="-1" upper="1" '
+                                     'effort="0" velocity="0"/>')))
+    assert content.joints['j'].limits.effort == math.inf
+    assert len(content.problems) == 2
+
+
+def test_what_others_read_is_listed(arm_urdf):
+    """Gazebo's tags and transmissions are noted, unknown tags give a warning."""
+    extra = ('<transmission name="t"><type>transmission_interface/SimpleTransmission</type>'
+             '<joint name="j1"><hardwareInterface>hardware_interface/PositionJointInterface'
+             '</hardwareInterface></joint><actuator name="m"><mechanicalReduction>50'
+             '</mechanicalReduction></actuator></transmission>\n<gazebo><plugin name="p"/>'
+             '</gazebo>\n<gazebo reference="a"><material>Gazebo/Red</material></gazebo>\n<lnk/>\n')
+    content = read(arm_urdf.replace('</robot>', extra + '</robot>'))
+    assert content.transmissions[0].joint == 'j1'
+    assert content.transmissions[0].interfaces == ('position',)
+    assert content.transmissions[0].reduction == 50.0
+    texts = [str(one) for one in content.problems]
+    assert any('<gazebo> is not used here (plugin)' in one for one in texts)
+    assert any("<gazebo reference='a'> is not used here (material)" in one for one in texts)
+    assert any("<lnk> is not known and has no effect; did you mean 'link'?" in one
+               for one in texts)
+
+
+@pytest.mark.parametrize(('inertial', 'reason'), [
+    ('', 'it has no <inertial>'),
+    ('<inertial><mass value="-1"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/>'
+     '</inertial>', 'the mass -1 kg is not above 0'),
+    ('<inertial><mass value="1"/><inertia ixx="0" ixy="0" ixz="0" iyy="0" iyz="0" izz="0"/>'
+     '</inertial>', 'not positive definite'),
+    ('<inertial><mass value="1"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="9"/>'
+     '</inertial>', 'no body has the principal inertias 1, 1, 9'),
+    ('<inertial><mass value="1"/><inertia ixx="9" ixy="0" ixz="0" iyy="9" iyz="0" izz="9"/>'
+     '</inertial>', 'the inertia 9 kg*m^2 is too large for 1 kg within'),
+])
+def test_impossible_mass_properties_are_repaired(inertial, reason):
+    """The warning names link, reason and the value that is taken."""
+    shape = '<collision><geometry><box size="0.1 0.2 0.3"/></geometry></collision>'
+    content = read(robot(link('a'), f'<link name="b">{inertial}{shape}</link>',
+                         joint('j', 'a', 'b')))
+    (warning,) = (str(one) for one in content.problems)
+    assert warning.startswith("r.urdf:3:1: link 'b': ")
+    assert reason in warning
+    mass = content.links['b'].inertial.mass
+    assert mass == pytest.approx(1.0 if 'value="1"' in inertial else 6.0)
+    assert np.diag(content.links['b'].inertial.inertia) == pytest.approx(
+        mass / 12 * np.array([0.13, 0.10, 0.05]))
+
+
+def test_a_frame_stays_without_mass():
+    """A fixed link without shapes is only a frame."""
+    content = read(robot(link('a'), '<link name="b"/>', joint('j', 'a', 'b', 'fixed', '')))
+    assert content.links['b'].inertial is None
+    assert content.problems == ()
+
+
+def test_a_box_without_volume_is_left_out_with_a_warning():
+    """A plane that is drawn as a box of no height costs its shape, not the start."""
+    text = ('<robot name="r"><link name="ground"><collision><geometry><box size="5 5 0"/>'
+            '</geometry></collision></link></robot>')
+    content = parse_urdf(text, 'r.urdf', read_mesh=lambda uri, scale: None)
+    assert content.links['ground'].collisions == ()
+    assert "link 'ground' has no collision geometry of a box" in str(content.problems[0])
