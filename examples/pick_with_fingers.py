@@ -6,11 +6,12 @@ Pick a cube from the floor with two fingers, carry it, put it down, and go back.
 An ordinary client: it uses rclpy and the standard interfaces alone. The planning scene tells
 where the cube is and when it is held; the simulation puts both into it by itself.
 
-    ros2 run armsim_ros bringup robot:=ROBOT
-    python examples/pick_with_fingers.py --from 0.42 0.1 0.3 --to 0.35 -0.25 0.0
+    ros2 run armsim_ros bringup robot:=panda
+    python examples/pick_with_fingers.py --robot panda --from 0.42 0.1 0.3 --to 0.35 -0.25 0.0
 
-Another arm is told by the options: a gripper without ``--fingers`` is driven by its action
-GripperCommand, one with these joints by FollowJointTrajectory.
+The panda's hand is driven by the action GripperCommand, which presses with an effort and tells
+when it has stalled. ROBOT's fingers have a trajectory controller: ``--fingers`` names its joints.
+Another arm is told by the other options.
 """
 
 import argparse
@@ -45,6 +46,21 @@ CUBE = f"""<sdf version="1.9"><model name="cube"><link name="link">
   <visual name="v"><geometry><box><size>{SIZE} {SIZE} {SIZE}</size></box></geometry>
     <material><diffuse>0.9 0.3 0.1 1</diffuse></material></visual>
 </link></model></sdf>"""
+#: Robot -> its options.
+ROBOTS = {
+    'ROBOT': {
+        'group': 'arm', 'link': 'tool', 'frame': 'base_link',
+        'joints': [f'j{number}' for number in range(1, 7)],
+        'home': [0.0, -0.4, 1.5, 0.0, 0.5, 0.0],
+        'gripper': '/ROBOT/ROBOT_gripper_controller', 'fingers': ['finger_j1', 'finger_j2'],
+    },
+    'panda': {
+        'group': 'panda_arm', 'link': 'panda_hand_tcp', 'frame': 'panda_link0',
+        'joints': [f'panda_joint{number}' for number in range(1, 8)],
+        'home': [0.0, -0.785, 0.0, -2.356, 0.0, 1.571, 0.785],
+        'gripper': '/panda_hand_controller', 'fingers': [],
+    },
+}
 #: How far above the cube the hand begins to go straight down, and how far it lifts [m].
 ABOVE = 0.12
 
@@ -255,14 +271,14 @@ def main():
     place = {'nargs': 3, 'type': float, 'metavar': ('X', 'Y', 'YAW')}
     parser.add_argument('--from', dest='start', default=[0.42, 0.1, 0.3], **place, help='[m, rad]')
     parser.add_argument('--to', dest='end', default=[0.35, -0.25, 0.0], **place, help='[m, rad]')
-    parser.add_argument('--group', default='arm', help='planning group')
-    parser.add_argument('--link', default='tool', help='link between the fingers, z outwards')
-    parser.add_argument('--frame', default='base_link', help='planning frame')
-    parser.add_argument('--joints', nargs='+', default=[f'j{i}' for i in range(1, 7)])
-    parser.add_argument('--home', nargs='+', type=float, default=[0, -0.4, 1.5, 0, 0.5, 0],
-                        help='where the arm ends [rad]')
-    parser.add_argument('--gripper', default='/ROBOT/ROBOT_gripper_controller')
-    parser.add_argument('--fingers', nargs='*', default=['finger_j1', 'finger_j2'],
+    parser.add_argument('--robot', choices=ROBOTS, default='ROBOT', help='whose options hold')
+    parser.add_argument('--group', help='planning group')
+    parser.add_argument('--link', help='link between the fingers, z outwards')
+    parser.add_argument('--frame', help='planning frame')
+    parser.add_argument('--joints', nargs='+', help='of the arm')
+    parser.add_argument('--home', nargs='+', type=float, help='where the arm ends [rad]')
+    parser.add_argument('--gripper', help='its controller')
+    parser.add_argument('--fingers', nargs='*',
                         help='joints of FollowJointTrajectory; none: GripperCommand')
     parser.add_argument('--open', type=float, default=0.04, help='of each finger [m]')
     parser.add_argument('--closed', type=float, default=0.0, help='of each finger [m]')
@@ -270,6 +286,7 @@ def main():
     parser.add_argument('--tolerance', type=float, default=0.02, help='of the end [m]')
     parser.add_argument('--patience', type=float, default=10.0, help='for the scene [s]')
     parser.add_argument('--timeout', type=float, default=60.0, help='[s] for each answer')
+    parser.set_defaults(**ROBOTS[parser.parse_known_args()[0].robot])
     options = parser.parse_args()
     rclpy.init()
     try:
