@@ -3,8 +3,9 @@
 """
 Settings of what surrounds the robot (``worlds/<name>.yaml``).
 
-A world is a floor and named objects. An object is one or more parts that hold together; with a
-mass it falls and can be pushed, without one it stands where it is::
+A world is a floor, named objects and, where it wants its own, gravity. An object is one or more
+parts that hold together; with a mass it falls and can be pushed, without one it stands where it
+is::
 
     floor: true
     objects:
@@ -161,4 +162,11 @@ class WorldSettings(Settings):
     """A world file."""
 
     floor: bool = parameter(True, 'a floor at z = 0')
+    gravity: Triple | None = parameter(
+        None, 'gravity [m/s^2]; none: that of simulation.yaml')
     objects: dict[str, WorldObjectSettings] = parameter({}, 'name -> object')
+
+    @field_validator('gravity')
+    @classmethod
+    def _finite_gravity(cls, value: Triple | None) -> Triple | None:
+        return None if value is None else finite_triple(value)

@@ -35,7 +35,7 @@ from armsim_ros.sim.grippers.vacuum_gripper import VacuumGripper
 from armsim_ros.sim.interfaces import offered_commands, offered_states
 from armsim_ros.sim.links import SimulatedLinks
 from armsim_ros.sim.physics.contacts import BodyContact, contacts
-from armsim_ros.sim.physics.mujoco_model import build_plant
+from armsim_ros.sim.physics.mujoco_model import build_plant, Ground
 from armsim_ros.sim.physics.plant import Plant, selector
 from armsim_ros.sim.physics.saved_state import SavableSimulation
 from armsim_ros.sim.sensors import Sensors, sensors_of
@@ -78,12 +78,10 @@ class Simulation(SimulatedLinks, SavableSimulation, HardwareInterface):
         self.settings = settings or SimulationSettings()
         self.clock = clock or SimClock(self.settings.timestep_ns)
         world = world or WorldSettings()
-        self._unused_of_world: tuple[str, ...] = ()
-        if isinstance(world, LoadedWorld):
-            things, self._unused_of_world = world.things, world.unused
-        else:
-            things = world_objects(world)
-        spec = build_plant(model, self.settings, things, floor=world.floor)
+        things = world.things if isinstance(world, LoadedWorld) else world_objects(world)
+        self._unused_of_world = world.unused if isinstance(world, LoadedWorld) else ()
+        ground = Ground(world.floor, world.gravity)
+        spec = build_plant(model, self.settings, things, ground)
         start = model.complete(initial_positions(model, self.settings))
         self._initial = np.array([start[name] for name in self.joint_names])
         inputs = np.full((9, len(self.joint_names)), np.nan)
@@ -104,7 +102,7 @@ class Simulation(SimulatedLinks, SavableSimulation, HardwareInterface):
             spec, self.joint_names, self.state, self._active, fingers_driven(model))
         self._bounded = self.effort_bound.tobytes()
         self._servo = Servo(model, self.settings, gains or {}, self._plant.tune)
-        self.world = WorldScene(self._plant, things, floor=world.floor)
+        self.world = WorldScene(self._plant, things, ground)
         self.vacuum_grippers = {
             name: VacuumGripper(name, one, self._plant, self.world)
             for name, one in self.settings.vacuum_grippers.items()
@@ -385,6 +383,7 @@ class Simulation(SimulatedLinks, SavableSimulation, HardwareInterface):
     def _settle_in(self) -> None:
         self._inputs[:8] = np.nan
         self._plant.read()
+        self._servo.dynamics.set_gravity(self._plant.model.opt.gravity)
         self._servo.restart(self.state.position[self._active])
 
     def _undriven(self, name: str) -> str:

@@ -68,6 +68,11 @@ class InverseDynamics:
             self._full[row, columns] = self._full[columns, row] = range(start, start + length)
         self._node: tuple[bytes, Vector, Vector] = b'', self._qpos, self._qpos
 
+    def set_gravity(self, gravity: Vector) -> None:
+        """Have another gravity from now on (3,) [m/s^2]."""
+        self._model.opt.gravity[:] = gravity
+        self._node = b'', self._qpos, self._qpos
+
     def torques(
         self, position: Matrix, velocity: Matrix, acceleration: Matrix
     ) -> tuple[Matrix, Matrix]:

@@ -5,11 +5,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any
+from typing import Any, NamedTuple
 
 import mujoco
 
-from armsim_ros.config.simulation import SimulationSettings, VacuumGripperSettings
+from armsim_ros.config.simulation import SimulationSettings, Triple, VacuumGripperSettings
 from armsim_ros.errors import nearest, SimulationError
 from armsim_ros.model.robot_model import RobotModel
 from armsim_ros.model.transforms import quat_wxyz_from_matrix
@@ -62,6 +62,18 @@ def weld_name(gripper: str, thing: str) -> str:
     return f'vacuum/{gripper}/{thing}'
 
 
+class Ground(NamedTuple):
+    """
+    What a world has besides its objects.
+
+    :param floor: whether there is a floor at z = 0.
+    :param gravity: [m/s^2]; None is that of the settings.
+    """
+
+    floor: bool = True
+    gravity: Triple | None = None
+
+
 class PlantSpec:
     """
     Builds the ``MjSpec`` of one robot, and of the world around it if wanted.
@@ -79,6 +91,8 @@ class PlantSpec:
         self.spec = mujoco.MjSpec()
         self.spec.compiler.degree = False
         self._set_options(settings, contacts)
+        self._gravity = settings.gravity
+        self.spec.option.gravity = list(settings.gravity)
         self.robot = RobotSpec(self.spec, model, settings, contacts=contacts)
         self._grippers = settings.vacuum_grippers if contacts else {}
         for name, gripper in self._grippers.items():
@@ -120,13 +134,14 @@ class PlantSpec:
             weld.solref = [2.0 * self.spec.option.timestep, 1.0]
             weld.solimp = list(WELD_SOLIMP)
 
-    def set_floor(self, wanted: bool) -> None:
-        """Have a floor at z = 0, or none."""
+    def set_ground(self, ground: Ground) -> None:
+        """Have a world's floor, or none, and its gravity."""
         floor = self.spec.geom(FLOOR_NAME)
-        if floor is None and wanted:
+        if floor is None and ground.floor:
             self._add_floor()
-        elif floor is not None and not wanted:
+        elif floor is not None and not ground.floor:
             self.spec.delete(floor)
+        self.spec.option.gravity = list(ground.gravity or self._gravity)
 
     def _add_floor(self) -> None:
         self.spec.worldbody.add_geom(
@@ -209,7 +224,6 @@ class PlantSpec:
     def _set_options(self, settings: SimulationSettings, contacts: bool) -> None:
         option = self.spec.option
         option.timestep = settings.timestep
-        option.gravity = list(settings.gravity)
         option.integrator = _INTEGRATORS[settings.integrator]
         option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
         option.impratio = IMPRATIO
@@ -225,18 +239,17 @@ class PlantSpec:
 def build_plant(
     model: RobotModel,
     settings: SimulationSettings,
-    objects: Iterable[WorldObject] = (),
-    *,
-    floor: bool = True,
+    objects: Iterable[WorldObject],
+    ground: Ground,
 ) -> PlantSpec:
     """
     Return the specification of a robot in its world.
 
     :param objects: what stands around the robot.
-    :param floor: whether there is a floor at z = 0.
+    :param ground: its floor and gravity.
     """
     plant = PlantSpec(model, settings)
-    plant.set_floor(floor)
+    plant.set_ground(ground)
     for thing in objects:
         plant.add_object(thing)
     return plant

@@ -13,6 +13,7 @@ import numpy as np
 from armsim_ros.arrays import Matrix, Vector
 from armsim_ros.errors import nearest, SimulationError
 from armsim_ros.model.world_objects import WorldObject
+from armsim_ros.sim.physics.mujoco_model import Ground
 from armsim_ros.sim.simulation import Simulation
 from armsim_ros.sim.world.world_scene import WorldEdit
 
@@ -227,10 +228,10 @@ class Entities:
         self._spawned = tuple(name for name in self._spawned if name not in gone)
         self._infos = {name: info for name, info in self._infos.items() if name not in gone}
 
-    def stage_load(self, things: Iterable[WorldObject], *, floor: bool) -> WorldEdit:
+    def stage_load(self, things: Iterable[WorldObject], ground: Ground) -> WorldEdit:
         """Prepare a world in place of the present one."""
         world = self._simulation.world
-        return world.stage(add=things, remove=world.names, floor=floor)
+        return world.stage(add=things, remove=world.names, ground=ground)
 
     def load(self, edit: WorldEdit) -> None:
         """Take a prepared world in place of the present one; only from the thread that ticks."""

@@ -20,7 +20,7 @@ from armsim_ros.model.transforms import (
     quat_wxyz_from_matrix,
 )
 from armsim_ros.model.world_objects import WorldObject
-from armsim_ros.sim.physics.mujoco_model import object_body_name
+from armsim_ros.sim.physics.mujoco_model import Ground, object_body_name
 from armsim_ros.sim.physics.plant import Plant, StagedPlant
 from armsim_ros.sim.world.start_overlaps import START_OVERLAP
 
@@ -40,15 +40,13 @@ class WorldEdit(NamedTuple):
     :param staged: the physics after it.
     :param added: objects that it adds.
     :param removed: objects that it removes.
-    :param floor: whether there is a floor after it.
-    :param had_floor: whether there was one.
+    :param ground: floor and gravity after it.
     """
 
     staged: StagedPlant
     added: tuple[WorldObject, ...]
     removed: tuple[WorldObject, ...]
-    floor: bool
-    had_floor: bool
+    ground: Ground
 
 
 class WorldScene:
@@ -61,13 +59,13 @@ class WorldScene:
 
     :param plant: the physics that holds them.
     :param things: the objects that it was built with.
-    :param floor: whether it has a floor.
+    :param ground: its floor and gravity.
     """
 
-    def __init__(self, plant: Plant, things: Iterable[WorldObject], *, floor: bool) -> None:
+    def __init__(self, plant: Plant, things: Iterable[WorldObject], ground: Ground) -> None:
         self._plant = plant
         self._things = {thing.name: thing for thing in things}
-        self._floor = floor
+        self._ground = ground
         self._free: tuple[Any, tuple[str, ...], Places] | None = None
         self.version = 0
         """Counts the changes of what there is, and of where fixed objects are."""
@@ -85,7 +83,7 @@ class WorldScene:
     @property
     def floor(self) -> bool:
         """Whether there is a floor at z = 0."""
-        return self._floor
+        return self._ground.floor
 
     def pose(self, name: str) -> Matrix:
         """
@@ -171,13 +169,12 @@ class WorldScene:
         self,
         add: Iterable[WorldObject] = (),
         remove: Iterable[str] = (),
-        *,
-        floor: bool | None = None,
+        ground: Ground | None = None,
     ) -> WorldEdit:
         """
         Prepare a change of the world; from any thread, while no other change is on its way.
 
-        :param floor: whether there is a floor then; None leaves it as it is.
+        :param ground: floor and gravity then; None leaves them as they are.
         :raises SimulationError: a name is taken or not there, or the physics refuses an object;
             the world stays as it was.
         """
@@ -185,7 +182,7 @@ class WorldScene:
         for name in remove:
             self._body(name)
         removed = tuple(self._things[name] for name in remove)
-        floor_then = self._floor if floor is None else floor
+        ground = ground or self._ground
         done: list[WorldObject] = []
         try:
             for thing in removed:
@@ -193,13 +190,12 @@ class WorldScene:
             for thing in added:
                 spec.add_object(thing)
                 done.append(thing)
-            if floor_then != self._floor:
-                spec.set_floor(floor_then)
+            spec.set_ground(ground)
             staged = self._plant.stage()
         except SimulationError:
             self._undo(done, removed)
             raise
-        return WorldEdit(staged, added, removed, floor_then, self._floor)
+        return WorldEdit(staged, added, removed, ground)
 
     def commit(self, edit: WorldEdit, *, keep_clear: bool = False) -> None:
         """
@@ -218,7 +214,7 @@ class WorldScene:
         for thing in edit.removed:
             del self._things[thing.name]
         self._things.update((thing.name, thing) for thing in edit.added)
-        self._floor = edit.floor
+        self._ground = edit.ground
         self.version += 1
 
     def add(self, thing: WorldObject) -> None:
@@ -244,7 +240,7 @@ class WorldScene:
             spec.remove_object(thing.name)
         for thing in removed:
             spec.add_object(replace(thing, pose=self.pose(thing.name)))
-        spec.set_floor(self._floor)
+        spec.set_ground(self._ground)
 
     def _place_fixed(self, name: str, pose: Matrix) -> None:
         body, quat = self._body(name), quat_wxyz_from_matrix(pose)

@@ -71,12 +71,14 @@ class LoadedWorld:
 
     :param floor: whether there is a floor at z = 0.
     :param unused: what of the file has no effect here, a line each.
+    :param gravity: [m/s^2]; None where the world does not say, and ``simulation.yaml`` does.
     """
 
     name: str
     things: tuple[WorldObject, ...]
     floor: bool = False
     unused: tuple[str, ...] = ()
+    gravity: tuple[float, float, float] | None = None
 
 
 def check_names(things: Iterable[WorldObject]) -> None:

@@ -1,7 +1,7 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
 """
-Objects and worlds in MJCF, MuJoCo's own format: bodies, geoms, free joints, materials.
+Objects and worlds in MJCF, MuJoCo's own format: bodies, geoms, free joints, materials, gravity.
 
 MuJoCo itself reads the text, so defaults and orientations mean what they mean there. It gets no
 files: meshes are read here, from the folders that are allowed, and handed over.
@@ -53,6 +53,8 @@ def mjcf_object(text: str, file: str, read_mesh: MeshReader) -> LoadedObject:
     tops = [body for body in range(1, model.nbody) if model.body_parentid[body] == 0]
     if not tops:
         raise ResourceFaultError(Fault.RESOURCE_PARSE_ERROR, f'{file}: it has no <body>')
+    if _tells_gravity(text, file):
+        unused.add('gravity of <option>: an object has none')
     for body in tops[1:]:
         unused.add(f"body '{model.body(body).name}': an object is one body")
     return LoadedObject(reader.thing(tops[0]), unused.lines)
@@ -66,6 +68,7 @@ def mjcf_world(text: str, file: str, read_mesh: MeshReader) -> LoadedWorld:
     """
     model, unused = _compiled(text, file, read_mesh)
     reader = _Reader(model, unused)
+    x, y, z = (float(value) for value in model.opt.gravity)
     things = [reader.thing(body) for body in range(1, model.nbody)
               if model.body_parentid[body] == 0]
     fixed = reader.geoms(0, np.eye(4))
@@ -77,7 +80,8 @@ def mjcf_world(text: str, file: str, read_mesh: MeshReader) -> LoadedWorld:
         things.append(WorldObject(name, part.origin, (
             LinkGeometry(part.geometry, np.eye(4), rgba=part.rgba),)))
     check_names(things)
-    return LoadedWorld(_model_name(text, file), tuple(things), floor, unused.lines)
+    return LoadedWorld(_model_name(text, file), tuple(things), floor, unused.lines,
+                       (x, y, z) if _tells_gravity(text, file) else None)
 
 
 class _Reader:
@@ -187,10 +191,15 @@ def _compiled(text: str, file: str, read_mesh: MeshReader) -> tuple[Any, Unused]
         raise ResourceFaultError(Fault.RESOURCE_PARSE_ERROR, str(error)) from None
     unused, meshes = Unused(), list[tuple[str, Mesh]]()
     for child in list(root.children):
-        if child.tag not in _READ:
-            unused.add(f'<{child.tag}>' + (
-                ': the simulation keeps its own, see simulation.yaml'
-                if child.tag == 'option' else ''))
+        if child.tag == 'option':
+            for word in sorted({*child.attributes, *(one.tag for one in child.children)}):
+                if word != 'gravity':
+                    unused.add(
+                        f'{word} of <option>: the simulation keeps its own, see simulation.yaml')
+                    child.attributes.pop(word, None)  # type: ignore[attr-defined]
+            child.children.clear()
+        elif child.tag not in _READ:
+            unused.add(f'<{child.tag}>')
             root.children.remove(child)
     folder = ''
     for compiler in root.all('compiler'):
@@ -244,6 +253,10 @@ def _clean(element: XmlElement, unused: Unused) -> None:
             if child.attributes.pop(word, None):  # type: ignore[attr-defined]
                 unused.add(f'{word} of <{child.tag}>')
         _clean(child, unused)
+
+
+def _tells_gravity(text: str, file: str) -> bool:
+    return any(one.get('gravity') for one in parse_xml(text, file).all('option'))
 
 
 def _model_name(text: str, file: str) -> str:

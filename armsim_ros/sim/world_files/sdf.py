@@ -3,9 +3,10 @@
 """
 Worlds and models in SDF (http://sdformat.org/spec): what rigid objects need.
 
-Read are worlds, models (nested ones, too), local includes, static, poses with relative_to, links,
-inertials, collisions, colours of visuals, the usual shapes and friction. A model is one rigid
-object: its links hold together as they are placed. All else is listed as unused.
+Read are worlds, gravity, models (nested ones, too), local includes, static, poses with
+relative_to, links, inertials, collisions, colours of visuals, the usual shapes and friction. A
+model is one rigid object: its links hold together as they are placed. All else is listed as
+unused.
 """
 
 from __future__ import annotations
@@ -80,14 +81,15 @@ def sdf_world(text: str, file: str, read_mesh: MeshReader, read_model: ModelRead
     for child in world.children:
         if child.tag not in _WORLD:
             unused.add(_named(child))
-    for tag in ('gravity', 'physics'):
-        if world.first(tag) is not None:
-            unused.add(f'<{tag}>: the simulation keeps its own, see simulation.yaml')
+    if world.first('physics') is not None:
+        unused.add('<physics>: the simulation keeps its own, see simulation.yaml')
+    pull = world.first('gravity')
+    gravity = None if pull is None else _triple(_floats(pull, 3))
     scope = _Scope.of(world, ('model', 'frame'))
     things = [reader.model(one, scope, 0) for one in world.all('model')]
     things += [reader.include(one, scope, 0) for one in world.all('include')]
     check_names(things)
-    return LoadedWorld(world.get('name') or 'world', tuple(things), False, unused.lines)
+    return LoadedWorld(world.get('name') or 'world', tuple(things), False, unused.lines, gravity)
 
 
 @dataclass(eq=False)
@@ -219,8 +221,8 @@ class _Reader:
         if shape is None:
             raise _refused(collision, f"collision '{collision.get('name')}' has no shape")
         if shape.tag == 'box':
-            x, y, z = _numbers(shape, 'size', 3)
-            return Box((_positive(shape, x), _positive(shape, y), _positive(shape, z))), np.eye(4)
+            size = [_positive(shape, number) for number in _numbers(shape, 'size', 3)]
+            return Box(_triple(size)), np.eye(4)
         if shape.tag == 'sphere':
             return Sphere(_positive(shape, *_numbers(shape, 'radius', 1))), np.eye(4)
         if shape.tag in ('cylinder', 'capsule'):
@@ -233,8 +235,8 @@ class _Reader:
                 raise _refused(shape, 'the normal of a plane is 0')
             return Plane(a, b, c, 0.0), np.eye(4)
         if shape.tag == 'mesh':
-            x, y, z = _numbers(shape, 'scale', 3, (1.0, 1.0, 1.0))
-            return self._read_mesh(_text(shape, 'uri'), (x, y, z)), np.eye(4)
+            scale = _triple(_numbers(shape, 'scale', 3, (1.0, 1.0, 1.0)))
+            return self._read_mesh(_text(shape, 'uri'), scale), np.eye(4)
         self._unused.add(f"shape <{shape.tag}> of collision '{collision.get('name')}'")
         return None, np.eye(4)
 
@@ -323,6 +325,11 @@ def _floats(element: XmlElement, *counts: int) -> list[float]:
         raise _refused(element, f"<{element.tag}> is '{element.content[:60]}'; allowed: "
                        f"{' or '.join(map(str, counts))} finite numbers")
     return values
+
+
+def _triple(values: list[float]) -> Triple:
+    x, y, z = values
+    return x, y, z
 
 
 def _positive(element: XmlElement, value: float) -> float:

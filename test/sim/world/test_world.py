@@ -13,6 +13,7 @@ from armsim_ros.model.geometry import Box, Sphere
 from armsim_ros.model.robot_model import Inertial, LinkGeometry, SemanticModel
 from armsim_ros.model.transforms import pose_matrix
 from armsim_ros.model.world_objects import prism, WorldObject
+from armsim_ros.sim.physics.mujoco_model import Ground
 from armsim_ros.sim.physics.robot_spec import untouching_pairs
 from armsim_ros.sim.simulation import Simulation
 from armsim_ros.sim.world.world_scene import OverlapError
@@ -315,7 +316,7 @@ def test_a_whole_world_is_exchanged(crowded):
     """All objects and the floor go, others come, in one change."""
     world = crowded.world
     world.commit(world.stage(add=[block('ball', (0, 3, 0.4), mass=1.0)], remove=world.names,
-                             floor=False))
+                             ground=Ground(floor=False)))
     crowded.reset()
     assert (world.names, world.floor) == (('ball',), False)
     run(crowded, 500)

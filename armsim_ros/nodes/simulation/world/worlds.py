@@ -24,6 +24,7 @@ from armsim_ros.nodes.simulation.world.filters import has_tags
 from armsim_ros.nodes.simulation.world.resetting import Resetting
 from armsim_ros.nodes.simulation.world.run_state import RunState
 from armsim_ros.nodes.simulation.world.work import Work
+from armsim_ros.sim.physics.mujoco_model import Ground
 from armsim_ros.sim.world.entities import Entities
 from armsim_ros.sim.world_files.loaded import Fault, LoadedWorld, ResourceFaultError
 from armsim_ros.sim.world_files.resources import WorldResources
@@ -147,7 +148,8 @@ class Worlds:
                      if self._entities.is_robot(thing.name)]
             if taken:
                 raise SimulationError(f"the world has an object '{taken[0]}', as a robot is named")
-            edit = self._entities.stage_load(world.things, floor=world.floor)
+            edit = self._entities.stage_load(
+                world.things, Ground(world.floor, world.gravity))
 
             def between_ticks() -> None:
                 self._entities.load(edit)
