@@ -83,7 +83,7 @@ class Goal:
             )
         return bool(self._handle.accepted)
 
-    def result(self, timeout: float = 20.0) -> Outcome:
+    def result(self, timeout: float = 60.0) -> Outcome:
         """Wait for the end of an accepted goal."""
         assert self.accepted(timeout), 'the goal was rejected'
         node = self._client.client

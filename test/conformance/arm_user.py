@@ -13,7 +13,7 @@ from typing import Any
 TIMEOUT = 20.0
 
 
-def until(condition: Callable[[], Any], what: str, timeout: float = 10.0) -> Any:
+def until(condition: Callable[[], Any], what: str, timeout: float = 30.0) -> Any:
     """Return what the condition says as soon as it is true of it."""
     deadline = time.monotonic() + timeout
     pause = threading.Event()

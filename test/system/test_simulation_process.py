@@ -68,7 +68,7 @@ def test_a_manager_of_that_name_on_the_domain_is_found(
 def test_a_namespace_of_its_own(ros_domain: int, client: ClientNode) -> None:
     """The controllers live where the argument says."""
     with start_program('simulation', ros_domain, 'namespace:=other'):
-        client.collect('/other/joint_states', JointState).wait(1, timeout=15.0)
+        client.collect('/other/joint_states', JointState).wait(1, timeout=60.0)
 
 
 def test_a_paused_start_serves_until_it_is_unpaused(

@@ -154,7 +154,7 @@ class TrajectoryController(TrajectoryClient):
         return self.watch(1)[0]
 
     def next_state(
-        self, matches: Callable[[JointTrajectoryControllerState], bool], timeout: float = 10.0
+        self, matches: Callable[[JointTrajectoryControllerState], bool], timeout: float = 30.0
     ) -> JointTrajectoryControllerState:
         """Wait for a state that matches, from now on."""
         self.watch(1)

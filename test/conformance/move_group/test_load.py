@@ -19,7 +19,7 @@ from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 from wire import at, box, quiet_diff, removal, thing
 
 #: How long an answer may take that must not hang [s]; what it really takes is for benchmarks.
-PATIENCE = 2.0
+PATIENCE = 10.0
 SLOW = {'max_velocity_scaling_factor': 0.05, 'max_acceleration_scaling_factor': 0.3}
 
 
@@ -36,7 +36,7 @@ def long_plan(arm: Any) -> Iterator[Any]:
     )
     yield handle
     arm.cancel(handle)
-    assert arm.ended(handle, timeout=5.0).status == CANCELED
+    assert arm.ended(handle, timeout=20.0).status == CANCELED
 
 
 def in_time(call: Callable[[], Any]) -> Any:
@@ -150,7 +150,7 @@ def test_a_scene_of_ten_thousand_objects(arm: Any) -> None:
     finally:
         done.set()
         asking.join()
-    assert longest[0] < 10.0 * PATIENCE
+    assert longest[0] < 2.0 * PATIENCE
     assert arm.validity(arm.positions()).valid
     assert arm.planned(arm.near()).points
     assert arm.add(CollisionObject(operation=CollisionObject.REMOVE))

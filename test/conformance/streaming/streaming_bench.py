@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 import threading
 import time
@@ -198,7 +199,8 @@ class Streamed:
         """Go to the place with the trajectory controller; servo runs and has no commands."""
         self.client.call('/servo_node/pause_servo', SetBool, SetBool.Request(data=False))
         self.use(ARM)
-        self.until(lambda: self.trajectory.get_subscription_count() > 0, 'the arm listens')
+        for publisher in (self.trajectory, self.twist, self.jog, self.pose):
+            self.until(lambda one=publisher: one.get_subscription_count() > 0, 'the arm listens')
         self.go(PLACE)
         self.rest(0.1)
         self.forget()
@@ -223,7 +225,7 @@ class Streamed:
         self.trajectory.publish(JointTrajectory(joint_names=list(JOINTS), points=[point]))
         self.until(lambda: np.abs(self.positions - positions).max() < 2e-3, 'the arm is there')
 
-    def until(self, condition: Any, what: str, timeout: float = 15.0) -> None:
+    def until(self, condition: Any, what: str, timeout: float = 30.0) -> None:
         """Wait for something."""
         deadline = time.monotonic() + timeout
         while not condition():
@@ -255,6 +257,22 @@ class Streamed:
                 message.header.stamp = self.client.node.get_clock().now().to_msg()
             publisher.publish(message)
             time.sleep(period)
+
+    def stream_until(self, publisher: Any, message: Any, condition: Any, what: str,
+                     timeout: float = 30.0) -> None:  # fmt: skip
+        """Publish a message again and again until something has come of it."""
+        deadline = time.monotonic() + timeout
+        while not condition():
+            assert time.monotonic() < deadline, f'not in time: {what}; said: {self.said()[-3:]}'
+            self.stream(publisher, message, 0.05)
+
+    def has_moved(self, before: Any, angle: float) -> Callable[[], bool]:
+        """Return whether a joint has turned by more than an angle [rad], as a condition."""
+        return lambda: bool(np.abs(self.positions - before).max() > angle)
+
+    def has_said(self, words: str, *codes: int) -> Callable[[], bool]:
+        """Return whether a status with one of the codes has the words, as a condition."""
+        return lambda: any(words in text and code in codes for code, text in self.said())
 
     def rest(self, seconds: float = 0.6) -> None:
         """Wait until the arm rests."""

@@ -110,9 +110,7 @@ def test_servo(arm: Streamed, kind: int, message: Any, words: str) -> None:
     before = arm.positions
     arm.forget()
     publisher = arm.jog if kind == JOG else arm.pose
-    arm.stream(publisher, message, 0.3)
-    arm.until(lambda: any(code == -1 and words in text for code, text in arm.said()),
-              f'the status has: {words}')  # fmt: skip
+    arm.stream_until(publisher, message, arm.has_said(words, -1), f'the status has: {words}')
     arm.rest(0.2)
     np.testing.assert_allclose(arm.positions, before, atol=1e-3)
 
@@ -126,9 +124,9 @@ def test_types_that_do_not_exist(arm: Streamed, kind: int) -> None:
     assert not arm.choose(kind)
     arm.until(lambda: f'{kind} is no command type' in arm.program.text[marker:], 'the log says so')
     before = arm.positions
-    arm.stream(arm.jog, JointJog(joint_names=['joint_6'], velocities=[1.0]), 0.3)
+    arm.stream_until(arm.jog, JointJog(joint_names=['joint_6'], velocities=[1.0]),
+                     arm.has_moved(before, 0.02), 'the joint moves')  # fmt: skip
     arm.rest()
-    assert arm.positions[5] - before[5] > 0.02
 
 
 @statement('MTC-3')

@@ -38,7 +38,7 @@ class Planner:
         scene = self._client.call('/get_planning_scene', GetPlanningScene, request).scene
         return {one.object.id: one for one in scene.robot_state.attached_collision_objects}
 
-    def wait(self, holds: Callable[[dict[str, Any]], bool], timeout: float = 5.0) -> float:
+    def wait(self, holds: Callable[[dict[str, Any]], bool], timeout: float = 30.0) -> float:
         """Ask until it holds; return how long that took [s]."""
         begin = time.monotonic()
         while not holds(self.objects()):

@@ -160,7 +160,7 @@ def test_a_reset_ends_goals_and_keeps_controllers(world: WorldUser, gazebo: bool
         world.gazebo('reset_world')
     else:
         assert world.result('reset_simulation', scope=STATE)[0] == OK
-    outcome = goal.result(timeout=2.0)
+    outcome = goal.result(timeout=15.0)
     assert outcome.status == ABORTED
     assert 'reset' in outcome.error_string
     assert 'x' in world.entities()

@@ -72,7 +72,7 @@ def test_a_world_is_exchanged_under_a_goal(world: WorldUser) -> None:
     """The goal ends and says so; the robot stays and works in the new world."""
     goal = world.move(20.0, 1.0)
     assert world.result('load_world', resource_string=MJCF)[0] == OK
-    outcome = goal.result(timeout=3.0)
+    outcome = goal.result(timeout=15.0)
     assert outcome.status == ABORTED
     assert 'world' in outcome.error_string
     assert world.entities() == ['ball', 'post', 'sunday']

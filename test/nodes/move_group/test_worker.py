@@ -12,7 +12,7 @@ import pytest
 
 from armsim_ros.nodes.move_group.worker import Job, Worker
 
-PATIENCE = 10.0
+PATIENCE = 30.0
 
 
 class Woken:
