@@ -11,7 +11,11 @@ from armsim_ros.config.base import Settings
 from armsim_ros.config.controllers.pid_gains import PidGains
 from armsim_ros.config.move_group.ompl_planning import OmplGroup, OmplSettings, PlannerConfig
 from armsim_ros.config.robot_settings import RobotSettings
-from armsim_ros.config.simulation import JointServoSettings, SimulationSettings
+from armsim_ros.config.simulation import (
+    JointServoSettings,
+    SimulationSettings,
+    VacuumGripperSettings,
+)
 from armsim_ros.errors import Problem, Severity
 
 AnySettings = TypeVar('AnySettings', bound=Settings)
@@ -120,9 +124,23 @@ class _Merge:
         return self.block(
             'simulation', own, servo=servo, world=own.world, placement=own.placement,
             initial_state=own.initial_state, initial_positions=own.initial_positions,
-            cameras=cameras,
+            cameras=cameras, vacuum_grippers=self._vacuum_grippers(),
             sensors={sensor: entry for one in self.all
                      for sensor, entry in one.simulation.sensors.items()})
+
+    def _vacuum_grippers(self) -> dict[str, VacuumGripperSettings]:
+        """Return all suction cups by the names that their services have."""
+        cups = dict(self._own.simulation.vacuum_grippers)
+        for robot, one in self._robots.items():
+            for name, cup in one.simulation.vacuum_grippers.items():
+                full = f'{one.namespace}/{name}'.strip('/')
+                if full in cups:
+                    self._problems.append(Problem(
+                        f"two suction cups are called '{full}'; one is that of robot '{robot}'",
+                        one.locate('simulation', 'vacuum_grippers', name),
+                        remedy=f"give '{robot}' a namespace of its own"))
+                cups[full] = cup
+        return cups
 
     def update_rate(self, simulation: SimulationSettings) -> int:
         """Return the rate of all controllers: the cell's own, else the highest that is given."""

@@ -46,7 +46,7 @@ def prefixed_settings(settings: RobotSettings, prefix: str, namespace: str) -> R
     """
     Return a robot's settings with its links, joints and planning groups renamed.
 
-    Controllers keep their names and move to another namespace.
+    Controllers and suction cups keep their names and move to another namespace.
 
     :param prefix: precedes every name; may be ''.
     :param namespace: without slashes at its ends; '' is the root.
@@ -159,6 +159,8 @@ def _simulation(block: SimulationSettings, name: Rename) -> SimulationSettings:
         'initial_state': f'{name(group)}{slash}{state}',
         'cameras': {name(camera): one.model_copy(update={'link': name(one.link)})
                     for camera, one in block.cameras.items()},
+        'vacuum_grippers': {cup: one.model_copy(update={'link': name(one.link)})
+                            for cup, one in block.vacuum_grippers.items()},
         'sensors': {name(sensor): one.model_copy(update={'link': name(one.link)})
                     for sensor, one in block.sensors.items()},
     })

@@ -167,6 +167,25 @@ def test_sensors_and_what_reads_them_are_renamed(files):
         'a_wrist', 'a_link_6')
 
 
+def test_suction_cups_of_all_robots_are_there(merge):
+    """By namespace and name, each on its robot's link; the robots' own files keep their names."""
+    whole, problems = merge({'a': named('sunday', 'a'), 'b': named('sunday', 'b')},
+                            simulation='vacuum_grippers: {third: {link: b_link_5}}')
+    cups = {name: cup.link for name, cup in whole.simulation.vacuum_grippers.items()}
+    assert cups == {'third': 'b_link_5', 'a/vacuum_gripper': 'a_link_6',
+                    'b/vacuum_gripper': 'b_link_6'}
+    assert not [one for one in problems if 'vacuum' in one.what]
+
+
+def test_two_suction_cups_of_one_name_are_a_mistake(merge):
+    """Two robots in one namespace would have the same services."""
+    robots = {name: prefixed_settings(load_robot_settings('sunday'), f'{name}_', '')
+              for name in 'ab'}
+    _, problems = merge(robots)
+    assert [one for one in problems if one.severity is Severity.ERROR
+            and "two suction cups are called 'vacuum_gripper'" in one.what]
+
+
 def test_the_whole_has_what_all_robots_have(merge):
     """Controllers by namespace and name, limits, solvers, joint state topics."""
     whole, problems = merge({'a': named('bot', 'a'), 'b': named('bot', 'b')})

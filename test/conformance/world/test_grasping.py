@@ -4,13 +4,16 @@
 
 from __future__ import annotations
 
+from geometry_msgs.msg import Pose
+import numpy as np
 import pytest
 from scene_user import Planner
 from simulation_interfaces.msg import EntityState
 from std_msgs.msg import Bool
 from std_srvs.srv import Empty
-from world_user import OK, pose, WorldUser
+from world_user import OK, PAUSED, pose, WorldUser
 
+from armsim_ros.model.transforms import matrix_from_quat_wxyz
 from armsim_ros.testing.client_node import LATCHED
 
 statement = pytest.mark.statement
@@ -25,6 +28,18 @@ def before_the_cup(world: WorldUser, name: str, distance: float) -> None:
     state = EntityState(pose=pose((0.005 + distance + 0.02, 0.0, 0.0)))
     state.header.frame_id = 'link_6'
     assert world.result('set_entity_state', entity=name, state=state)[0] == OK
+
+
+def place(one: Pose) -> tuple[float, float, float]:
+    """Return the position of a pose [m]."""
+    return one.position.x, one.position.y, one.position.z
+
+
+def pose_in(frame: Pose, one: Pose) -> list[float]:
+    """Return the position of a pose in a frame [m]; both are given in the world."""
+    turn = frame.orientation
+    rotation = matrix_from_quat_wxyz([turn.w, turn.x, turn.y, turn.z])
+    return list(rotation.T @ np.subtract(place(one), place(frame)))
 
 
 def switch(world: WorldUser, word: str) -> None:
@@ -52,6 +67,31 @@ def test_an_object_is_grasped_and_let_go(world: WorldUser) -> None:
     grasping.wait_for(lambda message: not message.data)
     planner.wait(lambda objects: 'light' in objects)
     assert 'light' not in planner.attached()
+    grasping.close()
+
+
+@statement('C5', 'D4')
+def test_the_scene_has_what_is_held_and_let_go_where_it_is(world: WorldUser) -> None:
+    """To a tenth of a millimetre: on the link that holds it, and in the world at once."""
+    planner = Planner(world)
+    grasping = world.client.collect(f'{GRIPPER}/grasping', Bool, LATCHED)
+    world.spawn('light', uri=LIGHT)
+    planner.wait(lambda objects: 'light' in objects)
+    switch(world, 'on')
+    before_the_cup(world, 'light', 0.002)
+    grasping.wait_for(lambda message: message.data)
+    planner.wait(lambda objects: 'light' not in objects)
+    assert world.become(PAUSED)[0] == OK
+    on_link = planner.attached()['light'].object
+    assert on_link.header.frame_id == 'link_6'
+    expected = pose_in(world.entity('sunday/link_6').pose, world.entity('light').pose)
+    assert place(on_link.pose) == pytest.approx(expected, abs=1e-4)
+    grasping.clear()
+    switch(world, 'off')
+    grasping.wait_for(lambda message: not message.data)
+    planner.wait(lambda objects: 'light' in objects)
+    assert place(planner.objects()['light'].pose) == pytest.approx(
+        world.position('light'), abs=1e-4)
     grasping.close()
 
 

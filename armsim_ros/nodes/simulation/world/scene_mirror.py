@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Future as LoopFuture
 from uuid import uuid4
 
@@ -69,11 +69,17 @@ class SceneMirror:
         self._mirror = WorldMirror()
         self._session = uuid4().hex[:8]
         self._whole, self._looking = True, False
+        self._waiting: list[Callable[[], object]] = []
         self._publisher = node.create_publisher(
             PlanningScene, TOPIC, QoSProfile(depth=DEPTH),
             event_callbacks=PublisherEventCallbacks(matched=self._matched),
         )
         dispatcher.every(PERIOD, self._look)
+
+    def tell_now(self, then: Callable[[], object]) -> None:
+        """Tell of the world as it is now, and then call something; in the dispatcher's thread."""
+        self._waiting.append(then)
+        self._look()
 
     def begin_anew(self) -> None:
         """Let what users took over be the world's again; in the loop's thread."""
@@ -84,16 +90,29 @@ class SceneMirror:
             self._whole = True
 
     def _look(self) -> None:
-        if self._looking or not self._publisher.get_subscription_count():
+        if self._looking:
+            return
+        waiting, self._waiting = self._waiting, []
+        if not self._publisher.get_subscription_count():
+            for then in waiting:
+                then()
             return
         self._looking = True
         self._loop.call(self._watch.look).add_done_callback(
-            lambda future: self._dispatcher.post(lambda: self._tell(future)))
+            lambda future: self._dispatcher.post(lambda: self._told(future, waiting)))
+
+    def _told(
+        self, future: LoopFuture[WorldSnapshot], waiting: Iterable[Callable[[], object]]
+    ) -> None:
+        self._looking = False
+        if not future.cancelled():
+            self._tell(future)
+        for then in waiting:
+            then()
+        if self._waiting:
+            self._look()
 
     def _tell(self, future: LoopFuture[WorldSnapshot]) -> None:
-        self._looking = False
-        if future.cancelled():
-            return
         whole, self._whole = self._whole, False
         now = future.result()
         news = self._mirror.news(now, whole=whole)

@@ -86,13 +86,16 @@ class WorldServer:
         everyone = [gripper for group in grippers.values() for gripper in group]
         fingers = FingerContacts(loop.simulation, everyone)
         live = settings.planning_parameters.scene_from_world == 'live'
+        tell_scene: Callable[[Callable[[], object]], object] = _call
         if live and not deterministic:
             self._mirror = SceneMirror(
                 node, loop, dispatcher, cell.model.model_frame, world_in_root(settings),
                 fingers if everyone else None)
             self.resetting.followers.append(self._mirror.begin_anew)
+            tell_scene = self._mirror.tell_now
         self._grippers = [
-            VacuumGripperServer(node, work, dispatcher, robot.settings.namespace, gripper)
+            VacuumGripperServer(
+                node, work, dispatcher, robot.settings.namespace, gripper, tell_scene)
             for robot in cell.robots
             for gripper in loop.simulation.vacuum_grippers.values()
             if gripper.settings.link in robot.model.links
@@ -114,3 +117,7 @@ class WorldServer:
 
     def _changed(self, settings: LiveSettings) -> None:
         self._clock.real_time_factor = settings.real_time_factor
+
+
+def _call(then: Callable[[], object]) -> None:
+    then()

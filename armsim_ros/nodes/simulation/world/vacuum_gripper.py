@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 from rclpy.callback_groups import ReentrantCallbackGroup
@@ -29,6 +30,7 @@ class VacuumGripperServer:
     :param node: the node that serves.
     :param work: reaches the loop.
     :param namespace: of the robot, with a slash before it.
+    :param tell_scene: tells planning of the world as it is now, and then calls what it is given.
     """
 
     def __init__(
@@ -38,17 +40,21 @@ class VacuumGripperServer:
         dispatcher: Dispatcher,
         namespace: str,
         gripper: VacuumGripper,
+        tell_scene: Callable[[Callable[[], object]], object],
     ) -> None:
         self._node = node
         self._work = work
         self._gripper = gripper
         self._control = VacuumControl(
-            work.loop, gripper, lambda: dispatcher.post(self._publish))
-        place = f'{namespace}/{gripper.name}'
+            work.loop, gripper, lambda: dispatcher.post(lambda: tell_scene(self._notice)))
+        # In a cell the name begins with the namespace.
+        own = gripper.name.removeprefix(f'{namespace.strip("/")}/')
+        place = f'{namespace}/{own}'
         group = ReentrantCallbackGroup()
         for name, answer in (('on', self._on), ('off', self._off)):
             node.create_service(Empty, f'{place}/{name}', answer, callback_group=group)
         self._publisher = node.create_publisher(Bool, f'{place}/grasping', qos.LATCHED)
+        self._grasping = False
         self._publish()
         dispatcher.every(_PERIOD, self._look)
 
@@ -72,5 +78,9 @@ class VacuumGripperServer:
         if self._publisher.get_subscription_count():
             self._publish()
 
+    def _notice(self) -> None:
+        self._grasping = bool(self._gripper.held)
+        self._publish()
+
     def _publish(self) -> None:
-        self._publisher.publish(Bool(data=bool(self._gripper.held)))
+        self._publisher.publish(Bool(data=self._grasping))
