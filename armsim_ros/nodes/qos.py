@@ -11,6 +11,7 @@ publisher, best effort and volatile for a subscription.
 
 from __future__ import annotations
 
+from rclpy.duration import Duration
 from rclpy.qos import (
     QoSDurabilityPolicy,
     QoSHistoryPolicy,
@@ -24,9 +25,10 @@ def _profile(
     durability: QoSDurabilityPolicy,
     depth: int,
     history: QoSHistoryPolicy = QoSHistoryPolicy.KEEP_LAST,
+    **more: Duration,
 ) -> QoSProfile:
     return QoSProfile(
-        reliability=reliability, durability=durability, depth=depth, history=history
+        reliability=reliability, durability=durability, depth=depth, history=history, **more
     )
 
 
@@ -36,8 +38,16 @@ STATE = _profile(QoSReliabilityPolicy.RELIABLE, QoSDurabilityPolicy.TRANSIENT_LO
 LATCHED = _profile(QoSReliabilityPolicy.RELIABLE, QoSDurabilityPolicy.TRANSIENT_LOCAL, 1)
 """Publishers of a text or state that late subscribers must get: robot_description, tf_static."""
 
-EVENTS = _profile(QoSReliabilityPolicy.RELIABLE, QoSDurabilityPolicy.TRANSIENT_LOCAL, 1)
-"""Publishers of rare events whose last one matters to those who come late: rejected_goals."""
+EVENTS = _profile(
+    QoSReliabilityPolicy.RELIABLE,
+    QoSDurabilityPolicy.TRANSIENT_LOCAL,
+    1,
+    lifespan=Duration(seconds=10),
+)
+"""
+Publishers of rare events, the last of which matters for a while to those who come late:
+rejected_goals.
+"""
 
 CLOCK = _profile(QoSReliabilityPolicy.RELIABLE, QoSDurabilityPolicy.VOLATILE, 1)
 """Publisher of /clock; the subscription of rclcpp and rclpy is best effort, depth 1."""

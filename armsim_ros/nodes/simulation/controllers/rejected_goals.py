@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from rclpy.node import Node
+from rclpy.qos import QoSProfile
 from std_msgs.msg import String
 
 from armsim_ros.nodes import qos
@@ -15,10 +16,11 @@ class RejectedGoals:
     Publishes why a goal or trajectory was refused; an action's rejection has no room for it.
 
     :param node: the controller's node.
+    :param profile: how long a reason is there for those who come late, among others.
     """
 
-    def __init__(self, node: Node) -> None:
-        self._publisher = node.create_publisher(String, '~/rejected_goals', qos.EVENTS)
+    def __init__(self, node: Node, profile: QoSProfile = qos.EVENTS) -> None:
+        self._publisher = node.create_publisher(String, '~/rejected_goals', profile)
 
     def publish(self, reason: str) -> None:
         """Publish a reason."""

@@ -1,0 +1,55 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Who hears why a goal was refused."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import pytest
+from rclpy.clock import Clock, ClockType
+from rclpy.context import Context
+from rclpy.duration import Duration
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.qos import QoSDurabilityPolicy, QoSProfile
+from std_msgs.msg import String
+
+from armsim_ros.nodes.simulation.controllers.rejected_goals import RejectedGoals
+from armsim_ros.testing.client_node import LATCHED
+
+
+@pytest.fixture
+def node(ros_domain_id: int) -> Iterator[Node]:
+    """Give a node."""
+    context = Context()
+    context.init(domain_id=ros_domain_id)
+    node = Node('controller', context=context, enable_rosout=False, start_parameter_services=False)
+    yield node
+    node.destroy_node()
+    context.shutdown()
+
+
+@pytest.mark.parametrize(('kept', 'first'), [(60.0, 'old'), (0.2, 'new')])
+def test_who_comes_late_hears_no_old_reason(node: Node, kept: float, first: str) -> None:
+    """A reason is there for a while, for the client that asks after its goal was refused."""
+    profile = QoSProfile(
+        depth=1, durability=QoSDurabilityPolicy.TRANSIENT_LOCAL, lifespan=Duration(seconds=kept))
+    rejected = RejectedGoals(node, profile)
+    rejected.publish('old')
+    Clock(clock_type=ClockType.STEADY_TIME).sleep_for(Duration(seconds=1.0), context=node.context)
+    heard: list[str] = []
+    node.create_subscription(
+        String, '~/rejected_goals', lambda message: heard.append(message.data), LATCHED)
+
+    executor = SingleThreadedExecutor(context=node.context)
+    executor.add_node(node)
+    for _ in range(200):
+        executor.spin_once(timeout_sec=0.1)
+        if heard:
+            break
+        if kept < 1.0:
+            rejected.publish('new')
+    executor.shutdown()
+
+    assert heard[0] == first
