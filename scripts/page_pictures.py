@@ -29,10 +29,10 @@ from armsim_ros.testing.page_user import (  # noqa: E402
     printed_address,
     robot_is_seen,
 )
-from armsim_ros.testing.program import Program  # noqa: E402
 from armsim_ros.testing.programs import start_program  # noqa: E402
 from armsim_ros.testing.public_robots import public_urdf  # noqa: E402
 from armsim_ros.testing.robot_user import READY  # noqa: E402
+from armsim_ros.tools.generate_config.generation import generate_config  # noqa: E402
 
 IMAGES = ROOT / 'docs' / 'images'
 SIZE = {'width': 1200, 'height': 760}
@@ -100,24 +100,20 @@ def two_arms(browser):
 
 def panda(browser):
     """Show a Panda with the meshes and the colours of its maker."""
-    urdf = public_urdf('panda')
     with tempfile.TemporaryDirectory() as folder:
-        made = Program.module('armsim_ros', 'generate_config', str(urdf), '--to',
-                              f'{folder}/panda', environment=None)
-        if made.wait(240) != 0:
-            raise SystemExit(f'no configuration for the Panda:\n{made.text}')
-        with robot(f'robot:={folder}/panda', near=urdf) as address:
+        generate_config(public_urdf('panda'), Path(folder, 'panda'))
+        with robot(f'robot:={folder}/panda') as address:
             page = open_page(browser, address)
-            page.go('random valid')
+            page.go('ready')
             save(page, 'page_panda')
 
 
 @contextmanager
-def robot(*arguments, near=None):
-    """Run a robot and its page; the page's address."""
-    with private_domain() as domain, start_program('bringup', domain, *arguments) as bringup, \
-            start_program('web', domain, *([f'near:={near}'] if near else [])) as web:
-        address = printed_address(web.wait_for_line('^page: ', 60))
+def robot(*arguments):
+    """Run a robot and its page as a newcomer does; the page's address."""
+    with private_domain() as domain, \
+            start_program('bringup', domain, 'web:=true', *arguments) as bringup:
+        address = printed_address(bringup.wait_for_line('page: http', 120))
         bringup.wait_for_line(re.escape(READY), 120)
         yield address
 

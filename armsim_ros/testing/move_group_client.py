@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A typed client of the actions ``move_action`` and ``execute_trajectory``."""
+"""A typed client of what move_group does and answers."""
 
 from __future__ import annotations
 
@@ -10,8 +10,12 @@ from xml.etree import ElementTree
 
 from moveit_msgs.action import ExecuteTrajectory, MoveGroup
 from moveit_msgs.msg import Constraints, JointConstraint, MoveItErrorCodes, RobotState
+from moveit_msgs.srv import GetPositionFK, GetStateValidity
 from rclpy.action import ActionClient
 
+from armsim_ros.model.transforms import Matrix
+from armsim_ros.nodes.client.motion import robot_state
+from armsim_ros.nodes.conversions.geometry import pose_from_message
 from armsim_ros.testing.client_node import ClientNode
 from armsim_ros.testing.parameter_client import ParameterClient
 
@@ -60,6 +64,20 @@ class MoveGroupClient:
             trajectory=trajectory, controller_names=list(controllers)
         )
         return self._run(self._execute, goal)
+
+    def pose(self, link: str, positions: Mapping[str, float], frame: str) -> Matrix:
+        """Return the pose of a link in a frame at joint positions [rad or m], (4, 4)."""
+        request = GetPositionFK.Request(
+            fk_link_names=[link], robot_state=robot_state(positions))
+        request.header.frame_id = frame
+        answer = self.client.call(f'{self._namespace}/compute_fk', GetPositionFK, request)
+        return pose_from_message(answer.pose_stamped[0].pose)
+
+    def valid(self, group: str, positions: Mapping[str, float]) -> bool:
+        """Return whether joint positions [rad or m] are inside the limits and touch nothing."""
+        request = GetStateValidity.Request(group_name=group, robot_state=robot_state(positions))
+        return bool(self.client.call(
+            f'{self._namespace}/check_state_validity', GetStateValidity, request).valid)
 
     def _send_move(
         self, group: str, target: Mapping[str, float], plan_only: bool, fields: Mapping[str, Any]

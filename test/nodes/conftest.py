@@ -9,9 +9,10 @@ from control_msgs.msg import JointTrajectoryControllerState
 from controller_manager_msgs.msg import ControllerState
 from controller_manager_msgs.srv import ListControllers, SwitchController
 from moveit_msgs.action import ExecuteTrajectory, MoveGroup
-from moveit_msgs.msg import CollisionObject, ContactInformation
+from moveit_msgs.msg import CollisionObject, ContactInformation, MoveItErrorCodes
 from moveit_msgs.srv import (
     ApplyPlanningScene,
+    GetCartesianPath,
     GetPlanningScene,
     GetPositionIK,
     GetStateValidity,
@@ -24,6 +25,7 @@ from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.context import Context
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.signals import SignalHandlerOptions
+from rclpy.task import Future
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from trajectory_msgs.msg import JointTrajectoryPoint
@@ -50,8 +52,10 @@ class FakeStack:
 
     def __init__(self):
         self.objects, self.attached, self.positions = {}, {}, {'turn': 0.0, 'bend': 0.0}
-        self.state, self.contacts, self.release = 'active', [], threading.Event()
+        self.state, self.contacts = 'active', []
+        self.planned, self.release = threading.Event(), threading.Event()
         self.matrix = None
+        self._tick = Future()
         self._context = Context()
         rclpy.init(args=[], context=self._context,
                    signal_handler_options=SignalHandlerOptions.NO)
@@ -80,13 +84,15 @@ class FakeStack:
                 (GetPlanningScene, '/get_planning_scene', self._scene),
                 (ApplyPlanningScene, '/apply_planning_scene', self._apply),
                 (GetStateValidity, '/check_state_validity', self._valid),
+                (GetCartesianPath, '/compute_cartesian_path', self._straight),
                 (GetPositionIK, '/compute_ik', lambda _, response: response),
                 (QueryPlannerInterfaces, '/query_planner_interface', lambda _, answer: answer),
                 (ListControllers, '/arm/controller_manager/list_controllers', self._list),
                 (SwitchController, '/arm/controller_manager/switch_controller', self._switch)):
             node.create_service(kind, name, answer, callback_group=group)
         self._servers = [
-            ActionServer(node, MoveGroup, '/move_action', self._plan, callback_group=group),
+            ActionServer(node, MoveGroup, '/move_action', self._plan, callback_group=group,
+                         cancel_callback=lambda _: CancelResponse.ACCEPT),
             ActionServer(node, ExecuteTrajectory, '/execute_trajectory', self._execute,
                          callback_group=group,
                          cancel_callback=lambda _: CancelResponse.ACCEPT)]
@@ -128,6 +134,11 @@ class FakeStack:
                              for one, other in self.contacts]
         return response
 
+    async def _straight(self, _, response):
+        while not self.planned.is_set():
+            await self._tick
+        return response
+
     def _list(self, _, response):
         response.controller = [ControllerState(
             name='arm', type='joint_trajectory_controller/JointTrajectoryController',
@@ -139,8 +150,14 @@ class FakeStack:
         response.ok = True
         return response
 
-    def _plan(self, handle):
+    async def _plan(self, handle):
         result = MoveGroup.Result()
+        while not handle.is_cancel_requested and not self.planned.is_set():
+            await self._tick
+        if handle.is_cancel_requested:
+            result.error_code.val = MoveItErrorCodes.PREEMPTED
+            handle.canceled()
+            return result
         names = [each.joint_name
                  for each in handle.request.request.goal_constraints[0].joint_constraints]
         target = [each.position
@@ -162,15 +179,15 @@ class FakeStack:
                                   strict=True))
 
     def _tell(self):
+        tick, self._tick = self._tick, Future()
+        tick.set_result(None)
         self._states.publish(JointState(name=list(self.positions),
                                         position=list(self.positions.values())))
 
     async def _execute(self, handle):
         result = ExecuteTrajectory.Result()
-        if not self.release.is_set():
-            # A turn of the executor after the other, until it is released or stopped.
-            while not handle.is_cancel_requested and not self.release.is_set():
-                await _one_turn(self._node.executor)
+        while not handle.is_cancel_requested and not self.release.is_set():
+            await self._tick
         if handle.is_cancel_requested:
             handle.canceled()
             return result
@@ -181,15 +198,11 @@ class FakeStack:
         return result
 
 
-async def _one_turn(executor):
-    task = executor.create_task(lambda: None)
-    await task
-
-
 @pytest.fixture(scope='module')
 def fake_stack():
     """Serve the interfaces in this process."""
     fake = FakeStack()
+    fake.planned.set()
     fake.release.set()
     yield fake
     fake.close()

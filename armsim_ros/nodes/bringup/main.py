@@ -62,24 +62,26 @@ def page_command(arguments: ProgramArguments) -> dict[str, list[str]]:
     if missing:
         say(f'no page: {MISSING.format(missing)}')
         return {}
-    files = urdf_files(arguments)
-    words = [f'near:={os.pathsep.join(map(str, files))}'] if files else []
+    near = os.pathsep.join(map(str, places_near(arguments)))
+    words = [f'near:={near}'] if near else []
     if arguments.packages_path:
         words.append(f'packages_path:={arguments.packages_path}')
     return {PAGE: program_command(PAGE, [*words, *arguments.ros_args])}
 
 
-def urdf_files(arguments: ProgramArguments) -> list[Path]:
+def places_near(arguments: ProgramArguments) -> list[Path]:
     """
-    Return the robots' URDF files.
+    Return the files and folders around which the robots' packages lie.
 
     :raises ConfigError: where the robot's files are wrong.
     """
     # Slow to import: a stack without a page comes up sooner, and its programs read the files.
     from armsim_ros.cli.settings import cell_of
+    from armsim_ros.model.loading import packages_of
 
     cell, _ = cell_of(arguments)
-    return list(dict.fromkeys(robot.settings.urdf_file for robot in cell.robots))
+    return list(dict.fromkeys(
+        path for robot in cell.robots for path in packages_of(robot.settings).near))
 
 
 def say(text: str) -> None:

@@ -10,7 +10,6 @@ import signal
 import subprocess
 import sys
 
-from moveit_msgs.srv import GetPositionFK, GetStateValidity
 import numpy as np
 import pytest
 from sensor_msgs.msg import JointState
@@ -18,13 +17,10 @@ from sensor_msgs.msg import JointState
 pytest.importorskip('viser')
 pytest.importorskip('playwright')
 
-from playwright.sync_api import sync_playwright
-
-from armsim_ros.model.transforms import pose_from_quat_xyzw
-from armsim_ros.testing.browser import chromium_path, launch_chromium
+from armsim_ros.testing.browser import chromium_path
 from armsim_ros.testing.client_node import ClientNode
 from armsim_ros.testing.domain import private_domain, ros_environment
-from armsim_ros.testing.page_user import changed, PageUser, printed_address, reddish
+from armsim_ros.testing.page_user import changed, printed_address, reddish
 from armsim_ros.testing.programs import start_program
 from armsim_ros.testing.robot_user import READY, RobotUser
 from armsim_ros.testing.trajectory_client import (
@@ -41,8 +37,6 @@ pytestmark = [
 ROOT = Path(__file__).parents[3]
 JOINTS = [f'joint_{number}' for number in range(1, 7)]
 SCAN_FOOD = dict(zip(JOINTS, (0.0, 0.4569, 0.4905, -0.5519, 1.57, 0.0), strict=True))
-#: For what a page shows after a while [ms].
-PATIENCE = 60_000
 LABELS = (
     'Reset view', 'Frames', 'Stop', 'Plan', 'Group', 'Goal state', 'Joints', 'Speed',
     'Acceleration', 'Pipeline', 'Planner', 'Planning time', 'Straight line', 'Execute',
@@ -87,6 +81,14 @@ class Stack:
         self.programs[name].signal(signal.SIGKILL)
         self.programs[name].wait()
 
+    def tool_pose(self, positions):
+        """Return the pose of the tool at joint positions, (4, 4)."""
+        return self.robot.move_group.pose('link_6', positions, 'world')
+
+    def valid(self, positions):
+        """Return whether the robot would touch nothing."""
+        return self.robot.move_group.valid('manipulator', positions)
+
 
 @pytest.fixture(scope='module')
 def stack():
@@ -96,25 +98,9 @@ def stack():
 
 
 @pytest.fixture(scope='module')
-def browser(stack):
-    """Start the machine's Chromium, and end it with this file: it has an event loop running."""
-    with sync_playwright() as programs:
-        chromium = launch_chromium(programs)
-        yield chromium
-        chromium.close()
-
-
-@pytest.fixture(scope='module')
-def open_page(stack, browser):
+def open_page(stack, open_window):
     """Return a function that opens the page in a window of its own."""
-    def open_window(**options):
-        window = browser.new_context(viewport={'width': 800, 'height': 520}, **options)
-        window.set_default_timeout(PATIENCE)
-        user = PageUser(window.new_page(), stack.address)
-        user.open()
-        return user
-
-    return open_window
+    return lambda: open_window(stack.address)
 
 
 @pytest.fixture(scope='module')
@@ -156,7 +142,9 @@ def test_every_label_is_there(page):
 def test_motion_is_seen_while_it_goes_on(stack, page):
     """While another client moves the arm the picture changes; at rest it does not."""
     rest = page.resting_picture()
-    goal = stack.arm.send(trajectory_message(JOINTS, [(30.0, [1.9, 0.4, 0.4, 0.0, 1.0, 0.0])]))
+    ends = [1.9, 0.4, 0.4, 0.0, 1.0, 0.0], [0.5, 0.4, 0.4, 0.0, 1.0, 0.0]
+    goal = stack.arm.send(trajectory_message(
+        JOINTS, [(20.0 * (each + 1), ends[each % 2]) for each in range(20)]))
     first = page.wait_for_picture(lambda now: changed(rest, now) > 300)
     page.wait_for_picture(lambda now: changed(first, now) > 300 and changed(rest, now) > 300)
     goal.cancel()
@@ -175,6 +163,41 @@ def test_stop_ends_the_motion(stack, page):
     assert stack.robot.distance(dict.fromkeys(JOINTS, 0.0)) > 0.1
 
 
+def test_a_motion_shows_how_far_it_is(page):
+    """Seconds in the status line, and a bar that grows; neither is there before and after."""
+    bar = page.tab.locator('#progress')
+    assert not bar.is_visible()
+    page.slide('Speed', 5)
+    page.choose('Goal state', 'scan_face2')
+    page.press('Plan & Execute')
+    page.wait_for_status('Executing')
+    page.tab.wait_for_function('document.getElementById("progress").value > 0.1')
+    elapsed, total = re.findall(r'[0-9.]+', page.tab.inner_text('#status-text'))
+    assert 0.0 < float(elapsed) < float(total)
+    page.press('Stop')
+    page.wait_for_result('stopped')
+    bar.wait_for(state='hidden')
+
+
+def test_a_long_plan_shows_how_long_it_takes_and_is_stopped(stack, page):
+    """A planner that uses all of its time is stopped long before; nothing moves."""
+    page.go('scan_food')
+    page.unfold('Options')
+    page.choose('Planner', 'RRTstar')
+    page.field('Planning time').fill('120')
+    page.choose('Goal state', 'home')
+    page.press('Plan & Execute')
+    page.wait_for_status('of 120.0 s at most')
+    assert page.tab.locator('#progress').is_visible()
+    page.press('Stop')
+    page.wait_for_result('stopped')
+    assert stack.robot.distance(SCAN_FOOD) < 0.01
+    page.choose('Planner', '')
+    page.field('Planning time').fill('5')
+    page.fold('Options')
+    page.go('home')
+
+
 def test_escape_stops_what_another_client_began(stack, page):
     """The motion is not the page's own; the key is as good as the button."""
     goal = stack.arm.send(trajectory_message(JOINTS, [(20.0, [0.5] * 6)]))
@@ -187,12 +210,12 @@ def test_the_tool_is_dragged_and_the_arm_goes_where_it_was_put(stack, page):
     """The handle's arrow is pulled: the goal is further along it, turned as before."""
     page.go('scan_food')
     start = page.goal()
-    before = tool_pose(stack, start)
+    before = stack.tool_pose(start)
     page.choose('Goal state', 'drag the tool')
     page.pull_handle(-25)
     target = page.goal_after(start)
     page.wait_for_verdict('reachable')
-    after = tool_pose(stack, target)
+    after = stack.tool_pose(target)
     assert 0.02 < np.linalg.norm(after[:3, 3] - before[:3, 3]) < 0.4
     assert np.allclose(after[:3, :3], before[:3, :3], atol=0.02)
     page.press('Plan & Execute')
@@ -233,13 +256,13 @@ def test_a_box_is_added_and_avoided(stack, page):
     page.unfold('Scene')
     page.press('Box')
     page.tab.locator('[data-object=box_1]').wait_for()
-    place = tool_pose(stack, SCAN_FOOD)[:3, 3]
+    place = stack.tool_pose(SCAN_FOOD)[:3, 3]
     for axis, value in zip('xyz', place, strict=True):
         page.type_into(f'Place [m] {axis}', round(float(value), 3))
     page.tab.wait_for_function(
         '(z) => Math.abs(document.querySelector("[title=\'Place [m] z\']").value - z) < 1e-3',
         arg=float(place[2]))
-    assert not valid(stack, SCAN_FOOD)
+    assert not stack.valid(SCAN_FOOD)
     page.choose('Goal state', 'scan_food')
     assert 'box_1 touches ' in page.wait_for_verdict('collision')
     states = stack.client.collect('/sunday/joint_states', JointState)
@@ -249,7 +272,7 @@ def test_a_box_is_added_and_avoided(stack, page):
     page.wait_for_result('arrived')
     assert stack.robot.distance({**SCAN_FOOD, 'joint_1': math.radians(50)}) < 0.01
     way = [dict(zip(each.name, each.position, strict=True)) for each in states.messages]
-    assert all(valid(stack, state) for state in way[::max(1, len(way) // 25)])
+    assert all(stack.valid(state) for state in way[::max(1, len(way) // 25)])
     page.press_at('box_1', 'Remove')
     page.tab.locator('[data-object=box_1]').wait_for(state='detached')
     page.fold('Scene')
@@ -374,26 +397,3 @@ def test_the_server_is_killed_and_started_again(stack, page):
     rest = page.resting_picture()
     page.go('home')
     page.wait_for_picture(lambda now: changed(rest, now) > 300)
-
-
-def tool_pose(stack, positions):
-    """Return the pose of the tool at joint positions, (4, 4)."""
-    request = GetPositionFK.Request(fk_link_names=['link_6'])
-    request.header.frame_id = 'world'
-    request.robot_state.joint_state = joint_state(positions)
-    pose = stack.client.call('/compute_fk', GetPositionFK, request).pose_stamped[0].pose
-    point, turn = pose.position, pose.orientation
-    return pose_from_quat_xyzw(np.array((point.x, point.y, point.z)),
-                               np.array((turn.x, turn.y, turn.z, turn.w)))
-
-
-def valid(stack, positions):
-    """Return whether the robot would touch nothing."""
-    request = GetStateValidity.Request(group_name='manipulator')
-    request.robot_state.joint_state = joint_state(positions)
-    return stack.client.call('/check_state_validity', GetStateValidity, request).valid
-
-
-def joint_state(positions):
-    """Return the message."""
-    return JointState(name=list(positions), position=list(map(float, positions.values())))

@@ -124,6 +124,44 @@ def test_stop_ends_a_motion_of_another_visitor(fake_stack, talk):
     fake_stack.release.set()
 
 
+def test_a_motion_tells_how_far_it_is(fake_stack, talk):
+    """In seconds, of those that it takes."""
+    fake_stack.release.clear()
+
+    async def work(panel):
+        await panel.ask('goal_state', name='up')
+        await panel.ask('plan', execute=True)
+        last = await panel.until('activity', satisfies=lambda one: (
+            one['what'] == 'executing' and one['elapsed'] > 0.5))
+        assert (last['elapsed'] <= last['total'], last['total']) == (True, 2.0)
+        fake_stack.release.set()
+        assert (await panel.until('result'))['text'] == 'arrived'
+        assert panel.state['activity'] is None
+
+    talk(work)
+
+
+@pytest.mark.parametrize('straight', [False, True], ids=['search', 'straight line'])
+def test_planning_tells_how_long_it_takes_and_is_stopped(fake_stack, talk, straight):
+    """What was to be executed then is not."""
+    fake_stack.planned.clear()
+    fake_stack.positions.update(turn=0.0, bend=0.0)
+
+    async def work(panel):
+        await panel.ask('goal_state', name='up')
+        await panel.ask('plan', execute=True, straight=straight, planning_time=60.0)
+        last = await panel.until('activity', satisfies=lambda one: one['elapsed'] > 0.5)
+        assert (last['what'], last['total']) == ('planning', 60.0)
+        await panel.ask('stop')
+        assert (await panel.until('result'))['text'] == 'stopped'
+        fake_stack.planned.set()
+        await panel.ask('plan')  # only when nothing else goes on
+        assert (await panel.until('result', 'text', satisfies=lambda text: 'planned' in text))
+
+    talk(work)
+    assert fake_stack.positions == {'turn': 0.0, 'bend': 0.0}
+
+
 def test_a_collision_is_told_in_words_and_can_be_allowed(fake_stack, talk):
     """Those pairs, both ways."""
     fake_stack.contacts = [('upper', 'box_1')]

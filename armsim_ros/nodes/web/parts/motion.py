@@ -5,7 +5,8 @@
 from __future__ import annotations
 
 import asyncio
-from typing import Any, Literal
+import time
+from typing import Any
 
 from action_msgs.msg import GoalStatus
 from control_msgs.msg import JointTrajectoryControllerState
@@ -28,6 +29,7 @@ from armsim_ros.nodes.client.motion import (
 )
 from armsim_ros.nodes.client.stop import Stopper
 from armsim_ros.nodes.web.page import Ask, Page, Part
+from armsim_ros.nodes.web.parts.activity import Activity
 from armsim_ros.nodes.web.parts.goal import GoalPart
 from armsim_ros.nodes.web.parts.path import PathPart, Plan
 from armsim_ros.nodes.web.parts.watch import WatchPart
@@ -38,8 +40,8 @@ from armsim_ros.nodes.web.visitor import Visitor
 _STEP = 0.005
 #: A planner gets this beyond its planning time before it counts as lost [s].
 _SPARE = 10.0
-#: Between two looks at the controllers' reports, and two pictures of them [s].
-_LOOK, _SHOW = 0.1, 0.4
+#: Between two looks at the controllers' reports [s]; so many of them make a picture.
+_LOOK, _LOOKS = 0.1, 4
 _REPORTS = QoSProfile(depth=50, reliability=QoSReliabilityPolicy.BEST_EFFORT,
                       durability=QoSDurabilityPolicy.VOLATILE)
 #: What a motion came to that somebody has ended, whether move_group heard of it first or the
@@ -83,8 +85,10 @@ class MotionPart(Part):
         self._watch, self._goals, self._paths = watch, goals, paths
         self._stopper = Stopper(page.link)
         self._runs: dict[GoalRun, Visitor] = {}
-        self._busy: Literal['', 'planning', 'executing'] = ''
-        page.publish('activity', None)
+        self._activity = Activity(page)
+        self._planning: asyncio.Task[str] | None = None
+        self._stopped = False
+        """Whether somebody has pressed 'Stop' since the planning began."""
 
     def handlers(self) -> dict[str, Any]:
         """Return what it answers."""
@@ -112,17 +116,26 @@ class MotionPart(Part):
             for one in answer.planner_interfaces])
 
     async def _plan(self, visitor: Visitor, ask: PlanAsk) -> None:
-        self._begin('planning', visitor)
+        self._begin(visitor)
+        self._activity.begin('planning', visitor, ask.planning_time, time.monotonic)
+        self._stopped = False
+        work = self._straight if ask.straight else self._search
+        self._planning = asyncio.create_task(work(visitor, ask))
         try:
-            text = await (self._straight(visitor, ask) if ask.straight
-                          else self._search(visitor, ask))
+            text = await self._planning
+        except asyncio.CancelledError:
+            text = STOPPED
         except ArmsimError as error:
             self._end(visitor, str(error), False)
             return
         except BaseException:
             self._end(visitor, 'the page has a mistake', False)
             raise
-        if ask.execute:
+        finally:
+            self._planning = None
+        if self._stopped:
+            self._end(visitor, STOPPED, False)
+        elif ask.execute:
             await self._go(visitor)
         else:
             self._end(visitor, text, True)
@@ -186,13 +199,13 @@ class MotionPart(Part):
     async def _execute(self, visitor: Visitor, _ask: Execute) -> None:
         if self._paths.plan(visitor) is None:
             raise ArmsimError("there is no plan; press 'Plan'")
-        self._begin('executing', visitor)
+        self._begin(visitor)
         await self._go(visitor)
 
     async def _go(self, visitor: Visitor) -> None:
         plan = self._paths.plan(visitor)
         assert plan is not None
-        self._busy = 'executing'
+        self._activity.begin('executing', visitor, plan.curves.duration, self._watch.now)
         self._paths.halt(visitor)
         self._goals.restore(visitor)
         reporting = self.page.start(self._report(visitor, plan))
@@ -213,22 +226,17 @@ class MotionPart(Part):
             reporting.cancel()
 
     async def _report(self, visitor: Visitor, plan: Plan) -> None:
-        """Tell all how far the motion is, and its visitor what the controllers report."""
+        """Tell a visitor what the controllers report."""
         topics = [self.page.link.poll(JointTrajectoryControllerState, name, _REPORTS)
                   for name, kind in self._watch.topics.items() if kind == _STATE_TYPE]
-        trace, total = Trace(), plan.curves.duration
-        clock = asyncio.get_running_loop()
-        begin, shown = clock.time(), 0.0
+        trace = Trace()
         joints = set(plan.curves.joints)
         try:
             while True:
-                elapsed = clock.time() - begin
-                self._show_progress(visitor, min(elapsed, total), total)
-                self._read(topics, joints, trace)
-                if elapsed - shown > _SHOW:
-                    shown = elapsed
-                    visitor.tell('trace', trace.form())
-                await asyncio.sleep(_LOOK)
+                for _ in range(_LOOKS):
+                    self._read(topics, joints, trace)
+                    await asyncio.sleep(_LOOK)
+                visitor.tell('trace', trace.form())
         finally:
             self._read(topics, joints, trace)
             visitor.tell('trace', trace.form())
@@ -246,6 +254,9 @@ class MotionPart(Part):
     async def _stop(self, _visitor: Visitor, _ask: Stop) -> None:
         for run in list(self._runs):
             run.cancel()
+        if self._planning is not None:
+            self._stopped = True
+            self._planning.cancel()
         await asyncio.gather(*(self.page.answer(answer, 2.0) for answer in self._stopper.stop()),
                              return_exceptions=True)
 
@@ -265,21 +276,12 @@ class MotionPart(Part):
             raise ArmsimError(f'{name} refused the goal; its log says why')
         return wrapped
 
-    def _begin(self, what: Literal['planning', 'executing'], visitor: Visitor) -> None:
-        if self._busy:
-            raise ArmsimError(f"the page is {self._busy} already; press 'Stop' to end that")
-        self._busy = what
+    def _begin(self, visitor: Visitor) -> None:
+        self._activity.need_rest()
         visitor.tell('result', None)
-        self._show_progress(visitor, 0.0, 0.0)
-
-    def _show_progress(self, visitor: Visitor, elapsed: float, total: float) -> None:
-        self.page.publish('activity', {
-            'what': self._busy, 'who': visitor.number, 'elapsed': round(elapsed, 1),
-            'total': round(total, 1)})
 
     def _end(self, visitor: Visitor, text: str, good: bool) -> None:
-        self._busy = ''
-        self.page.publish('activity', None)
+        self._activity.end()
         visitor.sections.pop('result', None)
         visitor.tell('result', {'text': text, 'good': good})
 

@@ -66,6 +66,8 @@ class WatchPart(Part):
         """The programs that have been there at some time."""
         self.clock: float | None = None
         """Simulated time [s], None where there is none."""
+        self._heard_at = 0.0
+        """When a clock came last, in the event loop's time [s]."""
         self._there: dict[str, bool] = {}
         self._clock = page.link.poll(Clock, '/clock', _CLOCK)
         for name, kind in SERVICES.items():
@@ -84,6 +86,7 @@ class WatchPart(Part):
         news = self._clock.take()
         if news:
             self.clock = seconds(news[-1].clock)
+            self._heard_at = asyncio.get_running_loop().time()
         return time.time() if self.clock is None else self.clock
 
     async def rest(self, period: float) -> None:
@@ -135,12 +138,11 @@ class WatchPart(Part):
         before: tuple[float, float] | None = None
         loop = asyncio.get_running_loop()
         while True:
-            news = self._clock.take()
-            if news:
-                self.clock = seconds(news[-1].clock)
-                now = (loop.time(), self.clock)
+            self.now()
+            if self.clock is not None and (before is None or self._heard_at > before[0]):
+                now = (self._heard_at, self.clock)
                 factor = None
-                if before is not None and now[0] > before[0]:
+                if before is not None:
                     factor = round((now[1] - before[1]) / (now[0] - before[0]), 2)
                 before = now
                 self.page.publish('clock', {'time': round(now[1], 1), 'factor': factor})

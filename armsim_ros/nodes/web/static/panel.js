@@ -150,13 +150,15 @@ on('programs activity result robot robot_error controllers me', () => {
   } else if (activity) {
     const who = activity.who === me ? '' : ` (visitor ${activity.who})`;
     level = 'busy';
-    text = activity.what === 'planning' ? `Planning ...${who}`
-      : `Executing ${activity.elapsed.toFixed(1)} of ${activity.total.toFixed(1)} s${who}`;
+    const times = `${activity.elapsed.toFixed(1)} of ${activity.total.toFixed(1)} s`;
+    text = activity.what === 'planning' ? `Planning ...${activity.elapsed ? ` ${times} at most` : ''}${who}`
+      : `Executing ${times}${who}`;
   } else if (result && !result.good && result.text !== 'stopped') {
     [level, text] = ['error', result.text];
   }
   $('status').dataset.level = level;
   $('status-text').textContent = text;
+  showProgress(level === 'busy' ? activity : null);
   $('cures').textContent = cures.join('; ');
   $('robot-name').textContent = robot?.name || 'armsim';
   document.title = robot?.name ? `${robot.name} · armsim` : 'armsim';
@@ -174,6 +176,14 @@ on('programs activity result robot robot_error controllers me', () => {
   }
 });
 on('goal plan', () => listeners.activity[0]());
+
+/** How far a motion is; nobody knows that of a plan, so its bar just runs. */
+function showProgress(activity) {
+  $('progress').classList.toggle('resting', !activity);
+  $('progress').setAttribute('aria-label', activity?.what ?? '');
+  if (activity?.what === 'planning') $('progress').removeAttribute('value');
+  else $('progress').value = activity?.total ? activity.elapsed / activity.total : 0;
+}
 
 on('clock', ({ clock }) => {
   $('clock').textContent = clock
