@@ -134,7 +134,7 @@ class PageUser:
 
     def picture(self) -> Picture:
         """Return the scene as it is seen, (height, width, 3), 0..255."""
-        data = self.tab.locator('#view').screenshot()
+        data = self.tab.screenshot(clip=self.tab.locator('#view').bounding_box())
         return np.asarray(Image.open(io.BytesIO(data)).convert('RGB')).astype(np.int16)
 
     def wait_for_picture(self, wanted: Callable[[Picture], bool]) -> Picture:

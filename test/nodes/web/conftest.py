@@ -1,11 +1,26 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A real browser, and windows of it with the page."""
+"""A page beside a stack that is not ours; a real browser, and windows of it."""
 
 import pytest
 
 #: For what a page shows after a while [ms].
-PATIENCE = 60_000
+PATIENCE = 120_000
+
+
+@pytest.fixture(scope='module')
+def served_page(fake_stack):
+    """Serve a page in this process."""
+    from armsim_ros.nodes.client.link import Link
+    from armsim_ros.nodes.web.arguments import WebArguments
+    from armsim_ros.nodes.web.page import Page
+    from armsim_ros.nodes.web.program import page_parts
+
+    with Link('web') as link:
+        opened = Page(link)
+        opened.open('127.0.0.1', 8450, '', lambda page: page_parts(page, WebArguments()))
+        yield opened
+        opened.close()
 
 
 @pytest.fixture(scope='module')

@@ -163,41 +163,6 @@ def test_stop_ends_the_motion(stack, page):
     assert stack.robot.distance(dict.fromkeys(JOINTS, 0.0)) > 0.1
 
 
-def test_a_motion_shows_how_far_it_is(page):
-    """Seconds in the status line, and a bar that grows; neither is there before and after."""
-    bar = page.tab.locator('#progress')
-    assert not bar.is_visible()
-    page.slide('Speed', 5)
-    page.choose('Goal state', 'scan_face2')
-    page.press('Plan & Execute')
-    page.wait_for_status('Executing')
-    page.tab.wait_for_function('document.getElementById("progress").value > 0.1')
-    elapsed, total = re.findall(r'[0-9.]+', page.tab.inner_text('#status-text'))
-    assert 0.0 < float(elapsed) < float(total)
-    page.press('Stop')
-    page.wait_for_result('stopped')
-    bar.wait_for(state='hidden')
-
-
-def test_a_long_plan_shows_how_long_it_takes_and_is_stopped(stack, page):
-    """A planner that uses all of its time is stopped long before; nothing moves."""
-    page.go('scan_food')
-    page.unfold('Options')
-    page.choose('Planner', 'RRTstar')
-    page.field('Planning time').fill('120')
-    page.choose('Goal state', 'home')
-    page.press('Plan & Execute')
-    page.wait_for_status('of 120.0 s at most')
-    assert page.tab.locator('#progress').is_visible()
-    page.press('Stop')
-    page.wait_for_result('stopped')
-    assert stack.robot.distance(SCAN_FOOD) < 0.01
-    page.choose('Planner', '')
-    page.field('Planning time').fill('5')
-    page.fold('Options')
-    page.go('home')
-
-
 def test_escape_stops_what_another_client_began(stack, page):
     """The motion is not the page's own; the key is as good as the button."""
     goal = stack.arm.send(trajectory_message(JOINTS, [(20.0, [0.5] * 6)]))

@@ -13,10 +13,6 @@ pytest.importorskip('viser')
 
 import websockets.asyncio.client as websocket_client
 
-from armsim_ros.nodes.client.link import Link
-from armsim_ros.nodes.web.arguments import WebArguments
-from armsim_ros.nodes.web.page import Page
-from armsim_ros.nodes.web.program import page_parts
 from armsim_ros.nodes.web.saved_scene import object_from_dict, object_to_dict
 
 PATIENCE = 20.0
@@ -52,26 +48,14 @@ class _forever:  # noqa: N801 - stands in for asyncio.timeout of Python 3.11
         return None
 
 
-@pytest.fixture(scope='module')
-def page(fake_stack):
-    """Open a page."""
-    with Link('web') as link:
-        opened = Page(link)
-        arguments = WebArguments()
-        opened.open('127.0.0.1', 8450, '', lambda page: page_parts(page, arguments))
-        yield opened
-        opened.close()
-
-
 @pytest.fixture
-def talk(page):
+def talk(served_page):
     """Return a function that lets a panel do something from its opening to its closing."""
     def run(work):
-        key = secrets.token_hex(8)
+        address = f'ws://127.0.0.1:{served_page.door.port}/panel/{secrets.token_hex(8)}'
 
         async def inner():
-            async with websocket_client.connect(
-                    f'ws://127.0.0.1:{page.door.port}/panel/{key}', max_size=None) as connection:
+            async with websocket_client.connect(address, max_size=None) as connection:
                 panel = Panel(connection)
                 await panel.until('programs', satisfies=lambda one: not one['waiting'])
                 await panel.until('goal', 'group')  # before there is a scene, and without one

@@ -143,7 +143,7 @@ class PathPart(Part):
             for time in times])
         pieces = np.stack([places[:-1], places[1:]], axis=1).astype(np.float32)
         self._lines[visitor] = visitor.scene.scene.add_line_segments(
-            '/path', pieces, colors=_LINE_COLOR, line_width=3.0)
+            '/path', pieces, colors=_LINE_COLOR, thickness=3.0, thickness_units='screen')
 
     async def _scrub(self, visitor: Visitor, ask: Scrub) -> None:
         plan = self._need(visitor)

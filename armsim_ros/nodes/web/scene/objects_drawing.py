@@ -21,6 +21,8 @@ from armsim_ros.nodes.web.view.shapes import Color, Part, rgb, ShapeReader
 
 #: What has no colour of its own: world objects, and attached ones.
 WORLD_COLOR, ATTACHED_COLOR = (102, 178, 118), (176, 122, 214)
+#: A plane has no end: the floor, and what is beyond, is seen through what is drawn of it.
+_PLANE_OPACITY = 0.2
 _TOUCHED: Color = (214, 34, 34)
 #: How much larger the red skin of a touched object is than the object.
 _SKIN = 1.01
@@ -44,6 +46,8 @@ class DrawnObject:
         own = rgb((rgba.r, rgba.g, rgba.b)) if rgba is not None and rgba.a > 0.0 else None
         self.color: Color = own or (ATTACHED_COLOR if link else WORLD_COLOR)
         self.opacity = float(rgba.a) if rgba is not None and 0.0 < rgba.a < 1.0 else None
+        if message.planes:
+            self.opacity = _PLANE_OPACITY
         self.path = ''
         self.node: Any = None
         self.shapes: list[tuple[Part, Matrix]] = []
