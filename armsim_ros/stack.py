@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from armsim_ros.planning.planner import MotionPlanner
     from armsim_ros.planning.request import Constraints
     from armsim_ros.planning.scene.planning_scene import PlanningScene
+    from armsim_ros.world_in_scene import WorldInScene
 
 __all__ = ['ArmSim', 'build_manager', 'build_simulation']
 
@@ -77,8 +78,7 @@ class ArmSim:
         rate = self.settings.controller_manager.update_rate
         self.loop = ControlLoop(self.simulation, controllers, rate)
         self._planning_clock = CountingClock()
-        self._shared_objects: list[str] = []
-        self._attached: frozenset[str] = frozenset()
+        self._shared_objects: set[str] = set()
 
     @property
     def manager(self) -> ControllerManager:
@@ -164,7 +164,8 @@ class ArmSim:
             max_velocity_scaling_factor=velocity,
             seed=self.seed,
         )
-        self._update_scene()
+        self.scene.set_positions(self.joint_positions)
+        self._follow_world()
         response = self.planner.plan(request, self.scene.snapshot(), clock=self._planning_clock)
         if not response.success:
             raise PlanningError(response.error_code, response.message, response.source)
@@ -246,19 +247,19 @@ class ArmSim:
         Put an object into the world that physics and planner share.
 
         The planner sees it where it is when a plan is asked for; what is held goes with the arm.
+        So it sees all objects of the world, unless the settings' ``scene_from_world`` is not
+        ``live``: then it sees those that are added here.
 
         :raises SimulationError: its name is taken, or the physics refuses it.
         :raises PlanningError: the planner refuses it; nothing is added then.
         """
-        from armsim_ros.planning.scene.simulated_world import collision_object
-
         self.simulation.world.add(thing)
+        self._shared_objects.add(thing.name)
         try:
-            self.scene.apply_object(collision_object(thing, world_in_root(self.settings)))
+            self._follow_world()
         except PlanningError:
-            self.simulation.world.remove(thing.name)
+            self.remove_object(thing.name)
             raise
-        self._shared_objects.append(thing.name)
 
     def remove_object(self, name: str) -> None:
         """
@@ -266,13 +267,9 @@ class ArmSim:
 
         :raises SimulationError: there is none of that name.
         """
-        from armsim_ros.planning.scene.objects import CollisionObject, ObjectOperation
-
         self.simulation.world.remove(name)
-        if name in self.scene.objects:
-            self.scene.apply_object(CollisionObject(name, ObjectOperation.REMOVE))
-        if name in self._shared_objects:
-            self._shared_objects.remove(name)
+        self._shared_objects.discard(name)
+        self._follow_world()
 
     def _advance(self, steps: int, until: Callable[[], bool] | None = None) -> None:
         self.loop.advance(steps, until)
@@ -285,7 +282,12 @@ class ArmSim:
 
     @cached_property
     def scene(self) -> PlanningScene:
-        """What the planner knows of robot and world; objects may be added to it."""
+        """
+        What the planner knows of robot and world; objects may be added to it.
+
+        What is the world's follows it when a plan is asked for; what the user adds, moves or
+        attaches is his.
+        """
         from armsim_ros.kinematics.kinematic_model import KinematicModel
         from armsim_ros.planning.scene.simulated_world import initial_scene
 
@@ -306,30 +308,16 @@ class ArmSim:
             ),
         )
 
-    def _update_scene(self) -> None:
-        from armsim_ros.planning.scene.objects import (
-            AttachedObject,
-            CollisionObject,
-            ObjectOperation,
-        )
+    @cached_property
+    def _world_in_scene(self) -> WorldInScene:
+        from armsim_ros.world_in_scene import WorldInScene
 
-        self.scene.set_positions(self.joint_positions)
-        root = world_in_root(self.settings)
-        held = {name: link for name, link in self.held.items() if name in self._shared_objects}
-        for name in self._attached & set(self.scene.attached):
-            self.scene.apply_attached(AttachedObject(
-                '', CollisionObject(name, ObjectOperation.REMOVE)))
-        for name in self._shared_objects:
-            if name in self.scene.objects:
-                pose = root @ self.simulation.world.pose(name)
-                self.scene.apply_object(
-                    CollisionObject(name, ObjectOperation.MOVE, pose=pose))
-        touching = {gripper.palm: gripper.links for gripper in grippers_in(self.cell)}
-        self._attached = frozenset(held) & set(self.scene.objects)
-        for name in self._attached:
-            link = held[name]
-            self.scene.apply_attached(AttachedObject(
-                link, CollisionObject(name), touching.get(link, (link,))))
+        return WorldInScene(
+            self.simulation, self.scene, world_in_root(self.settings), self.fingers.squeezed)
+
+    def _follow_world(self) -> None:
+        live = self.settings.planning_parameters.scene_from_world == 'live'
+        self._world_in_scene.follow(None if live else frozenset(self._shared_objects))
 
     def _constraints(self, goal: Goal, group: str) -> Constraints:
         from armsim_ros.planning.request import Constraints

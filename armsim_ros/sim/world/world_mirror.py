@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 import math
 from typing import NamedTuple
@@ -12,13 +12,13 @@ from typing import NamedTuple
 import numpy as np
 
 from armsim_ros.arrays import Matrix, Vector
+from armsim_ros.model.grippers import Gripper
 from armsim_ros.model.transforms import (
     matrix_from_quat_wxyz,
     pose_from_parts,
     quat_wxyz_from_matrix,
 )
 from armsim_ros.model.world_objects import FLOOR, floor_object, WorldObject
-from armsim_ros.sim.grippers.finger_contacts import FingerContacts
 from armsim_ros.sim.grippers.vacuum_gripper import VacuumGripper
 from armsim_ros.sim.world.world_scene import WorldScene
 
@@ -86,14 +86,14 @@ class WorldWatch:
 
     :param world: is looked at.
     :param grippers: may hold objects.
-    :param fingers: may hold objects, too.
+    :param fingers: returns what fingers hold: object -> gripper.
     """
 
     def __init__(
         self,
         world: WorldScene,
         grippers: Iterable[VacuumGripper] = (),
-        fingers: FingerContacts | None = None,
+        fingers: Callable[[], Mapping[str, Gripper]] | None = None,
     ) -> None:
         self._world = world
         self._version = -1
@@ -119,7 +119,7 @@ class WorldWatch:
         held: dict[str, Holder] = {}
         if self._fingers is not None:
             held.update((name, Holder(gripper.palm, gripper.links))
-                        for name, gripper in self._fingers.held().items())
+                        for name, gripper in self._fingers().items())
         held.update((one.held, Holder(one.settings.link, (one.settings.link,)))
                     for one in self._grippers if one.held in names)
         poses = {**self._fixed, **dict(zip(names, rows, strict=True))}

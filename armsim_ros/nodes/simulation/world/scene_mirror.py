@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import Future as LoopFuture
 from uuid import uuid4
 
@@ -20,12 +20,12 @@ from rclpy.qos import QoSProfile
 from std_msgs.msg import ColorRGBA
 
 from armsim_ros.arrays import Matrix
+from armsim_ros.model.grippers import Gripper
 from armsim_ros.model.world_objects import WORLD_TYPE, WorldObject
 from armsim_ros.nodes.conversions.collision_object import world_object_to_message
 from armsim_ros.nodes.conversions.geometry import pose_to_message
 from armsim_ros.nodes.simulation.dispatcher import Dispatcher
 from armsim_ros.sim.control_loop import ControlLoop
-from armsim_ros.sim.grippers.finger_contacts import FingerContacts
 from armsim_ros.sim.world.world_mirror import (
     Holder,
     WorldMirror,
@@ -49,7 +49,7 @@ class SceneMirror:
     :param node: the node that publishes.
     :param frame: the model frame.
     :param root: (4, 4) pose of the world in it.
-    :param fingers: those of the robots that have some.
+    :param fingers: returns what fingers hold, where there are some.
     """
 
     def __init__(
@@ -59,7 +59,7 @@ class SceneMirror:
         dispatcher: Dispatcher,
         frame: str,
         root: Matrix,
-        fingers: FingerContacts | None = None,
+        fingers: Callable[[], Mapping[str, Gripper]] | None = None,
     ) -> None:
         self._loop = loop
         self._dispatcher = dispatcher

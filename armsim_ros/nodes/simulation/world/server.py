@@ -90,7 +90,7 @@ class WorldServer:
         if live and not deterministic:
             self._mirror = SceneMirror(
                 node, loop, dispatcher, cell.model.model_frame, world_in_root(settings),
-                fingers if everyone else None)
+                fingers.held if everyone else None)
             self.resetting.followers.append(self._mirror.begin_anew)
             tell_scene = self._mirror.tell_now
         self._grippers = [
