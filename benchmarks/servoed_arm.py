@@ -59,12 +59,19 @@ class ServoedArm:
         order = [snapshot.joint_names.index(name) for name in self.stream.target.names]
         reference = snapshot.reference.positions[order]
         self.stream.start(reference)
-        self._window.start(self.sim.simulation.time_ns, reference)
+        self._window.start(self.sim.simulation.time_ns, self.stream.state)
 
     def cycle(self, command: Command | None) -> Cycle:
         """Do one cycle of servo, hand what it brings to the controller, go on by a period."""
-        made = self.stream.step(command, self.q, self.parameters)
-        self._window.add(self.sim.simulation.time_ns, made.positions)
+        def step() -> Cycle:
+            return self.stream.step(command, self.q, self.parameters)
+
+        now = self.sim.simulation.time_ns
+        if self.stream.turns(command):
+            self._window.replan(
+                now, now, round(self.parameters.publish_period * 1e9), self.stream, step)
+        made = step()
+        self._window.add(now, self.stream.state)
         points = self._window.points()
         if points is not None:
             reason = self.controller.set_trajectory(JointTrajectory(

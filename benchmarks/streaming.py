@@ -24,6 +24,7 @@ from std_msgs.msg import Float64MultiArray
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from armsim_ros.config.loading import load_robot_settings
+from armsim_ros.config.servo import ServoParameters
 from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.model.loading import load_robot_model
 from armsim_ros.resources import share_folder
@@ -38,6 +39,8 @@ JOINTS = tuple(f'joint_{number}' for number in range(1, 7))
 PLACE = (0.0, 0.0, 1.7, 0.7, 1.0, 0.0)
 CONTROLLER, FORWARD = 'arm_joint_controller', 'position_stream'
 RUNS, OBJECTS = 20, 20
+#: A twist this old moves nothing any more [s].
+TIMEOUT = ServoParameters().incoming_command_timeout
 #: Share of the scale of a twist that is 0.1 m/s, and of one that is 0.05 m/s.
 TENTH, TWENTIETH = 0.25, 0.125
 FORWARD_CONTROLLER = f"""
@@ -178,7 +181,9 @@ def _measured(user: User, pid: int, idle: float) -> Table:
         ('twist to joint command', *_spread(out)),
         ('twist to the first change of the reference', *_spread(reference)),
         ('joint commands', f'{np.median(rates):.0f} Hz', f'least {np.min(rates):.0f} Hz'),
-        ('last twist to rest, 100 ms of it until silence is noticed', *_spread(stops)),
+        ('last twist to rest', *_spread(stops)),
+        (f'silence, {TIMEOUT:g} s after the last twist, to rest',
+         *_spread([stop - TIMEOUT for stop in stops])),
         ('forward command to the first change of the joint states', *_forward(user)),
     ]  # fmt: skip
     user.go(PLACE)

@@ -5,11 +5,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import ExitStack
 import traceback
 from typing import Any
 
 from rclpy.callback_groups import CallbackGroup
 from rclpy.exceptions import InvalidHandle
+from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
 from rclpy.qos import QoSProfile
 from rclpy.subscription import Subscription
 from rclpy.time_source import CLOCK_TOPIC
@@ -79,6 +81,27 @@ class PollingNode(GuardedNode):
         if topic == CLOCK_TOPIC:
             return self.poll(msg_type, topic, callback, qos_profile)
         return super().create_subscription(msg_type, topic, callback, qos_profile, **options)
+
+    def waiter(self, *subscriptions: Subscription) -> Callable[[float], bool]:
+        """
+        Return what waits for messages that ``catch_up`` will find.
+
+        It takes the longest time to wait [s], and returns whether there is a message; only from
+        one and the same thread.
+        """
+        with self.context.handle:
+            wait_set = _rclpy.WaitSet(len(subscriptions), 0, 0, 0, 0, 0, self.context.handle)
+
+        def wait(longest: float) -> bool:
+            with ExitStack() as alive:
+                wait_set.clear_entities()
+                for subscription in subscriptions:
+                    alive.enter_context(subscription.handle)
+                    wait_set.add_subscription(subscription.handle)
+                wait_set.wait(max(0, round(longest * 1e9)))
+                return bool(wait_set.get_ready_entities('subscription'))
+
+        return wait
 
     def destroy_subscription(self, subscription: Subscription) -> bool:
         """Take a subscription away, of either sort."""

@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from std_msgs.msg import Float64MultiArray
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
@@ -12,8 +14,8 @@ from armsim_ros.nodes import qos
 from armsim_ros.nodes.conversions.time import fill_time
 from armsim_ros.nodes.conversions.trajectory import fill_point
 from armsim_ros.nodes.polling_node import PollingNode
-from armsim_ros.planning.servo.stream import Cycle
-from armsim_ros.planning.servo.trajectory_window import TrajectoryWindow, Vector
+from armsim_ros.planning.servo.stream import Cycle, ServoStream
+from armsim_ros.planning.servo.trajectory_window import TrajectoryWindow
 
 
 class JointCommands:
@@ -36,6 +38,7 @@ class JointCommands:
         kind = Float64MultiArray if self._plain else JointTrajectory
         self._publisher = node.create_publisher(kind, topic, qos.STATE)
         self._window = TrajectoryWindow(round(parameters.max_expected_latency * 1e9))
+        self._period_ns = round(parameters.publish_period * 1e9)
         self._message = JointTrajectory(joint_names=list(names))
         self._points: list[JointTrajectoryPoint] = []
 
@@ -44,19 +47,28 @@ class JointCommands:
         """Whether anybody subscribes."""
         return self._publisher.get_subscription_count() > 0
 
-    def start(self, now_ns: int, reference: Vector) -> None:
-        """Begin anew where the controller's reference (m,) rests."""
-        self._window.start(now_ns, reference)
+    def start(self, now_ns: int, stream: ServoStream) -> None:
+        """Begin anew with a stream that rests at the controller's reference."""
+        self._window.start(now_ns, stream.state)
 
-    def publish(self, now_ns: int, cycle: Cycle, parameters: ServoParameters) -> None:
-        """Publish what a cycle has brought."""
+    def replan(
+        self, now_ns: int, cycle_ns: int, stream: ServoStream, step: Callable[[], object]
+    ) -> None:
+        """Replace what lies ahead, see :meth:`TrajectoryWindow.replan`; plain numbers are now."""
+        if not self._plain:
+            self._window.replan(now_ns, cycle_ns, self._period_ns, stream, step)
+
+    def publish(
+        self, cycle_ns: int, cycle: Cycle, stream: ServoStream, parameters: ServoParameters
+    ) -> None:
+        """Publish what a cycle of a stream has brought."""
         if self._plain:
             values = (
                 cycle.positions if parameters.publish_joint_positions else cycle.velocities
             )
             self._publisher.publish(Float64MultiArray(data=values.tolist()))
             return
-        self._window.add(now_ns, cycle.positions)
+        self._window.add(cycle_ns, stream.state)
         points = self._window.points()
         if points is None:
             return

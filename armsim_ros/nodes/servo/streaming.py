@@ -21,7 +21,7 @@ from armsim_ros.nodes.servo.status import StatusTopic
 from armsim_ros.planning.servo.commands import Command, InvalidCommandError
 from armsim_ros.planning.servo.inbox import CommandInbox
 from armsim_ros.planning.servo.status import Finding, NOTHING, ServoStatus, weightiest
-from armsim_ros.planning.servo.stream import ServoStream
+from armsim_ros.planning.servo.stream import Cycle, ServoStream
 from armsim_ros.sim.realtime import prioritize_thread
 
 #: All topics are looked at so often; those of commands in every cycle [Hz].
@@ -92,6 +92,7 @@ class Streaming:
         self.stream.warm_up(self.states.q, self.parameters)
         period = self.parameters.publish_period
         looks = max(1, round(1.0 / (_LOOKS * period)))
+        awaited = self.node.waiter(*self.commands.subscriptions)
         due = time.monotonic()
         cycle = 0
         try:
@@ -102,7 +103,17 @@ class Streaming:
                     self._cycle()
                 cycle += 1
                 due = max(due + period, time.monotonic() - _MADE_UP * period)
-                time.sleep(max(0.0, due - time.monotonic()))
+                if self.stream.streaming or not self.inbox.silent:
+                    time.sleep(max(0.0, due - time.monotonic()))
+                    continue
+                # A command that finds the arm at rest is taken up when it comes.
+                rests = self._rests() and not self.clock.parted
+                due += (1.0 / _LOOKS - period) * rests
+                if awaited(due - time.monotonic()):
+                    due = time.monotonic()
+                    cycle = 0
+                elif rests:
+                    cycle = 0
         except Exception:  # noqa: BLE001 - whatever it is, the program must say it and end
             if not self._stop.is_set():
                 self.failure = traceback.format_exc()
@@ -208,7 +219,7 @@ class Streaming:
             self.node.catch_up(*self.states.subscriptions)
             reference = self.states.q[self.stream.target.indices]
         self.stream.start(reference)
-        self.output.start(now, reference)
+        self.output.start(now, self.stream)
         self._stream_ns = now - round(self.parameters.publish_period * 1e9)
         self._quiet = 0
         return True
@@ -224,17 +235,20 @@ class Streaming:
 
     def _step(self, command: Command | None, now: int) -> list[Finding]:
         try:
-            cycle = self.stream.step(command, self.states.q, self.parameters)
+            cycle = self._follow(command, now)
         except InvalidCommandError as error:
             self.inbox.reject(str(error), now)
-            cycle = self.stream.step(None, self.states.q, self.parameters)
+            command = None
+            cycle = self._follow(command, now)
         findings = list(cycle.findings)
         self._quiet = self._quiet + 1 if cycle.at_rest else 0
         # The last point must have gone out, and not only as the newest.
         if self._quiet <= 2:
-            self.output.publish(self._stream_ns, cycle, self.parameters)
+            self.output.publish(self._stream_ns, cycle, self.stream, self.parameters)
         elif command is None:
-            self.stream.stop()
+            # The arm is not at rest before the points that were sent are behind it.
+            if self._quiet * self.parameters.publish_period > self.parameters.max_expected_latency:
+                self.stream.stop()
         elif self._quiet * self.parameters.publish_period > _PATIENCE:
             self._begin_anew(command, now)
         if not self.output.heard:
@@ -242,6 +256,15 @@ class Streaming:
                 Finding(ServoStatus.INVALID, f"nobody subscribes to '{self.output.topic}'")
             )
         return findings
+
+    def _follow(self, command: Command | None, now: int) -> Cycle:
+        """Go on by one cycle; what ends or resumes the motion takes effect at once."""
+        def step() -> Cycle:
+            return self.stream.step(command, self.states.q, self.parameters)
+
+        if self.stream.turns(command):
+            self.output.replan(now, self._stream_ns, self.stream, step)
+        return step()
 
     def _begin_anew(self, command: Command, now: int) -> None:
         """Follow the controller, which others may have moved while the stream stood."""

@@ -40,6 +40,11 @@ class JointJog:
 
     type = CommandType.JOINT_JOG
 
+    @property
+    def moves(self) -> bool:
+        """Whether anything is to move."""
+        return bool(self.velocities.any())
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Twist:
@@ -57,6 +62,11 @@ class Twist:
 
     type = CommandType.TWIST
 
+    @property
+    def moves(self) -> bool:
+        """Whether anything is to move."""
+        return bool(self.linear.any() or self.angular.any())
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PoseTarget:
@@ -71,6 +81,7 @@ class PoseTarget:
     pose: Matrix
 
     type = CommandType.POSE
+    moves = True
 
 
 Command = JointJog | Twist | PoseTarget

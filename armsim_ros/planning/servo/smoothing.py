@@ -7,6 +7,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections import deque
 import math
+from typing import Any
 
 import numpy as np
 
@@ -24,6 +25,14 @@ class SmoothingFilter(ABC):
     def smooth(self, positions: Vector) -> Vector:
         """Return the positions (n,) to send for those that are wanted [rad or m]."""
 
+    @abstractmethod
+    def saved(self) -> Any:
+        """Return what it remembers."""
+
+    @abstractmethod
+    def restore(self, saved: Any) -> None:
+        """Remember what ``saved`` has returned."""
+
 
 class NoFilter(SmoothingFilter):
     """Passes positions through."""
@@ -34,6 +43,12 @@ class NoFilter(SmoothingFilter):
     def smooth(self, positions: Vector) -> Vector:
         """Return the positions themselves."""
         return positions
+
+    def saved(self) -> None:
+        """Return nothing."""
+
+    def restore(self, saved: None) -> None:
+        """Do nothing."""
 
 
 class ButterworthFilter(SmoothingFilter):
@@ -58,6 +73,14 @@ class ButterworthFilter(SmoothingFilter):
         output: Vector = self._last_output + rest / (1.0 + self._k)
         self._last_input, self._last_output = positions, output
         return output
+
+    def saved(self) -> tuple[Vector, Vector]:
+        """Return the last input and output."""
+        return self._last_input, self._last_output
+
+    def restore(self, saved: tuple[Vector, Vector]) -> None:
+        """Take the last input and output."""
+        self._last_input, self._last_output = saved
 
 
 class AccelerationFilter(SmoothingFilter):
@@ -100,6 +123,14 @@ class AccelerationFilter(SmoothingFilter):
         self._position = self._position + self._velocity * self._period
         return self._position
 
+    def saved(self) -> tuple[Vector, Vector]:
+        """Return position and velocity."""
+        return self._position, self._velocity
+
+    def restore(self, saved: tuple[Vector, Vector]) -> None:
+        """Take position and velocity."""
+        self._position, self._velocity = saved
+
 
 class JerkFilter(SmoothingFilter):
     """
@@ -134,3 +165,12 @@ class JerkFilter(SmoothingFilter):
         newest = self._past[-1]
         mean: Vector = newest + np.mean([one - newest for one in self._past], axis=0)
         return mean
+
+    def saved(self) -> tuple[tuple[Vector, Vector], tuple[Vector, ...]]:
+        """Return what the inner filter remembers, and the last positions."""
+        return self._inner.saved(), tuple(self._past)
+
+    def restore(self, saved: tuple[tuple[Vector, Vector], tuple[Vector, ...]]) -> None:
+        """Take what the inner filter remembers, and the last positions."""
+        self._inner.restore(saved[0])
+        self._past.extend(saved[1])

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -21,6 +22,23 @@ LOOKS_A_SECOND = 50.0
 """So often at least it is looked for collisions [Hz]."""
 SETTLED = 1e-6
 """Nearer to rest than this is at rest [rad or m, a cycle]."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class StreamState:
+    """
+    Where a stream is, to go on from there another time.
+
+    :param position: (m,) before the filter [rad or m].
+    :param velocity: (m,) before the filter [rad/s or m/s].
+    :param sent: (m,) behind it [rad or m].
+    :param filter: what the filter remembers.
+    """
+
+    position: Vector
+    velocity: Vector
+    sent: Vector
+    filter: Any
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -63,6 +81,7 @@ class ServoStream:
         self._smoothing = smoothing
         self._proximity = proximity
         self.streaming = False
+        self._halting = False
         self._factor = 1.0
         self._collision: Finding | None = None
         self._cycles_to_look = 0
@@ -82,11 +101,28 @@ class ServoStream:
         self._sent = reference.copy()
         self._smoothing.restart(reference)
         self._forget_collisions()
+        self._halting = False
         self.streaming = True
 
     def stop(self) -> None:
         """Send nothing more."""
         self.streaming = False
+
+    @property
+    def state(self) -> StreamState:
+        """Where the stream is now."""
+        return StreamState(self._position, self._velocity, self._sent, self._smoothing.saved())
+
+    def restore(self, state: StreamState) -> None:
+        """Go on from where the stream was once."""
+        self._position, self._velocity = state.position, state.velocity
+        self._sent = state.sent
+        self._smoothing.restore(state.filter)
+
+    def turns(self, command: Command | None) -> bool:
+        """Return whether a command ends the motion, or resumes it, unlike the one before."""
+        before, self._halting = self._halting, command is None or not command.moves
+        return self._halting is not before
 
     def step(self, command: Command | None, q: Vector, parameters: ServoParameters) -> Cycle:
         """

@@ -5,16 +5,20 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from armsim_ros.arrays import Matrix, Vector
+from armsim_ros.planning.servo.stream import ServoStream, StreamState
 
 FEWEST = 3
 """With less points than these nothing is held back."""
 _SLACK_NS = 20_000_000
 """So long may a message take to the controller [ns]."""
+_REACH_NS = 10_000_000
+"""What is due sooner, a message comes too late to change [ns]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -49,18 +53,43 @@ class TrajectoryWindow:
     def __init__(self, latency_ns: int) -> None:
         """Start empty."""
         self._latency_ns = latency_ns
-        self._points: deque[tuple[int, Vector]] = deque()
+        self._points: deque[tuple[int, StreamState]] = deque()
 
-    def start(self, now_ns: int, positions: Vector) -> None:
-        """Begin anew where the controller's reference rests (m,) [rad or m]."""
-        self._points = deque([(now_ns, positions)])
+    def start(self, now_ns: int, state: StreamState) -> None:
+        """Begin anew with a stream that rests at the controller's reference."""
+        self._points = deque([(now_ns, state)])
 
-    def add(self, now_ns: int, positions: Vector) -> None:
-        """Add the positions (m,) of this cycle; the past is forgotten."""
+    def replan(
+        self, now_ns: int, cycle_ns: int, period_ns: int, stream: ServoStream,
+        step: Callable[[], object],
+    ) -> None:
+        """
+        Have another command followed at once, not only where the points that lie ahead end.
+
+        The stream goes back to the first point that a message can still change, and on from
+        there, up to the cycle that is to be added next.
+
+        :param cycle_ns: time of that cycle [ns].
+        :param step: lets the stream go on by one period.
+        """
+        points = self._points
+        if points[-1][0] < now_ns + _REACH_NS:
+            return
+        while len(points) > 1 and points[-2][0] >= now_ns + _REACH_NS:
+            points.pop()
+        due, state = points[-1]
+        stream.restore(state)
+        while due + 2 * period_ns <= cycle_ns + self._latency_ns:
+            step()
+            due += period_ns
+            points.append((due, stream.state))
+
+    def add(self, now_ns: int, state: StreamState) -> None:
+        """Add where the stream (m joints) is after this cycle; the past is forgotten."""
         due = now_ns + self._latency_ns
         while len(self._points) > 1 and self._points[-1][0] >= due:
             self._points.pop()
-        self._points.append((due, positions))
+        self._points.append((due, state))
         # The last point before now stays: the controller is between it and the next.
         while len(self._points) > FEWEST and self._points[1][0] <= now_ns - _SLACK_NS:
             self._points.popleft()
@@ -76,7 +105,7 @@ class TrajectoryWindow:
             return self._first()
         stamps = np.array([stamp for stamp, _ in self._points], dtype=np.int64)
         times = (stamps - stamps[0]) * 1e-9
-        positions = np.array([values for _, values in self._points])
+        positions = np.array([state.sent for _, state in self._points])
         slopes = np.diff(positions, axis=0) / np.diff(times)[:, None]
         velocities = np.zeros_like(positions)
         before, after = slopes[:-1], slopes[1:]
@@ -94,7 +123,8 @@ class TrajectoryWindow:
         if len(self._points) < 2:
             return None
         (start, begin), (due, end) = self._points
-        still = np.zeros((2, len(begin)))
+        still = np.zeros((2, len(begin.sent)))
         return StreamedPoints(
-            start, np.array([0.0, (due - start) * 1e-9]), np.array([begin, end]), still, still
-        )
+            start, np.array([0.0, (due - start) * 1e-9]), np.array([begin.sent, end.sent]),
+            still, still,
+        )  # fmt: skip

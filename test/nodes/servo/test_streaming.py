@@ -29,7 +29,7 @@ class Cycles:
 
     def __init__(self, kinematics):
         self.now = 1_000_000_000
-        self.sent, self.stamps, self.said = [], [], []
+        self.sent, self.stamps, self.said, self.replanned = [], [], [], []
         self.inbox = CommandInbox(100_000_000)
         self.controller = SimpleNamespace(
             own=None, subscriptions=(), goal_runs=False, plan_runs=False, inactive='',
@@ -37,8 +37,8 @@ class Cycles:
         )  # fmt: skip
         self.reference = np.array(ELBOW_UP)
         self.output = SimpleNamespace(
-            heard=True, topic='/arm/joint_trajectory', start=lambda now, positions: None,
-            publish=self._send,
+            heard=True, topic='/arm/joint_trajectory', start=lambda now, stream: None,
+            publish=self._send, replan=lambda *arguments: self.replanned.append(self.now),
         )  # fmt: skip
         made = Streamer(kinematics)
         self.streaming = Streaming(
@@ -57,9 +57,9 @@ class Cycles:
         made.stream.stop()
         self.kinematics = kinematics
 
-    def _send(self, now, cycle, parameters):
+    def _send(self, cycle_ns, cycle, stream, parameters):
         self.sent.append(cycle.positions)
-        self.stamps.append(now)
+        self.stamps.append(cycle_ns)
 
     def run(self, command=None, count=30, steps=(PERIOD_NS,)):
         """Do cycles, a command before each, with those steps of time again and again."""
@@ -94,6 +94,29 @@ def test_motion_and_silence(cycles):
     assert cycles.messages == {'No warnings'}
     cycles.run(None, 20)
     assert not cycles.sent
+
+
+def test_what_lies_ahead_is_replaced(cycles):
+    """Once where silence is noticed, and once where a command resumes the motion."""
+    cycles.run(twist((0, 0, -0.3)), 40)
+    assert not cycles.replanned
+    silent = cycles.now - PERIOD_NS + cycles.inbox.timeout_ns
+    cycles.run(None, 12)
+    assert cycles.replanned == [silent]
+    cycles.run(twist((0, 0, -0.3)), 20)
+    assert cycles.replanned == [silent, silent + 3 * PERIOD_NS]
+
+
+def test_the_stream_lasts_until_the_arm_rests(cycles):
+    """A command that comes before what was sent has been followed goes on from there."""
+    cycles.run(twist((0, 0, -0.3)), 40)
+    cycles.run(None, 10)
+    while cycles.sent:
+        assert cycles.streaming.stream.streaming
+        cycles.run(None, 1)
+    assert cycles.streaming.stream.streaming
+    cycles.run(None, 10)
+    assert not cycles.streaming.stream.streaming
 
 
 def test_late_cycles_move_no_faster(cycles):
