@@ -163,6 +163,9 @@ class Controllers(Protocol):
     def glance(self, time_ns: int, period: float) -> None:
         """Do an update of which nothing matters but that states are read."""
 
+    def look_early(self, time_ns: int, period: float) -> None:
+        """Have the states read; the update of this time is still to come."""
+
     def skip(self, updates: int, period: float) -> None:
         """Take note of updates that were left out, a period [s] apart."""
 
@@ -220,6 +223,10 @@ class FaultyControllers:
     def glance(self, time_ns: int, period: float) -> None:
         """Have the states read, no command changes."""
         self._controllers.glance(time_ns, period)
+
+    def look_early(self, time_ns: int, period: float) -> None:
+        """Have the states read; the update of this time is still to come."""
+        self._controllers.look_early(time_ns, period)
 
     def skip(self, updates: int, period: float) -> None:
         """Take note of updates that were left out."""

@@ -15,10 +15,13 @@ class Rate:
     Says when something is due: at multiples of the period after the first time asked.
 
     :param frequency: [Hz]; infinite is always, 0 or less is never.
+    :param aligned: count the multiples from time 0 instead, so that what has the same rate is
+        due at the same time; the first time asked it is due all the same.
     """
 
-    def __init__(self, frequency: float) -> None:
+    def __init__(self, frequency: float, *, aligned: bool = False) -> None:
         self._period_ns = 1e9 / frequency if frequency > 0.0 else math.inf
+        self._aligned = aligned and self._period_ns > 0.0
         self._base_ns = 0
         self._count = 0
         self._last_ns: int | None = None
@@ -42,7 +45,8 @@ class Rate:
             return False
         last, self._last_ns = self._last_ns, time_ns
         if last is None or time_ns < last:
-            self._base_ns, self._count = time_ns, 0
+            since_ns = time_ns % self._period_ns if self._aligned else 0.0
+            self._base_ns, self._count = time_ns - round(since_ns), 0
             return True
         if self._period_ns == 0.0:
             return time_ns > last

@@ -99,6 +99,8 @@ class ControlLoop:
         self._faults: deque[str] = deque(maxlen=KEPT_FAULTS)
         self._most_planned = MOST_PLANNED
         self.has_priority = False
+        #: Called by the thread that ticks when all that listeners of a time hand over is there.
+        self.on_handed_over: Callable[[], object] = lambda: None
 
     def call(self, function: Callable[[], Result]) -> Future[Result]:
         """
@@ -167,6 +169,8 @@ class ControlLoop:
                     listener.tick(now_ns)
                 if until is not None and until():
                     break
+                if self.clock.steps < end:
+                    self.on_handed_over()
         return stable
 
     def restart(self, reason: str, *, states: bool = True, time: bool = False) -> None:
@@ -195,6 +199,8 @@ class ControlLoop:
         pacer.start()
         while not stop.is_set():
             pacer.alarm.clear()
+            self._look_early()
+            self.on_handed_over()
             if not (self.clock.wall_step_ns or self.clock.paused):
                 self._serve()
                 if not self.clock.paused:
@@ -252,6 +258,14 @@ class ControlLoop:
         # An update that matters is the first at or after its time.
         updates = -((update_ns - due_ns) // (steps * step_ns)) if due_ns > update_ns else 0
         return rest_of_period + min(updates, (free - rest_of_period) // steps) * steps
+
+    def _look_early(self) -> None:
+        """Have states read that are due now, at rest not in the next tick, which is later."""
+        now_ns, controllers = self.clock.now_ns, self._controllers
+        if self._step_in_period or self.clock.paused or not self.simulation.resting:
+            return
+        if controllers.next_update(now_ns) <= now_ns and controllers.only_looks(now_ns):
+            controllers.look_early(now_ns, self._period)
 
     def _glance(self, limit: int) -> bool:
         """

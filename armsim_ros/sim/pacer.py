@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from array import array
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 import threading
 import time
@@ -50,7 +51,7 @@ class PaceStatistics:
 
 
 class Alarm(Protocol):
-    """What ends a doze before its time; ``threading.Event`` is one."""
+    """What ends a doze before its time; ``Bell`` is one."""
 
     def wait(self, timeout: float, /) -> bool:
         """Wait so long at most [s]; return whether it was set."""
@@ -60,6 +61,34 @@ class Alarm(Protocol):
 
     def clear(self) -> None:
         """Take note of it."""
+
+
+class Bell:
+    """
+    Wakes the one thread that waits for it; any thread, and any signal handler, rings.
+
+    It does what ``threading.Event`` does with a lock for each wait, with a single one.
+    """
+
+    __slots__ = ('_lock',)
+
+    def __init__(self) -> None:
+        """Be silent."""
+        self._lock = threading.Lock()
+        self._lock.acquire()
+
+    def wait(self, timeout: float, /) -> bool:
+        """Wait so long at most [s]; return whether it rang, which is then taken note of."""
+        return self._lock.acquire(timeout=timeout)
+
+    def set(self) -> None:
+        """End the present wait, or the next one."""
+        with suppress(RuntimeError):  # it rings already
+            self._lock.release()
+
+    def clear(self) -> None:
+        """Take note of it."""
+        self._lock.acquire(blocking=False)
 
 
 class Pacer:
@@ -90,7 +119,7 @@ class Pacer:
         catch_up_at_start_ns: int = 0,
         alarm: Alarm | None = None,
     ) -> None:
-        self.alarm: Alarm = alarm or threading.Event()
+        self.alarm: Alarm = alarm or Bell()
         self._clock = clock
         self._sleep = sleep
         self._spin_ns = spin_ns

@@ -271,3 +271,36 @@ def test_a_request_ends_a_doze_and_is_served_at_the_next_tick(simulation, contro
     # From then on the simulation has kept up with the wall clock in a few long naps.
     assert simulation.time_ns - 3_000_000 == clock.now
     assert len(controllers.updates) < 30
+
+
+def test_what_only_looks_is_made_in_the_tick_of_its_time(simulation, controllers):
+    """At rest, states that are due are read when their time has come, not at the next tick."""
+    clock, stop, looked = InventedClock(), threading.Event(), []
+    loop = ControlLoop(
+        simulation, controllers, 1000,
+        pacer=Pacer(clock=clock, sleep=clock.sleep, alarm=InventedAlarm(clock)),
+    )  # fmt: skip
+    loop.advance(3)
+    begin, controllers.due_ns = simulation.time_ns, 20_000_000
+    controllers.only_looks = lambda time_ns: True
+
+    def look_early(time_ns, period):
+        looked.append((time_ns - begin, clock.now))
+        controllers.due_ns = time_ns + 20_000_000
+        if len(looked) == 3:
+            stop.set()
+
+    controllers.look_early = look_early
+    loop.every(10_000_000, lambda time_ns: None)
+    loop.run(stop)
+    assert looked == [(t, t) for t in (17_000_000, 37_000_000, 57_000_000)]
+
+
+def test_what_was_handed_over_is_told_once_a_time(loop):
+    """It is told when all listeners of a time have been called, not after each of them."""
+    handed, told = [], []
+    for _ in range(3):
+        loop.every(10_000_000, handed.append)
+    loop.on_handed_over = lambda: told.append(len(handed))
+    loop.advance(25)
+    assert set(told) == {3, 6, 9}

@@ -4,7 +4,7 @@
 
 import pytest
 
-from armsim_ros.sim.pacer import Pacer
+from armsim_ros.sim.pacer import Bell, Pacer
 
 PERIOD = 1_000_000
 
@@ -130,3 +130,15 @@ def test_start_forgets(clock, pacer):
     pacer.start()
     assert pacer.wait(PERIOD) == 0
     assert pacer.statistics().ticks == 1
+
+
+def test_a_bell_that_rings_ends_one_wait():
+    """However often it rang before, the wait ends at once; the next one is a new one."""
+    bell = Bell()
+    bell.set()
+    bell.set()
+    assert bell.wait(60.0)
+    assert not bell.wait(0.0)
+    bell.set()
+    bell.clear()
+    assert not bell.wait(0.0)

@@ -56,8 +56,8 @@ class Broadcaster(Controller[ParametersT], Generic[ParametersT, SampleT]):
         return ()
 
     def activate(self, time_ns: int) -> None:
-        """Begin a new rhythm."""
-        self._rate = Rate(self.publish_rate)
+        """Begin a new rhythm: that of everything else with this rate."""
+        self._rate = Rate(self.publish_rate, aligned=True)
 
     def deactivate(self, time_ns: int) -> None:
         """Sample no more; what was sampled can still be taken."""

@@ -242,10 +242,14 @@ class ControllerManager:
 
     def glance(self, time_ns: int, period: float) -> None:
         """Do an update of which nothing matters but that states are read."""
+        self._leave_out(1, period, self.look_early(time_ns, period))
+
+    def look_early(self, time_ns: int, period: float) -> Sequence[Controller[Any]]:
+        """Have states read by those who only do that; the update of this time is to come."""
         lookers = [one for one in self._switches.active if one[0].only_looks]
         ahead = UpdatesAhead(lookers, self._tick, time_ns, period)
         ahead.look(0, self._failures)
-        self._leave_out(1, period, ahead.lookers)
+        return ahead.lookers
 
     def _leave_out(
         self, updates: int, period: float, made_by: Sequence[Controller[Any]]

@@ -73,6 +73,11 @@ class ManagerGroup:
         for manager in self._managers:
             manager.glance(time_ns, period)
 
+    def look_early(self, time_ns: int, period: float) -> None:
+        """Have the states read; the update of this time is still to come."""
+        for manager in self._managers:
+            manager.look_early(time_ns, period)
+
     def skip(self, updates: int, period: float) -> None:
         """Take note of updates that were left out."""
         for manager in self._managers:

@@ -6,10 +6,10 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable
-from queue import Empty, SimpleQueue
 import time
 
 from armsim_ros.nodes.simulation.duty_limit import DutyLimit
+from armsim_ros.sim.pacer import Bell
 
 #: A wait is at most this long, so that deadlines are looked at [s].
 _LONGEST_WAIT = 0.05
@@ -25,7 +25,7 @@ class _Bounded:
     its call is, so that a call never stays without one; a turn that finds none is none.
     """
 
-    def __init__(self, queue: SimpleQueue[Callable[[], None] | None], depth: int) -> None:
+    def __init__(self, queue: deque[Callable[[], None]], depth: int) -> None:
         self._queue = queue
         self._depth = depth
         self._waiting: deque[Callable[[], None]] = deque(maxlen=depth)
@@ -35,7 +35,7 @@ class _Bounded:
         self._waiting.append(work)
         if self._given - self._taken < self._depth:
             self._given += 1
-            self._queue.put(self._turn)
+            self._queue.append(self._turn)
 
     def _turn(self) -> None:
         self._taken += 1
@@ -52,35 +52,43 @@ class Dispatcher:
 
     An executor rebuilds its wait set at every wake-up, which costs ten times as much as to
     publish a message; so what the loop has to say goes out through this queue instead. What it
-    says again and again is bounded, however late the thread is.
+    says again and again is bounded, however late the thread is, and wakes the thread once for
+    all that is said in a tick.
 
     :param leaves_out: whether messages may be left out; not where each run is to be like the last.
     """
 
     def __init__(self, *, leaves_out: bool = True) -> None:
         self._leaves_out = leaves_out
-        self._queue: SimpleQueue[Callable[[], None] | None] = SimpleQueue()
+        self._queue: deque[Callable[[], None]] = deque()
+        self._bell = Bell()
         self._deadlines: list[tuple[float, Callable[[], None]]] = []
         self._stopped = False
 
     def post(self, work: Callable[[], None]) -> None:
         """Have something called soon, in order; never waits, from any thread."""
-        self._queue.put(work)
+        self._queue.append(work)
+        self._bell.set()
 
     def bounded(self, depth: int = MOST_WAITING) -> Callable[[Callable[[], None]], None]:
         """
         Return what posts the calls of one source, of which so many wait at most.
 
-        Of more than that the oldest are not made.
+        Of more than that the oldest are not made. They are made after ``wake``.
         """
         if not self._leaves_out:
-            return self.post
+            return self._queue.append
         return _Bounded(self._queue, depth).post
+
+    def wake(self) -> None:
+        """Have what waits called soon; from any thread."""
+        if self._queue:
+            self._bell.set()
 
     def post_later(self, delay: float, work: Callable[[], None]) -> None:
         """Have something called after ``delay`` [s] of wall time; from any thread."""
         deadline = time.monotonic() + delay
-        self._queue.put(lambda: self._deadlines.append((deadline, work)))
+        self.post(lambda: self._deadlines.append((deadline, work)))
 
     def every(self, period: float, work: Callable[[], None]) -> None:
         """Have something called again and again, ``period`` [s] of wall time apart."""
@@ -94,19 +102,18 @@ class Dispatcher:
     def stop(self) -> None:
         """Let ``run`` return; from any thread and from a signal handler."""
         self._stopped = True
-        self._queue.put(None)
+        self._bell.set()
 
     def run(self) -> None:
         """Make the calls until ``stop``."""
         limit = DutyLimit()
         while not self._stopped:
             limit.rest()
-            try:
-                work = self._queue.get(timeout=_LONGEST_WAIT)
-            except Empty:
-                work = None
-            if work is not None:
-                work()
+            self._bell.wait(_LONGEST_WAIT)
+            for _ in range(len(self._queue)):
+                if self._stopped:
+                    return
+                self._queue.popleft()()
             self._call_due()
 
     def _call_due(self) -> None:

@@ -107,6 +107,7 @@ class SimulationProgram:
             ),
             priority=pace.priority,
         )
+        self._loop.on_handed_over = self._dispatcher.wake
 
     def stop(self) -> None:
         """End ``run``; from a signal handler too."""

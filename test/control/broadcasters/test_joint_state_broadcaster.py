@@ -169,3 +169,11 @@ def test_rate_keeps_its_mean_between_ticks():
     """A rate that does not divide the updates is kept on average."""
     rate = Rate(30.0)
     assert sum(rate.due(t * 1_000_000) for t in range(10_000)) == 300
+
+
+def test_rates_that_are_aligned_are_due_at_the_same_times():
+    """Whenever it was asked first, it is due at multiples of the period of time itself."""
+    rate = Rate(50.0, aligned=True)
+    start = 1_700_000_000_013_000_000
+    due = [t for t in range(0, 50_000_000, 1_000_000) if rate.due(start + t)]
+    assert due == [0, 7_000_000, 27_000_000, 47_000_000]

@@ -84,6 +84,7 @@ def test_the_last_call_of_a_source_is_always_made() -> None:
         for i in range(rounds):
             assert more.acquire(timeout=10.0)
             post(lambda i=i: work(i))
+            dispatcher.wake()
 
     thread = threading.Thread(target=loop)
     thread.start()
@@ -93,3 +94,15 @@ def test_the_last_call_of_a_source_is_always_made() -> None:
     dispatcher.post(dispatcher.stop)
     runner.join()
     assert seen == list(range(rounds))
+
+
+def test_what_the_loop_says_in_a_tick_waits_for_the_end_of_the_tick() -> None:
+    """Calls of several sources are made one after the other when the loop is done with them."""
+    dispatcher = Dispatcher()
+    seen: list[str] = []
+    for name in ('clock', 'joint states'):
+        dispatcher.bounded()(lambda name=name: seen.append(name))
+    dispatcher.bounded()(dispatcher.stop)
+    dispatcher.wake()
+    dispatcher.run()
+    assert seen == ['clock', 'joint states']

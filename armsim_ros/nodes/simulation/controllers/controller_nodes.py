@@ -228,7 +228,8 @@ class SensorBroadcasterNode(ControllerNode):
             self._topics: Any = GpioTopics(node, controller)
         else:
             self._topics = TOPICS[type(controller.parameters)](node, controller.parameters)
-        controller.on_sample = lambda: dispatcher.post(self._publish_samples)
+        post = dispatcher.bounded(1)  # one call takes all samples
+        controller.on_sample = lambda: post(self._publish_samples)
 
     def destroy(self) -> None:
         """Take the node away and let the loop be."""
