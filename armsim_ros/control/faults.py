@@ -163,7 +163,7 @@ class Controllers(Protocol):
     def glance(self, time_ns: int, period: float) -> None:
         """Do an update of which nothing matters but that states are read."""
 
-    def look_early(self, time_ns: int, period: float) -> None:
+    def look_early(self, time_ns: int, period: float) -> object:
         """Have the states read; the update of this time is still to come."""
 
     def skip(self, updates: int, period: float) -> None:

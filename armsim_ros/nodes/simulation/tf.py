@@ -12,7 +12,7 @@ from tf2_msgs.msg import TFMessage
 from armsim_ros.model.robot_model import JointType, RobotModel
 from armsim_ros.model.transforms import Matrix, quat_xyzw_from_matrix
 from armsim_ros.nodes import qos
-from armsim_ros.nodes.conversions.time import fill_time
+from armsim_ros.nodes.conversions.serialized import SerializedMessage
 from armsim_ros.nodes.simulation.wanted_publisher import WantedPublisher
 
 #: Positions that differ by less are shown as the same [rad or m].
@@ -39,8 +39,13 @@ class Tf:
         ).reshape(-1, 4)
         self._slides = np.array([joint.origin[:3, :3] @ joint.axis for joint in joints])
         self._slides = self._slides.reshape(-1, 3)
-        self._message = TFMessage(
-            transforms=[transform(joint.parent, joint.child) for joint in joints]
+        stamped = [transform(joint.parent, joint.child) for joint in joints]
+        self._message = SerializedMessage(
+            TFMessage(transforms=stamped),
+            [one.header.stamp for one in stamped],
+            [(getattr(one.transform, part), name) for one in stamped
+             for part, names in (('translation', 'xyz'), ('rotation', 'xyzw'))
+             for name in names],
         )
         self._shown = np.full(len(joints), np.nan)
         self._publisher = WantedPublisher(node, TFMessage, '/tf', qos.TF)
@@ -56,11 +61,9 @@ class Tf:
         """
         if not self._publisher.wanted(time_ns):
             return
-        for stamped in self._message.transforms:
-            fill_time(stamped.header.stamp, time_ns)
         if not np.abs(positions - self._shown).max(initial=0.0) <= SAME_POSITION:
             self._move(positions)
-        self._publisher.publish(self._message, time_ns)
+        self._publisher.publish(self._message.at(time_ns), time_ns)
 
     def _move(self, positions: Matrix) -> None:
         """Write where the links stand into the message."""
@@ -68,13 +71,10 @@ class Tf:
         half = np.where(self._sliding, 0.0, 0.5 * positions)
         quaternions = _product(
             self._rotations, np.column_stack([self._axes * np.sin(half)[:, None], np.cos(half)])
-        ).tolist()
+        )
         slides = np.where(self._sliding, positions, 0.0)
-        translations = (self._origins + self._slides * slides[:, None]).tolist()
-        for stamped, xyz, xyzw in zip(
-            self._message.transforms, translations, quaternions, strict=True
-        ):
-            _fill(stamped, xyz, xyzw)
+        translations = self._origins + self._slides * slides[:, None]
+        self._message.set_numbers(np.column_stack([translations, quaternions]).ravel())
 
 
 def transform(parent: str, child: str, pose: Matrix | None = None) -> TransformStamped:

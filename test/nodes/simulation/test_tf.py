@@ -9,6 +9,7 @@ from typing import Any
 from geometry_msgs.msg import Transform
 import numpy as np
 import pytest
+from rclpy.serialization import deserialize_message
 from tf2_msgs.msg import TFMessage
 
 from armsim_ros.model.robot_model import (
@@ -39,7 +40,12 @@ class Recorder:
 
     def create_publisher(self, _kind: type, topic: str, _qos: object) -> Any:
         messages = self.published.setdefault(topic, [])
-        return SimpleNamespace(publish=messages.append, get_subscription_count=lambda: 1)
+
+        def publish(message: TFMessage | bytes) -> None:
+            is_serialized = isinstance(message, bytes)
+            messages.append(deserialize_message(message, TFMessage) if is_serialized else message)
+
+        return SimpleNamespace(publish=publish, get_subscription_count=lambda: 1)
 
 
 @pytest.fixture

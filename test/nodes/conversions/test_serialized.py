@@ -1,0 +1,48 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Messages that are serialized once and changed in place."""
+
+from geometry_msgs.msg import PoseStamped, TwistStamped, Vector3
+import numpy as np
+import pytest
+from rclpy.serialization import deserialize_message
+
+from armsim_ros.nodes.conversions.serialized import SerializedMessage
+from armsim_ros.nodes.conversions.time import time_from_ns
+
+NOW_NS = 1_700_000_000_123_456_789
+
+
+@pytest.mark.parametrize('frame', ['', 'a', 'link', 'world/frame'])
+def test_it_is_what_the_middleware_would_send(frame: str) -> None:
+    """Whatever stands before them, stamp and numbers are where they belong."""
+    message = PoseStamped()
+    message.header.frame_id = frame
+    position = message.pose.position
+    message.pose.orientation.w = 0.5
+    serialized = SerializedMessage(
+        message, [message.header.stamp], [(position, 'x'), (position, 'y'), (position, 'z')])
+    for time_ns, xyz in ((0, (1.0, -2.0, 0.0)), (NOW_NS, (np.nan, np.inf, 1e-300))):
+        serialized.set_numbers(np.array(xyz))
+        position.x, position.y, position.z = xyz
+        message.header.stamp = time_from_ns(time_ns)
+        sent = deserialize_message(serialized.at(time_ns), PoseStamped)
+        assert repr(sent) == repr(message)  # NaN is not equal to itself
+
+
+def test_what_was_sent_before_stays_as_it_was() -> None:
+    """The middleware may hold on to it while the next one is made."""
+    message = TwistStamped()
+    serialized = SerializedMessage(message, [message.header.stamp], [(message.twist.linear, 'x')])
+    serialized.set_numbers(np.array([1.0]))
+    first = serialized.at(1)
+    serialized.set_numbers(np.array([2.0]))
+    assert serialized.at(2) != first
+    assert deserialize_message(first, TwistStamped).twist.linear == Vector3(x=1.0)
+
+
+def test_a_field_that_is_not_sent_is_told() -> None:
+    """A stamp that is not of the message is not looked for in vain."""
+    message, other = PoseStamped(), PoseStamped()
+    with pytest.raises(ValueError, match='2 equal fields'):
+        SerializedMessage(message, [message.header.stamp, other.header.stamp], [])
