@@ -4,30 +4,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from contextlib import ExitStack
 import sys
 import time
-import traceback
+from typing import Any, ClassVar
 
 from rcl_interfaces.msg import ParameterDescriptor
 import rclpy
 from rclpy.clock import Clock, ClockType
-from rclpy.executors import (
-    ConditionReachedException,
-    ExternalShutdownException,
-    SingleThreadedExecutor,
-)
-from rclpy.impl.implementation_singleton import rclpy_implementation
+from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
-from rclpy.parameter import Parameter
-from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
 
-from armsim_ros.cli.arguments import ProgramArguments
-from armsim_ros.cli.environment import started_by_bringup
-from armsim_ros.cli.settings import cell_of
+from armsim_ros.nodes.executor_program import ExecutorProgram, failures_logged
 from armsim_ros.nodes.move_group.assembly import MoveGroup
-from armsim_ros.nodes.polling_node import PollingNode
 
 #: Goals get this long to be told that the program ends, and answers to leave it [s].
 _END_TIME, _ANSWER_TIME = 1.0, 0.02
@@ -39,66 +29,23 @@ _LAST_STEPS = 5
 _SWITCH_INTERVAL = 0.001
 
 
-class MoveGroupProgram:
-    """
-    The robots' model, the node, and the executor that runs it in the calling thread.
+class MoveGroupProgram(ExecutorProgram):
+    """Plans for the robots and executes: endpoints in this thread, plans in their workers."""
 
-    :param arguments: the command line.
-    :param stop_wanted: whether a signal came; looked at between the steps of the start.
-    :raises ConfigError: the user's files do not describe a robot that can be planned for.
-    """
+    NODE = 'move_group'
+    NODE_OPTIONS: ClassVar[dict[str, Any]] = {
+        'allow_undeclared_parameters': True,
+        'automatically_declare_parameters_from_overrides': True,
+    }
 
-    def __init__(self, arguments: ProgramArguments, stop_wanted: Callable[[], bool]) -> None:
-        self._arguments = arguments
-        self._stop_wanted = stop_wanted
-        self._executor: SingleThreadedExecutor | None = None
-        self._cell, warnings = cell_of(arguments)
-        # Beside a simulation, which tells the same of the same files, they would be there twice.
-        self._warnings = [] if started_by_bringup() else warnings
-
-    def stop(self) -> None:
-        """End ``run``; from a signal handler too."""
-        if self._executor is not None:
-            self._executor.wake()
-
-    def run(self) -> int:
-        """
-        Run until a stop is wanted.
-
-        :returns: the exit status.
-        :raises ConfigError: a parameter of the command line is wrong.
-        """
-        if self._stop_wanted():
-            return 0
+    def _serve(
+        self, executor: SingleThreadedExecutor, node: Node, afterwards: ExitStack
+    ) -> int:
         sys.setswitchinterval(_SWITCH_INTERVAL)
-        rclpy.init(
-            args=['move_group', *self._arguments.ros_args],
-            signal_handler_options=SignalHandlerOptions.NO,
-        )
-        move_group: MoveGroup | None = None
-        executor = self._executor = SingleThreadedExecutor()
-        node = PollingNode(
-            'move_group',
-            allow_undeclared_parameters=True,
-            automatically_declare_parameters_from_overrides=True,
-            parameter_overrides=[
-                Parameter('use_sim_time', value=self._arguments.use_sim_time)
-            ],
-        )
-        executor.add_node(node)
         name_with_dots(node)
-        for text in self._warnings:
-            node.get_logger().warning(text)
-        try:
-            move_group = MoveGroup(node, executor, self._cell)
-            self._spin(executor, node, move_group)
-        finally:
-            # First the endpoints, so that clients see them gone; workers may take a while.
-            executor.shutdown(0.0)
-            node.destroy_node()
-            rclpy.try_shutdown()
-            if move_group is not None:
-                move_group.close()
+        move_group = MoveGroup(node, executor, self._cell)
+        afterwards.callback(move_group.close)
+        self._spin(executor, node, move_group)
         return 0
 
     def _spin(
@@ -113,22 +60,13 @@ class MoveGroupProgram:
 
         def step() -> None:
             """Run one callback, with the newest state and time."""
-            try:
+            with failures_logged(node):
                 # The same words every time: with others, what was ready already would be lost.
                 callback, *_ = executor.wait_for_ready_callbacks(None, None, to_end)
                 move_group.catch_up()
                 callback()
                 (pending.discard if callback.done() else pending.add)(callback)
                 callback.result()  # raises what the callback raised
-            except (ConditionReachedException, ExternalShutdownException):
-                return
-            except rclpy_implementation.RCLError as error:
-                node.get_logger().warning(f'an answer was not delivered: {error}')
-            except Exception:  # noqa: BLE001 - no request may end the program
-                node.get_logger().error(
-                    'a request failed inside the program; please report this:\n'
-                    + traceback.format_exc()
-                )
 
         while not self._stop_wanted() and rclpy.ok():
             step()
