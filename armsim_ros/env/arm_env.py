@@ -17,7 +17,7 @@ from armsim_ros.control.hardware_interface import POSITION
 from armsim_ros.control.manager.controller_manager import Strictness
 from armsim_ros.env.actions import ActionKind, Actions, KINDS
 from armsim_ros.env.gym_base import Env
-from armsim_ros.env.motion import Motion
+from armsim_ros.env.motion import PositionCommands
 from armsim_ros.env.observations import Observations
 from armsim_ros.env.ranges import checked, drawn, Episode, merged, ranges_from
 from armsim_ros.env.rendering import Renderer, View
@@ -231,7 +231,7 @@ class ArmEnv(Env):
         simulation = sim.simulation
         simulation.perform_command_mode_switch(
             {name: frozenset({POSITION}) for name in self.joints})
-        self._motion = Motion(simulation, self.joints, sim.loop.steps_per_update)
+        self._motion = PositionCommands(simulation, self.joints, sim.loop.steps_per_update)
         self._target = simulation.state.position[
             [simulation.index[name] for name in self.joints]].copy()
         self._steps = 0

@@ -13,7 +13,7 @@ from armsim_ros.sim.grippers.vacuum_gripper import LOOK_NS, VacuumGripper
 from armsim_ros.sim.simulation import Simulation
 
 
-class Motion:
+class PositionCommands:
     """
     Commands positions to all drives, and has suction cups look after what they hold.
 

@@ -19,7 +19,7 @@ import yaml
 from armsim_ros.cli.child_process import program_command
 from armsim_ros.launch.api.process import ExecuteLocal
 from armsim_ros.launch.lookup import current_lookup
-from armsim_ros.launch.originals import is_known, Role, role_of
+from armsim_ros.launch.originals import is_known, ProgramRole, role_of
 from armsim_ros.launch.process_spec import ProcessSpec, RosNode
 from armsim_ros.launch.spawn_arguments import read_spawn_arguments
 from armsim_ros.packages import package_of, workspace_of
@@ -32,13 +32,14 @@ DESCRIPTION_ONLY = 'armsim.description_only'
 _PACKAGE = re.compile(r'(?:(?:package|model)://|\$\(find(?:-pkg-share)?\s+)([^/"\'\s)]+)')
 _FILE = re.compile(r'file://(/[^"\'<>\n]+?)/[^/"\']*["\']')
 _PROGRAMS = {
-    Role.SIMULATION: 'ros2_control_node', Role.MOVE_GROUP: 'move_group',
-    Role.SPAWNER: 'spawner', Role.UNSPAWNER: 'unspawner',
-    Role.DESCRIPTION: 'robot_state_publisher', Role.JOINT_STATES: 'joint_state_publisher',
-    Role.STATIC_TRANSFORM: 'static_transform_publisher',
+    ProgramRole.SIMULATION: 'ros2_control_node', ProgramRole.MOVE_GROUP: 'move_group',
+    ProgramRole.SPAWNER: 'spawner', ProgramRole.UNSPAWNER: 'unspawner',
+    ProgramRole.DESCRIPTION: 'robot_state_publisher',
+    ProgramRole.JOINT_STATES: 'joint_state_publisher',
+    ProgramRole.STATIC_TRANSFORM: 'static_transform_publisher',
 }
 #: What the simulation does besides; there without a process of its own while it runs.
-_PARTS = (Role.WORLD, Role.BRIDGE, Role.DESCRIPTION, Role.JOINT_STATES)
+_PARTS = (ProgramRole.WORLD, ProgramRole.BRIDGE, ProgramRole.DESCRIPTION, ProgramRole.JOINT_STATES)
 
 
 class Kind(Enum):
@@ -90,11 +91,12 @@ class Mapping:
         """Return what is done for the processes that stand together, in their order."""
         roles = [role_of(spec) for _, spec in batch]
         for (_, spec), role in zip(batch, roles, strict=True):
-            if role is Role.DESCRIPTION and spec.node is not None:
+            if role is ProgramRole.DESCRIPTION and spec.node is not None:
                 text = spec.node.merged().get(_DESCRIPTION)
                 if text:
                     self._descriptions[spec.node.namespace] = str(text)
-        comes = any(role in (Role.SIMULATION, Role.SPAWN_ROBOT, Role.WORLD) for role in roles)
+        making = {ProgramRole.SIMULATION, ProgramRole.SPAWN_ROBOT, ProgramRole.WORLD}
+        comes = not making.isdisjoint(roles)
         return [self._decide(action, spec, role, comes or bool(self._simulated))
                 for (action, spec), role in zip(batch, roles, strict=True)]
 
@@ -103,34 +105,34 @@ class Mapping:
         self._simulated.clear()
         self._waiting.clear()
 
-    def _decide(self, action: ExecuteLocal, spec: ProcessSpec, role: Role | None,
+    def _decide(self, action: ExecuteLocal, spec: ProcessSpec, role: ProgramRole | None,
                 simulated: bool) -> Start:
         if role is None:
             return self._other(action, spec)
-        if role is Role.SPAWN_ROBOT:
+        if role is ProgramRole.SPAWN_ROBOT:
             return self._spawn(action, spec)
-        if role is Role.WORLD:
+        if role is ProgramRole.WORLD:
             self._world = next((word for word in ' '.join(spec.command).split()
                                 if word.endswith(('.sdf', '.world'))), '')
-        if role is Role.SIMULATION and self._place(spec.node) in self._simulated:
+        if role is ProgramRole.SIMULATION and self._place(spec.node) in self._simulated:
             return Start(action, spec, Kind.PART, note='one simulation serves both')
-        if role is Role.DESCRIPTION and self._place(spec.node) in self._waiting:
+        if role is ProgramRole.DESCRIPTION and self._place(spec.node) in self._waiting:
             self._waiting.discard(self._place(spec.node))
             return self._ours(action, spec, role, {DESCRIPTION_ONLY: True})
-        if role in _PARTS and (simulated or role is Role.BRIDGE):
+        if role in _PARTS and (simulated or role is ProgramRole.BRIDGE):
             return Start(action, spec, Kind.PART, note=f'{role.value}: part of the simulation')
-        if role is Role.WORLD:
+        if role is ProgramRole.WORLD:
             return Start(action, spec, Kind.PART, note='the simulation starts with its robot')
         return self._ours(action, spec, role)
 
-    def _ours(self, action: ExecuteLocal, spec: ProcessSpec, role: Role,
+    def _ours(self, action: ExecuteLocal, spec: ProcessSpec, role: ProgramRole,
               more: dict[str, Any] | None = None) -> Start:
         node = spec.node or RosNode('-', _PROGRAMS[role])
         words = list(node.arguments)
         if spec.node is None:  # ros2 run PACKAGE PROGRAM ...
             words = spec.command[4:]
         extra = dict(more or {})
-        if role is Role.SIMULATION:
+        if role is ProgramRole.SIMULATION:
             self._simulated.add(self._place(node))
             text = str(node.merged().get(_DESCRIPTION) or self._description(node))
             extra = self._own_parameters(text)
@@ -138,12 +140,12 @@ class Mapping:
                 extra[_DESCRIPTION] = text
             if not text:
                 self._waiting.add(self._place(node))
-        elif role is Role.MOVE_GROUP:
+        elif role is ProgramRole.MOVE_GROUP:
             extra = self._own_parameters(str(node.merged().get(_DESCRIPTION) or ''))
         command = program_command('original', [
             _PROGRAMS[role], *words, *self._ros_args(node, extra)])
         return Start(action, spec, Kind.RUN, [*spec.prefix, *command],
-                     is_simulation=role is Role.SIMULATION, is_ours=True)
+                     is_simulation=role is ProgramRole.SIMULATION, is_ours=True)
 
     def _spawn(self, action: ExecuteLocal, spec: ProcessSpec) -> Start:
         """Let the first robot that is spawned be the simulation's."""

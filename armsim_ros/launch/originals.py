@@ -11,7 +11,7 @@ from armsim_ros.launch.lookup import current_lookup
 from armsim_ros.launch.process_spec import ProcessSpec, program_of
 
 
-class Role(Enum):
+class ProgramRole(Enum):
     """What a program of the original stack does."""
 
     SIMULATION = 'the simulation with its controller manager'
@@ -27,44 +27,44 @@ class Role(Enum):
 
 
 #: (package, executable) -> what it does.
-NODES: dict[tuple[str, str], Role] = {
-    ('controller_manager', 'ros2_control_node'): Role.SIMULATION,
-    ('controller_manager', 'spawner'): Role.SPAWNER,
-    ('controller_manager', 'spawner.py'): Role.SPAWNER,
-    ('controller_manager', 'unspawner'): Role.UNSPAWNER,
-    ('controller_manager', 'unspawner.py'): Role.UNSPAWNER,
-    ('moveit_ros_move_group', 'move_group'): Role.MOVE_GROUP,
-    ('robot_state_publisher', 'robot_state_publisher'): Role.DESCRIPTION,
-    ('joint_state_publisher', 'joint_state_publisher'): Role.JOINT_STATES,
-    ('joint_state_publisher_gui', 'joint_state_publisher_gui'): Role.JOINT_STATES,
-    ('tf2_ros', 'static_transform_publisher'): Role.STATIC_TRANSFORM,
-    ('ros_gz_sim', 'create'): Role.SPAWN_ROBOT,
-    ('ros_ign_gazebo', 'create'): Role.SPAWN_ROBOT,
-    ('ros_gz_sim', 'gzserver'): Role.WORLD,
-    ('gazebo_ros', 'spawn_entity.py'): Role.SPAWN_ROBOT,
-    ('gazebo_ros', 'gzserver'): Role.WORLD,
-    ('gazebo_ros', 'gzclient'): Role.BRIDGE,
-    ('ros_gz_bridge', 'parameter_bridge'): Role.BRIDGE,
-    ('ros_gz_bridge', 'bridge_node'): Role.BRIDGE,
-    ('ros_ign_bridge', 'parameter_bridge'): Role.BRIDGE,
+NODES: dict[tuple[str, str], ProgramRole] = {
+    ('controller_manager', 'ros2_control_node'): ProgramRole.SIMULATION,
+    ('controller_manager', 'spawner'): ProgramRole.SPAWNER,
+    ('controller_manager', 'spawner.py'): ProgramRole.SPAWNER,
+    ('controller_manager', 'unspawner'): ProgramRole.UNSPAWNER,
+    ('controller_manager', 'unspawner.py'): ProgramRole.UNSPAWNER,
+    ('moveit_ros_move_group', 'move_group'): ProgramRole.MOVE_GROUP,
+    ('robot_state_publisher', 'robot_state_publisher'): ProgramRole.DESCRIPTION,
+    ('joint_state_publisher', 'joint_state_publisher'): ProgramRole.JOINT_STATES,
+    ('joint_state_publisher_gui', 'joint_state_publisher_gui'): ProgramRole.JOINT_STATES,
+    ('tf2_ros', 'static_transform_publisher'): ProgramRole.STATIC_TRANSFORM,
+    ('ros_gz_sim', 'create'): ProgramRole.SPAWN_ROBOT,
+    ('ros_ign_gazebo', 'create'): ProgramRole.SPAWN_ROBOT,
+    ('ros_gz_sim', 'gzserver'): ProgramRole.WORLD,
+    ('gazebo_ros', 'spawn_entity.py'): ProgramRole.SPAWN_ROBOT,
+    ('gazebo_ros', 'gzserver'): ProgramRole.WORLD,
+    ('gazebo_ros', 'gzclient'): ProgramRole.BRIDGE,
+    ('ros_gz_bridge', 'parameter_bridge'): ProgramRole.BRIDGE,
+    ('ros_gz_bridge', 'bridge_node'): ProgramRole.BRIDGE,
+    ('ros_ign_bridge', 'parameter_bridge'): ProgramRole.BRIDGE,
 }
 #: First words of a command that is no node.
-COMMANDS: dict[tuple[str, ...], Role] = {
-    ('gz', 'sim'): Role.WORLD,
-    ('ign', 'gazebo'): Role.WORLD,
-    ('ruby', '$(which', 'gz)', 'sim'): Role.WORLD,
-    ('gzserver',): Role.WORLD,
-    ('gazebo',): Role.WORLD,
-    ('gzclient',): Role.BRIDGE,
+COMMANDS: dict[tuple[str, ...], ProgramRole] = {
+    ('gz', 'sim'): ProgramRole.WORLD,
+    ('ign', 'gazebo'): ProgramRole.WORLD,
+    ('ruby', '$(which', 'gz)', 'sim'): ProgramRole.WORLD,
+    ('gzserver',): ProgramRole.WORLD,
+    ('gazebo',): ProgramRole.WORLD,
+    ('gzclient',): ProgramRole.BRIDGE,
 }
 
 
-def role_of(spec: ProcessSpec) -> Role | None:
+def role_of(spec: ProcessSpec) -> ProgramRole | None:
     """Return what a process does that is replaced here, None of any other."""
     node = spec.node
     if node is not None:
         if node.executable.endswith('ros2_control_node'):
-            return Role.SIMULATION
+            return ProgramRole.SIMULATION
         return NODES.get((node.package, node.executable))
     words = ' '.join(spec.command).split() if spec.shell else spec.command
     for first, role in COMMANDS.items():

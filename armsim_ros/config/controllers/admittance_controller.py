@@ -36,7 +36,7 @@ class ForceTorqueSettings(FramedSettings):
     )
 
 
-class KinematicsSettings(Settings):
+class AdmittanceKinematics(Settings):
     """From joints to links."""
 
     plugin_name: str = parameter(
@@ -101,7 +101,7 @@ class AdmittanceControllerParameters(Settings):
         ('position',), 'interfaces to read', read_only=True, min_length=1)
     chainable_command_interfaces: tuple[Interface, ...] = parameter(
         ('position', 'velocity'), 'references to export', read_only=True)
-    kinematics: KinematicsSettings = parameter(KinematicsSettings(), 'from joints to links')
+    kinematics: AdmittanceKinematics = parameter(AdmittanceKinematics(), 'from joints to links')
     ft_sensor: ForceTorqueSettings = parameter(ForceTorqueSettings(), 'the sensor')
     control: FramedSettings = parameter(FramedSettings(), 'the frame in which the arm yields')
     fixed_world_frame: FramedSettings = parameter(

@@ -13,7 +13,7 @@ from armsim_ros.config.controllers.joint_trajectory_controller import (
 from armsim_ros.control.joint_properties import JointProperties
 from armsim_ros.control.trajectory import wraparound
 from armsim_ros.control.trajectory.goal import RefusedTrajectoryError
-from armsim_ros.control.trajectory.requests import Start
+from armsim_ros.control.trajectory.requests import TrajectoryStart
 from armsim_ros.control.trajectory.waypoints import Waypoints
 
 POSITION_SLACK = 1e-3
@@ -66,7 +66,7 @@ def check_start(
     guarded: Mask,
     parameters: JointTrajectoryControllerParameters,
     properties: JointProperties,
-) -> Start:
+) -> TrajectoryStart:
     """
     Refuse a trajectory whose first point cannot be reached in its time.
 
@@ -84,10 +84,10 @@ def check_start(
     nowhere = np.zeros(len(measured), dtype=bool)
     first = int(np.searchsorted(waypoints.times, elapsed)) if elapsed > 0.0 else 0
     if first == len(waypoints.times):
-        return Start(nowhere, jump=False)
+        return TrajectoryStart(nowhere, jump=False)
     time = float(waypoints.times[first]) - elapsed
     if allowed == 0.0 or (time > 0.0 and not parameters.enforce_joint_limits):
-        return Start(nowhere, jump=time == 0.0)
+        return TrajectoryStart(nowhere, jump=time == 0.0)
     reach = allowed + np.abs(reference[1]) * LATENCY
     if time > 0.0:
         reach = reach + properties.velocity * time
@@ -101,4 +101,4 @@ def check_start(
             f"where joint '{properties.names[i]}' is; allowed: {reach[i]:g}; give it more time, "
             'or start the trajectory where the arm is'
         )
-    return Start(beyond[0] & ~bad, jump=time == 0.0 and bool(bad.any()))
+    return TrajectoryStart(beyond[0] & ~bad, jump=time == 0.0 and bool(bad.any()))

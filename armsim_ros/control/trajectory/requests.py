@@ -16,7 +16,7 @@ from armsim_ros.control.trajectory.tolerances import SegmentTolerances
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Start:
+class TrajectoryStart:
     """
     From where the joints begin to follow a trajectory.
 
@@ -42,7 +42,7 @@ class StartRequest:
     stamp_ns: int
     tolerances: SegmentTolerances
     goal: TrajectoryGoal | None = None
-    start: Start | None = None
+    start: TrajectoryStart | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,7 +10,7 @@ import math
 import re
 
 from armsim_ros.errors import nearest, Problem, Severity
-from armsim_ros.model.description.xml_tree import Report, XmlElement
+from armsim_ros.model.description.xml_tree import TextReport, XmlElement
 from armsim_ros.model.robot_model import HardwareJoint, HardwareSensor, HardwareSystem, Joint
 
 _PARAMETERS = re.compile(r'<parameters>\s*([^<]*?)\s*</parameters>')
@@ -42,7 +42,7 @@ class _Interfaces:
 
 
 def read_hardware(root: XmlElement, links: Collection[str], joints: Mapping[str, Joint],
-                  report: Report) -> tuple[HardwareSystem, ...]:
+                  report: TextReport) -> tuple[HardwareSystem, ...]:
     """
     Return the hardware that a URDF declares, one entry a tag.
 
@@ -87,7 +87,7 @@ def _gazebo_frames(root: XmlElement, links: Collection[str], joints: Mapping[str
 
 
 def _read_system(element: XmlElement, frames: Mapping[str, str], joints: Mapping[str, Joint],
-                 report: Report) -> HardwareSystem:
+                 report: TextReport) -> HardwareSystem:
     name = element.get('name') or 'hardware'
     kind = element.get('type').lower() or 'system'
     if kind not in _KINDS:
@@ -169,7 +169,7 @@ def _end_of_chain(names: Sequence[str], joints: Mapping[str, Joint]) -> str:
 
 
 def _read_sensor(element: XmlElement, states: Iterable[str], frames: Mapping[str, str],
-                 end: str, report: Report) -> HardwareSensor | None:
+                 end: str, report: TextReport) -> HardwareSensor | None:
     """
     Return where a sensor measures.
 
@@ -186,7 +186,7 @@ def _read_sensor(element: XmlElement, states: Iterable[str], frames: Mapping[str
     return HardwareSensor(name, frame, tuple(one for one in states if one in _MEASURED))
 
 
-def _read_joint(element: XmlElement, joints: Mapping[str, Joint], report: Report
+def _read_joint(element: XmlElement, joints: Mapping[str, Joint], report: TextReport
                 ) -> HardwareJoint | None:
     name = element.get('name')
     joint = joints.get(name)
@@ -219,7 +219,7 @@ def _read_joint(element: XmlElement, joints: Mapping[str, Joint], report: Report
         limited=enabled, free=joint.mimic is not None and not follows)
 
 
-def _interfaces(element: XmlElement, report: Report) -> _Interfaces:
+def _interfaces(element: XmlElement, report: TextReport) -> _Interfaces:
     found = _Interfaces()
     for part in element.all('command_interface'):
         kind = part.get('name')
@@ -242,7 +242,7 @@ def _interfaces(element: XmlElement, report: Report) -> _Interfaces:
     return found
 
 
-def _parameter(element: XmlElement, name: str, report: Report) -> float | None:
+def _parameter(element: XmlElement, name: str, report: TextReport) -> float | None:
     """Return a ``<param>`` as a number, None where it is absent or none."""
     holder = next((part for part in element.all('param') if part.get('name') == name), None)
     if holder is None or not holder.content:

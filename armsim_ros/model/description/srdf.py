@@ -9,7 +9,13 @@ import math
 
 from armsim_ros.errors import Location, nearest, Problem
 from armsim_ros.model.description.srdf_groups import GroupBuilder
-from armsim_ros.model.description.xml_tree import parse_xml, read_name, Report, unknown, XmlElement
+from armsim_ros.model.description.xml_tree import (
+    parse_xml,
+    read_name,
+    TextReport,
+    unknown,
+    XmlElement,
+)
 from armsim_ros.model.robot_model import (
     EndEffector,
     Joint,
@@ -82,7 +88,7 @@ class _Reader:
         self._root_link = root_link
         self._links = links
         self._joints = joints
-        self._report = Report()
+        self._report = TextReport()
         self._places: dict[str, Location] = {}
 
     def read(self) -> SrdfContent:

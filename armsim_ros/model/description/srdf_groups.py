@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from itertools import pairwise
 
 from armsim_ros.errors import nearest
-from armsim_ros.model.description.xml_tree import Report, unknown, XmlElement
+from armsim_ros.model.description.xml_tree import TextReport, unknown, XmlElement
 from armsim_ros.model.robot_model import Joint, JointType, PlanningGroup
 
 
@@ -22,7 +22,7 @@ class GroupBuilder:
     """
 
     def __init__(self, joints: Mapping[str, Joint], passive: tuple[str, ...],
-                 report: Report) -> None:
+                 report: TextReport) -> None:
         self._joints = joints
         self._passive = passive
         self._report = report

@@ -17,7 +17,7 @@ from armsim_ros.model.description.urdf_geometry import (
     Scale,
 )
 from armsim_ros.model.description.urdf_joints import read_joint, read_transmissions, Transmission
-from armsim_ros.model.description.xml_tree import parse_xml, Report, unknown, XmlElement
+from armsim_ros.model.description.xml_tree import parse_xml, TextReport, unknown, XmlElement
 from armsim_ros.model.geometry import Mesh
 from armsim_ros.model.inertia import implausible, inertial_of, reach_of
 from armsim_ros.model.robot_model import HardwareSystem, Inertial, Joint, JointType, Link
@@ -63,7 +63,7 @@ def parse_urdf(text: str, file: str, *, read_mesh: MeshReader,
     :raises ModelError: with every mistake.
     """
     root = parse_xml(text, file)
-    report = Report()
+    report = TextReport()
     if root.tag != 'robot':
         report.error(f'the root element is <{root.tag}>', root.where, '<robot>')
         report.raise_mistakes()
@@ -104,7 +104,7 @@ def _no_mesh(uri: str, scale: Scale) -> Mesh | None:
     return None
 
 
-def _materials(root: XmlElement, report: Report) -> dict[str, Color]:
+def _materials(root: XmlElement, report: TextReport) -> dict[str, Color]:
     found = {}
     for element in root.all('material'):
         color = read_color(element, report)
@@ -114,7 +114,7 @@ def _materials(root: XmlElement, report: Report) -> dict[str, Color]:
 
 
 def _named(root: XmlElement, tag: str, places: dict[str, Location],
-           report: Report) -> dict[str, XmlElement]:
+           report: TextReport) -> dict[str, XmlElement]:
     found: dict[str, XmlElement] = {}
     for element in root.all(tag):
         name = element.get('name')
@@ -131,7 +131,7 @@ def _named(root: XmlElement, tag: str, places: dict[str, Location],
 
 
 def _check_tree(root: XmlElement, links: dict[str, Link], joints: dict[str, Joint],
-                places: dict[str, Location], report: Report) -> str:
+                places: dict[str, Location], report: TextReport) -> str:
     """Return the root link; report what keeps the links from being one tree."""
     if not links:
         report.error('the robot has no links', root.where)
@@ -164,7 +164,7 @@ def _check_tree(root: XmlElement, links: dict[str, Link], joints: dict[str, Join
 
 
 def _check_mimics(joints: dict[str, Joint], places: dict[str, Location],
-                  report: Report) -> None:
+                  report: TextReport) -> None:
     for name, joint in joints.items():
         seen = [name]
         leader = joint
@@ -190,14 +190,14 @@ def _plugin_namespaces(root: XmlElement) -> dict[str, Location]:
 
 
 def _check_transmissions(transmissions: tuple[Transmission, ...], joints: dict[str, Joint],
-                         where: Location, report: Report) -> None:
+                         where: Location, report: TextReport) -> None:
     for one in transmissions:
         if one.joint not in joints:
             report.warning(f"transmission '{one.name}': joint '{one.joint}' is not in the URDF; "
                            'it has no effect', where, nearest(one.joint, tuple(joints)))
 
 
-def _remark_others(root: XmlElement, report: Report) -> None:
+def _remark_others(root: XmlElement, report: TextReport) -> None:
     """List what Gazebo or others read and this program does not."""
     for element in root.children:
         if element.tag == 'gazebo':
@@ -210,7 +210,7 @@ def _remark_others(root: XmlElement, report: Report) -> None:
             report.warning(f'<{element.tag}> is not known and has no effect', element.where, hint)
 
 
-def _repair(link: Link, joints: dict[str, Joint], where: Location, report: Report) -> Link:
+def _repair(link: Link, joints: dict[str, Joint], where: Location, report: TextReport) -> Link:
     """Return the link with mass properties that a simulation can work with."""
     shapes = link.collisions or link.visuals
     inertial = link.inertial

@@ -10,7 +10,12 @@ import numpy as np
 
 from armsim_ros.arrays import Matrix
 from armsim_ros.errors import ResourceError
-from armsim_ros.model.description.xml_tree import read_number, read_numbers, Report, XmlElement
+from armsim_ros.model.description.xml_tree import (
+    read_number,
+    read_numbers,
+    TextReport,
+    XmlElement,
+)
 from armsim_ros.model.geometry import Box, Capsule, Cylinder, Geometry, Mesh, Sphere
 from armsim_ros.model.robot_model import Inertial, LinkGeometry
 from armsim_ros.model.transforms import pose_matrix
@@ -23,7 +28,7 @@ Color = tuple[float, float, float, float]
 _INERTIA_KEYS = ('ixx', 'ixy', 'ixz', 'iyy', 'iyz', 'izz')
 
 
-def read_origin(element: XmlElement, report: Report) -> Matrix:
+def read_origin(element: XmlElement, report: TextReport) -> Matrix:
     """Return the pose (4, 4) of an element's ``<origin>``; identity without one."""
     origin = element.first('origin')
     if origin is None:
@@ -33,7 +38,7 @@ def read_origin(element: XmlElement, report: Report) -> Matrix:
     return pose_matrix(xyz, rpy)
 
 
-def read_inertial(link: XmlElement, report: Report) -> Inertial | None:
+def read_inertial(link: XmlElement, report: TextReport) -> Inertial | None:
     """Return a link's mass properties as written; None where it has none, or not all."""
     element = link.first('inertial')
     if element is None:
@@ -59,7 +64,7 @@ def read_inertial(link: XmlElement, report: Report) -> Inertial | None:
 
 
 def read_shapes(link: XmlElement, tag: str, materials: Mapping[str, Color],
-                read_mesh: MeshReader, report: Report) -> tuple[LinkGeometry, ...]:
+                read_mesh: MeshReader, report: TextReport) -> tuple[LinkGeometry, ...]:
     """
     Return the shapes of a link.
 
@@ -80,7 +85,7 @@ def read_shapes(link: XmlElement, tag: str, materials: Mapping[str, Color],
     return tuple(shapes)
 
 
-def read_color(material: XmlElement, report: Report) -> Color | None:
+def read_color(material: XmlElement, report: TextReport) -> Color | None:
     """Return the color that a ``<material>`` gives, None where it only names one."""
     color = material.first('color')
     if color is None:
@@ -89,7 +94,8 @@ def read_color(material: XmlElement, report: Report) -> Color | None:
     return r, g, b, a
 
 
-def _color(element: XmlElement, materials: Mapping[str, Color], report: Report) -> Color | None:
+def _color(element: XmlElement, materials: Mapping[str, Color], report: TextReport
+           ) -> Color | None:
     material = element.first('material')
     if material is None:
         return None
@@ -97,7 +103,7 @@ def _color(element: XmlElement, materials: Mapping[str, Color], report: Report) 
 
 
 def _read_geometry(element: XmlElement, link: str, use: str, read_mesh: MeshReader,
-                   report: Report) -> Geometry | None:
+                   report: TextReport) -> Geometry | None:
     kind = element.tag
     if kind == 'box':
         size = read_numbers(element, 'size', 3, report, ())
@@ -126,7 +132,7 @@ def _read_geometry(element: XmlElement, link: str, use: str, read_mesh: MeshRead
     return None
 
 
-def _positive(element: XmlElement, values: tuple[float, ...], report: Report) -> bool:
+def _positive(element: XmlElement, values: tuple[float, ...], report: TextReport) -> bool:
     if values and all(value > 0.0 for value in values):
         return True
     if values or not element.attributes:
@@ -135,7 +141,7 @@ def _positive(element: XmlElement, values: tuple[float, ...], report: Report) ->
 
 
 def _read_mesh(element: XmlElement, link: str, use: str, read_mesh: MeshReader,
-               report: Report) -> Mesh | None:
+               report: TextReport) -> Mesh | None:
     uri = element.get('filename')
     if not uri:
         report.error("<mesh> has no 'filename'", element.where)

@@ -12,7 +12,12 @@ import numpy as np
 from armsim_ros.arrays import Matrix
 from armsim_ros.errors import nearest
 from armsim_ros.model.description.urdf_geometry import read_origin
-from armsim_ros.model.description.xml_tree import read_number, read_numbers, Report, XmlElement
+from armsim_ros.model.description.xml_tree import (
+    read_number,
+    read_numbers,
+    TextReport,
+    XmlElement,
+)
 from armsim_ros.model.robot_model import Joint, JointLimits, JointType, Mimic
 
 _TYPES = tuple(kind.value for kind in JointType)
@@ -35,7 +40,7 @@ class Transmission:
     reduction: float = 1.0
 
 
-def read_joint(element: XmlElement, report: Report) -> Joint | None:
+def read_joint(element: XmlElement, report: TextReport) -> Joint | None:
     """Return a joint, None where its name, type or links are wrong; mistakes are reported."""
     name = element.get('name')
     if not name:
@@ -58,7 +63,7 @@ def read_joint(element: XmlElement, report: Report) -> Joint | None:
         *(() if dynamics is None else _dynamics(name, dynamics, report)))
 
 
-def read_transmissions(robot: XmlElement, report: Report) -> tuple[Transmission, ...]:
+def read_transmissions(robot: XmlElement, report: TextReport) -> tuple[Transmission, ...]:
     """Return what the URDF's ``<transmission>`` elements say, one entry a joint."""
     found = []
     for element in robot.all('transmission'):
@@ -81,7 +86,7 @@ def read_transmissions(robot: XmlElement, report: Report) -> tuple[Transmission,
     return tuple(found)
 
 
-def _reduction(elements: list[XmlElement], report: Report) -> float:
+def _reduction(elements: list[XmlElement], report: TextReport) -> float:
     for element in elements:
         try:
             value = float(element.content)
@@ -94,7 +99,7 @@ def _reduction(elements: list[XmlElement], report: Report) -> float:
     return 1.0
 
 
-def _linked(element: XmlElement, end: str, report: Report) -> str:
+def _linked(element: XmlElement, end: str, report: TextReport) -> str:
     holder = element.first(end)
     link = holder.get('link') if holder is not None else ''
     if not link:
@@ -102,7 +107,7 @@ def _linked(element: XmlElement, end: str, report: Report) -> str:
     return link
 
 
-def _axis(element: XmlElement, kind: JointType, report: Report) -> Matrix:
+def _axis(element: XmlElement, kind: JointType, report: TextReport) -> Matrix:
     holder = element.first('axis')
     given = (1.0, 0.0, 0.0) if holder is None else read_numbers(
         holder, 'xyz', 3, report, (1.0, 0.0, 0.0))
@@ -116,7 +121,7 @@ def _axis(element: XmlElement, kind: JointType, report: Report) -> Matrix:
     return axis / length
 
 
-def _limits(element: XmlElement, kind: JointType, report: Report) -> JointLimits:
+def _limits(element: XmlElement, kind: JointType, report: TextReport) -> JointLimits:
     name, holder = element.get('name'), element.first('limit')
     if holder is None:
         if kind in _BOUNDED:
@@ -144,7 +149,7 @@ def _limits(element: XmlElement, kind: JointType, report: Report) -> JointLimits
                        effort=_bound(holder, 'effort', name, report))
 
 
-def _bound(holder: XmlElement, key: str, joint: str, report: Report) -> float:
+def _bound(holder: XmlElement, key: str, joint: str, report: TextReport) -> float:
     """Return a bound that is not negative; 0, which exporters write for unknown, is none."""
     value = read_number(holder, key, report)
     if value is None:
@@ -158,7 +163,7 @@ def _bound(holder: XmlElement, key: str, joint: str, report: Report) -> float:
     return value if value > 0.0 else math.inf
 
 
-def _mimic(element: XmlElement, report: Report) -> Mimic | None:
+def _mimic(element: XmlElement, report: TextReport) -> Mimic | None:
     holder = element.first('mimic')
     if holder is None:
         return None
@@ -171,7 +176,7 @@ def _mimic(element: XmlElement, report: Report) -> Mimic | None:
     return Mimic(joint, 1.0 if multiplier is None else multiplier, offset or 0.0)
 
 
-def _dynamics(joint: str, holder: XmlElement, report: Report) -> tuple[float, float]:
+def _dynamics(joint: str, holder: XmlElement, report: TextReport) -> tuple[float, float]:
     """Return damping and friction."""
     values = []
     for key in ('damping', 'friction'):

@@ -49,7 +49,7 @@ class XmlElement:
         return ''.join(self.text).strip()
 
 
-class Report:
+class TextReport:
     """Collects what is wrong with a text, so that the user sees all of it at once."""
 
     def __init__(self) -> None:
@@ -213,7 +213,7 @@ def _likely_cause(text: str, error: expat.ExpatError, root: XmlElement | None) -
     return ''
 
 
-def read_numbers(element: XmlElement, name: str, count: int, report: Report,
+def read_numbers(element: XmlElement, name: str, count: int, report: TextReport,
                  default: tuple[float, ...]) -> tuple[float, ...]:
     """
     Return an attribute with several numbers.
@@ -234,7 +234,7 @@ def read_numbers(element: XmlElement, name: str, count: int, report: Report,
     return values
 
 
-def read_number(element: XmlElement, name: str, report: Report,
+def read_number(element: XmlElement, name: str, report: TextReport,
                 default: float | None = None) -> float | None:
     """Return an attribute with one number; a mistake is reported and gives the default."""
     if name not in element.attributes:
@@ -243,7 +243,7 @@ def read_number(element: XmlElement, name: str, report: Report,
     return values[0] if values else default
 
 
-def read_name(element: XmlElement, attribute: str, report: Report) -> str:
+def read_name(element: XmlElement, attribute: str, report: TextReport) -> str:
     """Return an attribute that must be there; a mistake is reported and gives ''."""
     name = element.get(attribute)
     if not name:

@@ -10,7 +10,7 @@ from typing import Any
 from action_msgs.srv import CancelGoal
 from std_msgs.msg import String
 
-from armsim_ros.nodes.client.link import Link
+from armsim_ros.nodes.client.ros_client import RosClient
 
 _EVENT = '/trajectory_execution_event'
 _CANCEL = '/_action/cancel_goal'
@@ -21,19 +21,19 @@ class Stopper:
     """
     Cancels every goal of every controller and of move_group.
 
-    :param link: to the graph.
+    :param client: to the graph.
     """
 
-    def __init__(self, link: Link) -> None:
+    def __init__(self, client: RosClient) -> None:
         """Make the publisher, so that move_group has found it when it is needed."""
-        self._link = link
-        self._publisher = link.in_thread(
-            lambda: link.node.create_publisher(String, _EVENT, 10)).result(5.0)
+        self._client = client
+        self._publisher = client.in_thread(
+            lambda: client.node.create_publisher(String, _EVENT, 10)).result(5.0)
 
     def actions(self) -> list[str]:
         """Return the names of the actions whose goals move a robot."""
         found = []
-        for name, kinds in self._link.node.get_service_names_and_types():
+        for name, kinds in self._client.node.get_service_names_and_types():
             if name.endswith('/_action/send_goal') and kinds[0].startswith(_MOVING):
                 found.append(name.removesuffix('/_action/send_goal'))
         return sorted(found)
@@ -41,11 +41,11 @@ class Stopper:
     def prepare(self) -> None:
         """Make the clients of all that can be stopped now, so that none is waited for later."""
         for action in self.actions():
-            self._link.prepare(CancelGoal, action + _CANCEL)
+            self._client.prepare(CancelGoal, action + _CANCEL)
 
     def ready(self) -> bool:
         """Return whether every prepared action would hear."""
-        return all(self._link.serves(CancelGoal, action + _CANCEL) for action in self.actions())
+        return all(self._client.serves(CancelGoal, action + _CANCEL) for action in self.actions())
 
     def stop(self) -> list[Future[Any]]:
         """
@@ -53,5 +53,5 @@ class Stopper:
 
         :returns: the answers to be, CancelGoal's responses.
         """
-        self._link.in_thread(lambda: self._publisher.publish(String(data='stop')))
-        return [self._link.call(CancelGoal, action + _CANCEL) for action in self.actions()]
+        self._client.in_thread(lambda: self._publisher.publish(String(data='stop')))
+        return [self._client.call(CancelGoal, action + _CANCEL) for action in self.actions()]

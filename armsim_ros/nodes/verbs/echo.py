@@ -14,7 +14,7 @@ from rclpy.qos import QoSDurabilityPolicy, QoSProfile, QoSReliabilityPolicy
 import yaml
 
 from armsim_ros.errors import ArmsimError, nearest
-from armsim_ros.nodes.client.link import Link
+from armsim_ros.nodes.client.ros_client import RosClient
 from armsim_ros.nodes.verbs.terminal import parser, plain_message, read, until
 
 
@@ -33,15 +33,15 @@ def main(argv: Sequence[str] | None = None) -> int:
                        help='end after one message')
     asked, ros = read(words, argv)
     topic = asked.topic if asked.topic.startswith('/') else f'/{asked.topic}'
-    with Link('armsim_echo', ros) as link:
-        kind, profile = find_topic(link, topic, asked.timeout)
+    with RosClient('armsim_echo', ros) as client:
+        kind, profile = find_topic(client, topic, asked.timeout)
         messages: queue.Queue[Any] = queue.Queue(1000)
 
         def receive(message: Any) -> None:
             if not messages.full():
                 messages.put(message)
 
-        link.subscribe(kind, topic, profile, receive)
+        client.subscribe(kind, topic, profile, receive)
         seen = 0
         while not asked.count or seen < asked.count:
             try:
@@ -58,17 +58,17 @@ def main(argv: Sequence[str] | None = None) -> int:
     return 0
 
 
-def find_topic(link: Link, topic: str, patience: float) -> tuple[type, QoSProfile]:
+def find_topic(client: RosClient, topic: str, patience: float) -> tuple[type, QoSProfile]:
     """
     Return a topic's type and a profile that hears what its publishers offer.
 
     :raises ArmsimError: nobody publishes it in time, or its type is not installed.
     """
     try:
-        publishers = until(lambda: link.node.get_publishers_info_by_topic(topic) or None,
+        publishers = until(lambda: client.node.get_publishers_info_by_topic(topic) or None,
                            patience, f'topic {topic}')
     except ArmsimError as error:
-        known = [name for name, _ in link.node.get_topic_names_and_types()]
+        known = [name for name, _ in client.node.get_topic_names_and_types()]
         hint = nearest(topic, known)
         raise ArmsimError(f'{error} {hint}' if hint else str(error)) from None
     return message_type(publishers[0].topic_type), offered_profile(publishers)

@@ -18,8 +18,8 @@ from armsim_ros.errors import ArmsimError, nearest
 from armsim_ros.model.robot_model import RobotModel
 from armsim_ros.nodes import qos
 from armsim_ros.nodes.client.description import bounds, describe
-from armsim_ros.nodes.client.link import Link
 from armsim_ros.nodes.client.motion import code_text, plan_goal, seconds, SUCCESS
+from armsim_ros.nodes.client.ros_client import RosClient
 from armsim_ros.nodes.verbs.state import joint_states
 from armsim_ros.nodes.verbs.terminal import parser, read, show, until
 
@@ -45,29 +45,29 @@ def main(argv: Sequence[str] | None = None) -> int:
                        help='share of the acceleration limits, 0 to 1 (default: 1)')
     words.add_argument('--plan-only', action='store_true', help='do not move')
     asked, ros = read(words, argv)
-    with Link('armsim_go', ros) as link:
-        link.prepare(MoveGroup, _ACTION, action=True)
-        robot = published_robot(link, asked.timeout)
+    with RosClient('armsim_go', ros) as client:
+        client.prepare(MoveGroup, _ACTION, action=True)
+        robot = published_robot(client, asked.timeout)
         group, target = find_target(robot, asked.target, asked.group)
-        target = {**_others(link, robot, group, target, asked.timeout), **target}
-        until(lambda: link.serves(MoveGroup, _ACTION, action=True) or None, asked.timeout,
+        target = {**_others(client, robot, group, target, asked.timeout), **target}
+        until(lambda: client.serves(MoveGroup, _ACTION, action=True) or None, asked.timeout,
               f'action {_ACTION}')
-        wrapped = _run(link, plan_goal(
+        wrapped = _run(client, plan_goal(
             group, target, speed=asked.speed, acceleration=asked.acceleration,
             plan_only=asked.plan_only))
-        value, text, status = _outcome(link, wrapped, group, target, asked.plan_only)
+        value, text, status = _outcome(client, wrapped, group, target, asked.plan_only)
     show(value, asked.json, text)
     return status
 
 
-def published_robot(link: Link, patience: float) -> RobotModel:
+def published_robot(client: RosClient, patience: float) -> RobotModel:
     """
     Return the robot whose descriptions are published.
 
     :raises ArmsimError: they are not.
     """
     texts: dict[str, str] = {}
-    topics = {name: link.poll(String, name, qos.DESCRIPTION) for name in _DESCRIPTIONS}
+    topics = {name: client.poll(String, name, qos.DESCRIPTION) for name in _DESCRIPTIONS}
 
     def look() -> bool | None:
         for name, topic in topics.items():
@@ -121,16 +121,16 @@ def _named_state(robot: RobotModel, state: str, group: str) -> tuple[str, dict[s
                      f"{nearest(state, known) or 'known: ' + ', '.join(known)}")
 
 
-def _others(link: Link, robot: RobotModel, group: str, target: Mapping[str, float],
+def _others(client: RosClient, robot: RobotModel, group: str, target: Mapping[str, float],
             patience: float) -> dict[str, float]:
     """Return where the joints of a group stand that no goal was given for [rad or m]."""
     rest = set(robot.group(group).active_joints) - set(target)
-    return {each['name']: each['position'] for each in joint_states(link, patience)
+    return {each['name']: each['position'] for each in joint_states(client, patience)
             if each['name'] in rest} if rest else {}
 
 
-def _run(link: Link, goal: Any) -> Any:
-    run = link.goal(MoveGroup, _ACTION, goal)
+def _run(client: RosClient, goal: Any) -> Any:
+    run = client.goal(MoveGroup, _ACTION, goal)
     try:
         while True:
             try:
@@ -147,8 +147,8 @@ def _run(link: Link, goal: Any) -> Any:
     return wrapped
 
 
-def _outcome(link: Link, wrapped: Any, group: str, target: Mapping[str, float], plan_only: bool
-             ) -> tuple[dict[str, Any], str, int]:
+def _outcome(client: RosClient, wrapped: Any, group: str, target: Mapping[str, float],
+             plan_only: bool) -> tuple[dict[str, Any], str, int]:
     result = wrapped.result
     good = result.error_code.val == SUCCESS and wrapped.status == GoalStatus.STATUS_SUCCEEDED
     points = result.planned_trajectory.joint_trajectory.points
@@ -161,7 +161,7 @@ def _outcome(link: Link, wrapped: Any, group: str, target: Mapping[str, float], 
     text = f'{group}: planned in {result.planning_time:.2f} s, '
     if plan_only:
         return value, f'{text}would move for {duration:.2f} s', 0
-    now = {each['name']: each['position'] for each in joint_states(link, 2.0)}
+    now = {each['name']: each['position'] for each in joint_states(client, 2.0)}
     error = max((abs(now[name] - goal) for name, goal in target.items() if name in now),
                 default=math.nan)
     value['largest_error'] = error

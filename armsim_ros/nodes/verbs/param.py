@@ -14,7 +14,7 @@ from rclpy.parameter import parameter_value_to_python
 import yaml
 
 from armsim_ros.errors import ArmsimError, nearest
-from armsim_ros.nodes.client.link import Link
+from armsim_ros.nodes.client.ros_client import RosClient
 from armsim_ros.nodes.verbs.terminal import call, parser, read, show
 
 _NOT_SET = 0
@@ -37,37 +37,37 @@ def main(argv: Sequence[str] | None = None) -> int:
     if (asked.what != 'list' and not asked.name) or (asked.what == 'set' and asked.value is None):
         words.error(f"'{asked.what}' needs the parameter's name"
                     + (' and its value' if asked.what == 'set' else ''))
-    with Link('armsim_param', ros) as link:
+    with RosClient('armsim_param', ros) as client:
         if asked.what == 'list':
-            names = _names(link, node, asked.timeout)
+            names = _names(client, node, asked.timeout)
             show(names, asked.json, '\n'.join(names))
         elif asked.what == 'get':
-            value = _get(link, node, asked.name, asked.timeout)
+            value = _get(client, node, asked.name, asked.timeout)
             show(value, asked.json, _text(value))
         else:
             value = yaml.safe_load(asked.value)
-            return _set(link, node, asked.name, value, asked)
+            return _set(client, node, asked.name, value, asked)
     return 0
 
 
-def _names(link: Link, node: str, patience: float) -> list[str]:
-    answer = call(link, ListParameters, f'{node}/list_parameters', None, patience)
+def _names(client: RosClient, node: str, patience: float) -> list[str]:
+    answer = call(client, ListParameters, f'{node}/list_parameters', None, patience)
     return sorted(answer.result.names)
 
 
-def _get(link: Link, node: str, name: str, patience: float) -> Any:
-    answer = call(link, GetParameters, f'{node}/get_parameters',
+def _get(client: RosClient, node: str, name: str, patience: float) -> Any:
+    answer = call(client, GetParameters, f'{node}/get_parameters',
                   GetParameters.Request(names=[name]), patience)
     if not answer.values or answer.values[0].type == _NOT_SET:
-        hint = nearest(name, _names(link, node, patience))
+        hint = nearest(name, _names(client, node, patience))
         raise ArmsimError(f"{node} has no parameter '{name}'; "
                           f"{hint or f'armsim param list {node} shows them'}")
     value = parameter_value_to_python(answer.values[0])
     return list(value) if hasattr(value, '__iter__') and not isinstance(value, str) else value
 
 
-def _set(link: Link, node: str, name: str, value: Any, asked: Any) -> int:
-    old = _get(link, node, name, asked.timeout)
+def _set(client: RosClient, node: str, name: str, value: Any, asked: Any) -> int:
+    old = _get(client, node, name, asked.timeout)
     if isinstance(old, float) and isinstance(value, int) and not isinstance(value, bool):
         value = float(value)
     try:
@@ -75,7 +75,7 @@ def _set(link: Link, node: str, name: str, value: Any, asked: Any) -> int:
     except (TypeError, ValueError, AttributeError):
         raise ArmsimError(f"'{asked.value}' is no value of a parameter; allowed: a number, true, "
                           'false, a text, or a list of one kind') from None
-    answer = call(link, SetParameters, f'{node}/set_parameters',
+    answer = call(client, SetParameters, f'{node}/set_parameters',
                   SetParameters.Request(parameters=[message]), asked.timeout)
     (result,) = answer.results
     text = f'{name}: {_text(old)} -> {_text(value)}'

@@ -14,7 +14,7 @@ from control_msgs.msg import JointTrajectoryControllerState
 from rcl_interfaces.srv import GetParameters
 
 from armsim_ros.errors import ArmsimError
-from armsim_ros.nodes.client.link import Link
+from armsim_ros.nodes.client.ros_client import RosClient
 from armsim_ros.nodes.verbs.echo import find_topic
 from armsim_ros.nodes.verbs.go import published_robot
 from armsim_ros.nodes.verbs.plot_picture import (
@@ -61,9 +61,9 @@ def main(argv: Sequence[str] | None = None) -> int:
         records = read_csv(file)
     else:
         topic = asked.source if asked.source.startswith('/') else f'/{asked.source}'
-        with Link('armsim_plot', ros) as link:
-            records = _listen(link, topic, asked.seconds, asked.timeout)
-            records = with_tolerances(records, *_bounds(link, topic, records, asked.timeout))
+        with RosClient('armsim_plot', ros) as client:
+            records = _listen(client, topic, asked.seconds, asked.timeout)
+            records = with_tolerances(records, *_bounds(client, topic, records, asked.timeout))
     if asked.tolerance > 0.0:
         records = [replace(one, tolerance=asked.tolerance) for one in records]
     write_picture(records, asked.to)
@@ -73,12 +73,12 @@ def main(argv: Sequence[str] | None = None) -> int:
     return 1 if violated else 0
 
 
-def _listen(link: Link, topic: str, duration: float, patience: float) -> list[JointRecord]:
+def _listen(client: RosClient, topic: str, duration: float, patience: float) -> list[JointRecord]:
     """Return what comes, for so long, or from the start of a motion to its end."""
-    kind, profile = find_topic(link, topic, patience)
+    kind, profile = find_topic(client, topic, patience)
     if kind is not JointTrajectoryControllerState:
         raise ArmsimError(f"'{topic}' is no {JointTrajectoryControllerState.__name__}")
-    polled = link.poll(kind, topic, profile)
+    polled = client.poll(kind, topic, profile)
     messages: list[Any] = []
     begun, moved = time.monotonic(), 0.0
     while True:
@@ -99,7 +99,7 @@ def _listen(link: Link, topic: str, duration: float, patience: float) -> list[Jo
     return records_of(messages)
 
 
-def _bounds(link: Link, topic: str, records: Sequence[JointRecord], patience: float
+def _bounds(client: RosClient, topic: str, records: Sequence[JointRecord], patience: float
             ) -> tuple[dict[str, float], dict[str, tuple[float, ...]]]:
     """Return tolerances and position limits, as far as controller and description tell them."""
     node = topic.rpartition('/')[0]
@@ -107,12 +107,12 @@ def _bounds(link: Link, topic: str, records: Sequence[JointRecord], patience: fl
     tolerances: dict[str, float] = {}
     limits: dict[str, tuple[float, ...]] = {}
     try:
-        values = call(link, GetParameters, f'{node}/get_parameters',
+        values = call(client, GetParameters, f'{node}/get_parameters',
                       GetParameters.Request(names=names), patience).values
         for one, value in zip(records, values, strict=False):
             if value.double_value > 0.0:
                 tolerances[one.name] = value.double_value
-        limits = position_limits(published_robot(link, patience), records)
+        limits = position_limits(published_robot(client, patience), records)
     except ArmsimError:
         return tolerances, limits  # drawn without what is not told
     return tolerances, limits

@@ -12,7 +12,7 @@ from controller_manager_msgs.srv import ListControllers
 from rclpy.qos import QoSProfile, QoSReliabilityPolicy
 from sensor_msgs.msg import JointState
 
-from armsim_ros.nodes.client.link import Link
+from armsim_ros.nodes.client.ros_client import RosClient
 from armsim_ros.nodes.verbs.terminal import call, parser, read, show, table, until
 
 _NEWEST = QoSProfile(depth=1, reliability=QoSReliabilityPolicy.BEST_EFFORT)
@@ -28,9 +28,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     :raises ArmsimError: no joint states arrive.
     """
     words, ros = read(parser('state', 'print joint positions and controllers'), argv)
-    with Link('armsim_state', ros) as link:
-        joints = joint_states(link, words.timeout)
-        controllers = active_controllers(link, words.timeout)
+    with RosClient('armsim_state', ros) as client:
+        joints = joint_states(client, words.timeout)
+        controllers = active_controllers(client, words.timeout)
     value = {'joints': joints, 'controllers': controllers}
     rows = [['joint', 'position', '', 'velocity']]
     for each in joints:
@@ -44,7 +44,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     return 0
 
 
-def joint_states(link: Link, patience: float) -> list[dict[str, Any]]:
+def joint_states(client: RosClient, patience: float) -> list[dict[str, Any]]:
     """
     Return name, position [rad or m] and velocity of every joint.
 
@@ -54,9 +54,9 @@ def joint_states(link: Link, patience: float) -> list[dict[str, Any]]:
     found: dict[str, dict[str, Any]] = {}
 
     def look() -> bool | None:
-        for name, kinds in link.node.get_topic_names_and_types():
-            if kinds[0] == _TYPE and name not in topics and link.node.count_publishers(name):
-                topics[name] = link.poll(JointState, name, _NEWEST)
+        for name, kinds in client.node.get_topic_names_and_types():
+            if kinds[0] == _TYPE and name not in topics and client.node.count_publishers(name):
+                topics[name] = client.poll(JointState, name, _NEWEST)
         heard = 0
         for topic in list(topics.values()):
             for message in topic.take():
@@ -71,14 +71,14 @@ def joint_states(link: Link, patience: float) -> list[dict[str, Any]]:
     return list(found.values())
 
 
-def active_controllers(link: Link, patience: float) -> list[dict[str, Any]]:
+def active_controllers(client: RosClient, patience: float) -> list[dict[str, Any]]:
     """Return the controllers of every controller manager, with their full names."""
-    names = [name for name, _ in link.node.get_service_names_and_types()
+    names = [name for name, _ in client.node.get_service_names_and_types()
              if name.endswith(_MANAGER)]
     found = []
     for name in sorted(names):
         space = name.removesuffix(_MANAGER).rpartition('/')[0]
-        for each in call(link, ListControllers, name, None, patience).controller:
+        for each in call(client, ListControllers, name, None, patience).controller:
             found.append({'name': f'{space}/{each.name}', 'state': each.state,
                           'type': each.type})
     return found

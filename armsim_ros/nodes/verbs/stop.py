@@ -7,7 +7,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from armsim_ros.errors import ArmsimError
-from armsim_ros.nodes.client.link import Link
+from armsim_ros.nodes.client.ros_client import RosClient
 from armsim_ros.nodes.client.stop import Stopper
 from armsim_ros.nodes.verbs.terminal import parser, read, show, until, wait
 
@@ -20,8 +20,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     :raises ArmsimError: nothing is there that moves.
     """
     words, ros = read(parser('stop', 'cancel every goal of controllers and move_group'), argv)
-    with Link('armsim_stop', ros) as link:
-        stopper = Stopper(link)
+    with RosClient('armsim_stop', ros) as client:
+        stopper = Stopper(client)
         actions = until(lambda: _reached(stopper), words.timeout, 'an action that moves')
         ended, silent = 0, []
         for name, answer in zip(actions, stopper.stop(), strict=False):

@@ -16,7 +16,7 @@ from typing import Any, NoReturn, TypeVar
 
 from armsim_ros.cli.arguments import split_ros_args, UsageError
 from armsim_ros.errors import ArmsimError
-from armsim_ros.nodes.client.link import Link, NotServedError
+from armsim_ros.nodes.client.ros_client import NotServedError, RosClient
 
 T = TypeVar('T')
 
@@ -67,19 +67,19 @@ def until(look: Callable[[], T | None], patience: float, what: str) -> T:
         time.sleep(_LOOK)
 
 
-def call(link: Link, kind: type, name: str, request: Any, patience: float) -> Any:
+def call(client: RosClient, kind: type, name: str, request: Any, patience: float) -> Any:
     """
     Call a service that may not be there yet, and return its response.
 
     :raises ArmsimError: it does not appear or does not answer in time.
     """
-    link.prepare(kind, name)
-    until(lambda: link.serves(kind, name) or None, patience, f'service {name}')
+    client.prepare(kind, name)
+    until(lambda: client.serves(kind, name) or None, patience, f'service {name}')
     try:
-        return wait(link.call(kind, name, request), PATIENCE, name)
+        return wait(client.call(kind, name, request), PATIENCE, name)
     except (ArmsimError, NotServedError):
         # An answer is lost where the server had not found us yet; these may be asked twice.
-        return wait(link.call(kind, name, request), PATIENCE, name)
+        return wait(client.call(kind, name, request), PATIENCE, name)
 
 
 def wait(future: Future[Any], patience: float, what: str) -> Any:

@@ -17,7 +17,7 @@ from websockets.asyncio.server import ServerConnection
 
 from armsim_ros.errors import ArmsimError
 from armsim_ros.model.robot_model import RobotModel
-from armsim_ros.nodes.client.link import Link
+from armsim_ros.nodes.client.ros_client import RosClient
 from armsim_ros.nodes.web.door import Door, VISITOR
 from armsim_ros.nodes.web.visitor import Visitor
 
@@ -76,7 +76,7 @@ class Page:
     :param link: to the graph.
     """
 
-    def __init__(self, link: Link) -> None:
+    def __init__(self, link: RosClient) -> None:
         """Begin without visitors; nothing listens yet."""
         self.link = link
         self.shared: dict[str, Any] = {}

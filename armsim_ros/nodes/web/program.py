@@ -10,7 +10,7 @@ import secrets
 import sys
 import threading
 
-from armsim_ros.nodes.client.link import Link
+from armsim_ros.nodes.client.ros_client import RosClient
 from armsim_ros.nodes.web.arguments import WebArguments
 from armsim_ros.nodes.web.door import is_loopback
 from armsim_ros.nodes.web.page import Page, Part
@@ -48,7 +48,7 @@ class WebProgram:
         token = arguments.token
         if not token and not is_loopback(arguments.host):
             token = secrets.token_urlsafe(24)
-        with Link('web', arguments.ros_args) as link:
+        with RosClient('web', arguments.ros_args) as link:
             page = Page(link)
             page.open(arguments.host, arguments.port, token,
                       lambda page: page_parts(page, arguments))

@@ -47,7 +47,7 @@ class Curve(Protocol):
         """Return linear and angular velocity (6,) over the place, in the model frame."""
 
 
-class _Turn:
+class _Rotation:
     """An even rotation from one orientation to another."""
 
     def __init__(self, first: Vector, last: Vector) -> None:
@@ -75,7 +75,7 @@ class Line:
     def __init__(self, first: Vector, last: Vector) -> None:
         self._origin = first[:3, 3]
         self._way: Vector = last[:3, 3] - first[:3, 3]
-        self._turn = _Turn(first, last)
+        self._turn = _Rotation(first, last)
 
     @property
     def length(self) -> float:
@@ -114,7 +114,7 @@ class Arc:
         self._x: Vector = first[:3, 3] - center
         self._y: Vector = np.cross(normal, self._x)
         self._sweep = sweep
-        self._turn = _Turn(first, last)
+        self._turn = _Rotation(first, last)
 
     @classmethod
     def around(cls, first: Vector, last: Vector, center: Vector) -> Arc:

@@ -23,7 +23,7 @@ from armsim_ros.planning.collision.bodies import (
     shape_poses,
 )
 from armsim_ros.planning.collision.contacts import BodyType, Contact, PairDistance
-from armsim_ros.planning.collision.link_motion import LinkMotion
+from armsim_ros.planning.collision.displacement_bounds import DisplacementBounds
 from armsim_ros.planning.collision.tables import CollisionTables
 from armsim_ros.planning.scene.content import SceneContent
 from armsim_ros.planning.scene.objects import AttachedObject, CollisionObject
@@ -152,7 +152,7 @@ class CollisionChecker:
         self._kinematics = scene.kinematic_model
         content = scene.content
         self._tables = SceneTables(self._kinematics, content)
-        self._motion = LinkMotion(self._kinematics, content.attached)
+        self._motion = DisplacementBounds(self._kinematics, content.attached)
 
     @property
     def scene(self) -> PlanningScene:
@@ -325,7 +325,7 @@ class CollisionChecker:
         if content is not before:
             self._tables.follow(content)
             if content.attached is not before.attached:
-                self._motion = LinkMotion(self._kinematics, content.attached)
+                self._motion = DisplacementBounds(self._kinematics, content.attached)
         return self._tables.tables
 
 

@@ -11,12 +11,12 @@ PATIENCE = 120_000
 @pytest.fixture(scope='module')
 def served_page(fake_stack):
     """Serve a page in this process."""
-    from armsim_ros.nodes.client.link import Link
+    from armsim_ros.nodes.client.ros_client import RosClient
     from armsim_ros.nodes.web.arguments import WebArguments
     from armsim_ros.nodes.web.page import Page
     from armsim_ros.nodes.web.program import page_parts
 
-    with Link('web') as link:
+    with RosClient('web') as link:
         opened = Page(link)
         opened.open('127.0.0.1', 8450, '', lambda page: page_parts(page, WebArguments()))
         yield opened

@@ -18,7 +18,7 @@ from armsim_ros.execution.rules import check_sizes
 from armsim_ros.nodes.conversions.trajectory import trajectory_from_message
 from armsim_ros.nodes.move_group.action_server import MoveGroupActionServer
 from armsim_ros.nodes.move_group.context import Context
-from armsim_ros.nodes.move_group.execution.execution import Watch
+from armsim_ros.nodes.move_group.execution.execution import ExecutionWatch
 from armsim_ros.nodes.move_group.execution.trajectory_execution import TrajectoryExecutionManager
 from armsim_ros.nodes.move_group.failures import fill_error, reported
 from armsim_ros.nodes.move_group.scene.planning_scene import apply_scene_message
@@ -106,7 +106,7 @@ class ExecuteTaskSolution:
         for number, (part, trajectory) in enumerate(zip(parts, trajectories, strict=True)):
             outcome = await self._execution.queued(
                 trajectory,
-                Watch(cancelled=lambda: goal.is_cancel_requested),
+                ExecutionWatch(cancelled=lambda: goal.is_cancel_requested),
                 part.execution_info.controller_names,
             )
             if not outcome.success:

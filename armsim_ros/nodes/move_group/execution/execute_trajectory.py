@@ -13,7 +13,7 @@ from armsim_ros.errors import MoveItErrorCode
 from armsim_ros.nodes.conversions.trajectory import trajectory_from_message
 from armsim_ros.nodes.move_group.action_server import MoveGroupActionServer
 from armsim_ros.nodes.move_group.context import Context
-from armsim_ros.nodes.move_group.execution.execution import Watch
+from armsim_ros.nodes.move_group.execution.execution import ExecutionWatch
 from armsim_ros.nodes.move_group.execution.trajectory_execution import TrajectoryExecutionManager
 from armsim_ros.nodes.move_group.failures import fill_error, reported
 
@@ -39,7 +39,7 @@ class ExecuteTrajectory:
         with reported(self._context.logger, 'execute_trajectory', result.error_code):
             outcome = await self._execution.queued(
                 trajectory_from_message(goal.request.trajectory.joint_trajectory),
-                Watch(cancelled=lambda: goal.is_cancel_requested),
+                ExecutionWatch(cancelled=lambda: goal.is_cancel_requested),
                 goal.request.controller_names,
             )
             fill_error(result.error_code, outcome.code, outcome.message, 'execution')

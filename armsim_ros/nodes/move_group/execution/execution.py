@@ -56,7 +56,7 @@ class ExecutionOutcome:
 
 
 @dataclass(slots=True)
-class Watch:
+class ExecutionWatch:
     """
     What may end an execution before its time.
 
@@ -88,7 +88,7 @@ class Execution:
     """
 
     def __init__(
-        self, context: Context, handles: Mapping[str, ControllerHandle], watch: Watch
+        self, context: Context, handles: Mapping[str, ControllerHandle], watch: ExecutionWatch
     ) -> None:
         self._context = context
         self._handles = handles

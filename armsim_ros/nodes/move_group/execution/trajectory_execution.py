@@ -13,7 +13,11 @@ from armsim_ros.execution.controller_selection import controlled_joints, select_
 from armsim_ros.execution.rules import check_sizes, check_start, continues
 from armsim_ros.nodes.move_group.context import Context
 from armsim_ros.nodes.move_group.execution.controller_handles import HANDLES
-from armsim_ros.nodes.move_group.execution.execution import Execution, ExecutionOutcome, Watch
+from armsim_ros.nodes.move_group.execution.execution import (
+    Execution,
+    ExecutionOutcome,
+    ExecutionWatch,
+)
 from armsim_ros.planning.collision.collision_model import CollisionChecker
 from armsim_ros.planning.collision.motion_proof import meeting
 from armsim_ros.planning.scene.planning_scene import PlanningScene
@@ -71,7 +75,7 @@ class TrajectoryExecutionManager:
         return self.busy
 
     async def queued(
-        self, trajectory: JointTrajectory, watch: Watch, names: Sequence[str] = ()
+        self, trajectory: JointTrajectory, watch: ExecutionWatch, names: Sequence[str] = ()
     ) -> ExecutionOutcome:
         """Run a trajectory in place of what runs, or after those that share a controller."""
         turn, stops = self._turn(trajectory, watch, names), self._stops
@@ -98,7 +102,7 @@ class TrajectoryExecutionManager:
     async def run(
         self,
         trajectory: JointTrajectory,
-        watch: Watch,
+        watch: ExecutionWatch,
         names: Sequence[str] = (),
         *,
         takes_over: bool = False,
@@ -136,7 +140,7 @@ class TrajectoryExecutionManager:
             self._context.ticker.wake()
 
     def _turn(
-        self, trajectory: JointTrajectory, watch: Watch, names: Sequence[str]
+        self, trajectory: JointTrajectory, watch: ExecutionWatch, names: Sequence[str]
     ) -> _Turn:
         context = self._context
         try:

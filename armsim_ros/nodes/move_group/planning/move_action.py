@@ -17,12 +17,12 @@ from armsim_ros.nodes.conversions.motion_plan_request import (
 )
 from armsim_ros.nodes.move_group.action_server import MoveGroupActionServer
 from armsim_ros.nodes.move_group.context import Context
-from armsim_ros.nodes.move_group.execution.execution import ExecutionOutcome, Watch
+from armsim_ros.nodes.move_group.execution.execution import ExecutionOutcome, ExecutionWatch
 from armsim_ros.nodes.move_group.execution.path_watch import PathWatch
 from armsim_ros.nodes.move_group.execution.state_recorder import StateRecorder
 from armsim_ros.nodes.move_group.execution.trajectory_execution import TrajectoryExecutionManager
 from armsim_ros.nodes.move_group.failures import fill_error, reported
-from armsim_ros.nodes.move_group.planning.planning_job import Plan, PlanningJob
+from armsim_ros.nodes.move_group.planning.planning_job import PlanningAnswer, PlanningJob
 
 DEFAULT_REPLANS = 5
 PLAN_AGAIN = (
@@ -71,7 +71,7 @@ class MoveAction:
         self._server.end(goal, result.error_code.val)
         return result
 
-    async def _plan(self, goal: ServerGoalHandle, request: Any) -> Plan:
+    async def _plan(self, goal: ServerGoalHandle, request: Any) -> PlanningAnswer:
         goal.publish_feedback(Action.Feedback(state='PLANNING'))
         return await self._job.run(
             request,
@@ -128,7 +128,7 @@ class MoveAction:
         )
 
     async def _run(
-        self, goal: ServerGoalHandle, plan: Plan, recorder: StateRecorder
+        self, goal: ServerGoalHandle, plan: PlanningAnswer, recorder: StateRecorder
     ) -> ExecutionOutcome:
         if goal.is_cancel_requested:
             return ExecutionOutcome(MoveItErrorCode.PREEMPTED, 'cancelled before it moved')
@@ -137,7 +137,7 @@ class MoveAction:
         path = PathWatch(self._context, trajectory, plan.request)
         return await self._execution.run(
             trajectory,
-            Watch(
+            ExecutionWatch(
                 cancelled=lambda: goal.is_cancel_requested,
                 invalid=path.invalid,
                 observe=recorder.note,
@@ -161,7 +161,7 @@ def plans_only(context: Context, source: str, *, wanted: bool) -> bool:
     return wanted
 
 
-def fill_plan(result: Any, plan: Plan) -> None:
+def fill_plan(result: Any, plan: PlanningAnswer) -> None:
     """Write a plan into an action result."""
     result.trajectory_start = plan.start_message
     result.planned_trajectory = plan.trajectory_message

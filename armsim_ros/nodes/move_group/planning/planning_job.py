@@ -36,7 +36,7 @@ def never() -> bool:
 
 
 @dataclass(frozen=True, eq=False)
-class Plan:
+class PlanningAnswer:
     """A planner's answer with its messages; ``scene`` is the one that was planned in."""
 
     request: MotionPlanRequest
@@ -74,7 +74,7 @@ class PlanningJob:
         *,
         scene_diff: SceneMessage | None = None,
         cancelled: Callable[[], bool] = never,
-    ) -> Plan:
+    ) -> PlanningAnswer:
         """
         Plan and answer.
 
@@ -153,17 +153,17 @@ class PlanningJob:
 
     def _in_messages(
         self, request: MotionPlanRequest, response: MotionPlanResponse, scene: PlanningScene
-    ) -> Plan:
+    ) -> PlanningAnswer:
         frame = self._context.frame
         trajectory, start = RobotTrajectory(), RobotState()
         if response.success:
             carried: Any = scene.with_start_state(request.start_state).attached.values()
             trajectory = robot_trajectory_message(response.trajectory, frame)
             start = robot_state_to_message(response.trajectory_start, frame, attached=carried)
-        return Plan(request, response, scene, start, trajectory)
+        return PlanningAnswer(request, response, scene, start, trajectory)
 
 
-def _response_message(plan: Plan) -> ResponseMessage:
+def _response_message(plan: PlanningAnswer) -> ResponseMessage:
     return ResponseMessage(
         trajectory_start=plan.start_message,
         trajectory=plan.trajectory_message,

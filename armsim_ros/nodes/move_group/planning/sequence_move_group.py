@@ -12,7 +12,7 @@ from rclpy.action.server import ServerGoalHandle
 from armsim_ros.errors import MoveItErrorCode
 from armsim_ros.nodes.move_group.action_server import MoveGroupActionServer
 from armsim_ros.nodes.move_group.context import Context
-from armsim_ros.nodes.move_group.execution.execution import Watch
+from armsim_ros.nodes.move_group.execution.execution import ExecutionWatch
 from armsim_ros.nodes.move_group.execution.path_watch import PathWatch
 from armsim_ros.nodes.move_group.execution.trajectory_execution import TrajectoryExecutionManager
 from armsim_ros.nodes.move_group.failures import fill_error, reported
@@ -65,7 +65,7 @@ class SequenceMoveGroup:
             path = PathWatch(self._context, trajectory, request)
             outcome = await self._execution.run(
                 trajectory,
-                Watch(cancelled=lambda: goal.is_cancel_requested, invalid=path.invalid),
+                ExecutionWatch(cancelled=lambda: goal.is_cancel_requested, invalid=path.invalid),
             )
             if not outcome.success:
                 fill_error(code, outcome.code, outcome.message, 'execution')

@@ -46,7 +46,7 @@ _OPACITY = 0.5
 _MOST_TRIES = 100
 
 
-class Goal:
+class VisitorGoal:
     """One visitor's goal."""
 
     def __init__(self) -> None:
@@ -80,7 +80,7 @@ class GoalPart(Part):
         super().__init__(page)
         self._robot_part = robot_part
         self._reach = Reach(page)
-        self._goals: WeakKeyDictionary[Visitor, Goal] = WeakKeyDictionary()
+        self._goals: WeakKeyDictionary[Visitor, VisitorGoal] = WeakKeyDictionary()
         self.on_touching: Any = None
         """Gets a visitor and the names of the objects that his ghost touches."""
 
@@ -93,10 +93,10 @@ class GoalPart(Part):
             'start_state': (ChooseStart, self._choose_start),
         }
 
-    def goal(self, visitor: Visitor) -> Goal:
+    def goal(self, visitor: Visitor) -> VisitorGoal:
         """Return a visitor's goal."""
         if visitor not in self._goals:
-            self._goals[visitor] = Goal()
+            self._goals[visitor] = VisitorGoal()
         return self._goals[visitor]
 
     def on_robot(self, robot: RobotModel) -> None:
@@ -252,7 +252,7 @@ class GoalPart(Part):
         goal.start_name = ask.name
         self._tell(visitor)
 
-    async def _random(self, goal: Goal) -> dict[str, float]:
+    async def _random(self, goal: VisitorGoal) -> dict[str, float]:
         """Return joint positions within the limits that touch nothing."""
         robot = self._need_robot()
         for _ in range(_MOST_TRIES):
@@ -350,13 +350,13 @@ class GoalPart(Part):
         self._place_roots(goal, robot)
         self._put_handle(goal)
 
-    def _put_handle(self, goal: Goal) -> None:
+    def _put_handle(self, goal: VisitorGoal) -> None:
         robot = self.page.robot
         if goal.handle is not None and robot is not None:
             positions = robot.complete({**self._others(), **goal.positions})
             goal.handle.put(link_pose(robot, tip_of(robot.group(goal.group)), positions))
 
-    def _place_roots(self, goal: Goal, robot: RobotModel) -> None:
+    def _place_roots(self, goal: VisitorGoal, robot: RobotModel) -> None:
         """Put ghost and handle where the robot's root link stands."""
         edge = self._robot_part.edges.get(robot.root_link)
         if edge is None:
@@ -366,13 +366,13 @@ class GoalPart(Part):
             if drawn is not None:
                 drawn.place(xyz, xyzw[[3, 0, 1, 2]])
 
-    def _undraw(self, goal: Goal) -> None:
+    def _undraw(self, goal: VisitorGoal) -> None:
         for drawn in (goal.ghost, goal.handle):
             if drawn is not None:
                 drawn.remove()
         goal.ghost = goal.handle = None
 
-    def _of_group(self, goal: Goal, positions: Mapping[str, float]) -> dict[str, float]:
+    def _of_group(self, goal: VisitorGoal, positions: Mapping[str, float]) -> dict[str, float]:
         robot = self._need_robot()
         return {name: float(positions.get(name, robot.default_position(name)))
                 for name in robot.group(goal.group).active_joints}

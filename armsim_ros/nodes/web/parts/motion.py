@@ -18,7 +18,6 @@ from rclpy.qos import QoSDurabilityPolicy, QoSProfile, QoSReliabilityPolicy
 
 from armsim_ros.errors import ArmsimError
 from armsim_ros.nodes.client.description import link_pose, tip_of
-from armsim_ros.nodes.client.link import GoalRun
 from armsim_ros.nodes.client.motion import (
     code_text,
     plan_goal,
@@ -27,6 +26,7 @@ from armsim_ros.nodes.client.motion import (
     stamped_pose,
     SUCCESS,
 )
+from armsim_ros.nodes.client.ros_client import GoalRun
 from armsim_ros.nodes.client.stop import Stopper
 from armsim_ros.nodes.web.page import Ask, Page, Part
 from armsim_ros.nodes.web.parts.activity import Activity

@@ -17,7 +17,7 @@ from armsim_ros.model.transforms import (
     pose_from_quat_xyzw,
     quat_wxyz_from_matrix,
 )
-from armsim_ros.nodes.web.view.shapes import Color, Part, rgb, ShapeReader
+from armsim_ros.nodes.web.view.shapes import Color, rgb, ShapeReader, Surface
 
 #: What has no colour of its own: world objects, and attached ones.
 WORLD_COLOR, ATTACHED_COLOR = (102, 178, 118), (176, 122, 214)
@@ -50,7 +50,7 @@ class DrawnObject:
             self.opacity = _PLANE_OPACITY
         self.path = ''
         self.node: Any = None
-        self.shapes: list[tuple[Part, Matrix]] = []
+        self.shapes: list[tuple[Surface, Matrix]] = []
         self.mark = (link, own, self.opacity, str(message))
 
     def form(self) -> dict[str, Any]:

@@ -42,7 +42,7 @@ _SECTIONS = 32
 
 
 @dataclass(frozen=True, eq=False)
-class Part:
+class Surface:
     """
     Triangles of one colour, in the frame of the shape.
 
@@ -68,9 +68,9 @@ class ShapeReader:
 
     def __init__(self, packages: Packages | None = None) -> None:
         self._packages = packages or Packages()
-        self._read: dict[str, tuple[Part, ...]] = {}
+        self._read: dict[str, tuple[Surface, ...]] = {}
 
-    def shapes_of(self, link: Link) -> tuple[list[tuple[LinkGeometry, tuple[Part, ...]]],
+    def shapes_of(self, link: Link) -> tuple[list[tuple[LinkGeometry, tuple[Surface, ...]]],
                                              list[str]]:
         """
         Return what a link looks like: its visual shapes, else its collision shapes.
@@ -90,7 +90,7 @@ class ShapeReader:
         return [], complaints
 
     def parts(self, geometry: Geometry, rgba: tuple[float, ...] | None = None
-              ) -> tuple[Part, ...]:
+              ) -> tuple[Surface, ...]:
         """
         Return a shape's triangles.
 
@@ -104,22 +104,22 @@ class ShapeReader:
         if rgba is None:
             return parts
         color = rgb(rgba)
-        return tuple(Part(part.vertices, part.faces, color, part.smooth, float(rgba[3]))
+        return tuple(Surface(part.vertices, part.faces, color, part.smooth, float(rgba[3]))
                      for part in parts)
 
-    def _mesh(self, mesh: Mesh) -> tuple[Part, ...]:
+    def _mesh(self, mesh: Mesh) -> tuple[Surface, ...]:
         if len(mesh.triangles):
-            return (Part(mesh.vertices.astype(np.float32), mesh.triangles.astype(np.uint32)),)
+            return (Surface(mesh.vertices.astype(np.float32), mesh.triangles.astype(np.uint32)),)
         if mesh.uri not in self._read:
             self._read[mesh.uri] = self._file(mesh.uri)
         scale = mesh.vertices[0].astype(np.float32)
         mirrored = float(np.prod(scale)) < 0.0
         return tuple(
-            Part(part.vertices * scale, part.faces[:, ::-1] if mirrored else part.faces,
+            Surface(part.vertices * scale, part.faces[:, ::-1] if mirrored else part.faces,
                  part.color, part.smooth, part.opacity)
             for part in self._read[mesh.uri])
 
-    def _file(self, uri: str) -> tuple[Part, ...]:
+    def _file(self, uri: str) -> tuple[Surface, ...]:
         ending = Path(uri).suffix.lower()
         if ending not in MESH_ENDINGS:
             raise ResourceError(f"mesh '{uri}' is not shown; allowed: {', '.join(MESH_ENDINGS)}")
@@ -132,7 +132,7 @@ class ShapeReader:
             raise ResourceError(f"mesh '{uri}' cannot be read: {error}") from None
 
 
-def parts_of_file(data: bytes, kind: str) -> tuple[Part, ...]:
+def parts_of_file(data: bytes, kind: str) -> tuple[Surface, ...]:
     """
     Return the triangles in the bytes of a mesh file, a part for each colour.
 
@@ -143,7 +143,7 @@ def parts_of_file(data: bytes, kind: str) -> tuple[Part, ...]:
     parts = []
     for item in loaded.dump():
         if isinstance(item, trimesh.Trimesh) and len(item.faces):
-            parts.append(Part(
+            parts.append(Surface(
                 np.asarray(item.vertices, np.float32), np.asarray(item.faces, np.uint32),
                 _material_color(item), smooth=kind in ('dae', 'glb')))
     if not parts:
@@ -159,7 +159,7 @@ def rgb(rgba: Iterable[float]) -> Color:
     return r, g, b
 
 
-def _primitive(geometry: Geometry) -> Part:
+def _primitive(geometry: Geometry) -> Surface:
     smooth = not isinstance(geometry, (Box, Plane))
     if isinstance(geometry, Box):
         solid = trimesh.creation.box(geometry.size)
@@ -178,7 +178,7 @@ def _primitive(geometry: Geometry) -> Part:
         solid = _plane(geometry)
     else:
         raise ResourceError(f'{type(geometry).__name__} is no shape that is shown')
-    return Part(np.asarray(solid.vertices, np.float32), np.asarray(solid.faces, np.uint32),
+    return Surface(np.asarray(solid.vertices, np.float32), np.asarray(solid.faces, np.uint32),
                 smooth=smooth)
 
 

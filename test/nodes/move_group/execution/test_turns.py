@@ -11,7 +11,7 @@ from armsim_ros.errors import MoveItErrorCode
 from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.model.cell_loading import load_cell
 from armsim_ros.nodes.move_group.execution import trajectory_execution
-from armsim_ros.nodes.move_group.execution.execution import ExecutionOutcome, Watch
+from armsim_ros.nodes.move_group.execution.execution import ExecutionOutcome, ExecutionWatch
 from armsim_ros.nodes.move_group.execution.trajectory_execution import TrajectoryExecutionManager
 from armsim_ros.planning.scene.planning_scene import PlanningScene
 from armsim_ros.trajectory import JointTrajectory, TrajectoryPoint
@@ -111,7 +111,7 @@ def motion(arm, *ways):
 
 def test_two_arms_at_once(execution):
     """Motions on different controllers run at once."""
-    jobs = [Job(execution.queued(motion(arm, START, OUTWARD[arm]), Watch()))
+    jobs = [Job(execution.queued(motion(arm, START, OUTWARD[arm]), ExecutionWatch()))
             for arm in ('left', 'right')]  # fmt: skip
     assert len(Execution.made) == 2
     for made, job in zip(Execution.made, jobs, strict=True):
@@ -123,9 +123,9 @@ def test_two_arms_at_once(execution):
 
 def test_one_arm_waits_for_itself(execution):
     """Motions on the same controller follow one another; another arm's pass by."""
-    first = Job(execution.queued(motion('left', START, OUTWARD['left']), Watch()))
-    second = Job(execution.queued(motion('left', OUTWARD['left'], START), Watch()))
-    other = Job(execution.queued(motion('right', START, OUTWARD['right']), Watch()))
+    first = Job(execution.queued(motion('left', START, OUTWARD['left']), ExecutionWatch()))
+    second = Job(execution.queued(motion('left', OUTWARD['left'], START), ExecutionWatch()))
+    other = Job(execution.queued(motion('right', START, OUTWARD['right']), ExecutionWatch()))
     assert len(Execution.made) == 2
     Execution.made[0].over = True
     first.step()
@@ -137,9 +137,9 @@ def test_one_arm_waits_for_itself(execution):
 
 def test_newer_motion_takes_over(execution):
     """One that begins where the robot is replaces what its controller runs, and only that."""
-    other = Job(execution.queued(motion('right', START, OUTWARD['right']), Watch()))
-    first = Job(execution.queued(motion('left', START, OUTWARD['left']), Watch()))
-    newer = Job(execution.queued(motion('left', START, INWARD['left']), Watch()))
+    other = Job(execution.queued(motion('right', START, OUTWARD['right']), ExecutionWatch()))
+    first = Job(execution.queued(motion('left', START, OUTWARD['left']), ExecutionWatch()))
+    newer = Job(execution.queued(motion('left', START, INWARD['left']), ExecutionWatch()))
     first.step()
     assert first.outcome.code == MoveItErrorCode.PREEMPTED
     assert (newer.outcome, other.outcome) == (None, None)
@@ -150,8 +150,8 @@ def test_newer_motion_takes_over(execution):
 
 def test_motion_from_elsewhere_does_not_take_over(execution):
     """One that begins neither where the robot is nor where the motion ends stops nothing."""
-    first = Job(execution.queued(motion('left', START, OUTWARD['left']), Watch()))
-    stray = Job(execution.queued(motion('left', INWARD['left'], START), Watch()))
+    first = Job(execution.queued(motion('left', START, OUTWARD['left']), ExecutionWatch()))
+    stray = Job(execution.queued(motion('left', INWARD['left'], START), ExecutionWatch()))
     first.step()
     assert (first.outcome, stray.outcome) == (None, None)
     assert len(Execution.made) == 1
@@ -159,16 +159,16 @@ def test_motion_from_elsewhere_does_not_take_over(execution):
 
 def test_same_controller_now_is_refused(execution):
     """A motion that cannot wait is refused while its controller is busy."""
-    first = Job(execution.run(motion('left', START, OUTWARD['left']), Watch()))
-    late = Job(execution.run(motion('left', START, OUTWARD['left']), Watch()))
+    first = Job(execution.run(motion('left', START, OUTWARD['left']), ExecutionWatch()))
+    late = Job(execution.run(motion('left', START, OUTWARD['left']), ExecutionWatch()))
     assert late.outcome.code == MoveItErrorCode.CONTROL_FAILED
     assert first.outcome is None
 
 
 def test_arms_that_would_meet(execution):
     """The second is refused with the names of the links that would touch."""
-    first = Job(execution.run(motion('left', START, INWARD['left']), Watch()))
-    second = Job(execution.run(motion('right', START, INWARD['right']), Watch()))
+    first = Job(execution.run(motion('left', START, INWARD['left']), ExecutionWatch()))
+    second = Job(execution.run(motion('right', START, INWARD['right']), ExecutionWatch()))
     assert second.outcome.code == MoveItErrorCode.CONTROL_FAILED
     assert "'left_" in second.outcome.message
     assert "'right_" in second.outcome.message
@@ -177,7 +177,7 @@ def test_arms_that_would_meet(execution):
 
 def test_stop_ends_all(execution):
     """The word "stop" ends every motion and every wait."""
-    jobs = [Job(execution.queued(motion(arm, START, OUTWARD[arm]), Watch()))
+    jobs = [Job(execution.queued(motion(arm, START, OUTWARD[arm]), ExecutionWatch()))
             for arm in ('left', 'right', 'left')]  # fmt: skip
     assert execution.stop()
     for job in jobs:

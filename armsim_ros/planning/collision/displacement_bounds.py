@@ -23,7 +23,7 @@ Extent = tuple[float, float]
 _NONE: Extent = (0.0, 0.0)
 
 
-class LinkMotion:
+class DisplacementBounds:
     """
     Bounds of link displacement by joint displacement.
 

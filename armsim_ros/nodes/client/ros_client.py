@@ -37,7 +37,7 @@ class NotServedError(ArmsimError):
         self.name = name
 
 
-class Link:
+class RosClient:
     """
     A node that serves nothing, and the thread that runs it.
 
@@ -61,7 +61,7 @@ class Link:
         self._services: dict[tuple[type, str], Any] = {}
         self._actions: dict[tuple[type, str], ActionClient] = {}
         self._closing = threading.Event()
-        self._thread = threading.Thread(target=self._spin, name='link', daemon=True)
+        self._thread = threading.Thread(target=self._spin, name='ros_client', daemon=True)
         self._thread.start()
 
     def prepare(self, kind: type, name: str, *, action: bool = False) -> None:
@@ -103,7 +103,7 @@ class Link:
         """
         Send a goal to an action server.
 
-        :param feedback: gets each feedback, in the link's thread.
+        :param feedback: gets each feedback, in the client's thread.
         """
         run = GoalRun(self, name)
 
@@ -120,7 +120,7 @@ class Link:
 
     def subscribe(self, kind: type, topic: str, profile: QoSProfile | int,
                   callback: Callable[[Any], None]) -> None:
-        """Call a function, in the link's thread, with each message of a topic."""
+        """Call a function, in the client's thread, with each message of a topic."""
         self.in_thread(lambda: self.node.create_subscription(kind, topic, callback, profile))
 
     def poll(self, kind: type, topic: str, profile: QoSProfile | int) -> Polled:
@@ -128,7 +128,7 @@ class Link:
         return Polled(self, kind, topic, profile, self._aside)
 
     def in_thread(self, work: Callable[[], Any]) -> Future[Any]:
-        """Do something in the link's thread."""
+        """Do something in the client's thread."""
         done: Future[Any] = Future()
         self._guarded(lambda: done.set_result(work()), done)
         return done
@@ -145,8 +145,8 @@ class Link:
             self.node.destroy_node()
             self._context.try_shutdown()
 
-    def __enter__(self) -> Link:
-        """Return the link."""
+    def __enter__(self) -> RosClient:
+        """Return the client."""
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -192,11 +192,11 @@ class GoalRun:
     was rejected.
     """
 
-    def __init__(self, link: Link, name: str) -> None:
+    def __init__(self, client: RosClient, name: str) -> None:
         """Begin with nothing known."""
         self.name = name
         self.result: Future[Any] = Future()
-        self._link = link
+        self._client = client
         self._handle: Any = None
         self._cancel_wanted = False
 
@@ -207,10 +207,10 @@ class GoalRun:
             if self._handle is not None:
                 self._handle.cancel_goal_async()
 
-        self._link.in_thread(ask)
+        self._client.in_thread(ask)
 
     def answered(self, sent: Any) -> None:
-        """Take the server's answer to the goal; in the link's thread."""
+        """Take the server's answer to the goal; in the client's thread."""
         if sent.exception() is not None:
             _settle(self.result, sent.result, sent.exception)
             return
@@ -227,12 +227,12 @@ class GoalRun:
 class Polled:
     """A subscription that wakes nobody."""
 
-    def __init__(self, link: Link, kind: type, topic: str, profile: QoSProfile | int,
+    def __init__(self, client: RosClient, kind: type, topic: str, profile: QoSProfile | int,
                  group: CallbackGroup) -> None:
         """Subscribe."""
         self._kind = kind
-        self._link = link
-        self._subscription = link.in_thread(lambda: link.node.create_subscription(
+        self._client = client
+        self._subscription = client.in_thread(lambda: client.node.create_subscription(
             kind, topic, lambda _: None, profile, callback_group=group)).result(5.0)
 
     def take(self, most: int = 100) -> list[Any]:
@@ -248,7 +248,7 @@ class Polled:
 
     def close(self) -> None:
         """Unsubscribe."""
-        self._link.in_thread(lambda: self._link.node.destroy_subscription(self._subscription))
+        self._client.in_thread(lambda: self._client.node.destroy_subscription(self._subscription))
 
 
 def _settle(answer: Future[Any], result: Callable[[], Any],
