@@ -82,8 +82,8 @@ def test_controllers(arm: Streamed, name: str, topic: str, message: Any, words: 
     node = arm.client.node
     publisher = node.create_publisher(type(message), f'{NAMESPACE}/{name}/{topic}', 10)
     arm.until(lambda: publisher.get_subscription_count() > 0, 'the topic is heard')
-    publisher.publish(message)
-    arm.until(lambda: words in arm.program.text[marker:], f'the log has: {words}')
+    arm.stream_until(publisher, message, lambda: words in arm.program.text[marker:],
+                     f'the log has: {words}')  # fmt: skip
     arm.rest(0.2)
     np.testing.assert_allclose(arm.positions, before, atol=2e-3)
     arm.use(ARM)  # strictly: it fails where the other one is no longer active
