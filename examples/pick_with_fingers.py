@@ -40,8 +40,11 @@ from simulation_interfaces.srv import DeleteEntity, SpawnEntity
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 SIZE, MASS = 0.05, 0.2
+#: SDF takes 1 kg*m^2 where none is given, and what is so hard to turn twists out of the fingers.
+INERTIA = MASS * SIZE**2 / 6.0
 CUBE = f"""<sdf version="1.9"><model name="cube"><link name="link">
-  <inertial><mass>{MASS}</mass></inertial>
+  <inertial><mass>{MASS}</mass>
+    <inertia><ixx>{INERTIA}</ixx><iyy>{INERTIA}</iyy><izz>{INERTIA}</izz></inertia></inertial>
   <collision name="c"><geometry><box><size>{SIZE} {SIZE} {SIZE}</size></box></geometry></collision>
   <visual name="v"><geometry><box><size>{SIZE} {SIZE} {SIZE}</size></box></geometry>
     <material><diffuse>0.9 0.3 0.1 1</diffuse></material></visual>
