@@ -23,6 +23,7 @@ class Options:
     :param jogs: of an arm among obstacles.
     :param switches: between kinds of control.
     :param pairs: motions of two arms at once.
+    :param edits: of the world and of the planning scene by turns.
     :param problems: folder of planning problems; '' for the packaged ones.
     :param problems_of_a_scene: at most.
     :param peers: planners to run, by how their names begin, with commas between; '' for all.
@@ -41,6 +42,7 @@ class Options:
     jogs: int = 1000
     switches: int = 10000
     pairs: int = 500
+    edits: int = 1000
     problems: str = ''
     problems_of_a_scene: int = 25
     peers: str = ''

@@ -10,6 +10,8 @@ from scene_user import Planner
 from simulation_interfaces.msg import EntityState
 from world_user import OK, PAUSED, pose, WorldUser
 
+from benchmarks.scene_edits import SceneEdits
+
 statement = pytest.mark.statement
 
 WORLD = {'cube', 'floor', 'picture', 'star', 'table', 'triangle'}
@@ -130,3 +132,14 @@ def test_another_world_is_another_scene(world: WorldUser, planner: Planner) -> N
     planner.wait(lambda objects: set(objects) == {'floor', 'mine'})
     assert world.result('unload_world')[0] == OK
     planner.wait(lambda objects: set(objects) == {'mine'})
+
+
+@statement('C4')
+def test_random_edits_of_both_sides_end_as_the_rules_say(
+    world: WorldUser, planner: Planner
+) -> None:
+    """Spawns, moves, deletions and resets here; additions, moves and removals there, by turns."""
+    edits = SceneEdits(world.client, seed=1)
+    edits.run(60)
+    assert len(edits.counts) == 7
+    edits.clear()
