@@ -12,8 +12,9 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 
 from armsim_ros.arrays import Matrix
+from armsim_ros.control.action_goal import GoalStatus
 from armsim_ros.control.manager.controller_manager import ControllerManager
-from armsim_ros.control.trajectory.goal import GoalStatus, TrajectoryGoal
+from armsim_ros.control.trajectory.goal import TrajectoryGoal
 from armsim_ros.control.trajectory.joint_trajectory_controller import JointTrajectoryController
 from armsim_ros.errors import (
     ControllerError,

@@ -16,10 +16,10 @@ import math
 from typing import TypeVar
 
 from armsim_ros.config.controllers.gripper_action_controller import GripperParameters
+from armsim_ros.control.action_goal import GoalStatus
 from armsim_ros.control.controller import Controller, NEVER_NS
 from armsim_ros.control.gripper.goal import GripperGoal, GripperResponse, GripperResult
 from armsim_ros.control.mailbox import Mailbox
-from armsim_ros.control.trajectory.goal import GoalStatus
 from armsim_ros.errors import ControllerError
 
 ParametersT = TypeVar('ParametersT', bound=GripperParameters)

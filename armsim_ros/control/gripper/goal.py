@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from armsim_ros.control.trajectory.goal import ActionGoal
+from armsim_ros.control.action_goal import ActionGoal
 
 
 @dataclass(frozen=True, slots=True)

@@ -23,10 +23,10 @@ from armsim_ros.arrays import Matrix, Vector
 from armsim_ros.config.controllers.joint_trajectory_controller import (
     JointTrajectoryControllerParameters,
 )
+from armsim_ros.control.action_goal import GoalStatus
 from armsim_ros.control.events import EventQueue
 from armsim_ros.control.trajectory.controller_state import StateRecord
 from armsim_ros.control.trajectory.goal import (
-    GoalStatus,
     TrajectoryErrorCode,
     TrajectoryGoal,
     TrajectoryResult,

@@ -20,13 +20,13 @@ from armsim_ros.config.controllers.joint_trajectory_controller import (
     JointTrajectoryControllerParameters,
     ScaledJointTrajectoryControllerParameters,
 )
+from armsim_ros.control.action_goal import GoalStatus
 from armsim_ros.control.controller import Controller, ControllerContext, NEVER_NS
 from armsim_ros.control.joint_properties import JointProperties
 from armsim_ros.control.rate import Rate
 from armsim_ros.control.trajectory.controller_state import ControllerSnapshot, snapshot_of
 from armsim_ros.control.trajectory.goal import (
     GoalResponse,
-    GoalStatus,
     RefusedTrajectoryError,
     TrajectoryGoal,
     TrajectoryResult,

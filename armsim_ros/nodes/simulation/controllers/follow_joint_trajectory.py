@@ -7,7 +7,8 @@ from __future__ import annotations
 from control_msgs.action import FollowJointTrajectory
 from rclpy.node import Node
 
-from armsim_ros.control.trajectory.goal import GoalStatus, TrajectoryGoal
+from armsim_ros.control.action_goal import GoalStatus
+from armsim_ros.control.trajectory.goal import TrajectoryGoal
 from armsim_ros.control.trajectory.joint_trajectory_controller import JointTrajectoryController
 from armsim_ros.nodes.conversions.controller_state import fill_feedback
 from armsim_ros.nodes.conversions.time import seconds_from_duration

@@ -13,7 +13,7 @@ from rclpy.action.server import GoalEvent, ServerGoalHandle
 from rclpy.node import Node
 from rclpy.task import Future
 
-from armsim_ros.control.trajectory.goal import GoalStatus
+from armsim_ros.control.action_goal import GoalStatus
 from armsim_ros.nodes import qos
 from armsim_ros.nodes.simulation.client_discovery import ClientDiscovery
 from armsim_ros.nodes.simulation.dispatcher import Dispatcher
