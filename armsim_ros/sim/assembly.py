@@ -188,7 +188,7 @@ def _sensors_and_gpios(robot: Robot) -> set[str]:
     return declared | set(robot.settings.simulation.sensors)
 
 
-class Control(NamedTuple):
+class ControlParts(NamedTuple):
     """
     What commands a simulation.
 
@@ -202,7 +202,7 @@ class Control(NamedTuple):
     faults: FaultInjector | None
 
 
-def build_control(cell: Cell, simulation: Simulation) -> Control:
+def build_control(cell: Cell, simulation: Simulation) -> ControlParts:
     """
     Return the controller managers of all robots on a simulation.
 
@@ -211,8 +211,8 @@ def build_control(cell: Cell, simulation: Simulation) -> Control:
     faults = FaultInjector(simulation) if cell.settings.simulation.fault_injection else None
     managers = build_managers(cell, faults or simulation)
     controllers = _as_one(managers)
-    return Control(managers, FaultyControllers(controllers, faults) if faults else controllers,
-                   faults)
+    return ControlParts(
+        managers, FaultyControllers(controllers, faults) if faults else controllers, faults)
 
 
 def _as_one(managers: Mapping[str, ControllerManager]) -> ControllerManager | ManagerGroup:
