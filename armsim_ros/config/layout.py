@@ -19,10 +19,9 @@ from armsim_ros.config.move_group.ompl_planning import OmplGroup
 from armsim_ros.config.servo import ServoNodeSettings
 from armsim_ros.config.validation import known_keys
 from armsim_ros.config.world import WorldSettings
-from armsim_ros.config.yaml.node import merge_nodes, split_keys, YamlNode
+from armsim_ros.config.yaml.node import merge_nodes, ROS2_KEY, split_keys, YamlNode
 from armsim_ros.errors import ignored, nearest, Problem, Severity
 
-ROS2_KEY = 'ros__parameters'
 _CONTROLLER_KEYS = frozenset(
     {'type', 'joints', 'joint', 'gains', 'constraints', 'publish_rate', 'state_publish_rate',
      'action_monitor_rate', 'stop_trajectory_duration', 'goal_time',

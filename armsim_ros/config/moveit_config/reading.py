@@ -9,10 +9,10 @@ from pathlib import Path
 import re
 
 from armsim_ros.config.draft import ConfigDraft
-from armsim_ros.config.layout import LayoutReader, ROS2_KEY
+from armsim_ros.config.layout import LayoutReader
 from armsim_ros.config.moveit_config.files import Role
 from armsim_ros.config.moveit_config.roles import OFFERED_PIPELINES, PackageRoles
-from armsim_ros.config.yaml.node import node_of, YamlNode
+from armsim_ros.config.yaml.node import node_of, ROS2_KEY, YamlNode
 from armsim_ros.config.yaml.source import read_yaml_file
 from armsim_ros.errors import (
     ConfigError,

@@ -10,6 +10,8 @@ from typing import Any
 
 from armsim_ros.errors import Location
 
+#: The key below which a parameter file of ROS 2 has the parameters of a node.
+ROS2_KEY = 'ros__parameters'
 Scalar = str | int | float | bool | None
 Path = Sequence[str | int]
 

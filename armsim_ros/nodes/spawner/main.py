@@ -68,10 +68,15 @@ def _spawn(node: Node, arguments: argparse.Namespace) -> None:
             raise ControllerError(f"parameter file '{file}' does not exist")
     manager = ManagerClient(node, arguments.controller_manager, arguments.service_call_timeout)
     manager.wait(arguments.controller_manager_timeout)
+    states = manager.states()
     lost = []
     for name in arguments.controllers:
         try:
-            _load(node, manager, name, files, arguments)
+            if name in states:
+                node.get_logger().warning(f"controller '{name}' is loaded already")
+            else:
+                _load(node, manager, name, files, arguments)
+                states[name] = 'unconfigured'
         except ControllerError as error:
             if not arguments.keep_going or arguments.activate_as_group:
                 raise
@@ -79,12 +84,13 @@ def _spawn(node: Node, arguments: argparse.Namespace) -> None:
             lost.append(name)
             continue
         if not arguments.load_only:
-            if manager.states()[name] in ('unconfigured', 'inactive'):
+            if states[name] in ('unconfigured', 'inactive'):
                 manager.configure(name)
+                states[name] = 'inactive'
             if not (arguments.inactive or arguments.activate_as_group):
-                _activate(node, manager, [name], arguments)
+                _activate(node, manager, [name], states, arguments)
     if arguments.activate_as_group and not (arguments.load_only or arguments.inactive):
-        _activate(node, manager, arguments.controllers, arguments)
+        _activate(node, manager, arguments.controllers, states, arguments)
     if lost:
         raise ControllerError(f"not loaded: {', '.join(lost)}")
     if arguments.unload_on_kill:
@@ -99,9 +105,6 @@ def _load(
     files: list[str],
     arguments: argparse.Namespace,
 ) -> None:
-    if name in manager.states():
-        node.get_logger().warning(f"controller '{name}' is loaded already")
-        return
     kind = arguments.controller_type or controller_type(name, manager.namespace, files)
     described: dict[str, object] = {}
     if kind:
@@ -115,14 +118,15 @@ def _load(
 
 
 def _activate(
-    node: Node, manager: ManagerClient, names: list[str], arguments: argparse.Namespace
+    node: Node, manager: ManagerClient, names: list[str], states: dict[str, str],
+    arguments: argparse.Namespace,
 ) -> None:
-    states = manager.states()
     idle = [name for name in names if states[name] != 'active']
     if idle:
         manager.switch(
             activate=idle, asap=arguments.switch_asap, timeout=arguments.switch_timeout
         )
+        states.update(dict.fromkeys(idle, 'active'))
     node.get_logger().info(f'active: {", ".join(names)}')
 
 

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+import math
 import time
 from typing import Any
 
@@ -18,6 +19,7 @@ from controller_manager_msgs.srv import (
 )
 from rcl_interfaces.srv import SetParameters
 import rclpy
+from rclpy.client import Client
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
@@ -26,6 +28,8 @@ from armsim_ros.nodes.conversions.time import duration_from_seconds
 
 #: How often a call is made that is not answered.
 TRIES = 3
+#: How often it is looked whether a service is there [s]; rclpy looks every quarter of a second.
+_LOOK = 0.02
 
 
 class ManagerClient:
@@ -56,7 +60,7 @@ class ManagerClient:
         :raises ControllerError: it does not appear in time.
         """
         client = self._node.create_client(ListControllers, f'{self.name}/list_controllers')
-        if not client.wait_for_service(timeout or None):
+        if not self._appears(client, timeout or math.inf):
             raise ControllerError(
                 f'no controller manager answers as {self.name} within {timeout:g} s; start the '
                 "simulation, or name the manager with '-c'"
@@ -116,6 +120,15 @@ class ManagerClient:
             reason = response.message or 'the manager refuses to switch'
             raise ControllerError(f'{names}: {reason}')
 
+    def _appears(self, client: Client[Any, Any], timeout: float) -> bool:
+        """Return whether a service is there within a time [s]."""
+        deadline = time.monotonic() + timeout
+        while not client.service_is_ready():
+            if time.monotonic() > deadline or not self._node.context.ok():
+                return False
+            time.sleep(_LOOK)
+        return True
+
     def _do(self, service: str, kind: type, name: str, done: str) -> None:
         if not self._call(service, kind, kind.Request(name=name)).ok:
             raise ControllerError(f"'{name}' could not be {done}; the manager's log tells why")
@@ -125,7 +138,7 @@ class ManagerClient:
         try:
             for _ in range(TRIES):
                 deadline = time.monotonic() + self._call_timeout
-                if not client.wait_for_service(self._call_timeout):
+                if not self._appears(client, self._call_timeout):
                     continue
                 future = client.call_async(request)
                 rclpy.spin_until_future_complete(

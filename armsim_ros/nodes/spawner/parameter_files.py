@@ -7,8 +7,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from armsim_ros.config.layout import ROS2_KEY
-from armsim_ros.config.yaml.node import YamlNode
+from armsim_ros.config.yaml.node import ROS2_KEY, YamlNode
 from armsim_ros.config.yaml.source import read_yaml_file
 from armsim_ros.errors import ConfigError, Problem
 

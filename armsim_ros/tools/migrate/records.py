@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from armsim_ros.config.draft import ConfigDraft
-from armsim_ros.config.layout import LayoutReader, ROS2_KEY
-from armsim_ros.config.yaml.node import YamlNode
+from armsim_ros.config.layout import LayoutReader
+from armsim_ros.config.yaml.node import ROS2_KEY, YamlNode
 from armsim_ros.config.yaml.source import read_yaml_file
 from armsim_ros.errors import Location
 from armsim_ros.tools.migrate.source_text import SourceText
