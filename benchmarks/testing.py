@@ -13,6 +13,7 @@ import json
 import subprocess
 import sys
 import time
+from typing import Any
 
 from armsim_ros.testing.domain import private_domain
 from benchmarks.options import Options
@@ -46,7 +47,8 @@ def _measured(mode: str, robot: str) -> dict[str, tuple[float, float]]:
 def in_process(robot: str) -> dict[str, tuple[float, float]]:
     """Return what was measured of arms in this process."""
     begin = _now()
-    from armsim_ros.testing.in_process import built_cell, InProcessArm
+    from armsim_ros.testing.built_cell import built_cell
+    from armsim_ros.testing.in_process import InProcessArm
 
     arm = InProcessArm(built_cell(robot, None, {}))
     first = _now()
@@ -66,15 +68,20 @@ def in_process(robot: str) -> dict[str, tuple[float, float]]:
 def over_dds(robot: str) -> dict[str, tuple[float, float]]:
     """Return what was measured of programs."""
     begin = _now()
-    from armsim_ros.testing.in_process import built_cell
-    from armsim_ros.testing.ros_arm import RosArm
     from armsim_ros.testing.shared_stack import SharedStack
 
-    settings = built_cell(robot, None, {}).settings
+    def settings() -> Any:
+        from armsim_ros.testing.built_cell import built_cell
+
+        return built_cell(robot, None, {}).settings
+
     with private_domain() as domain:
         shared, found = SharedStack(domain), {}
         for what in ('first arm up', 'arm of the next test'):
-            RosArm(shared.at_start(robot, [f'robot:={robot}'], settings.namespace), settings)
+            user = shared.at_start(robot, [f'robot:={robot}'], lambda: settings().namespace)
+            from armsim_ros.testing.ros_arm import RosArm
+
+            RosArm(user, settings())
             found[what] = _past(begin, _now())
             begin = _now()
         shared.close()

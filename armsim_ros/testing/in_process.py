@@ -17,7 +17,6 @@ from armsim_ros.control.gripper.base import GripperBase
 from armsim_ros.control.manager.controller_manager import Strictness
 from armsim_ros.errors import ControllerError
 from armsim_ros.model.cell import Cell
-from armsim_ros.model.cell_loading import load_cell
 from armsim_ros.model.world_objects import object_from_settings
 from armsim_ros.recording.flight_recorder import FlightRecorder
 from armsim_ros.sim.grippers.vacuum_control import VacuumControl
@@ -32,19 +31,9 @@ SUCTION, FINGERS_MOVE = 2.0, 1.0
 #: Events that a report can show.
 KEPT_EVENTS = 200
 
-_cells: dict[tuple[str, str | None, str], Cell] = {}
-
 
 class TimeLimitError(AssertionError):
     """A test took longer than its marker allows."""
-
-
-def built_cell(robot: str, world: str | None, overrides: Mapping[str, Any]) -> Cell:
-    """Return the checked files of a robot; each is read once a process."""
-    key = (robot, world, repr(sorted(overrides.items())))
-    if key not in _cells:
-        _cells[key] = load_cell(robot, world=world, overrides=overrides)
-    return _cells[key]
 
 
 class InProcessArm(Arm):

@@ -92,8 +92,19 @@ def running_robot(
     """
     with (
         private_domain() if domain is None else nullcontext(domain) as domain,
-        ClientNode(domain, 'user') as client,
         start_program('bringup', domain, *arguments) as program,
+        user_of(program, domain, namespace) as robot,
     ):
+        yield robot
+
+
+@contextmanager
+def user_of(program: Program, domain: int, namespace: str) -> Iterator[RobotUser]:
+    """
+    Wait until a bringup is ready, and be its user for the time of the context.
+
+    :param namespace: where the robot's controllers are.
+    """
+    with ClientNode(domain, 'user') as client:
         program.wait_for_line(re.escape(READY), 60.0)
         yield RobotUser(client, program, namespace)

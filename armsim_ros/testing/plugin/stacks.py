@@ -15,6 +15,7 @@ from armsim_ros.testing.domain import domain_range, private_domain
 from armsim_ros.testing.plugin.marker import ArmRequest, requested
 
 if TYPE_CHECKING:
+    from armsim_ros.config.robot_settings import RobotSettings
     from armsim_ros.testing.arm import Arm
     from armsim_ros.testing.client_node import ClientNode
     from armsim_ros.testing.robot_user import RobotUser
@@ -24,7 +25,8 @@ if TYPE_CHECKING:
 @contextmanager
 def arm_in_process(wanted: ArmRequest) -> Iterator[Arm]:
     """Give an arm that the test steps, built from files that are read once a process."""
-    from armsim_ros.testing.in_process import built_cell, InProcessArm
+    from armsim_ros.testing.built_cell import built_cell
+    from armsim_ros.testing.in_process import InProcessArm
 
     overrides = dict(wanted.overrides)
     if wanted.faults:
@@ -37,15 +39,13 @@ def arm_in_process(wanted: ArmRequest) -> Iterator[Arm]:
 @contextmanager
 def arm_of_stack(request: pytest.FixtureRequest, wanted: ArmRequest) -> Iterator[Arm]:
     """Give an arm of programs that the tests of a module share, as it is after their start."""
-    from armsim_ros.testing.in_process import built_cell
-    from armsim_ros.testing.ros_arm import RosArm
-
-    settings = built_cell(wanted.robot, wanted.world, wanted.overrides).settings
     shared: SharedStack = request.getfixturevalue('armsim_shared_stack')
     key = (wanted.build_key, bool(wanted.faults))
-    robot = shared.at_start(key, _arguments(wanted), settings.namespace)
+    robot = shared.at_start(key, _arguments(wanted), lambda: _settings(wanted).namespace)
+    from armsim_ros.testing.ros_arm import RosArm
+
     with _faulty(robot, wanted):
-        yield RosArm(robot, settings, faults=bool(wanted.faults))
+        yield RosArm(robot, _settings(wanted), faults=bool(wanted.faults))
 
 
 @pytest.fixture(scope='module')
@@ -83,16 +83,22 @@ def armsim_node(ros_domain: int) -> Iterator[ClientNode]:
 
 @contextmanager
 def _running(request: pytest.FixtureRequest, wanted: ArmRequest) -> Iterator[RobotUser]:
-    from armsim_ros.testing.in_process import built_cell
     from armsim_ros.testing.robot_user import running_robot
 
-    namespace = built_cell(wanted.robot, wanted.world, wanted.overrides).settings.namespace
+    namespace = _settings(wanted).namespace
     domain = request.getfixturevalue('ros_domain')
     with (
         running_robot(*_arguments(wanted), domain=domain, namespace=namespace) as robot,
         _faulty(robot, wanted),
     ):
         yield robot
+
+
+def _settings(wanted: ArmRequest) -> RobotSettings:
+    """Return the checked files of the robot."""
+    from armsim_ros.testing.built_cell import built_cell
+
+    return built_cell(wanted.robot, wanted.world, wanted.overrides).settings
 
 
 def _arguments(wanted: ArmRequest) -> list[str]:

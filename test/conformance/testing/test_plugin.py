@@ -340,7 +340,13 @@ def test_the_same_test_runs_on_the_real_programs(run_tests, pytester):
                 arm.entity('crate')
 
         @pytest.mark.armsim(mode='process')
-        def test_of_another_build(arm):
+        def test_of_another_build(arm, request):
+            assert max(map(abs, arm.positions.values())) < 0.001
+            program = arm.robot.program
+            request.addfinalizer(lambda: (program.process.kill(), program.wait(30.0)))
+
+        @pytest.mark.armsim(mode='process')
+        def test_after_programs_that_died(arm):
             assert max(map(abs, arm.positions.values())) < 0.001
 
         @pytest.fixture(autouse=True)
@@ -348,11 +354,12 @@ def test_the_same_test_runs_on_the_real_programs(run_tests, pytester):
             with capsys.disabled():
                 print('PROGRAM', arm.robot.program.process.pid)
     """, '--armsim-keep')
-    result.assert_outcomes(passed=3)
-    first, second, third = re.findall(r'PROGRAM (\d+)', result.stdout.str())
-    assert first == second != third
+    result.assert_outcomes(passed=4)
+    first, second, third, fourth = re.findall(r'PROGRAM (\d+)', result.stdout.str())
+    assert first == second
+    assert len({second, third, fourth}) == 3
     recordings = list(pytester.path.glob('armsim-artifacts/*.mcap'))
-    assert len(recordings) == 3
+    assert len(recordings) == 4
 
 
 @statement('G5')
