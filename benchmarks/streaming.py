@@ -30,10 +30,7 @@ from armsim_ros.model.loading import load_robot_model
 from armsim_ros.resources import share_folder
 from benchmarks.options import Options
 from benchmarks.stack import processor_seconds, running_stack
-from benchmarks.streaming_jogs import jogs_table
-from benchmarks.streaming_switches import switches_table
-from benchmarks.streaming_two_arms import pairs_table
-from benchmarks.tables import machine_load, replace_section, Table
+from benchmarks.tables import machine_load, publish, Table
 
 JOINTS = tuple(f'joint_{number}' for number in range(1, 7))
 PLACE = (0.0, 0.0, 1.7, 0.7, 1.0, 0.0)
@@ -122,7 +119,7 @@ class User:
 
 
 def main(options: Options) -> None:
-    """Print the tables, and put them into a page where one is named."""
+    """Print the table, and put it into a page where one is named."""
     with tempfile.TemporaryDirectory() as folder:
         robot = Path(folder) / 'sunday'
         shutil.copytree(share_folder('armsim_ros') / 'config/sunday', robot)
@@ -131,22 +128,8 @@ def main(options: Options) -> None:
             pid = stack.processes()['servo_node']
             time.sleep(3.0)
             idle = _load(pid, lambda: time.sleep(8.0))
-            tables = [_measured(User(stack.client), pid, idle)]
-    load = machine_load()
-    tables[0].print()
-    print(load)
-    lines = [load, '', *tables[0].markdown()]
-    for made in (
-        lambda: jogs_table(options.jogs, options.seed),
-        lambda: switches_table(options.switches, options.seed),
-        lambda: pairs_table(options.pairs, options.seed),
-    ):
-        if options.report:
-            table = made()
-            table.print()
-            lines += table.markdown()
-    if options.report:
-        replace_section(Path(options.report), 'streaming', lines)
+            table = _measured(User(stack.client), pid, idle)
+    publish(options.report, 'streaming', table, machine_load())
 
 
 def _measured(user: User, pid: int, idle: float) -> Table:

@@ -22,7 +22,7 @@ from armsim_ros.planning.servo.status import ServoStatus
 from armsim_ros.stack import ArmSim
 from benchmarks.options import Options
 from benchmarks.servoed_arm import moving_links, ServoedArm, touched
-from benchmarks.tables import Table
+from benchmarks.tables import publish, Table
 
 #: Time of a jog [s], and jogs before the arm goes somewhere else.
 JOG, PLACES = 0.6, 20
@@ -37,8 +37,8 @@ objects:
 
 
 def main(options: Options) -> None:
-    """Print the table."""
-    jogs_table(options.jogs, options.seed).print()
+    """Print the table, and put it into a page where one is named."""
+    publish(options.report, 'streaming_jogs', jogs_table(options.jogs, options.seed))
 
 
 def jogs_table(count: int, seed: int) -> Table:

@@ -29,7 +29,7 @@ from armsim_ros.stack import ArmSim
 from armsim_ros.trajectory import JointTrajectory, TrajectoryPoint
 from benchmarks.options import Options
 from benchmarks.servoed_arm import ServoedArm
-from benchmarks.tables import Table
+from benchmarks.tables import publish, Table
 
 #: Longest time in one mode [s]; how far commands reach [rad]; how fast [rad/s].
 LONGEST, FAR, FAST = 0.2, 0.3, 1.5
@@ -38,8 +38,8 @@ MODES = ('trajectory', *FORWARD, 'servo')
 
 
 def main(options: Options) -> None:
-    """Print the table."""
-    switches_table(options.switches, options.seed).print()
+    """Print the table, and put it into a page where one is named."""
+    publish(options.report, 'streaming_switches', switches_table(options.switches, options.seed))
 
 
 @contextmanager

@@ -20,7 +20,7 @@ from armsim_ros.planning.collision.motion_proof import meeting
 from armsim_ros.stack import ArmSim
 from armsim_ros.trajectory import JointTrajectory
 from benchmarks.options import Options
-from benchmarks.tables import Table
+from benchmarks.tables import publish, Table
 
 ROBOT, SIDES = 'two_bots', ('left', 'right')
 #: Between two looks at what touches [physics steps].
@@ -37,8 +37,8 @@ class _Outcome:
 
 
 def main(options: Options) -> None:
-    """Print the table."""
-    pairs_table(options.pairs, options.seed).print()
+    """Print the table, and put it into a page where one is named."""
+    publish(options.report, 'streaming_two_arms', pairs_table(options.pairs, options.seed))
 
 
 def pairs_table(count: int, seed: int) -> Table:

@@ -47,6 +47,20 @@ def machine_load() -> str:
     return f'Load of the machine at the end (1, 5, 15 min): {averages}.'
 
 
+def publish(page: str, name: str, table: Table, *remarks: str) -> None:
+    """
+    Print a table and remarks on it, and put them into a page where one is named.
+
+    :param page: '' for none.
+    :param name: of the page's section.
+    """
+    table.print()
+    print(*remarks, sep='\n')
+    if page:
+        before = [line for remark in remarks for line in (remark, '')]
+        replace_section(Path(page), name, [*before, *table.markdown()])
+
+
 def replace_section(page: Path, name: str, lines: Sequence[str]) -> None:
     """Put lines between the marks ``name: begin`` and ``name: end`` of a page."""
     begin, end = f'<!-- {name}: begin -->', f'<!-- {name}: end -->'
