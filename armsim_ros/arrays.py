@@ -1,8 +1,11 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Names of array types; what shape an array has is said where it is used."""
+"""Names of array types, and places in arrays; what shape one has is said where it is used."""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,3 +18,10 @@ Matrix = NDArray[np.float64]
 
 Mask = NDArray[np.bool_]
 """Which of several are meant."""
+
+
+def selector(places: Sequence[int]) -> Any:
+    """Return a slice where the places follow each other, else an index array."""
+    if places and list(places) == list(range(places[0], places[0] + len(places))):
+        return slice(places[0], places[0] + len(places))
+    return np.array(places, dtype=np.intp)

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from armsim_ros.arrays import Matrix, Vector
+from armsim_ros.arrays import Matrix, selector, Vector
 from armsim_ros.config.controllers.pid_gains import PidGains
 from armsim_ros.config.simulation import SimulationSettings
 from armsim_ros.config.world import WorldSettings
@@ -36,7 +36,7 @@ from armsim_ros.sim.interfaces import offered_commands, offered_states
 from armsim_ros.sim.links import SimulatedLinks
 from armsim_ros.sim.physics.contacts import BodyContact, contacts
 from armsim_ros.sim.physics.mujoco_model import build_plant, Ground
-from armsim_ros.sim.physics.plant import Plant, selector
+from armsim_ros.sim.physics.plant import Plant
 from armsim_ros.sim.physics.saved_state import SavableSimulation
 from armsim_ros.sim.sensors import Sensors, sensors_of
 from armsim_ros.sim.world.start_overlaps import resolve_overlaps

@@ -7,12 +7,11 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
-from armsim_ros.arrays import Vector
+from armsim_ros.arrays import selector, Vector
 from armsim_ros.config.base import Settings
 from armsim_ros.config.controllers.joint_state_broadcaster import JointStateBroadcasterParameters
 from armsim_ros.control.broadcasters.broadcaster import Broadcaster
@@ -75,7 +74,7 @@ class JointStateBroadcaster(Broadcaster[JointStateBroadcasterParameters, JointSt
         self._hardware_joints = self._published()
         extra = tuple(joint.name for joint in parameters.extra_joints)
         self.joint_names = self._hardware_joints + extra
-        self._gather: list[tuple[int, Vector, NDArray[np.intp], NDArray[np.intp]]] = []
+        self._gather: list[tuple[int, Vector, Any, Any]] = []
         self._template = np.empty((3, 0))
         self._measured: tuple[tuple[str, tuple[str, ...], int], ...] = ()
         self._extra: tuple[InterfaceValues, ...] = ()
@@ -125,8 +124,8 @@ class JointStateBroadcaster(Broadcaster[JointStateBroadcasterParameters, JointSt
                 j for j in self._hardware_joints if j in hardware.index and kind in self._kinds(j)
             ]
             if having and kind in COMMAND_INTERFACES:
-                columns = np.array([names.index(j) for j in having], dtype=np.intp)
-                source = np.array([hardware.index[j] for j in having], dtype=np.intp)
+                columns = selector([names.index(j) for j in having])
+                source = selector([hardware.index[j] for j in having])
                 self._gather.append((row, hardware.state.of(kind), source, columns))
 
     def read(self, time_ns: int) -> JointStateSnapshot:

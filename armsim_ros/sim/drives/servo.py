@@ -326,9 +326,10 @@ class Servo(Restorable):
         self._counts, tuned = count_moving(velocities[1:], count, steps)
         self._tunings = {row: self._damping_at(row) for row in tuned}
         damping = self._damping
+        if self._tunings:
+            damping = np.full(before.shape, damping)
         for row, later in self._tunings.items():
-            damping = np.vstack((np.broadcast_to(damping, before.shape)[:row],
-                                 np.broadcast_to(later, before[row:].shape)))
+            damping[row:] = later
         if not self._feedforward:
             inputs = np.zeros_like(before)
         inputs += self._stiffness * before

@@ -12,7 +12,7 @@ import mujoco
 import numpy as np
 from numpy.typing import ArrayLike
 
-from armsim_ros.arrays import Matrix, Vector
+from armsim_ros.arrays import Matrix, selector, Vector
 from armsim_ros.control.hardware_interface import JointArrays
 from armsim_ros.errors import SimulationError
 from armsim_ros.sim.physics.compiler import compile_model
@@ -23,13 +23,6 @@ from armsim_ros.sim.physics.state_transfer import StateTransfer
 
 #: All that the future of the physics depends on, but for what is asleep.
 _WHOLE = int(mujoco.mjtState.mjSTATE_INTEGRATION)
-
-
-def selector(places: Sequence[int]) -> Any:
-    """Return a slice where the places follow each other, else an index array."""
-    if places and list(places) == list(range(places[0], places[0] + len(places))):
-        return slice(places[0], places[0] + len(places))
-    return np.array(places, dtype=np.intp)
 
 
 class StagedPlant(NamedTuple):
