@@ -10,12 +10,14 @@ the figures are those of the server. Where there is a Chromium it says how long 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 import re
 import time
 
 from armsim_ros.testing.browser import chromium_path, launch_chromium
 from armsim_ros.testing.page_user import PageUser, printed_address, robot_is_seen
+from armsim_ros.testing.program import Program
 from benchmarks import page_visitor
 from benchmarks.control_thread import goals_without_pause
 from benchmarks.options import Options
@@ -25,6 +27,8 @@ from benchmarks.tables import machine_load, replace_section, Table
 
 #: Until a page has nothing more to do for a robot that has come [s].
 SETTLE = 5.0
+#: How often the control tick is watched without and with a visitor.
+TURNS = 3
 
 
 def main(options: Options) -> None:
@@ -48,17 +52,14 @@ def _tables(options: Options) -> Iterator[Table]:
         time.sleep(SETTLE)
         phases += _rest_and_motion(stack, options, 'page, no visitor')
         for name, work in (('at rest', None), ('moving', goals_without_pause)):
-            with peer('page_visitor', address, domain=stack.domain,
-                      settled=page_visitor.SETTLED) as visitor:
-                if work is None:
+            with _visitor(stack, address) as visitor:
+                with work(stack, options.robot) if work else nullcontext():
                     phases.append(watched(f'one visitor, {name}', [stack], options))
-                else:
-                    with work(stack, options.robot):
-                        phases.append(watched(f'one visitor, {name}', [stack], options))
                 visitor.stop()
             found = dict(re.findall(r'(\S+)=([\d.]+)', visitor.output[-1]))
             traffic.append((name, found['kB/s'], found['messages/s']))
         yield from phase_tables(phases, 'The page')
+        yield _lateness_table(stack, address, options)
         yield Table('The page: what one visitor is sent',
                     ('robot', 'kB/s', 'messages a second'), traffic)
         if chromium_path() is not None:
@@ -69,6 +70,27 @@ def _rest_and_motion(stack: Stack, options: Options, name: str) -> Iterator[Phas
     yield watched(f'{name}, at rest', [stack], options)
     with goals_without_pause(stack, options.robot):
         yield watched(f'{name}, moving', [stack], options)
+
+
+def _visitor(stack: Stack, address: str) -> AbstractContextManager[Program]:
+    return peer('page_visitor', address, domain=stack.domain, settled=page_visitor.SETTLED)
+
+
+def _lateness_table(stack: Stack, address: str, options: Options) -> Table:
+    """Watch the moving robot by turns without and with a visitor: other load meets both."""
+    rows: list[list[float]] = []
+    with goals_without_pause(stack, options.robot):
+        for _ in range(TURNS):
+            alone = watched('without a visitor', [stack], options).kept
+            with _visitor(stack, address):
+                seen = watched('with a visitor', [stack], options).kept
+            rows.append([float(text) for text in (*alone[:2], *seen[:2])])
+    medians = [median(list(column)) for column in zip(*rows, strict=True)]
+    return Table(
+        'The page: how late the control tick is while the robot moves, by turns',
+        ('turn', 'without a visitor p50 us', 'p99 us', 'with one p50 us', 'p99 us'),
+        [(name, *(f'{value:.0f}' for value in row)) for name, row in (
+            *((str(number), row) for number, row in enumerate(rows, 1)), ('median', medians))])
 
 
 def _load_table(address: str, runs: int) -> Table:

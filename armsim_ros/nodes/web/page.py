@@ -121,8 +121,18 @@ class Page:
                 if visitor.scene is client:
                     visitor.scene = None
 
+    def halt(self) -> None:
+        """End all that goes on; the link may be closed then."""
+        async def cancel() -> None:
+            for task in self._tasks:
+                task.cancel()
+
+        assert self._loop is not None
+        asyncio.run_coroutine_threadsafe(cancel(), self._loop).result(PATIENCE)
+
     def close(self) -> None:
         """Let nobody in any more."""
+        self.halt()
         self.door.close()
 
     @property

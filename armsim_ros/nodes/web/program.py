@@ -54,6 +54,7 @@ class WebProgram:
                       lambda page: page_parts(page, arguments))
             print(f'page: {page.door.address}', flush=True)
             ended.wait()
+            page.halt()
         sys.stdout.flush()
         # viser's threads would be waited for; nothing of them has to be kept.
         os._exit(0)

@@ -146,13 +146,17 @@ class GoalPart(Part):
 
     async def ghost(self, visitor: Visitor) -> RobotDrawing | None:
         """Return a visitor's ghost, drawn where it was not yet; None without a scene."""
-        goal, robot = self.goal(visitor), self.page.robot
+        goal = self.goal(visitor)
         async with goal.drawing:
-            if goal.ghost is None and visitor.scene is not None and robot is not None:
-                goal.ghost = await asyncio.to_thread(
-                    RobotDrawing, visitor.scene.scene, '/ghost', robot,
-                    self._robot_part.reader, _GREEN, _OPACITY)
-                self._place_roots(goal, robot)
+            while goal.ghost is None and visitor.scene is not None and self.page.robot is not None:
+                client, robot = visitor.scene, self.page.robot
+                drawn = await asyncio.to_thread(
+                    RobotDrawing, client.scene, '/ghost', robot, self._robot_part.reader,
+                    _GREEN, _OPACITY)
+                # Either may have been replaced while it was drawn.
+                if visitor.scene is client and self.page.robot.urdf == robot.urdf:
+                    goal.ghost = drawn
+                    self._place_roots(goal, robot)
         return goal.ghost
 
     def restore(self, visitor: Visitor) -> None:

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Iterable
+from contextlib import suppress
 import math
 from typing import Any
 from weakref import WeakKeyDictionary
@@ -77,7 +78,7 @@ class RobotPart(Part):
         """When a link was last seen to move, in the event loop's time [s]."""
         self._dark: WeakKeyDictionary[Visitor, bool] = WeakKeyDictionary()
         self._texts = {'urdf': '', 'srdf': ''}
-        self._described: asyncio.Task[Any] | None = None
+        self._news, self._semantic_came = asyncio.Event(), asyncio.Event()
         page.scene.configure_default_lights(cast_shadow=False)
         # Light out of a photograph costs a machine without a graphics card half a minute.
         page.scene.configure_environment_map(hdri=None)
@@ -105,11 +106,12 @@ class RobotPart(Part):
 
     def on_program(self, name: str, there: bool) -> None:
         """Ask a move_group that has come for the limits that it plans with."""
-        if name == 'move_group' and there and self._texts['urdf']:
-            self._described = self.page.start(self._describe(0.0))
+        if name == 'move_group' and there:
+            self._news.set()
 
     async def run(self) -> None:
         """Move the robot as tf says while somebody looks."""
+        self.page.start(self._keep_described())
         while True:
             if not self.page.watched:
                 self.page.arrival.clear()
@@ -206,15 +208,23 @@ class RobotPart(Part):
         if text == self._texts[kind]:
             return
         self._texts[kind] = text
-        if self._described is not None:
-            self._described.cancel()
-        patience = 0.0 if self._texts['srdf'] else _SRDF_PATIENCE
-        if self._texts['urdf']:
-            self._described = self.page.start(self._describe(patience))
+        if kind == 'srdf':
+            self._semantic_came.set()
+        self._news.set()
 
-    async def _describe(self, patience: float) -> None:
-        """Read both texts once they are there, ask for limits, draw."""
-        await asyncio.sleep(patience)
+    async def _keep_described(self) -> None:
+        """Describe the robot anew where something new is known; two at once would mix."""
+        while True:
+            await self._news.wait()
+            if self._texts['urdf']:
+                with suppress(asyncio.TimeoutError, TimeoutError):
+                    await asyncio.wait_for(self._semantic_came.wait(), _SRDF_PATIENCE)
+            self._news.clear()
+            if self._texts['urdf']:
+                await asyncio.wait([self.page.start(self._describe())])
+
+    async def _describe(self) -> None:
+        """Read both texts, ask for limits, draw."""
         try:
             robot = describe(self._texts['urdf'], self._texts['srdf'])
         except ArmsimError as error:

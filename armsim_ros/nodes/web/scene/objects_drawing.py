@@ -17,12 +17,18 @@ from armsim_ros.model.transforms import (
     pose_from_quat_xyzw,
     quat_wxyz_from_matrix,
 )
-from armsim_ros.nodes.web.view.shapes import Color, rgb, ShapeReader, Surface
+from armsim_ros.nodes.web.view.shapes import (
+    Color,
+    PLANE_SIZE,
+    rgb,
+    ShapeReader,
+    Surface,
+)
 
 #: What has no colour of its own: world objects, and attached ones.
 WORLD_COLOR, ATTACHED_COLOR = (102, 178, 118), (176, 122, 214)
-#: A plane has no end: the floor, and what is beyond, is seen through what is drawn of it.
-_PLANE_OPACITY = 0.2
+#: The page's own floor, and what is beyond, is seen through floors and walls.
+_WALL_OPACITY = 0.2
 _TOUCHED: Color = (214, 34, 34)
 #: How much larger the red skin of a touched object is than the object.
 _SKIN = 1.01
@@ -46,8 +52,8 @@ class DrawnObject:
         own = rgb((rgba.r, rgba.g, rgba.b)) if rgba is not None and rgba.a > 0.0 else None
         self.color: Color = own or (ATTACHED_COLOR if link else WORLD_COLOR)
         self.opacity = float(rgba.a) if rgba is not None and 0.0 < rgba.a < 1.0 else None
-        if message.planes:
-            self.opacity = _PLANE_OPACITY
+        if _is_wall(message):
+            self.opacity = _WALL_OPACITY
         self.path = ''
         self.node: Any = None
         self.shapes: list[tuple[Surface, Matrix]] = []
@@ -134,6 +140,13 @@ class ObjectsDrawing:
                     color=item.color, opacity=item.opacity, flat_shading=not part.smooth,
                     side='double', position=pose[:3, 3], wxyz=quat_wxyz_from_matrix(pose))
                 handle.on_click(lambda event: self._on_click(name, event.client))
+
+
+def _is_wall(message: Any) -> bool:
+    """Return whether an object is a plane, or a box that is as wide as what is drawn of one."""
+    return bool(message.planes) or any(
+        shape.type == 1 and sorted((0.0, 0.0, *shape.dimensions))[-2] >= PLANE_SIZE
+        for shape in message.primitives)
 
 
 def geometries(message: Any) -> list[tuple[Geometry, Matrix]]:

@@ -1,0 +1,33 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""How objects of a planning scene are to be drawn."""
+
+from moveit_msgs.msg import CollisionObject
+import pytest
+from shape_msgs.msg import Plane, SolidPrimitive
+from std_msgs.msg import ColorRGBA
+
+pytest.importorskip('viser')
+
+from armsim_ros.nodes.web.scene.objects_drawing import DrawnObject
+
+GREY = ColorRGBA(r=0.5, g=0.5, b=0.5, a=1.0)
+
+
+def box(*sides):
+    """Return an object that is a box."""
+    return CollisionObject(primitives=[SolidPrimitive(type=SolidPrimitive.BOX, dimensions=sides)])
+
+
+@pytest.mark.parametrize('item', [
+    CollisionObject(planes=[Plane(coef=[0.0, 0.0, 1.0, 0.0])]), box(10.0, 10.0, 0.1),
+    box(0.2, 8.0, 4.0)], ids=['plane', 'floor', 'wall'])
+def test_floors_and_walls_hide_nothing(item):
+    """The page's own floor is seen through them, whatever their colour."""
+    assert DrawnObject(item, '', GREY).opacity < 0.5
+
+
+def test_a_table_is_solid():
+    """It has the opacity of its colour."""
+    assert DrawnObject(box(3.0, 1.0, 0.05), '', GREY).opacity is None
+    assert DrawnObject(box(3.0, 1.0, 0.05), '', ColorRGBA(a=0.5)).opacity == 0.5
