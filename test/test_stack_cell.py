@@ -7,10 +7,12 @@ import shutil
 import numpy as np
 import pytest
 
+from armsim_ros import Box, pose_matrix, WorldObject
 from armsim_ros.errors import ConfigError, ControllerError, PlanningError
 from armsim_ros.model.cell_loading import load_cell
 from armsim_ros.resources import find_robot, PACKAGE, share_folder
 from armsim_ros.sim.assembly import build_managers, build_simulation
+from armsim_ros.sim.grippers.vacuum_control import VacuumControl
 from armsim_ros.stack import ArmSim
 from armsim_ros.trajectory import JointTrajectory, TrajectoryPoint
 
@@ -46,6 +48,21 @@ def test_each_manager_knows_its_own_joints(both):
         assert {one.name.partition('_')[0] for one in (*command, *state)} == {side}
         assert {one.name for one in command if one.is_claimed} == {
             f'{side}_joint{number}/position' for number in range(1, 6)}
+
+
+def test_each_robot_has_its_own_suction_cup(tmp_path):
+    """Each holds what is before it, and goes with its own link."""
+    (tmp_path / 'robots.yaml').write_text(
+        'robots:\n  left: {robot: sunday}\n  right: {robot: sunday, xyz: [0, -1, 0]}\n')
+    pair = ArmSim(load_cell(str(tmp_path)))
+    cups = pair.simulation.vacuum_grippers
+    for side in SIDES:
+        pose = pair.simulation.link_pose(f'{side}_link_6') @ pose_matrix((0.03, 0.0, 0.0))
+        pair.add_object(WorldObject.of_shape(f'{side}_box', Box((0.04,) * 3), pose, mass=0.1))
+        cup = VacuumControl(pair.loop, cups[f'{side}/vacuum_gripper'], lambda: None)
+        cup.on()
+        pair.run_until(lambda side=side: f'{side}_box' in pair.held)
+    assert pair.held == {f'{side}_box': f'{side}_link_6' for side in SIDES}
 
 
 def test_each_robot_shows_its_own_sensors(tmp_path):
