@@ -10,12 +10,6 @@ import time
 from types import TracebackType
 from typing import Any, ClassVar
 
-from rcl_interfaces.srv import (
-    DescribeParameters,
-    GetParameters,
-    GetParameterTypes,
-    ListParameters,
-)
 import rclpy
 from rclpy.context import Context
 from rclpy.exceptions import InvalidHandle
@@ -44,8 +38,8 @@ happens where the server does not get to run; nobody can see from the client's s
 """
 
 
-#: Services that are called again without harm, and after which time [s].
-ASKING = (DescribeParameters, GetParameters, GetParameterTypes, ListParameters)
+#: How services are named that only ask, which does no harm to do again, and after which time [s].
+ASKING = ('check_', 'compute_', 'describe_', 'get_', 'list_', 'query_')
 ASK_AGAIN = 5.0
 
 
@@ -84,7 +78,7 @@ class ClientNode:
         """
         Call a service and return the response.
 
-        Parameters are asked for again where no answer comes, see :data:`FIND_BACK`.
+        What only asks is called again where no answer comes, see :data:`FIND_BACK`.
 
         :param kind: the service type.
         :param request: the request; None sends an empty one.
@@ -97,7 +91,8 @@ class ClientNode:
         assert client.wait_for_service(timeout), f'no service {service} within {timeout} s'
         request = kind.Request() if request is None else request
         future = client.call_async(request)
-        while kind in ASKING and time.monotonic() < deadline - ASK_AGAIN:
+        asks = service.rpartition('/')[-1].startswith(ASKING)
+        while asks and time.monotonic() < deadline - ASK_AGAIN:
             if self._is_done(future, ASK_AGAIN):
                 break
             future = client.call_async(request)

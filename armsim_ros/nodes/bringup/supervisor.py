@@ -144,6 +144,9 @@ class Supervisor:
             return
         if child.status == USAGE_STATUS:
             self._status = USAGE_STATUS
+            for other in self._children:
+                if not other.last_lines:
+                    other.send(signal.SIGKILL)  # still at its imports: nothing is there to end
         else:
             self._status = 1
             others = [other.name for other in self._children if other is not child]

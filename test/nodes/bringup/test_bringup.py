@@ -73,6 +73,13 @@ def test_the_loss_of_a_program_is_named_and_ends_the_stack(victim, other, domain
         assert not any(runs(pid) for pid in children.values())
 
 
+def assert_nobody_else_spoke(program):
+    """Fail where a child printed a line, other than that this machine is slow."""
+    others = [line for line in program.output
+              if not line.startswith('[bringup] ') and 'this machine is overloaded' not in line]
+    assert not others, program.text
+
+
 def test_an_interrupt_while_everything_is_being_imported_shows_no_traceback(domain):
     """Ctrl-C right after the start is a good end too."""
     with start_program('bringup', domain) as program:
@@ -80,7 +87,7 @@ def test_an_interrupt_while_everything_is_being_imported_shows_no_traceback(doma
             assert program.process.poll() is None, program.text
         program.signal(signal.SIGINT)
         assert program.wait(10) == 0
-        assert all(line.startswith('[bringup] ') for line in program.output), program.text
+        assert_nobody_else_spoke(program)
 
 
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
@@ -99,7 +106,7 @@ def test_a_signal_while_the_files_are_read_ends_at_once(number, domain, tmp_path
         # A signal just before the read begins does not end it; the end of the file does.
         os.close(writer)
         assert program.wait(10) == 0
-        assert all(line.startswith('[bringup] ') for line in program.output), program.text
+        assert_nobody_else_spoke(program)
 
 
 def told(program):

@@ -15,11 +15,12 @@ from rclpy.task import Future
 
 from armsim_ros.control.action_goal import GoalStatus
 from armsim_ros.nodes import qos
+from armsim_ros.nodes.kept_results import KeptResults, RESULT_TIMEOUT
 from armsim_ros.nodes.simulation.client_discovery import ClientDiscovery
 from armsim_ros.nodes.simulation.dispatcher import Dispatcher
 
-#: How long a result waits for a client that asks late [s].
-RESULT_TIMEOUT = 120
+#: How many results wait for clients that ask late; a burst of goals ends all but one of them.
+MOST_RESULTS = 1000
 
 
 @dataclass(eq=False)
@@ -68,6 +69,7 @@ class GoalServer(ABC):
             **qos.ACTION_SERVICES,
             result_timeout=RESULT_TIMEOUT,
         )
+        self._results = KeptResults(self._server, MOST_RESULTS)
 
     @property
     def running(self) -> tuple[RunningGoal, ...]:
@@ -141,6 +143,7 @@ class GoalServer(ABC):
         running = self._running[key]
         await running.done
         del self._running[key]
+        self._results.add(handle)
         status = running.goal.status
         if self._ending and not running.goal.done:
             handle.abort()

@@ -1,0 +1,59 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Results of action goals that have ended, kept for clients that ask late."""
+
+from __future__ import annotations
+
+from collections import deque
+
+from action_msgs.msg import GoalStatus
+from rclpy.action import ActionServer
+from rclpy.action.server import ServerGoalHandle
+from rclpy.task import Future
+
+RESULT_TIMEOUT = 600
+"""
+How long a result waits for a client that asks late [s].
+
+It is the node's time, which may run a hundred times faster than the client's.
+"""
+
+MOST_RESULTS = 50
+"""How many of an action's results wait at most, where they are large."""
+
+
+class KeptResults:
+    """
+    The results of an action server: of the goals that ended last, and of no others.
+
+    Whoever asks for a result that is kept no more is told that the goal is not known.
+
+    :param server: made with :data:`RESULT_TIMEOUT`.
+    :param most: how many are kept.
+    """
+
+    def __init__(self, server: ActionServer, most: int = MOST_RESULTS) -> None:
+        self._server = server
+        self._most = most
+        self._ended: deque[ServerGoalHandle] = deque()
+
+    def add(self, goal: ServerGoalHandle) -> None:
+        """Keep the result of a goal that ends now; of those before, the requests no longer."""
+        if self._ended:
+            self._ended[-1]._goal_request = None
+        self._ended.append(goal)
+        while len(self._ended) > self._most:
+            self._forget(self._ended.popleft())
+
+    def _forget(self, goal: ServerGoalHandle) -> None:
+        """Let go of the messages of a goal whose result was sent long ago; rclpy never does."""
+        server, key = self._server, bytes(goal.goal_id.uuid)
+        if key not in server._result_futures:
+            return  # its time was up
+        unknown = server._action_type.Impl.GetResultService.Response()
+        unknown.status = GoalStatus.STATUS_UNKNOWN
+        forgotten = Future()
+        forgotten.set_result(unknown)
+        server.remove_future(server._result_futures[key])
+        server._result_futures[key] = forgotten
+        server.add_future(forgotten)
