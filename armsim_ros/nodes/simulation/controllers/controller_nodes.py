@@ -33,6 +33,7 @@ from armsim_ros.nodes.simulation.controllers.dynamic_joint_states import Dynamic
 from armsim_ros.nodes.simulation.controllers.follow_joint_trajectory import (
     FollowJointTrajectoryServer,
 )
+from armsim_ros.nodes.simulation.controllers.goal_server import GoalServer
 from armsim_ros.nodes.simulation.controllers.gpio_topics import GpioTopics
 from armsim_ros.nodes.simulation.controllers.gripper_cmd import (
     GripperCommandServer,
@@ -126,29 +127,14 @@ class BroadcasterNode(ControllerNode):
                 self._dynamic.publish(sample)
 
 
-class TrajectoryControllerNode(ControllerNode):
-    """The joint trajectory controller: action, topics, query."""
+class ActionControllerNode(ControllerNode):
+    """A controller with an action, and a topic that tells why goals are refused."""
 
-    controller: JointTrajectoryController
+    _action: GoalServer
 
-    def __init__(
-        self, controller: JointTrajectoryController, node: Node, dispatcher: Dispatcher
-    ) -> None:
+    def __init__(self, controller: Controller, node: Node, dispatcher: Dispatcher) -> None:
         super().__init__(controller, node, dispatcher)
-        self._action = FollowJointTrajectoryServer(node, controller, dispatcher)
-        self._state = ControllerStatePublisher(node, controller)
         self._rejected = RejectedGoals(node)
-        self._inputs: list[Any] = [
-            JointTrajectorySubscription(node, controller),
-            QueryStateService(node, controller),
-        ]
-        if controller.subscribes_speed_scaling:
-            self._inputs.append(SpeedScalingInput(node, controller))
-
-    def publish(self, time_ns: int) -> None:
-        """Publish state and feedback."""
-        self._state.publish_if_due(time_ns)
-        self._action.publish_feedback(time_ns)
 
     def refused(self, reason: str) -> None:
         """Publish why a goal or trajectory was refused."""
@@ -169,7 +155,31 @@ class TrajectoryControllerNode(ControllerNode):
         super().destroy()
 
 
-class GripperNode(ControllerNode):
+class TrajectoryControllerNode(ActionControllerNode):
+    """The joint trajectory controller: action, topics, query."""
+
+    controller: JointTrajectoryController
+
+    def __init__(
+        self, controller: JointTrajectoryController, node: Node, dispatcher: Dispatcher
+    ) -> None:
+        super().__init__(controller, node, dispatcher)
+        self._action = FollowJointTrajectoryServer(node, controller, dispatcher)
+        self._state = ControllerStatePublisher(node, controller)
+        self._inputs: list[Any] = [
+            JointTrajectorySubscription(node, controller),
+            QueryStateService(node, controller),
+        ]
+        if controller.subscribes_speed_scaling:
+            self._inputs.append(SpeedScalingInput(node, controller))
+
+    def publish(self, time_ns: int) -> None:
+        """Publish state and feedback."""
+        self._state.publish_if_due(time_ns)
+        self._action.publish_feedback(time_ns)
+
+
+class GripperNode(ActionControllerNode):
     """A gripper controller of either kind: its action."""
 
     def __init__(
@@ -179,30 +189,10 @@ class GripperNode(ControllerNode):
         dispatcher: Dispatcher,
     ) -> None:
         super().__init__(controller, node, dispatcher)
-        self._rejected = RejectedGoals(node)
-        self._action: GripperCommandServer | ParallelGripperCommandServer
         if isinstance(controller, ParallelGripperController):
             self._action = ParallelGripperCommandServer(node, controller, dispatcher)
         else:
             self._action = GripperCommandServer(node, controller, dispatcher)
-
-    def refused(self, reason: str) -> None:
-        """Publish why a goal was refused."""
-        self._rejected.publish(reason)
-
-    @property
-    def pending(self) -> int:
-        """Goals without a result."""
-        return len(self._action.running)
-
-    def end(self, sentence: str) -> None:
-        """Abort what runs and take nothing more."""
-        self._action.end(sentence)
-
-    def destroy(self) -> None:
-        """Take the action server and the node away."""
-        self._action.destroy()
-        super().destroy()
 
 
 class ForwardControllerNode(ControllerNode):
