@@ -160,6 +160,15 @@ def test_conditions(entities):
     assert said.status == 2
 
 
+def test_a_condition_is_asked_by_a_launch_file(entities):
+    """Launch files ask a condition by the private name that it has in the original."""
+    said = entities("""
+        OpaqueFunction(function=lambda context: [
+            node(str(IfCondition(word)._predicate_func(context))) for word in ('true', '0')]),
+    """)
+    assert list(said.processes()) == ['True', 'False']
+
+
 def test_a_circle_of_exit_handlers_is_stopped(entities):
     """A process that its own exit starts again and again ends the dry run with a message."""
     said = entities("""

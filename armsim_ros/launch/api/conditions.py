@@ -32,6 +32,10 @@ class Condition(Placed):
         """Return whether it holds."""
         return self._predicate is None or bool(self._predicate(context))
 
+    def _predicate_func(self, context: LaunchContext) -> bool:
+        """Return whether it holds; launch files call what is private in the original."""
+        return self.evaluate(context)
+
     def describe(self) -> str:
         """Return it for people."""
         return type(self).__name__
