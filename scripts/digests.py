@@ -62,6 +62,8 @@ def _environment(python, folder, versions):
     """Return the interpreter of an environment with all that the package needs."""
     subprocess.run([python, '-m', 'venv', '--clear', folder], check=True)
     interpreter = folder / 'bin' / 'python'
+    # The pip of an old Python can look for versions that fit together for ever.
+    _run(interpreter, '-m', 'pip', 'install', '-q', '-U', 'pip')
     pinned = ['-c', versions] if versions.exists() else []
     _run(interpreter, '-m', 'pip', 'install', '-q', '-r', ROOT / 'requirements.txt', *pinned)
     if not pinned:
