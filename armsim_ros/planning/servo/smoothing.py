@@ -13,6 +13,9 @@ import numpy as np
 
 from armsim_ros.arrays import Vector
 
+ARRIVED = 1e-4
+"""Nearer to an input that rests, an output need not approach it any longer [rad or m]."""
+
 
 class SmoothingFilter(ABC):
     """Smooths the positions of n joints, one cycle at a time."""
@@ -53,7 +56,7 @@ class NoFilter(SmoothingFilter):
 
 class ButterworthFilter(SmoothingFilter):
     """
-    First-order low pass: ``y = (x0 + x1 - (1 - k) y1) / (1 + k)``.
+    First-order low pass: ``y = (x0 + x1 - (1 - k) y1) / (1 + k)``; it arrives where x rests.
 
     :param coefficient: k, greater than 1; greater is smoother and later.
     """
@@ -71,6 +74,8 @@ class ButterworthFilter(SmoothingFilter):
         """Return the next output."""
         rest = positions + self._last_input - 2.0 * self._last_output
         output: Vector = self._last_output + rest / (1.0 + self._k)
+        arrived = (positions == self._last_input) & (np.abs(positions - output) < ARRIVED)
+        output = np.where(arrived, positions, output)
         self._last_input, self._last_output = positions, output
         return output
 

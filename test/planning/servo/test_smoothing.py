@@ -63,6 +63,17 @@ def test_bounds(jerk):
         assert (np.abs(np.diff(acceleration, axis=0)) / PERIOD <= jerk + 1e-6).all()
 
 
+def test_butterworth_arrives():
+    """Where the input rests the output rests soon after, and comes no faster for that."""
+    made = ButterworthFilter(1.5)
+    made.restart(np.zeros(1))
+    ramp = [*np.arange(1, 21) * 2e-3, *[0.04] * 5]
+    outputs = np.array([made.smooth(np.array([value]))[0] for value in ramp])
+    assert (outputs[23:] == 0.04).all()
+    assert np.diff(outputs).max() <= 2e-3 + 1e-12
+    assert np.diff(outputs).min() >= 0.0
+
+
 def test_butterworth_is_the_formula():
     """The output is (x0 + x1 - (1 - k) y1) / (1 + k)."""
     made = ButterworthFilter(2.0)
