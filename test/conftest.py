@@ -119,6 +119,31 @@ def until_folder_ends(request):
 
 
 @pytest.fixture(scope='session')
+def shared_in_folder(request):
+    """
+    Return a function that gives what the tests of a folder share, entering it for the first.
+
+    What has a ``program`` that runs no more, or never came up, is entered anew: what one test
+    did to it is no fault of the next.
+    """
+    shared = request.config.stash[_SHARED]
+    given = {}
+
+    def give(enter, folder):
+        folder = Path(folder)
+        program = getattr(given.get(folder), 'program', None)
+        if folder in shared and program is not None and program.process.poll() is not None:
+            shared.pop(folder).close()
+        if folder not in shared:
+            with ExitStack() as stack:
+                given[folder] = stack.enter_context(enter())
+                shared[folder] = stack.pop_all()
+        return given[folder]
+
+    return give
+
+
+@pytest.fixture(scope='session')
 def drawing():
     """Return what draws without a screen; skip where nothing does."""
     backend = rendering_backend()

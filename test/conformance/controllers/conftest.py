@@ -87,10 +87,11 @@ def wait_until_up(bench: Bench) -> None:
         pytest.exit(f'the server did not come up: {error}\n{text}', 1)
 
 
-@pytest.fixture(scope='session')
-def bench(pytestconfig: pytest.Config, until_folder_ends: Callable[..., Bench]) -> Bench:
-    """Run the bench for all tests of the folder."""
-    return until_folder_ends(serve(pytestconfig, 'bench', NAMESPACE), Path(__file__).parent)
+@pytest.fixture(scope='module')
+def bench(pytestconfig: pytest.Config, shared_in_folder: Callable[..., Bench]) -> Bench:
+    """Give the bench that all tests of the folder share."""
+    return shared_in_folder(
+        lambda: serve(pytestconfig, 'bench', NAMESPACE), Path(__file__).parent)
 
 
 @pytest.fixture

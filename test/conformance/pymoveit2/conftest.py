@@ -43,6 +43,7 @@ class Robot:
     group: ReentrantCallbackGroup
     description: RobotDescription
     remap: list[str]
+    program: Program
     clients: dict[str, Any] = field(default_factory=dict)
 
     def arm(self, **options: Any) -> MoveIt2:
@@ -68,10 +69,10 @@ class Robot:
         return self.clients[key]
 
 
-@pytest.fixture(scope='session')
-def robot(pytestconfig: pytest.Config, until_folder_ends: Callable[..., Robot]) -> Robot:
-    """Start an arm with a gripper, or use the server that the command line names."""
-    return until_folder_ends(running_robot(pytestconfig), Path(__file__).parent)
+@pytest.fixture
+def robot(pytestconfig: pytest.Config, shared_in_folder: Callable[..., Robot]) -> Robot:
+    """Give an arm with a gripper, or that of the server that the command line names."""
+    return shared_in_folder(lambda: running_robot(pytestconfig), Path(__file__).parent)
 
 
 @contextmanager
@@ -87,11 +88,11 @@ def running_robot(pytestconfig: pytest.Config) -> Iterator[Robot]:
         Program(shlex.split(command), environment=ros_environment(domain)) as program,
     ):
         program.wait_for_line(ready, 60.0)
-        yield from beside(domain)
+        yield from beside(program, domain)
 
 
-def beside(domain: int) -> Iterator[Robot]:
-    """Join the domain with a node that an executor spins."""
+def beside(program: Program, domain: int) -> Iterator[Robot]:
+    """Join the domain of a server with a node that an executor spins."""
     context = Context()
     rclpy.init(context=context, domain_id=domain, signal_handler_options=SignalHandlerOptions.NO)
     remap = ['--ros-args', '-r', f'joint_states:={joint_states_topic(context)}']
@@ -103,7 +104,7 @@ def beside(domain: int) -> Iterator[Robot]:
     group = ReentrantCallbackGroup()
     try:
         description = RobotDescription.from_node(node, callback_group=group)
-        yield Robot(node, group, description, remap)
+        yield Robot(node, group, description, remap, program)
     finally:
         executor.shutdown(1.0)
         thread.join(5.0)

@@ -55,13 +55,13 @@ def running(folder: Path) -> Iterator[Streamed]:
             program.stop()
 
 
-@pytest.fixture(scope='session')
+@pytest.fixture(scope='module')
 def stack(
-    until_folder_ends: Callable[..., Streamed], tmp_path_factory: pytest.TempPathFactory
+    shared_in_folder: Callable[..., Streamed], tmp_path_factory: pytest.TempPathFactory
 ) -> Streamed:
-    """Run the stack once for all tests of the folder."""
-    folder = tmp_path_factory.mktemp('streaming') / 'sunday'
-    return until_folder_ends(running(folder), Path(__file__).parent)
+    """Give the stack that all tests of the folder share."""
+    return shared_in_folder(
+        lambda: running(tmp_path_factory.mktemp('streaming') / 'sunday'), Path(__file__).parent)
 
 
 @pytest.fixture

@@ -37,13 +37,13 @@ def running_stack(folder: Path) -> Iterator[WorldUser]:
             yield WorldUser(client, program, folder)
 
 
-@pytest.fixture(scope='session')
+@pytest.fixture
 def stack(
-    until_folder_ends: Callable[..., WorldUser], tmp_path_factory: pytest.TempPathFactory
+    shared_in_folder: Callable[..., WorldUser], tmp_path_factory: pytest.TempPathFactory
 ) -> WorldUser:
-    """Start the stack once for all tests of the folder."""
-    folder = tmp_path_factory.mktemp('resources')
-    return until_folder_ends(running_stack(folder), Path(__file__).parent)
+    """Give the stack that all tests of the folder share."""
+    return shared_in_folder(
+        lambda: running_stack(tmp_path_factory.mktemp('resources')), Path(__file__).parent)
 
 
 @pytest.fixture

@@ -130,10 +130,10 @@ def plan_request(target: dict[str, float], tolerance: float = 1e-4) -> Any:
     return request
 
 
-@pytest.fixture(scope='session')
-def running(until_folder_ends: Callable[..., Stack]) -> Stack:
-    """Start the stack once; it serves all tests of the folder."""
-    return until_folder_ends(running_stack(), Path(__file__).parent)
+@pytest.fixture(scope='module')
+def running(shared_in_folder: Callable[..., Stack]) -> Stack:
+    """Give the stack that all tests of the folder share."""
+    return shared_in_folder(running_stack, Path(__file__).parent)
 
 
 @contextmanager
