@@ -11,16 +11,6 @@ from rclpy.action import ActionServer
 from rclpy.action.server import ServerGoalHandle
 from rclpy.task import Future
 
-RESULT_TIMEOUT = 600
-"""
-How long a result waits for a client that asks late [s].
-
-It is the node's time, which may run a hundred times faster than the client's.
-"""
-
-MOST_RESULTS = 50
-"""How many of an action's results wait at most, where they are large."""
-
 
 class KeptResults:
     """
@@ -28,11 +18,11 @@ class KeptResults:
 
     Whoever asks for a result that is kept no more is told that the goal is not known.
 
-    :param server: made with :data:`RESULT_TIMEOUT`.
+    :param server: whose ``result_timeout`` is in the node's time, as fast as that may run.
     :param most: how many are kept.
     """
 
-    def __init__(self, server: ActionServer, most: int = MOST_RESULTS) -> None:
+    def __init__(self, server: ActionServer, most: int) -> None:
         self._server = server
         self._most = most
         self._ended: deque[ServerGoalHandle] = deque()

@@ -73,8 +73,11 @@ def launched(small_package, monkeypatch):
         yield launch, client
 
 
-def test_two_launch_files_make_one_robot(launched):
+def test_two_launch_files_make_one_robot(launched, tmp_path, monkeypatch):
     """P44: a launch with move_group alone joins the simulation; a second one is refused."""
+    temporary = tmp_path / 'temporary'
+    temporary.mkdir()
+    monkeypatch.setenv('TMPDIR', str(temporary))
     launch, client = launched
     control = launch('control')
     control.wait_for_line(r'\[spawner-\d+\] .*active: arm_controller', 60.0)
@@ -89,6 +92,7 @@ def test_two_launch_files_make_one_robot(launched):
     assert user.distance(bent) < 0.01
     assert planning.stop(15.0) == 0
     assert control.stop(15.0) == 0
+    assert not list(temporary.glob('armsim_robot_*'))
 
 
 def test_a_manager_that_asks_finds_the_controllers_of_another_launch(launched, small_package):

@@ -12,8 +12,11 @@ from rclpy.action.server import ServerGoalHandle
 
 from armsim_ros.errors import MoveItErrorCode
 from armsim_ros.nodes import qos
-from armsim_ros.nodes.kept_results import KeptResults, RESULT_TIMEOUT
+from armsim_ros.nodes.kept_results import KeptResults
 from armsim_ros.nodes.move_group.context import Context
+
+#: How long a result waits for a client that asks late [s], and how many of them wait at most.
+RESULT_TIMEOUT, MOST_RESULTS = 60, 50
 
 
 class MoveGroupActionServer(ActionServer):
@@ -38,7 +41,7 @@ class MoveGroupActionServer(ActionServer):
             result_timeout=RESULT_TIMEOUT,
             **qos.ACTION_SERVICES,
         )
-        self._results = KeptResults(self)
+        self._results = KeptResults(self, MOST_RESULTS)
 
     def end(self, goal: ServerGoalHandle, code: int) -> None:
         """

@@ -5,12 +5,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 import sys
+from tempfile import TemporaryDirectory
 
 from armsim_ros.cli.arguments import split_ros_args
 from armsim_ros.errors import ArmsimError, USAGE_STATUS
 from armsim_ros.nodes.originals.node_parameters import NodeArguments, read_node_arguments
-from armsim_ros.nodes.originals.robot_package import RobotPackage
+from armsim_ros.nodes.originals.robot_package import PREFIX, RobotPackage
 
 _URDF, _SRDF = 'robot_description', 'robot_description_semantic'
 #: Managers that ask for the controllers, and the parameters of the one that is told of them.
@@ -26,19 +28,20 @@ def main(argv: Sequence[str] | None = None) -> int:
     """
     from armsim_ros.nodes.move_group.main import main as plan
 
-    try:
-        _, ros_args = split_ros_args(sys.argv[1:] if argv is None else argv)
-        arguments = read_node_arguments(ros_args, 'move_group')
-        words = move_group_words(arguments)
-    except ArmsimError as error:
-        print(error, file=sys.stderr, flush=True)
-        return USAGE_STATUS
-    return plan(words)
+    with TemporaryDirectory(prefix=PREFIX) as folder:
+        try:
+            _, ros_args = split_ros_args(sys.argv[1:] if argv is None else argv)
+            arguments = read_node_arguments(ros_args, 'move_group')
+            words = move_group_words(arguments, Path(folder))
+        except ArmsimError as error:
+            print(error, file=sys.stderr, flush=True)
+            return USAGE_STATUS
+        return plan(words)
 
 
-def move_group_words(arguments: NodeArguments) -> list[str]:
+def move_group_words(arguments: NodeArguments, folder: Path) -> list[str]:
     """
-    Return the words that start move_group for a robot.
+    Return the words that start move_group for a robot, whose files are written into a folder.
 
     :raises ConfigError: where a description is none.
     """
@@ -53,7 +56,7 @@ def move_group_words(arguments: NodeArguments) -> list[str]:
         from armsim_ros.nodes.originals.running_controllers import running_controllers
 
         values.update(running_controllers(arguments))
-    package = RobotPackage(str(values[_URDF]), str(values[_SRDF]))
+    package = RobotPackage(folder, str(values[_URDF]), str(values[_SRDF]))
     package.add_move_group(values)
     words = [f'robot:={package.folder}', f'urdf:={package.urdf}']
     arguments.rest += [word for name in (_URDF, _SRDF) if values.get(f'publish_{name}') is True

@@ -4,12 +4,9 @@
 
 from __future__ import annotations
 
-import atexit
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 import re
-import shutil
-import tempfile
 from typing import Any
 
 import yaml
@@ -24,26 +21,27 @@ _CONTROLLERS = ('moveit_simple_controller_manager', 'moveit_controller_manager')
 #: Parameters that stand in files of their own, or that the robot's text is.
 _ELSEWHERE = ('robot_description', 'robot_description_semantic', _KINEMATICS, _PLANNING,
               *_CONTROLLERS, 'planning_pipelines', 'use_sim_time')
+#: How the folder begins that a program makes for it, and takes away at its end.
+PREFIX = 'armsim_robot_'
 _ROBOT_NAME = re.compile(r'<robot[^>]*?\sname\s*=\s*["\']([^"\']+)["\']')
 
 
 class RobotPackage:
     """
-    A folder that looks like a MoveIt configuration package; it is removed at the end.
+    A folder that looks like a MoveIt configuration package.
 
+    :param top: where it is made, an empty folder.
     :param urdf: the robot description.
     :param srdf: the semantic description, '' without one.
     """
 
-    def __init__(self, urdf: str, srdf: str = '') -> None:
+    def __init__(self, top: Path, urdf: str, srdf: str = '') -> None:
         match = _ROBOT_NAME.search(urdf)
         if match is None:
             raise ConfigError(Problem(
                 "the parameter or topic 'robot_description' holds no URDF",
                 Location('robot_description', 1), '<robot name="...">'))
         self.name = re.sub(r'\W', '_', match[1])
-        top = Path(tempfile.mkdtemp(prefix='armsim_robot_'))
-        atexit.register(shutil.rmtree, top, ignore_errors=True)
         self.folder = top / f'{self.name}_moveit_config'
         self._config = self.folder / 'config'
         self._config.mkdir(parents=True)

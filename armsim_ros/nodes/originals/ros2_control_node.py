@@ -5,12 +5,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 import sys
+from tempfile import TemporaryDirectory
 
 from armsim_ros.cli.arguments import split_ros_args
 from armsim_ros.errors import ArmsimError, USAGE_STATUS
 from armsim_ros.nodes.originals.node_parameters import NodeArguments, read_node_arguments
-from armsim_ros.nodes.originals.robot_package import RobotPackage
+from armsim_ros.nodes.originals.robot_package import PREFIX, RobotPackage
 
 _DESCRIPTION = 'robot_description'
 #: Parameters that are no business of the controller manager.
@@ -28,24 +30,25 @@ def main(argv: Sequence[str] | None = None) -> int:
     """
     from armsim_ros.nodes.simulation.main import main as simulate
 
-    try:
-        _, ros_args = split_ros_args(sys.argv[1:] if argv is None else argv)
-        arguments = read_node_arguments(ros_args, 'controller_manager')
-        urdf = arguments.values.get(_DESCRIPTION) or _from_topic(arguments)
-        words = simulation_words(str(urdf), arguments)
-    except ArmsimError as error:
-        print(error, file=sys.stderr, flush=True)
-        return USAGE_STATUS
-    return simulate(words)
+    with TemporaryDirectory(prefix=PREFIX) as folder:
+        try:
+            _, ros_args = split_ros_args(sys.argv[1:] if argv is None else argv)
+            arguments = read_node_arguments(ros_args, 'controller_manager')
+            urdf = arguments.values.get(_DESCRIPTION) or _from_topic(arguments)
+            words = simulation_words(str(urdf), arguments, Path(folder))
+        except ArmsimError as error:
+            print(error, file=sys.stderr, flush=True)
+            return USAGE_STATUS
+        return simulate(words)
 
 
-def simulation_words(urdf: str, arguments: NodeArguments) -> list[str]:
+def simulation_words(urdf: str, arguments: NodeArguments, folder: Path) -> list[str]:
     """
-    Return the words that start the simulation of a robot.
+    Return the words that start the simulation of a robot, whose files are written into a folder.
 
     :raises ConfigError: where the text is no URDF.
     """
-    package = RobotPackage(urdf)
+    package = RobotPackage(folder, urdf)
     values = arguments.values
     own = {name.removeprefix(PLACEMENT): value for name, value in values.items()
            if name.startswith(PLACEMENT)}

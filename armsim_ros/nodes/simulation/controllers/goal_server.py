@@ -15,12 +15,13 @@ from rclpy.task import Future
 
 from armsim_ros.control.action_goal import GoalStatus
 from armsim_ros.nodes import qos
-from armsim_ros.nodes.kept_results import KeptResults, RESULT_TIMEOUT
+from armsim_ros.nodes.kept_results import KeptResults
 from armsim_ros.nodes.simulation.client_discovery import ClientDiscovery
 from armsim_ros.nodes.simulation.dispatcher import Dispatcher
 
-#: How many results wait for clients that ask late; a burst of goals ends all but one of them.
-MOST_RESULTS = 1000
+#: How long a result waits for a client that asks late, in a time that may run a hundred times
+#: faster than the client's [s], and how many: a burst of goals ends all of them but one.
+RESULT_TIMEOUT, MOST_RESULTS = 600, 1000
 
 
 @dataclass(eq=False)
