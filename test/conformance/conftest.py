@@ -78,8 +78,8 @@ class Server:
 
 @pytest.fixture(scope='session')
 def server(pytestconfig: pytest.Config, until_folder_ends: Callable[..., Server]) -> Server:
-    """Start the server once for all tests."""
-    return until_folder_ends(running_server(pytestconfig), Path(__file__).parent)
+    """Start the server once for all tests of move_group."""
+    return until_folder_ends(running_server(pytestconfig), Path(__file__).parent / 'move_group')
 
 
 @contextmanager
