@@ -18,10 +18,11 @@ def bot():
 
 def test_the_controller_that_no_file_describes_is_told_once(bot):
     """One line, from one program, and the arm's controller runs."""
+    bot.program.wait_for_line(r'bot_joint_controller \[active\]', 60.0)
+    bot.program.wait_for_line('bot_gripper_controller', 60.0)
     lines = [line for line in bot.program.output if 'bot_gripper_controller' in line]
     assert len(lines) == 1
     assert "controller 'bot_gripper_controller' is to be spawned, but no file" in lines[0]
-    assert 'bot_joint_controller [active]' in bot.program.text
 
 
 def test_a_trajectory_is_followed(bot):

@@ -1,5 +1,8 @@
 """Leg: three joints; controller and joint states stand in no namespace."""
 
+import threading
+import time
+
 import pytest
 
 from armsim_ros.testing.move_group_client import SUCCESS
@@ -24,16 +27,19 @@ def test_the_names_are_those_that_were_published(leg):
     An action's topics are hidden and its goal, result and cancel are services; command and state
     are joint_trajectory and controller_state; Gazebo's own topics are not there.
     """
-    node = leg.client.node
-    topics = {name for name, _ in node.get_topic_names_and_types()}
+    node, pause, end = leg.client.node, threading.Event(), time.monotonic() + 30.0
     action = '/group_controller/follow_joint_trajectory/_action'
-    assert {
-        '/clock', '/joint_states', '/tf', '/tf_static', '/rosout',
-        '/group_controller/joint_trajectory', '/group_controller/controller_state',
-        f'{action}/feedback', f'{action}/status',
-    } <= topics
-    services = {name for name, _ in node.get_service_names_and_types()}
-    assert {f'{action}/{name}' for name in ('send_goal', 'get_result', 'cancel_goal')} <= services
+    missing = {'/clock'}
+    while missing:
+        missing = {
+            '/clock', '/joint_states', '/tf', '/tf_static', '/rosout',
+            '/group_controller/joint_trajectory', '/group_controller/controller_state',
+            f'{action}/feedback', f'{action}/status',
+        } - {name for name, _ in node.get_topic_names_and_types()}
+        missing |= {f'{action}/{name}' for name in ('send_goal', 'get_result', 'cancel_goal')} - {
+            name for name, _ in node.get_service_names_and_types()}
+        assert not missing or time.monotonic() < end, missing
+        pause.wait(0.05)
 
 
 def test_a_trajectory_is_followed_within_the_published_constraints(leg):
