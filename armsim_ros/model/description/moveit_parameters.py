@@ -56,12 +56,7 @@ class MoveItParameters:
         :raises ConfigError: where there is none.
         """
         found = self._named(file_path) if file_path else self.files.urdf()
-        if found is None or not found.is_file():
-            raise ConfigError(Problem(
-                f"the URDF '{found}' does not exist" if found else
-                f"package '{self.files.folder.name}' has no URDF", Location(
-                    str(self.files.folder)), remedy='name it with robot_description(file_path=)'))
-        return found
+        return self._existing(found, 'URDF', 'robot_description')
 
     def srdf_file(self, file_path: str | Path | None = None) -> Path:
         """
@@ -70,12 +65,16 @@ class MoveItParameters:
         :raises ConfigError: where there is none.
         """
         found = self._named(file_path) if file_path else self.files.srdf()
+        return self._existing(found, 'SRDF', 'robot_description_semantic')
+
+    def _existing(self, found: Path | None, kind: str, method: str) -> Path:
+        """Return a file that is there; ConfigError with the method that names it otherwise."""
         if found is None or not found.is_file():
+            folder = self.files.folder
             raise ConfigError(Problem(
-                f"the SRDF '{found}' does not exist" if found else
-                f"package '{self.files.folder.name}' has no SRDF", Location(
-                    str(self.files.folder)),
-                remedy='name it with robot_description_semantic(file_path=)'))
+                f"the {kind} '{found}' does not exist" if found else
+                f"package '{folder.name}' has no {kind}",
+                Location(str(folder)), remedy=f'name it with {method}(file_path=)'))
         return found
 
     def robot_description(self, file_path: str | Path | None = None,

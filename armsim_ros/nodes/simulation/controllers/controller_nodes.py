@@ -4,13 +4,18 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Callable
 from typing import Any
 
 from rclpy.node import Node
 from std_msgs.msg import Float64
 
-from armsim_ros.control.broadcasters.joint_state_broadcaster import JointStateBroadcaster
+from armsim_ros.control.broadcasters.broadcaster import Broadcaster
+from armsim_ros.control.broadcasters.joint_state_broadcaster import (
+    JointStateBroadcaster,
+    JointStateSnapshot,
+)
 from armsim_ros.control.broadcasters.sensor_broadcaster import SensorBroadcaster
 from armsim_ros.control.command_controllers.admittance_controller import AdmittanceController
 from armsim_ros.control.command_controllers.forward_command_controller import ForwardController
@@ -99,21 +104,25 @@ class ControllerNode:
 
 
 class BroadcasterNode(ControllerNode):
-    """The joint state broadcaster: publishes each sample as it comes from the loop."""
+    """A broadcaster: publishes each sample as it comes from the loop."""
 
-    controller: JointStateBroadcaster
+    controller: Broadcaster[Any, Any]
 
     def __init__(
-        self, controller: JointStateBroadcaster, node: Node, dispatcher: Dispatcher
+        self, controller: Broadcaster[Any, Any], node: Node, dispatcher: Dispatcher
     ) -> None:
         super().__init__(controller, node, dispatcher)
-        local = controller.parameters.use_local_topics
-        self._joint_states = JointStates(node, local=local)
-        self._dynamic: DynamicJointStates | None = None
-        if controller.parameters.publish_dynamic_joint_states:
-            self._dynamic = DynamicJointStates(node, local=local)
+        self._open(node)
         post = dispatcher.bounded(1)  # one call takes all samples
         controller.on_sample = lambda: post(self._publish_samples)
+
+    @abstractmethod
+    def _open(self, node: Node) -> None:
+        """Make the topics."""
+
+    @abstractmethod
+    def _publish_sample(self, sample: Any) -> None:
+        """Publish one sample on them."""
 
     def destroy(self) -> None:
         """Take the node away and let the loop be."""
@@ -122,9 +131,25 @@ class BroadcasterNode(ControllerNode):
 
     def _publish_samples(self) -> None:
         while (sample := self.controller.poll()) is not None:
-            self._joint_states.publish(sample)
-            if self._dynamic is not None:
-                self._dynamic.publish(sample)
+            self._publish_sample(sample)
+
+
+class JointStateBroadcasterNode(BroadcasterNode):
+    """The joint state broadcaster: both of its topics."""
+
+    controller: JointStateBroadcaster
+
+    def _open(self, node: Node) -> None:
+        parameters = self.controller.parameters
+        self._joint_states = JointStates(node, local=parameters.use_local_topics)
+        self._dynamic: DynamicJointStates | None = None
+        if parameters.publish_dynamic_joint_states:
+            self._dynamic = DynamicJointStates(node, local=parameters.use_local_topics)
+
+    def _publish_sample(self, sample: JointStateSnapshot) -> None:
+        self._joint_states.publish(sample)
+        if self._dynamic is not None:
+            self._dynamic.publish(sample)
 
 
 class ActionControllerNode(ControllerNode):
@@ -205,30 +230,20 @@ class ForwardControllerNode(ControllerNode):
         self._commands = Commands(node, controller)
 
 
-class SensorBroadcasterNode(ControllerNode):
-    """A broadcaster of a sensor: publishes each sample as it comes from the loop."""
+class SensorBroadcasterNode(BroadcasterNode):
+    """A broadcaster of a sensor: its topic."""
 
     controller: SensorBroadcaster
 
-    def __init__(
-        self, controller: SensorBroadcaster, node: Node, dispatcher: Dispatcher
-    ) -> None:
-        super().__init__(controller, node, dispatcher)
+    def _open(self, node: Node) -> None:
+        controller = self.controller
         if isinstance(controller, GpioCommandController):
             self._topics: Any = GpioTopics(node, controller)
         else:
             self._topics = TOPICS[type(controller.parameters)](node, controller.parameters)
-        post = dispatcher.bounded(1)  # one call takes all samples
-        controller.on_sample = lambda: post(self._publish_samples)
 
-    def destroy(self) -> None:
-        """Take the node away and let the loop be."""
-        self.controller.on_sample = None
-        super().destroy()
-
-    def _publish_samples(self) -> None:
-        while (sample := self.controller.poll()) is not None:
-            self._topics.publish(sample)
+    def _publish_sample(self, sample: Any) -> None:
+        self._topics.publish(sample)
 
 
 class FollowingControllerNode(ControllerNode):
@@ -276,7 +291,7 @@ class StandInNode(ControllerNode):
 
 _KINDS: tuple[tuple[type[Controller], Callable[..., ControllerNode]], ...] = (
     (JointTrajectoryController, TrajectoryControllerNode),
-    (JointStateBroadcaster, BroadcasterNode),
+    (JointStateBroadcaster, JointStateBroadcasterNode),
     (GripperController, GripperNode),
     (ForwardController, ForwardControllerNode),
     (ParallelGripperController, GripperNode),
