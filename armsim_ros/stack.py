@@ -290,7 +290,7 @@ class ArmSim:
         attaches is his.
         """
         from armsim_ros.kinematics.kinematic_model import KinematicModel
-        from armsim_ros.planning.scene.simulated_world import initial_scene
+        from armsim_ros.scene_sources.simulated_world import initial_scene
 
         settings = self.settings
         return initial_scene(KinematicModel(self.model), settings, settings.planning_parameters)

@@ -18,12 +18,12 @@ from armsim_ros.planning.scene.objects import (
     ObjectOperation,
     ObjectType,
 )
-from armsim_ros.planning.scene.simulated_world import (
+from armsim_ros.planning.scene.update import SceneUpdate, StartState
+from armsim_ros.scene_sources.simulated_world import (
     collision_object,
     links_that_stand,
     WorldOwnership,
 )
-from armsim_ros.planning.scene.update import SceneUpdate, StartState
 from armsim_ros.sim.simulation import Simulation
 from armsim_ros.sim.world.world_mirror import Holder, WorldMirror, WorldNews, WorldWatch
 

@@ -10,10 +10,10 @@ from armsim_ros.arrays import Vector
 from armsim_ros.config.servo import ServoNodeSettings, ServoParameters
 from armsim_ros.control.trajectory.joint_trajectory_controller import JointTrajectoryController
 from armsim_ros.planning.collision.collision_model import CollisionChecker
-from armsim_ros.planning.servo.assembly import arm_group, build_stream
-from armsim_ros.planning.servo.commands import Command
-from armsim_ros.planning.servo.stream import Cycle
-from armsim_ros.planning.servo.trajectory_window import TrajectoryWindow
+from armsim_ros.servo.assembly import arm_group, build_stream
+from armsim_ros.servo.commands import Command
+from armsim_ros.servo.stream import Cycle
+from armsim_ros.servo.trajectory_window import TrajectoryWindow
 from armsim_ros.stack import ArmSim
 from armsim_ros.trajectory import JointTrajectory, TrajectoryPoint
 

@@ -17,8 +17,8 @@ import tempfile
 import numpy as np
 
 from armsim_ros.errors import PlanningError
-from armsim_ros.planning.servo.commands import Command, JointJog, Twist
-from armsim_ros.planning.servo.status import ServoStatus
+from armsim_ros.servo.commands import Command, JointJog, Twist
+from armsim_ros.servo.status import ServoStatus
 from armsim_ros.stack import ArmSim
 from benchmarks.options import Options
 from benchmarks.servoed_arm import moving_links, ServoedArm, touched

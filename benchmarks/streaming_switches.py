@@ -23,8 +23,8 @@ from armsim_ros.control.command_controllers.forward_command_controller import Fo
 from armsim_ros.control.trajectory.goal import TrajectoryGoal
 from armsim_ros.model.cell import Cell
 from armsim_ros.model.cell_loading import load_cell
-from armsim_ros.planning.servo.commands import JointJog
 from armsim_ros.resources import share_folder
+from armsim_ros.servo.commands import JointJog
 from armsim_ros.stack import ArmSim
 from armsim_ros.trajectory import JointTrajectory, TrajectoryPoint
 from benchmarks.options import Options

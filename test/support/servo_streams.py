@@ -10,8 +10,8 @@ from armsim_ros.model.transforms import pose_matrix
 from armsim_ros.planning.collision.collision_model import CollisionChecker
 from armsim_ros.planning.scene.objects import CollisionObject, ObjectShape
 from armsim_ros.planning.scene.planning_scene import PlanningScene
-from armsim_ros.planning.servo.assembly import build_stream
-from armsim_ros.planning.servo.commands import JointJog, Twist
+from armsim_ros.servo.assembly import build_stream
+from armsim_ros.servo.commands import JointJog, Twist
 
 GROUP = 'manipulator'
 ELBOW_UP = (0.0, 0.3, 1.5, 0.5, 1.0, 0.0)

@@ -34,12 +34,12 @@ from armsim_ros.nodes.move_group.worker import Worker
 from armsim_ros.nodes.polling_node import PollingNode
 from armsim_ros.planning.budget import CountingClock
 from armsim_ros.planning.planner import MotionPlanner, warm_up
-from armsim_ros.planning.scene.simulated_world import (
+from armsim_ros.planning.settings import settings_from_config
+from armsim_ros.scene_sources.simulated_world import (
     initial_scene,
     links_that_stand,
     WorldOwnership,
 )
-from armsim_ros.planning.settings import settings_from_config
 
 READY = 'You can start planning now!'
 DEFAULT_JOINT_STATES = '/joint_states'

@@ -23,7 +23,7 @@ from armsim_ros.nodes.move_group.worker import Worker
 from armsim_ros.nodes.polling_node import PollingNode
 from armsim_ros.planning.planner import MotionPlanner
 from armsim_ros.planning.scene.planning_scene import PlanningScene
-from armsim_ros.planning.scene.simulated_world import WorldOwnership
+from armsim_ros.scene_sources.simulated_world import WorldOwnership
 
 
 @dataclass(eq=False)

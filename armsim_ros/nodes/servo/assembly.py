@@ -28,14 +28,14 @@ from armsim_ros.nodes.servo.status import StatusTopic
 from armsim_ros.nodes.servo.streaming import Streaming
 from armsim_ros.planning.collision.collision_model import CollisionChecker
 from armsim_ros.planning.scene.planning_scene import PlanningScene
-from armsim_ros.planning.scene.simulated_world import initial_scene
-from armsim_ros.planning.servo.assembly import (
+from armsim_ros.scene_sources.simulated_world import initial_scene
+from armsim_ros.servo.assembly import (
     arm_group,
     build_stream,
     check_parameters,
     ServoSettingsError,
 )
-from armsim_ros.planning.servo.inbox import CommandInbox
+from armsim_ros.servo.inbox import CommandInbox
 
 READY = 'Servo initialized successfully'
 TRAJECTORY_CONTROLLERS = (TRAJECTORY, SCALED_TRAJECTORY)

@@ -18,7 +18,7 @@ from armsim_ros.nodes import qos
 from armsim_ros.nodes.conversions.geometry import pose_from_message
 from armsim_ros.nodes.conversions.time import ns_from_time
 from armsim_ros.nodes.polling_node import PollingNode
-from armsim_ros.planning.servo.commands import (
+from armsim_ros.servo.commands import (
     Command,
     CommandType,
     finite_vector,
@@ -27,7 +27,7 @@ from armsim_ros.planning.servo.commands import (
     PoseTarget,
     Twist,
 )
-from armsim_ros.planning.servo.inbox import CommandInbox
+from armsim_ros.servo.inbox import CommandInbox
 
 
 class CommandTopics:

@@ -14,8 +14,8 @@ from armsim_ros.nodes import qos
 from armsim_ros.nodes.conversions.time import fill_time
 from armsim_ros.nodes.conversions.trajectory import fill_point
 from armsim_ros.nodes.polling_node import PollingNode
-from armsim_ros.planning.servo.stream import Cycle, ServoStream
-from armsim_ros.planning.servo.trajectory_window import TrajectoryWindow
+from armsim_ros.servo.stream import Cycle, ServoStream
+from armsim_ros.servo.trajectory_window import TrajectoryWindow
 
 
 class JointCommands:

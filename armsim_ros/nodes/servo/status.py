@@ -8,7 +8,7 @@ from moveit_msgs.msg import ServoStatus as ServoStatusMessage
 
 from armsim_ros.nodes import qos
 from armsim_ros.nodes.polling_node import PollingNode
-from armsim_ros.planning.servo.status import Finding
+from armsim_ros.servo.status import Finding
 
 
 class StatusTopic:

@@ -18,10 +18,10 @@ from armsim_ros.nodes.servo.controller_watch import ControllerWatch
 from armsim_ros.nodes.servo.joint_states import JointPositions
 from armsim_ros.nodes.servo.output import JointCommands
 from armsim_ros.nodes.servo.status import StatusTopic
-from armsim_ros.planning.servo.commands import Command, InvalidCommandError
-from armsim_ros.planning.servo.inbox import CommandInbox
-from armsim_ros.planning.servo.status import Finding, NOTHING, ServoStatus, weightiest
-from armsim_ros.planning.servo.stream import Cycle, ServoStream
+from armsim_ros.servo.commands import Command, InvalidCommandError
+from armsim_ros.servo.inbox import CommandInbox
+from armsim_ros.servo.status import Finding, NOTHING, ServoStatus, weightiest
+from armsim_ros.servo.stream import Cycle, ServoStream
 from armsim_ros.sim.realtime import prioritize_thread
 
 #: All topics are looked at so often; those of commands in every cycle [Hz].

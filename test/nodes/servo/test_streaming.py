@@ -12,8 +12,8 @@ from armsim_ros.config.loading import load_robot_settings
 from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.model.loading import load_robot_model
 from armsim_ros.nodes.servo.streaming import Streaming
-from armsim_ros.planning.servo.commands import CommandType, PoseTarget
-from armsim_ros.planning.servo.inbox import CommandInbox
+from armsim_ros.servo.commands import CommandType, PoseTarget
+from armsim_ros.servo.inbox import CommandInbox
 
 PERIOD_NS = 10_000_000
 

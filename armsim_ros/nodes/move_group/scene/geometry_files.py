@@ -14,7 +14,7 @@ from moveit_msgs.srv import LoadGeometryFromFile, SaveGeometryToFile
 from armsim_ros.errors import MoveItErrorCode, PlanningError
 from armsim_ros.nodes.move_group.context import Context
 from armsim_ros.nodes.move_group.failures import reported
-from armsim_ros.planning.scene.scene_file import read_scene_file, write_scene_file
+from armsim_ros.scene_sources.scene_file import read_scene_file, write_scene_file
 
 
 class GeometryFiles:

@@ -10,7 +10,7 @@ from armsim_ros.nodes.conversions.planning_scene import update_from_message
 from armsim_ros.nodes.move_group.context import Context
 from armsim_ros.nodes.move_group.failures import reported
 from armsim_ros.nodes.move_group.worker import Job
-from armsim_ros.planning.scene.simulated_world import of_world
+from armsim_ros.scene_sources.simulated_world import of_world
 
 
 class PlanningSceneTopics:

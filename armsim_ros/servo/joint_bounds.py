@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from armsim_ros.arrays import Vector
-from armsim_ros.planning.servo.status import Finding, ServoStatus
+from armsim_ros.servo.status import Finding, ServoStatus
 
 AT_BOUND = 1e-3
 """From here on a joint counts as having come to its bound [rad or m]."""

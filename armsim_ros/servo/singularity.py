@@ -11,7 +11,7 @@ import math
 import numpy as np
 
 from armsim_ros.arrays import Matrix, Vector
-from armsim_ros.planning.servo.status import Finding, ServoStatus
+from armsim_ros.servo.status import Finding, ServoStatus
 
 SLOWEST_WAY_OUT = 0.1
 """A motion away from a singularity keeps this share of its speed."""

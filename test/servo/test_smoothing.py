@@ -5,7 +5,7 @@
 import numpy as np
 import pytest
 
-from armsim_ros.planning.servo.smoothing import AccelerationFilter, ButterworthFilter, JerkFilter
+from armsim_ros.servo.smoothing import AccelerationFilter, ButterworthFilter, JerkFilter
 
 PERIOD = 0.01
 

@@ -15,15 +15,15 @@ from armsim_ros.config.servo import ServoParameters
 from armsim_ros.errors import MoveItErrorCode, nearest, PlanningError
 from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.planning.scene.planning_scene import PlanningScene
-from armsim_ros.planning.servo.commands import (
+from armsim_ros.servo.commands import (
     Command,
     InvalidCommandError,
     JointJog,
     PoseTarget,
     Twist,
 )
-from armsim_ros.planning.servo.singularity import singularity_factor, SingularityThresholds
-from armsim_ros.planning.servo.status import Finding, NOTHING
+from armsim_ros.servo.singularity import singularity_factor, SingularityThresholds
+from armsim_ros.servo.status import Finding, NOTHING
 
 ROTATION_WEIGHT = 0.1
 """What an error of the rotation counts beside one of the translation, with less than 6 joints."""

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from armsim_ros.planning.servo.commands import Command, CommandType, InvalidCommandError
+from armsim_ros.servo.commands import Command, CommandType, InvalidCommandError
 
 FARTHEST_AHEAD_NS = 500_000_000
 """A stamp farther in the future comes from another clock [ns]."""

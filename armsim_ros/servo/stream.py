@@ -11,12 +11,12 @@ import numpy as np
 
 from armsim_ros.arrays import Vector
 from armsim_ros.config.servo import ServoParameters
-from armsim_ros.planning.servo.commands import Command, Twist
-from armsim_ros.planning.servo.joint_bounds import JointBounds
-from armsim_ros.planning.servo.proximity import Proximity
-from armsim_ros.planning.servo.smoothing import SmoothingFilter
-from armsim_ros.planning.servo.status import Finding
-from armsim_ros.planning.servo.target_velocity import TargetVelocity
+from armsim_ros.servo.commands import Command, Twist
+from armsim_ros.servo.joint_bounds import JointBounds
+from armsim_ros.servo.proximity import Proximity
+from armsim_ros.servo.smoothing import SmoothingFilter
+from armsim_ros.servo.status import Finding
+from armsim_ros.servo.target_velocity import TargetVelocity
 
 LOOKS_A_SECOND = 50.0
 """So often at least it is looked for collisions [Hz]."""

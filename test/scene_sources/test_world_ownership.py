@@ -17,8 +17,8 @@ from armsim_ros.planning.scene.objects import (
     ObjectShape,
     ObjectType,
 )
-from armsim_ros.planning.scene.simulated_world import of_world, WorldOwnership
 from armsim_ros.planning.scene.update import SceneUpdate, StartState
+from armsim_ros.scene_sources.simulated_world import of_world, WorldOwnership
 from armsim_ros.stack import ArmSim
 
 ADD, REMOVE, MOVE = ObjectOperation.ADD, ObjectOperation.REMOVE, ObjectOperation.MOVE

@@ -17,7 +17,7 @@ from armsim_ros.model.loading import load_robot_model
 from armsim_ros.model.transforms import pose_matrix
 from armsim_ros.planning.scene.objects import CollisionObject, ObjectShape
 from armsim_ros.planning.scene.planning_scene import PlanningScene
-from armsim_ros.planning.scene.scene_file import read_scene_file, write_scene_file
+from armsim_ros.scene_sources.scene_file import read_scene_file, write_scene_file
 
 
 @pytest.fixture(scope='module')

@@ -10,7 +10,7 @@ import math
 from armsim_ros.arrays import Vector
 from armsim_ros.planning.collision.collision_model import CollisionChecker
 from armsim_ros.planning.collision.contacts import BodyType, PairDistance
-from armsim_ros.planning.servo.status import Finding, ServoStatus
+from armsim_ros.servo.status import Finding, ServoStatus
 
 _STEEPNESS = math.log(1000.0)
 _GAIN = 1e-7

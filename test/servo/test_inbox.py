@@ -5,8 +5,8 @@
 import pytest
 from servo_streams import jog, twist
 
-from armsim_ros.planning.servo.commands import CommandType, finite_vector
-from armsim_ros.planning.servo.inbox import CommandInbox
+from armsim_ros.servo.commands import CommandType, finite_vector
+from armsim_ros.servo.inbox import CommandInbox
 
 NOW = 100_000_000_000
 TIMEOUT = 100_000_000

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from armsim_ros.arrays import Matrix, Vector
-from armsim_ros.planning.servo.stream import ServoStream, StreamState
+from armsim_ros.servo.stream import ServoStream, StreamState
 
 FEWEST = 3
 """With less points than these nothing is held back."""

@@ -9,7 +9,7 @@ from servo_streams import Streamer, twist
 from armsim_ros.config.loading import load_robot_settings
 from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.model.loading import load_robot_model
-from armsim_ros.planning.servo.status import ServoStatus
+from armsim_ros.servo.status import ServoStatus
 
 FREE = {'command_in_type': 'speed_units', 'check_collisions': False}
 

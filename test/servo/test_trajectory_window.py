@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from servo_streams import ELBOW_UP, jog, Streamer
 
-from armsim_ros.planning.servo.stream import StreamState
-from armsim_ros.planning.servo.trajectory_window import TrajectoryWindow
+from armsim_ros.servo.stream import StreamState
+from armsim_ros.servo.trajectory_window import TrajectoryWindow
 
 PERIOD, LATENCY, START = 10_000_000, 100_000_000, 1_000_000_000
 

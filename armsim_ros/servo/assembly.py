@@ -19,17 +19,17 @@ from armsim_ros.errors import ArmsimError, nearest, PlanningError
 from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.planning.collision.collision_model import CollisionChecker
 from armsim_ros.planning.scene.planning_scene import PlanningScene
-from armsim_ros.planning.servo.joint_bounds import JointBounds
-from armsim_ros.planning.servo.proximity import Proximity
-from armsim_ros.planning.servo.smoothing import (
+from armsim_ros.servo.joint_bounds import JointBounds
+from armsim_ros.servo.proximity import Proximity
+from armsim_ros.servo.smoothing import (
     AccelerationFilter,
     ButterworthFilter,
     JerkFilter,
     NoFilter,
     SmoothingFilter,
 )
-from armsim_ros.planning.servo.stream import ServoStream
-from armsim_ros.planning.servo.target_velocity import TargetVelocity
+from armsim_ros.servo.stream import ServoStream
+from armsim_ros.servo.target_velocity import TargetVelocity
 
 DEFAULT_VELOCITY, DEFAULT_ACCELERATION, DEFAULT_JERK = 1.0, 5.0, 100.0
 """Limits of joints that have none [rad/s, rad/s^2, rad/s^3; or m]."""
