@@ -20,15 +20,16 @@ USUAL = ('startup', 'joint_states', 'goals')
 
 def main(words: list[str]) -> int:
     """Run the named benchmarks, or the usual ones."""
-    known = sorted(
-        path.stem
-        for path in Path(__file__).parent.glob('*.py')
-        if not path.stem.startswith('_') and '\ndef main(' in path.read_text(encoding='utf-8')
-    )
+    modules = {
+        path.stem: f'benchmarks.{path.parent.name}.{path.stem}'
+        for path in sorted(Path(__file__).parent.glob('*/*.py'), key=lambda path: path.stem)
+        if '\ndef main(options: Options)' in path.read_text(encoding='utf-8')
+    }
+    known = ', '.join(modules)
     parser = argparse.ArgumentParser(
         prog='benchmarks', description='Measurements; they print tables and assert nothing.'
     )
-    parser.add_argument('names', nargs='*', metavar='NAME', help=f"of {', '.join(known)}")
+    parser.add_argument('names', nargs='*', metavar='NAME', help=f'of {known}')
     for field in fields(Options):
         spelled = dict.fromkeys((field.name, field.name.replace('_', '-'), *SHORT.get(
             field.name, ())))
@@ -39,11 +40,11 @@ def main(words: list[str]) -> int:
     given = vars(parser.parse_args(words))
     names = given.pop('names')
     for name in names:
-        if name not in known:
-            parser.error(f"no benchmark is called '{name}'; known: {', '.join(known)}")
+        if name not in modules:
+            parser.error(f"no benchmark is called '{name}'; known: {known}")
     for name in names or USUAL:
         print(f'\n== {name}', flush=True)
-        import_module(f'benchmarks.{name}').main(Options(**given))
+        import_module(modules[name]).main(Options(**given))
     return 0
 
 

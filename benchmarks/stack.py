@@ -64,8 +64,9 @@ def running_stack(*arguments: str, wait: bool = True) -> Iterator[Stack]:
 @contextmanager
 def peer(module: str, *arguments: str, domain: int, settled: str = '') -> Iterator[Program]:
     """
-    Run a module of this folder in a process of its own and in a stack's domain.
+    Run a module of these benchmarks in a process of its own and in a stack's domain.
 
+    :param module: with its folder, as in ``bringup.page_visitor``.
     :param settled: what it prints when it is ready, if anything.
     """
     program = Program.module(

@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """The benchmarks of streaming that need no ROS, with a few of what they do a thousand times."""
 
-from benchmarks.streaming_jogs import jogs_table
-from benchmarks.streaming_switches import switches_table
-from benchmarks.streaming_two_arms import pairs_table
+from benchmarks.streaming.streaming_jogs import jogs_table
+from benchmarks.streaming.streaming_switches import switches_table
+from benchmarks.streaming.streaming_two_arms import pairs_table
 
 
 def test_jogs_among_obstacles_touch_nothing():

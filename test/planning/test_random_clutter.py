@@ -25,8 +25,8 @@ from armsim_ros.planning.planner import MotionPlanner
 from armsim_ros.planning.request import Constraints, JointConstraint, MotionPlanRequest
 from armsim_ros.planning.scene.objects import CollisionObject, message_pose, ObjectShape
 from armsim_ros.planning.scene.planning_scene import PlanningScene
-from benchmarks.planning_problems import Problem
-from benchmarks.referee import Referee
+from benchmarks.planning.problems import Problem
+from benchmarks.planning.referee import Referee
 
 DEFAULT = 6
 OBSTACLES = 7

@@ -33,7 +33,7 @@ from moveit_msgs.srv import (
 import pytest
 from wire import at, box, carried, pose_goal, quiet_diff, robot_state, tetrahedron, thing
 
-from benchmarks.random_messages import RandomMessages
+from benchmarks.endurance.random_messages import RandomMessages
 
 DEFAULT = 30
 LONGEST = 0.15

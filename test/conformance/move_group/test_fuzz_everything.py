@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 from armsim_ros.testing.client_node import ClientNode
-from benchmarks.fuzz import Fuzz
+from benchmarks.endurance.fuzz import Fuzz
 
 DEFAULT = 30
 

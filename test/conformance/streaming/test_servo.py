@@ -174,7 +174,7 @@ def test_other_controller(arm: Streamed) -> None:
 
 @statement('NUM-1')
 def test_status_rate(arm: Streamed) -> None:
-    """The status comes every period; how exactly, benchmarks/streaming.py measures."""
+    """The status comes every period; how exactly, benchmarks/streaming/streaming.py measures."""
     arm.forget()
     begin = time.monotonic()
     arm.until(lambda: len(arm.said()) > 100, 'a hundred and one have come', 30.0)

@@ -10,7 +10,7 @@ from scene_user import Planner
 from simulation_interfaces.msg import EntityState
 from world_user import OK, PAUSED, pose, WorldUser
 
-from benchmarks.scene_edits import SceneEdits
+from benchmarks.simulation.scene_edits import SceneEdits
 
 statement = pytest.mark.statement
 

@@ -20,7 +20,7 @@ from sensor_msgs.msg import JointState
 
 from armsim_ros.testing.client_node import ClientNode
 from armsim_ros.testing.trajectory_client import trajectory_message
-from benchmarks.empty_action_server import ACTION
+from benchmarks.controllers.empty_action_server import ACTION
 from benchmarks.options import Options
 from benchmarks.stack import arm_of, median, peer, percentile, running_stack
 
@@ -85,7 +85,7 @@ class Stopwatch:
 def main(options: Options) -> None:
     """Print a table of both servers."""
     with running_stack(f'robot:={options.robot}') as stack, peer(
-        'empty_action_server', domain=stack.domain
+        'controllers.empty_action_server', domain=stack.domain
     ):
         controller, joints = arm_of(options.robot)
         state = stack.client.collect(

@@ -16,7 +16,7 @@ from armsim_ros.testing.robot_user import running_robot
 from benchmarks.options import Options
 from benchmarks.tables import Table
 
-EXAMPLE = Path(__file__).parent.parent / 'examples' / 'pick_with_fingers.py'
+EXAMPLE = Path(__file__).parents[2] / 'examples' / 'pick_with_fingers.py'
 #: Robot -> its namespace: fingers by a trajectory controller, and by a gripper controller.
 ROBOTS = {'ROBOT': '/ROBOT', 'panda': ''}
 #: Where cubes may stand: distance from the arm [m], direction and turn [rad].

@@ -40,10 +40,10 @@ from simulation_interfaces.srv import SetSimulationState
 from tf2_msgs.msg import TFMessage
 
 from armsim_ros.testing.client_node import ClientNode
-from benchmarks.interfaces_of_graph import Endpoint, endpoints
+from benchmarks.endurance.interfaces_of_graph import Endpoint, endpoints
+from benchmarks.endurance.random_messages import RandomMessages
+from benchmarks.endurance.soak_client import SoakClient
 from benchmarks.options import Options
-from benchmarks.random_messages import RandomMessages
-from benchmarks.soak_client import SoakClient
 from benchmarks.stack import arm_of, joint_states_of, running_stack
 
 #: Every request is answered within this time [s], also on a busy machine.

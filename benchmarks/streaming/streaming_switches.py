@@ -28,7 +28,7 @@ from armsim_ros.servo.commands import JointJog
 from armsim_ros.stack import ArmSim
 from armsim_ros.trajectory import JointTrajectory, TrajectoryPoint
 from benchmarks.options import Options
-from benchmarks.servoed_arm import ServoedArm
+from benchmarks.streaming.servoed_arm import ServoedArm
 from benchmarks.tables import publish, Table
 
 #: Longest time in one mode [s]; how far commands reach [rad]; how fast [rad/s].

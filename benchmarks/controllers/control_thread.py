@@ -21,7 +21,8 @@ from sensor_msgs.msg import JointState
 
 from armsim_ros.testing.program import Program
 from armsim_ros.testing.trajectory_client import trajectory_message, TrajectoryClient
-from benchmarks import bare_loop, listener
+from benchmarks import listener
+from benchmarks.controllers import bare_loop
 from benchmarks.options import Options
 from benchmarks.stack import arm_of, joint_states_of, peer, processor_seconds, running_stack, Stack
 
@@ -35,7 +36,7 @@ LATENESS = ('p50', 'p99', 'max')
 def main(options: Options) -> None:
     """Print one block a phase."""
     with running_stack(f'robot:={options.robot}') as stack, peer(
-        'empty_action_server', domain=stack.domain
+        'controllers.empty_action_server', domain=stack.domain
     ) as empty:
         watch(stack, empty, options, 'idle')
         with goals_without_pause(stack, options.robot):
@@ -54,7 +55,9 @@ def main(options: Options) -> None:
 def watch(stack: Stack, empty: Program, options: Options, phase: str) -> None:
     """Watch for a while and print."""
     processes = {**stack.processes(), 'empty action server': empty.process.pid}
-    with peer('bare_loop', options.robot, domain=stack.domain, settled=bare_loop.STARTED) as bare:
+    with peer(
+        'controllers.bare_loop', options.robot, domain=stack.domain, settled=bare_loop.STARTED
+    ) as bare:
         diagnostics = stack.client.collect(
             '/diagnostics', DiagnosticArray, qos_profile_sensor_data
         )

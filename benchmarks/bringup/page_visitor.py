@@ -1,10 +1,11 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
 """
-A load: ``python -m benchmarks.page_visitor ADDRESS`` looks at the page as a browser's tab does.
+A load that looks at the page as a browser's tab does.
 
-It opens both websockets, reads what comes, draws nothing. Prints a line when the scene has come,
-and when it is terminated what it has received since then.
+``python -m benchmarks.bringup.page_visitor ADDRESS`` opens both websockets, reads what comes,
+draws nothing. Prints a line when the scene has come, and when it is terminated what it has
+received since then.
 """
 
 from __future__ import annotations

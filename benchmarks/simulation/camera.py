@@ -9,10 +9,10 @@ from pathlib import Path
 import time
 
 from armsim_ros.testing.move_group_client import MoveGroupClient
-from benchmarks.control_thread import goals_without_pause
+from benchmarks.controllers.control_thread import goals_without_pause
 from benchmarks.options import Options
-from benchmarks.picture_listener import PICTURE
-from benchmarks.real_time import Phase, phase_tables, watched
+from benchmarks.simulation.picture_listener import PICTURE
+from benchmarks.simulation.real_time import Phase, phase_tables, watched
 from benchmarks.stack import median, peer, percentile, running_stack, Stack
 from benchmarks.tables import machine_load, replace_section, Table
 
@@ -36,7 +36,8 @@ def main(options: Options) -> None:
                 stack.program.wait_for_line('cameras: camera; drawn by', PATIENCE)
             printed: list[str] = []
             if seen:
-                listener = opened.enter_context(peer('picture_listener', domain=stack.domain))
+                listener = opened.enter_context(
+                    peer('simulation.picture_listener', domain=stack.domain))
                 listener.wait_for_line(PICTURE, PATIENCE)
                 printed = listener.output
             phase, row = _watched(name, stack, options, printed)

@@ -28,8 +28,8 @@ from armsim_ros.kinematics.inverse import IKTarget, InverseKinematics
 from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.model.loading import load_robot_model
 from benchmarks.options import Options
-from benchmarks.planning import environment, Peer
-from benchmarks.planning_problems import problem_sets
+from benchmarks.planning.planning import environment, Peer
+from benchmarks.planning.problems import problem_sets
 
 POSES = 3000
 BLOCKS = 4

@@ -3,8 +3,8 @@
 """
 A peer: the least that a FollowJointTrajectory server of rclpy can do.
 
-``python -m benchmarks.empty_action_server`` accepts every goal, publishes one feedback message
-and succeeds at once, until it is terminated.
+``python -m benchmarks.controllers.empty_action_server`` accepts every goal, publishes one feedback
+message and succeeds at once, until it is terminated.
 """
 
 from __future__ import annotations

@@ -24,7 +24,7 @@ import sys
 from typing import Any
 
 from benchmarks.options import Options
-from benchmarks.planning_problems import (
+from benchmarks.planning.problems import (
     ACCELERATION,
     cache_folder,
     Problem,
@@ -33,8 +33,8 @@ from benchmarks.planning_problems import (
     ProblemSet,
     VELOCITY,
 )
-from benchmarks.planning_report import print_tables, write_report
-from benchmarks.referee import Referee, Verdict
+from benchmarks.planning.referee import Referee, Verdict
+from benchmarks.planning.report import print_tables, write_report
 
 OURS = 'armsim_ros'
 SECONDS = 5.0
@@ -46,7 +46,7 @@ class Peer:
     """
     A planner to compare with.
 
-    :param script: in ``benchmarks/peers``.
+    :param script: in ``peers``.
     :param packages: what its environment needs; none for the interpreter that runs this.
     """
 

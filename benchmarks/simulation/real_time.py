@@ -22,7 +22,8 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
 
 from benchmarks import listener
-from benchmarks.control_thread import goals_without_pause
+from benchmarks.bringup.startup import startup_table
+from benchmarks.controllers.control_thread import goals_without_pause
 from benchmarks.options import Options
 from benchmarks.stack import (
     joint_states_of,
@@ -32,7 +33,6 @@ from benchmarks.stack import (
     running_stack,
     Stack,
 )
-from benchmarks.startup import startup_table
 from benchmarks.tables import Table
 
 #: Stacks that run side by side.

@@ -16,7 +16,7 @@ from armsim_ros.planning.timing.limits import MotionLimits
 from armsim_ros.planning.timing.path_timing import MAX_DEVIATION
 from armsim_ros.planning.timing.time_parameterization import BlendedPath, time_path
 from benchmarks.options import Options
-from benchmarks.planning_problems import ACCELERATION, VELOCITY
+from benchmarks.planning.problems import ACCELERATION, VELOCITY
 
 WAYPOINTS, JOINTS, SAMPLES = 10, 6, 20000
 

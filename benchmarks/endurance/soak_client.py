@@ -1,7 +1,7 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
 """
-A client of the stack that never rests: ``python -m benchmarks.soak_client KIND ROBOT``.
+A client of the stack that never rests: ``python -m benchmarks.endurance.soak_client KIND ROBOT``.
 
 KIND is ``moves`` (plan and execute between named states), ``plans`` (plan only, every third one
 cancelled), ``edits`` (objects come, move, are attached and go) or ``asks`` (kinematics, validity,

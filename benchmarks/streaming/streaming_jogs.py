@@ -21,7 +21,7 @@ from armsim_ros.servo.commands import Command, JointJog, Twist
 from armsim_ros.servo.status import ServoStatus
 from armsim_ros.stack import ArmSim
 from benchmarks.options import Options
-from benchmarks.servoed_arm import moving_links, ServoedArm, touched
+from benchmarks.streaming.servoed_arm import moving_links, ServoedArm, touched
 from benchmarks.tables import publish, Table
 
 #: Time of a jog [s], and jogs before the arm goes somewhere else.

@@ -10,7 +10,7 @@ from random import Random
 import re
 from typing import Any
 
-from benchmarks.interfaces_of_graph import interface
+from benchmarks.endurance.interfaces_of_graph import interface
 
 FLOATS = (
     0.0, 1.0, -1.0, 0.5, 1e-3, 1e-12, 1e6, 1e300, -1e300, math.nan, math.inf, -math.inf, math.pi,

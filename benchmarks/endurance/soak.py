@@ -33,7 +33,7 @@ def main(options: Options) -> None:
     with running_stack(*arguments) as stack, ExitStack() as clients:
         running = [
             clients.enter_context(subprocess.Popen(
-                [sys.executable, '-m', 'benchmarks.soak_client', kind, options.robot],
+                [sys.executable, '-m', 'benchmarks.endurance.soak_client', kind, options.robot],
                 stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
                 env=ros_environment(stack.domain),
             ))

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from benchmarks import action_latency, control_thread, update_cost
+from benchmarks.controllers import action_latency, control_thread, update_cost
 from benchmarks.options import Options
 
 

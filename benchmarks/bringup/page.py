@@ -18,10 +18,10 @@ import time
 from armsim_ros.testing.browser import chromium_path, launch_chromium
 from armsim_ros.testing.page_user import PageUser, printed_address, robot_is_seen
 from armsim_ros.testing.program import Program
-from benchmarks import page_visitor
-from benchmarks.control_thread import goals_without_pause
+from benchmarks.bringup import page_visitor
+from benchmarks.controllers.control_thread import goals_without_pause
 from benchmarks.options import Options
-from benchmarks.real_time import Phase, phase_tables, watched
+from benchmarks.simulation.real_time import Phase, phase_tables, watched
 from benchmarks.stack import median, peer, running_stack, Stack
 from benchmarks.tables import machine_load, replace_section, Table
 
@@ -73,7 +73,7 @@ def _rest_and_motion(stack: Stack, options: Options, name: str) -> Iterator[Phas
 
 
 def _visitor(stack: Stack, address: str) -> AbstractContextManager[Program]:
-    return peer('page_visitor', address, domain=stack.domain, settled=page_visitor.SETTLED)
+    return peer('bringup.page_visitor', address, domain=stack.domain, settled=page_visitor.SETTLED)
 
 
 def _lateness_table(stack: Stack, address: str, options: Options) -> Table:

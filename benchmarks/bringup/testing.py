@@ -39,7 +39,7 @@ def main(options: Options) -> None:
 
 
 def _measured(mode: str, robot: str) -> dict[str, tuple[float, float]]:
-    command = [sys.executable, '-m', 'benchmarks.testing', mode, robot]
+    command = [sys.executable, '-m', 'benchmarks.bringup.testing', mode, robot]
     done = subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True)
     return dict(json.loads(done.stdout.splitlines()[-1]))
 

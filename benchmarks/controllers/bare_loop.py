@@ -3,8 +3,8 @@
 """
 A peer: a loop that only waits for its deadlines and steps bare MuJoCo, in the robot's own world.
 
-``python -m benchmarks.bare_loop ROBOT`` asks for the control thread's priority, runs until it is
-terminated, and then prints processor share [%] and lateness [us] as one line of key=value.
+``python -m benchmarks.controllers.bare_loop ROBOT`` asks for the control thread's priority, runs
+until it is terminated, and then prints processor share [%] and lateness [us] as key=value.
 """
 
 from __future__ import annotations

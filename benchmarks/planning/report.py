@@ -13,7 +13,7 @@ import numpy as np
 from benchmarks.tables import machine_load, replace_section
 
 if TYPE_CHECKING:
-    from benchmarks.planning import Record
+    from benchmarks.planning.planning import Record
 
 OURS = 'armsim_ros'
 _HEAD = ('planner', 'solved', 'exact', 'motion exact', 'CPU ms median', 'p95', 'scene ms',

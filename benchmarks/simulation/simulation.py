@@ -7,9 +7,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
-from benchmarks.lockstep import lockstep_tables
 from benchmarks.options import Options
-from benchmarks.real_time import real_time_tables
+from benchmarks.simulation.lockstep import lockstep_tables
+from benchmarks.simulation.real_time import real_time_tables
 from benchmarks.tables import machine_load, replace_section, Table
 
 #: Each makes tables; a line for another kind of measurement is all that it takes here.

@@ -11,10 +11,10 @@ import time
 from geometry_msgs.msg import PoseStamped
 from simulation_interfaces.srv import DeleteEntity, SpawnEntity
 
-from benchmarks.control_thread import goals_without_pause
+from benchmarks.controllers.control_thread import goals_without_pause
 from benchmarks.options import Options
-from benchmarks.real_time import KEPT, watched
-from benchmarks.scene_edits import SceneEdits
+from benchmarks.simulation.real_time import KEPT, watched
+from benchmarks.simulation.scene_edits import SceneEdits
 from benchmarks.stack import median, percentile, resident_mib, running_stack, Stack
 from benchmarks.tables import machine_load, replace_section, Table
 

@@ -6,7 +6,7 @@ import pathlib
 import sys
 import time
 
-sys.path.insert(1, str(pathlib.Path(__file__).resolve().parents[2]))
+sys.path.insert(1, str(pathlib.Path(__file__).resolve().parents[3]))
 
 from worker import serve
 
