@@ -70,122 +70,74 @@ class SceneContent:
 
 class SceneDraft:
     """
-    A content that can be changed; whoever refuses the change drops the draft.
+    A content that can be changed, part by part; whoever refuses the change drops the draft.
 
-    A part is copied when it is first changed, so an edit of many objects costs as much as there
-    are objects, and what no edit touches stays the very same in :meth:`content`.
-
+    :param kinematics: the robot.
     :param base: what to begin with; it is not changed.
     """
 
-    def __init__(self, base: SceneContent) -> None:
+    def __init__(self, kinematics: KinematicModel, base: SceneContent) -> None:
+        self.kinematics = kinematics
         self._base = base
-        self._parts: dict[str, Any] = {}
-        self._own_parts: set[str] = set()
+        self._take_over(base)
+
+    def _take_over(self, content: SceneContent) -> None:
+        self.q, self.name, self.acm = content.q, content.name, content.acm
+        self.objects, self.attached = dict(content.objects), dict(content.attached)
+        self.link_padding, self.link_scale = dict(content.link_padding), dict(content.link_scale)
+        self.frames, self.colors = dict(content.frames), dict(content.colors)
         self._forgotten: set[str] = set()
 
-    # ---------------------------------------------------------------- what it holds
-
-    @property
-    def q(self) -> Vector:
-        """Robot state (n,), read-only."""
-        state: Vector = self._part('q')
-        return state
-
-    @property
-    def objects(self) -> Mapping[str, CollisionObject]:
-        """Objects in the world, by id."""
-        held: Mapping[str, CollisionObject] = self._part('objects')
-        return held
-
-    @property
-    def attached(self) -> Mapping[str, AttachedObject]:
-        """Objects on the robot, by id."""
-        held: Mapping[str, AttachedObject] = self._part('attached')
-        return held
-
-    @property
-    def frames(self) -> Mapping[str, FixedFrame]:
-        """Further frames."""
-        held: Mapping[str, FixedFrame] = self._part('frames')
-        return held
-
     def content(self) -> SceneContent:
-        """Return what the draft holds, never to be changed again."""
-        if self._forgotten:
-            acm: AllowedCollisionMatrix = self._part('acm')
-            self._parts['acm'] = acm.without(self._forgotten)
-        for name in self._own_parts:
-            self._parts[name] = MappingProxyType(self._parts[name])
-        self._own_parts, self._forgotten = set(), set()
-        return replace(self._base, **self._parts)
-
-    # ---------------------------------------------------------------- changes
-
-    def replace(self, **parts: Any) -> None:
-        """Replace whole parts of the content."""
-        self._parts.update(parts)
-        self._own_parts -= parts.keys()
-        if 'acm' in parts:
-            self._forgotten = set()
+        """Return what the draft holds; parts that are as they were are those of the base."""
+        self.acm = self.acm.without(self._forgotten)
+        changed: dict[str, Any] = {}
+        for each in fields(SceneContent):
+            part, before = getattr(self, each.name), getattr(self._base, each.name)
+            if part is not before and not (isinstance(part, dict) and part == before):
+                changed[each.name] = MappingProxyType(part) if isinstance(part, dict) else part
+        return replace(self._base, **changed)
 
     def begin_anew(self, initial: SceneContent, *, keep_attached: bool) -> None:
         """Go back to a scene's beginning, but for the robot's state and the further frames."""
-        kept = {'q': self.q, 'frames': self._part('frames')}
-        if keep_attached:
-            kept['attached'] = self._part('attached')
-        self.replace(**{
-            each.name: kept.get(each.name, getattr(initial, each.name))
-            for each in fields(SceneContent)
-        })
-
-    def update(self, part: str, items: Mapping[str, Any]) -> None:
-        """Add or renew items of a part that is a mapping."""
-        if items:
-            self._own(part).update(items)
-
-    def put(self, body: CollisionObject) -> None:
-        """Put an object into the world, in place of the one of the same id."""
-        self._own('objects')[body.id] = body
-
-    def take(self, *ids: str) -> None:
-        """Take objects out of the world, where they are in it."""
-        if any(id_ in self.objects for id_ in ids):
-            objects = self._own('objects')
-            for id_ in ids:
-                objects.pop(id_, None)
+        attached = self.attached if keep_attached else initial.attached
+        self._take_over(replace(initial, q=self.q, frames=self.frames, attached=attached))
 
     def remove(self, ids: Iterable[str]) -> None:
         """Take objects out of the world, and their colours and rules with them."""
-        gone = tuple(ids)
-        self.take(*gone)
-        if any(id_ in self._part('colors') for id_ in gone):
-            colors = self._own('colors')
-            for id_ in gone:
-                colors.pop(id_, None)
-        self._forgotten.update(gone)
+        for id_ in tuple(ids):
+            self.objects.pop(id_, None)
+            self.colors.pop(id_, None)
+            self._forgotten.add(id_)
 
     def attach(self, item: AttachedObject) -> None:
         """Put an object onto the robot; it is in the world no more."""
-        self._own('attached')[item.id] = item
-        self.take(item.id)
+        self.attached[item.id] = item
+        self.objects.pop(item.id, None)
 
-    def detach(self, item: AttachedObject, body: CollisionObject) -> None:
-        """Take an object from the robot; it stands in the world unless its id does already."""
-        del self._own('attached')[item.id]
-        if item.id not in self.objects:
-            self.put(body)
+    def frame_pose(self, frame: str) -> Matrix:
+        """Return the pose (4, 4) of a frame in the model frame, see :func:`frame_pose`."""
+        return frame_pose(self.kinematics, self, frame)
 
-    def _part(self, name: str) -> Any:
-        return self._parts[name] if name in self._parts else getattr(self._base, name)
+    def link_pose(self, link: str) -> Matrix:
+        """Return the pose (4, 4) of a link in the model frame."""
+        return self.kinematics.link_pose(self.q, link)
 
-    def _own(self, name: str) -> dict[str, Any]:
-        """Return a part as a dictionary that only this draft has."""
-        if name not in self._own_parts:
-            self._own_parts.add(name)
-            self._parts[name] = dict(self._part(name))
-        own: dict[str, Any] = self._parts[name]
-        return own
+    def check_link(self, link: str, what: str) -> None:
+        """
+        Refuse a link that the robot does not have.
+
+        :param what: begins the sentence and ends before the link.
+        :raises PlanningError: INVALID_LINK_NAME.
+        """
+        if not self.kinematics.has_link(link):
+            robot = self.kinematics.robot
+            raise PlanningError(
+                MoveItErrorCode.INVALID_LINK_NAME,
+                f"{what} link '{link}', which robot '{robot.name}' does not have "
+                f'{nearest(link, tuple(robot.links))}'.rstrip(),
+                'planning scene',
+            )
 
 
 SceneParts = SceneContent | SceneDraft

@@ -10,11 +10,10 @@ from types import MappingProxyType
 import numpy as np
 
 from armsim_ros.arrays import Matrix
-from armsim_ros.errors import MoveItErrorCode, nearest, PlanningError
-from armsim_ros.kinematics.kinematic_model import KinematicModel
+from armsim_ros.errors import nearest
 from armsim_ros.model.geometry import Geometry, Mesh, Plane
 from armsim_ros.model.transforms import inverse_pose
-from armsim_ros.planning.scene.content import frame_pose, SceneDraft
+from armsim_ros.planning.scene.content import SceneDraft
 from armsim_ros.planning.scene.objects import (
     AttachedObject,
     check_pose,
@@ -29,7 +28,7 @@ from armsim_ros.planning.scene.objects import (
 _KINDS = ('primitive', 'mesh', 'plane')
 
 
-def apply_object(kinematics: KinematicModel, draft: SceneDraft, item: CollisionObject) -> None:
+def apply_object(draft: SceneDraft, item: CollisionObject) -> None:
     """
     Do one operation on a world object.
 
@@ -42,17 +41,17 @@ def apply_object(kinematics: KinematicModel, draft: SceneDraft, item: CollisionO
     _check_id(item.id)
     old = draft.objects.get(item.id)
     if operation is ObjectOperation.MOVE:
-        draft.put(_moved(kinematics, draft, old, item))
+        draft.objects[item.id] = _moved(draft, old, item)
         return
-    body = _built(kinematics, draft, item)
+    body = _built(draft, item)
     if operation is ObjectOperation.APPEND and old is not None:
         body = _merged(old, body)
     elif old is not None and body.type.empty:
         body = replace(body, type=old.type)
-    draft.put(body)
+    draft.objects[item.id] = body
 
 
-def apply_attached(kinematics: KinematicModel, draft: SceneDraft, item: AttachedObject) -> None:
+def apply_attached(draft: SceneDraft, item: AttachedObject) -> None:
     """
     Do one operation on an attached object.
 
@@ -60,7 +59,7 @@ def apply_attached(kinematics: KinematicModel, draft: SceneDraft, item: Attached
     """
     operation = _known_operation(item.object)
     if operation is ObjectOperation.REMOVE:
-        _detach(kinematics, draft, item)
+        _detach(draft, item)
         return
     _check_id(item.id)
     if operation is ObjectOperation.MOVE:
@@ -68,11 +67,11 @@ def apply_attached(kinematics: KinematicModel, draft: SceneDraft, item: Attached
             f"attached object '{item.id}' cannot be moved on its link; detach it, "
             'or attach it again with another pose'
         )
-    _check_link(kinematics, item)
+    _check_link(draft, item)
     if operation is ObjectOperation.APPEND and item.id in draft.attached:
-        draft.attach(_appended(kinematics, draft, item))
+        draft.attach(_appended(draft, item))
     else:
-        draft.attach(_attached(kinematics, draft, item))
+        draft.attach(_attached(draft, item))
 
 
 def _known_operation(item: CollisionObject) -> ObjectOperation:
@@ -97,9 +96,7 @@ def _check_id(id_: str) -> None:
 # -------------------------------------------------------------------- in the world
 
 
-def _built(
-    kinematics: KinematicModel, draft: SceneDraft, item: CollisionObject
-) -> CollisionObject:
+def _built(draft: SceneDraft, item: CollisionObject) -> CollisionObject:
     """
     Return the object that an ADD or APPEND describes, in the model frame.
 
@@ -117,7 +114,7 @@ def _built(
         for name, value in item.subframes.items()
     }
     body = replace(item, shapes=shapes, subframes=MappingProxyType(subframes))
-    return body.at(_in_model_frame(kinematics, draft, item, pose))
+    return body.at(_in_model_frame(draft, item, pose))
 
 
 def _given_pose(item: CollisionObject) -> Matrix | None:
@@ -136,9 +133,9 @@ def _single_shape(
 
 
 def _in_model_frame(
-    kinematics: KinematicModel, draft: SceneDraft, item: CollisionObject, pose: Matrix | None
+    draft: SceneDraft, item: CollisionObject, pose: Matrix | None
 ) -> Matrix:
-    header = frame_pose(kinematics, draft, item.frame_id)
+    header = draft.frame_pose(item.frame_id)
     return check_pose(
         header if pose is None else header @ pose, f"the pose of object '{item.id}'")
 
@@ -168,7 +165,7 @@ def _remove(draft: SceneDraft, id_: str) -> None:
 
 
 def _moved(
-    kinematics: KinematicModel, draft: SceneDraft, old: CollisionObject | None,
+    draft: SceneDraft, old: CollisionObject | None,
     item: CollisionObject,
 ) -> CollisionObject:
     if old is None:
@@ -178,9 +175,9 @@ def _moved(
         )
     pose = _given_pose(item)
     if not any(item.shape_poses):
-        return old.at(_in_model_frame(kinematics, draft, item, pose))
+        return old.at(_in_model_frame(draft, item, pose))
     pose, shapes = _single_shape(pose, _moved_shapes(old, item))
-    return replace(old.at(_in_model_frame(kinematics, draft, item, pose)), shapes=shapes)
+    return replace(old.at(_in_model_frame(draft, item, pose)), shapes=shapes)
 
 
 def _moved_shapes(old: CollisionObject, item: CollisionObject) -> tuple[ObjectShape, ...]:
@@ -209,37 +206,25 @@ def _kind(geometry: Geometry) -> str:
 # -------------------------------------------------------------------- on the robot
 
 
-def _check_link(kinematics: KinematicModel, item: AttachedObject) -> None:
-    if not kinematics.has_link(item.link_name):
-        known = tuple(kinematics.robot.links)
-        raise PlanningError(
-            MoveItErrorCode.INVALID_LINK_NAME,
-            f"object '{item.id}' cannot be attached to link '{item.link_name}', which robot "
-            f"'{kinematics.robot.name}' does not have "
-            f'{nearest(item.link_name, known)}'.rstrip(),
-            'planning scene',
-        )
+def _check_link(draft: SceneDraft, item: AttachedObject) -> None:
+    draft.check_link(item.link_name, f"object '{item.id}' cannot be attached to")
 
 
-def _attached(
-    kinematics: KinematicModel, draft: SceneDraft, item: AttachedObject
-) -> AttachedObject:
-    link, body = item.link_name, _in_world(kinematics, draft, item)
-    on_link = inverse_pose(kinematics.link_pose(draft.q, link)) @ body.pose
+def _attached(draft: SceneDraft, item: AttachedObject) -> AttachedObject:
+    link, body = item.link_name, _in_world(draft, item)
+    on_link = inverse_pose(draft.link_pose(link)) @ body.pose
     return replace(
         item, object=body.at(on_link, link), touch_links=tuple(dict.fromkeys(item.touch_links)))
 
 
-def _in_world(
-    kinematics: KinematicModel, draft: SceneDraft, item: AttachedObject
-) -> CollisionObject:
+def _in_world(draft: SceneDraft, item: AttachedObject) -> CollisionObject:
     """Return the object to attach at its pose in the model frame."""
     if item.object.shapes:
-        return _built(kinematics, draft, item.object)
+        return _built(draft, item.object)
     if item.id in draft.objects:
         return draft.objects[item.id]
     if item.id in draft.attached:
-        return _released(kinematics, draft, draft.attached[item.id])
+        return _released(draft, draft.attached[item.id])
     raise object_error(
         f"object '{item.id}' is not in the world, so it cannot be attached to link "
         f"'{item.link_name}'; add it first, or give its shapes "
@@ -247,9 +232,7 @@ def _in_world(
     )
 
 
-def _appended(
-    kinematics: KinematicModel, draft: SceneDraft, item: AttachedObject
-) -> AttachedObject:
+def _appended(draft: SceneDraft, item: AttachedObject) -> AttachedObject:
     old = draft.attached[item.id]
     if old.link_name != item.link_name:
         raise object_error(
@@ -258,8 +241,8 @@ def _appended(
         )
     body = old.object
     if item.object.shapes:
-        added = _built(kinematics, draft, item.object)
-        on_link = inverse_pose(kinematics.link_pose(draft.q, old.link_name)) @ added.pose
+        added = _built(draft, item.object)
+        on_link = inverse_pose(draft.link_pose(old.link_name)) @ added.pose
         if _given_pose(item.object) is not None:
             body = body.at(on_link, old.link_name)
         body = _merged(body, added.at(on_link))
@@ -272,10 +255,10 @@ def _appended(
     )
 
 
-def _detach(kinematics: KinematicModel, draft: SceneDraft, item: AttachedObject) -> None:
+def _detach(draft: SceneDraft, item: AttachedObject) -> None:
     id_, link = item.id, item.link_name
     if link:
-        _check_link(kinematics, item)
+        _check_link(draft, item)
     if not id_:
         gone = [each for each in draft.attached.values() if link in ('', each.link_name)]
     else:
@@ -291,11 +274,10 @@ def _detach(kinematics: KinematicModel, draft: SceneDraft, item: AttachedObject)
             )
         gone = [found]
     for each in gone:
-        draft.detach(each, _released(kinematics, draft, each))
+        del draft.attached[each.id]
+        draft.objects.setdefault(each.id, _released(draft, each))
 
 
-def _released(
-    kinematics: KinematicModel, draft: SceneDraft, item: AttachedObject
-) -> CollisionObject:
+def _released(draft: SceneDraft, item: AttachedObject) -> CollisionObject:
     """Return an attached object as one of the world, where it is now."""
-    return item.object.at(kinematics.link_pose(draft.q, item.link_name) @ item.object.pose)
+    return item.object.at(draft.link_pose(item.link_name) @ item.object.pose)

@@ -202,7 +202,10 @@ class PlanningScene:
 
     def set_acm(self, acm: AllowedCollisionMatrix) -> None:
         """Replace the allowed collision matrix."""
-        self._edit(lambda draft: draft.replace(acm=acm))
+        def replace_acm(draft: SceneDraft) -> None:
+            draft.acm = acm
+
+        self._edit(replace_acm)
 
     def apply_object(self, item: CollisionObject) -> None:
         """
@@ -210,7 +213,7 @@ class PlanningScene:
 
         :raises PlanningError: with the reason; the scene is as it was then.
         """
-        self._edit(lambda draft: apply_object(self.kinematic_model, draft, item))
+        self._edit(lambda draft: apply_object(draft, item))
 
     def apply_attached(self, item: AttachedObject) -> None:
         """
@@ -218,7 +221,7 @@ class PlanningScene:
 
         :raises PlanningError: with the reason; the scene is as it was then.
         """
-        self._edit(lambda draft: apply_attached(self.kinematic_model, draft, item))
+        self._edit(lambda draft: apply_attached(draft, item))
 
     def apply(self, update: SceneUpdate) -> None:
         """
@@ -227,15 +230,12 @@ class PlanningScene:
         :raises PlanningError: with a sentence for every part that was refused; the scene is as
             it was then.
         """
-        self._edit(
-            lambda draft: apply_update(self.kinematic_model, draft, update, self._initial)
-        )
+        self._edit(lambda draft: apply_update(draft, update, self._initial))
 
     def clear(self) -> None:
         """Take away all objects, and set rules, padding and colours to their beginning."""
         def begin_anew(draft: SceneDraft) -> None:
-            draft.begin_anew(self._initial, keep_attached=False)
-            draft.replace(name=self._content.name)
+            draft.begin_anew(replace(self._initial, name=draft.name), keep_attached=False)
 
         self._edit(begin_anew)
 
@@ -243,7 +243,7 @@ class PlanningScene:
         """Put a changed draft in place, unless the change raises."""
         with self._editing:
             base = self._content
-            draft = SceneDraft(base)
+            draft = SceneDraft(self.kinematic_model, base)
             change(draft)
             made = draft.content()
             with self._lock:
@@ -298,9 +298,7 @@ class PlanningScene:
             positions that do not match, or what an attached object is refused for.
         """
         overlay = self.snapshot()
-        overlay._edit(
-            lambda draft: apply_start_state(self.kinematic_model, draft, start, strict=strict)
-        )
+        overlay._edit(lambda draft: apply_start_state(draft, start, strict=strict))
         return overlay
 
     def add_listener(self, listener: Listener) -> Callable[[], None]:

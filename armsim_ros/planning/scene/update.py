@@ -12,16 +12,13 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 import math
-from types import MappingProxyType
 from typing import Any
 
-from armsim_ros.errors import MoveItErrorCode, nearest, PlanningError
-from armsim_ros.kinematics.kinematic_model import KinematicModel
+from armsim_ros.errors import MoveItErrorCode, PlanningError
 from armsim_ros.planning.scene.allowed_collision_matrix import AcmUpdate, AllowedCollisionMatrix
 from armsim_ros.planning.scene.content import (
     Color,
     FixedFrame,
-    frame_pose,
     SceneContent,
     SceneDraft,
 )
@@ -103,9 +100,7 @@ class SceneUpdate:
         )
 
 
-def apply_update(
-    kinematics: KinematicModel, draft: SceneDraft, update: SceneUpdate, initial: SceneContent
-) -> None:
+def apply_update(draft: SceneDraft, update: SceneUpdate, initial: SceneContent) -> None:
     """
     Do all that a scene message asks for.
 
@@ -121,20 +116,20 @@ def apply_update(
     def attempt(step: Callable[..., None], *arguments: Any) -> None:
         if len(refusals) < MOST_REFUSALS:
             try:
-                step(kinematics, draft, *arguments)
+                step(draft, *arguments)
             except PlanningError as error:
                 refusals.append(error)
 
     if not update.is_diff:
         draft.begin_anew(initial, keep_attached=update.robot_state.is_diff)
-    standing = draft.objects
+    standing = frozenset(draft.objects)
     if update.name:
-        draft.replace(name=update.name)
+        draft.name = update.name
     attempt(_set_frames, update.fixed_frames)
     if update.robot_state.joint_names or update.robot_state.positions:
         attempt(_set_joints, update.robot_state)
         if not update.robot_state.is_diff:
-            draft.replace(attached=initial.attached)
+            draft.attached = dict(initial.attached)
     for attached in update.robot_state.attached_objects:
         attempt(apply_attached, attached)
     attempt(_set_acm, update.acm)
@@ -162,23 +157,21 @@ def _joined(refusals: Sequence[PlanningError]) -> PlanningError:
     )
 
 
-def apply_start_state(
-    kinematics: KinematicModel, draft: SceneDraft, start: StartState, *, strict: bool
-) -> None:
+def apply_start_state(draft: SceneDraft, start: StartState, *, strict: bool) -> None:
     """
     Take over a client's start state.
 
     :raises PlanningError: INVALID_ROBOT_STATE, or what an attached object is refused for.
     """
-    _set_joints(kinematics, draft, start)
+    _set_joints(draft, start)
     given = bool(start.joint_names or start.attached_objects)
     if strict and given and not start.is_diff:
-        draft.replace(attached=MappingProxyType({}))
+        draft.attached = {}
     for attached in start.attached_objects:
-        apply_attached(kinematics, draft, attached)
+        apply_attached(draft, attached)
 
 
-def _set_joints(kinematics: KinematicModel, draft: SceneDraft, state: StartState) -> None:
+def _set_joints(draft: SceneDraft, state: StartState) -> None:
     names, positions = state.joint_names, state.positions
     if len(names) != len(positions):
         raise PlanningError(
@@ -187,66 +180,44 @@ def _set_joints(kinematics: KinematicModel, draft: SceneDraft, state: StartState
             'planning scene',
         )
     if names:
-        q = kinematics.vector(dict(zip(names, positions, strict=True)), draft.q)
+        q = draft.kinematics.vector(dict(zip(names, positions, strict=True)), draft.q)
         q.setflags(write=False)
-        draft.replace(q=q)
+        draft.q = q
 
 
-def _set_frames(
-    kinematics: KinematicModel, draft: SceneDraft, frames: Mapping[str, FixedFrame]
-) -> None:
-    draft.update('frames', {
-        name.lstrip('/'): replace(
-            frame, pose=check_pose(frame.pose, f"the pose of frame '{name}'")
-        )
-        for name, frame in frames.items()
-        if name.lstrip('/')
-    })
+def _set_frames(draft: SceneDraft, frames: Mapping[str, FixedFrame]) -> None:
+    for name, frame in frames.items():
+        if name.lstrip('/'):
+            draft.frames[name.lstrip('/')] = replace(
+                frame, pose=check_pose(frame.pose, f"the pose of frame '{name}'"))
     for name in frames:
-        frame_pose(kinematics, draft, name.lstrip('/'))
+        draft.frame_pose(name.lstrip('/'))
 
 
-def _set_acm(_: KinematicModel, draft: SceneDraft, acm: AcmUpdate | None) -> None:
-    if acm is None:
-        return
-    made = AllowedCollisionMatrix.from_update(acm)
-    if acm.entry_names:
-        draft.replace(acm=made)
+def _set_acm(draft: SceneDraft, acm: AcmUpdate | None) -> None:
+    if acm is not None:
+        made = AllowedCollisionMatrix.from_update(acm)
+        draft.acm = made if acm.entry_names else draft.acm
 
 
-def _set_padding(
-    kinematics: KinematicModel, draft: SceneDraft, padding: Mapping[str, float]
-) -> None:
+def _set_padding(draft: SceneDraft, padding: Mapping[str, float]) -> None:
     for link, value in padding.items():
-        _check_link(kinematics, link, 'padding')
+        draft.check_link(link, 'padding is given for')
         if not (math.isfinite(value) and value >= 0.0):
             raise object_error(f"padding {value} m of link '{link}'; allowed: 0 or more")
-    draft.update('link_padding', padding)
+    draft.link_padding.update(padding)
 
 
-def _set_scale(
-    kinematics: KinematicModel, draft: SceneDraft, scale: Mapping[str, float]
-) -> None:
+def _set_scale(draft: SceneDraft, scale: Mapping[str, float]) -> None:
     for link, value in scale.items():
-        _check_link(kinematics, link, 'scale')
+        draft.check_link(link, 'scale is given for')
         if not (math.isfinite(value) and value > 0.0):
             raise object_error(f"scale {value} of link '{link}'; allowed: above 0")
-    draft.update('link_scale', scale)
+    draft.link_scale.update(scale)
 
 
-def _set_colors(_: KinematicModel, draft: SceneDraft, colors: Mapping[str, Color]) -> None:
+def _set_colors(draft: SceneDraft, colors: Mapping[str, Color]) -> None:
     for id_, color in colors.items():
         if not all(math.isfinite(part) and 0.0 <= part <= 1.0 for part in color):
             raise object_error(f"color {color} of object '{id_}'; allowed: 0 to 1 for r, g, b, a")
-    draft.update('colors', colors)
-
-
-def _check_link(kinematics: KinematicModel, link: str, what: str) -> None:
-    if not kinematics.has_link(link):
-        known = tuple(kinematics.robot.links)
-        raise PlanningError(
-            MoveItErrorCode.INVALID_LINK_NAME,
-            f"{what} is given for link '{link}', which robot '{kinematics.robot.name}' does "
-            f'not have {nearest(link, known)}'.rstrip(),
-            'planning scene',
-        )
+    draft.colors.update(colors)
