@@ -6,14 +6,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+import logging
 
 from armsim_ros.kinematics.inverse import IKTarget, InverseKinematics
 from armsim_ros.kinematics.kinematic_model import KinematicModel
+from armsim_ros.log import Log
 from armsim_ros.planning.budget import nothing, Poll
 from armsim_ros.planning.collision.collision_model import CollisionChecker
 from armsim_ros.planning.collision.state_validity import StateValidity
-from armsim_ros.planning.constraints.path_constraints import ConstraintSet
-from armsim_ros.planning.log import default_log, Log
+from armsim_ros.planning.constraints import ConstraintSet
 from armsim_ros.planning.scene.planning_scene import PlanningScene
 from armsim_ros.planning.settings import PlanningSettings
 from armsim_ros.planning.timing.limits import LimitTable
@@ -34,7 +35,7 @@ class PlanningContext:
     ) -> None:
         self.model: KinematicModel = scene.kinematic_model
         self.settings = settings or PlanningSettings()
-        self.log = log or default_log()
+        self.log = log or logging.getLogger('armsim_ros.planning')
         self.limits = LimitTable(self.model.robot, self.log)
         self.checker = CollisionChecker(scene)
         self._inverse: dict[str, InverseKinematics] = {}

@@ -10,7 +10,7 @@ import numpy as np
 
 from armsim_ros.errors import MoveItErrorCode, nearest, PlanningError
 from armsim_ros.planning.budget import Budget
-from armsim_ros.planning.constraints.path_constraints import ConstraintSet, merged
+from armsim_ros.planning.constraints import ConstraintSet, merged
 from armsim_ros.planning.context import PlanningContext
 from armsim_ros.planning.pilz.commands import PIPELINE as PILZ
 from armsim_ros.planning.pilz.commands import run_command

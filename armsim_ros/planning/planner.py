@@ -10,12 +10,12 @@ import threading
 
 from armsim_ros.arrays import Vector
 from armsim_ros.errors import MoveItErrorCode, PlanningError
+from armsim_ros.log import Log
 from armsim_ros.planning.budget import Budget
 from armsim_ros.planning.cartesian.cartesian_path import plan_cartesian
 from armsim_ros.planning.collision.contacts import Contact
-from armsim_ros.planning.constraints.path_constraints import ConstraintSet
+from armsim_ros.planning.constraints import ConstraintSet
 from armsim_ros.planning.context import PlanningContext
-from armsim_ros.planning.log import Log
 from armsim_ros.planning.pilz.sequence import join, plan_items, SequenceItem, SequenceResponse
 from armsim_ros.planning.pilz.sequence import SOURCE as SEQUENCE
 from armsim_ros.planning.pipeline import planning_time, run_pipeline

@@ -13,10 +13,9 @@ from armsim_ros.arrays import Matrix, Vector
 from armsim_ros.errors import MoveItErrorCode, PlanningError
 from armsim_ros.kinematics.inverse import IKTarget
 from armsim_ros.planning.collision.contacts import Contact
-from armsim_ros.planning.constraints.path_constraints import ConstraintSet
-from armsim_ros.planning.constraints.terms import ConstraintResult, is_place
+from armsim_ros.planning.constraints import ConstraintResult, ConstraintSet
 from armsim_ros.planning.context import PlanningContext
-from armsim_ros.planning.request import Constraints
+from armsim_ros.planning.request import Constraints, is_place
 from armsim_ros.planning.scene.planning_scene import PlanningScene
 from armsim_ros.planning.scene.update import StartState
 from armsim_ros.planning.timing.path_timing import first_fault

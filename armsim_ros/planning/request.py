@@ -15,16 +15,27 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import IntEnum
 
-from armsim_ros.arrays import Matrix
+import numpy as np
+
+from armsim_ros.arrays import Matrix, Vector
 from armsim_ros.errors import MoveItErrorCode
-from armsim_ros.model.geometry import Geometry, Sphere
-from armsim_ros.model.transforms import quat_xyzw_from_matrix
+from armsim_ros.model.geometry import Geometry, shape_fault, Sphere
+from armsim_ros.model.shape_points import bounding_box, is_inside, nearest_inside
+from armsim_ros.model.transforms import inverse_pose, quat_xyzw_from_matrix
 from armsim_ros.planning.collision.contacts import Contact
 from armsim_ros.planning.scene.update import StartState
 from armsim_ros.trajectory import JointTrajectory
 
+FARTHEST = 1e6
+"""Numbers beyond this [m] are no places."""
+
 JOINT_TOLERANCE, POSITION_TOLERANCE, ORIENTATION_TOLERANCE = 1e-4, 1e-3, 1e-2
 """Tolerances of goals that are made of numbers: [rad or m], [m], [rad]."""
+
+
+def is_place(values: Vector) -> bool:
+    """Return whether all numbers of a pose or point are finite and not out of this world."""
+    return bool(np.all(np.isfinite(values)) and np.all(np.abs(values) <= FARTHEST))
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,6 +59,51 @@ class Region:
 
     shape: Geometry
     pose: Matrix
+
+    @property
+    def fault(self) -> str:
+        """What is wrong with it, as a phrase, or ''."""
+        if not is_place(self.pose):
+            return 'its pose has a number that is not finite or too large'
+        return shape_fault(self.shape)
+
+    @property
+    def center(self) -> Vector:
+        """Its middle (3,) [m] in the frame of its pose."""
+        return self._out(bounding_box(self.shape)[0])
+
+    @property
+    def size(self) -> float:
+        """About how far [m] a point of it may be from its middle."""
+        return float(np.linalg.norm(bounding_box(self.shape)[1]))
+
+    def outside_by(self, point: Vector, margin: float = 0.0) -> Vector:
+        """
+        Return the way (3,) [m] from the region to a point that lies outside, zeros inside.
+
+        :param point: (3,) [m] in the frame that the region's pose is given in.
+        :param margin: share 0..1 by which the region is smaller than given.
+        """
+        local = (inverse_pose(self.pose) @ np.append(point, 1.0))[:3]
+        way: Vector = self.pose[:3, :3] @ (local - nearest_inside(self.shape, local, margin))
+        return way
+
+    def random_point(self, rng: np.random.Generator) -> Vector:
+        """
+        Return a random point (3,) [m] of the region in the frame of its pose.
+
+        Drawn evenly from the shape's box until one is inside, at most 100 times; then the middle.
+        """
+        middle, half = bounding_box(self.shape)
+        for _ in range(100):
+            point = middle + rng.uniform(-half, half)
+            if is_inside(self.shape, point):
+                return self._out(point)
+        return self.center
+
+    def _out(self, point: Vector) -> Vector:
+        moved: Vector = (self.pose @ np.append(point, 1.0))[:3]
+        return moved
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -8,11 +8,11 @@ import numpy as np
 
 from armsim_ros.arrays import Vector
 from armsim_ros.errors import MoveItErrorCode, PlanningError
+from armsim_ros.log import Log
 from armsim_ros.planning.budget import Budget
 from armsim_ros.planning.collision.state_validity import StateValidity
-from armsim_ros.planning.constraints.path_constraints import ConstraintSet
+from armsim_ros.planning.constraints import ConstraintSet
 from armsim_ros.planning.context import PlanningContext
-from armsim_ros.planning.log import Log
 from armsim_ros.planning.pilz.profile import point_to_point
 from armsim_ros.planning.request import MotionPlanRequest
 from armsim_ros.planning.scene.planning_scene import PlanningScene

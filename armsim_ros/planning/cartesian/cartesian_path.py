@@ -16,10 +16,9 @@ from armsim_ros.errors import MoveItErrorCode, PlanningError
 from armsim_ros.model.robot_model import JointType
 from armsim_ros.planning.cartesian.curves import CurveFollower, Line
 from armsim_ros.planning.collision.state_validity import StateValidity
-from armsim_ros.planning.constraints.path_constraints import ConstraintSet
-from armsim_ros.planning.constraints.terms import Frame, is_place
+from armsim_ros.planning.constraints import ConstraintSet, Frame
 from armsim_ros.planning.context import PlanningContext
-from armsim_ros.planning.request import CartesianRequest, CartesianResponse
+from armsim_ros.planning.request import CartesianRequest, CartesianResponse, is_place
 from armsim_ros.planning.scene.planning_scene import PlanningScene
 from armsim_ros.planning.search.shortening import without_repeats
 from armsim_ros.planning.start_state import requested_scene

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from collections import OrderedDict
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from enum import Enum
 import hashlib
 import threading
@@ -23,17 +23,14 @@ from armsim_ros.model.geometry import (
     Cone,
     Cylinder,
     Geometry,
-    half_extent,
     Mesh,
-    Plane,
     Sphere,
 )
+from armsim_ros.model.shape_points import corner_points, scaled
 from armsim_ros.planning.collision.contacts import BodyType
 from armsim_ros.planning.scene.allowed_collision_matrix import AllowedCollisionMatrix
 from armsim_ros.planning.scene.content import SceneContent
 from armsim_ros.planning.scene.objects import AttachedObject, CollisionObject
-
-_SIGNS = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)
 
 #: Half the thickness [m] that the bounding box of a flat mesh gets: Pinocchio's managers take a
 #: shape whose box has no volume for nothing.
@@ -129,39 +126,6 @@ def _hull(mesh: Mesh) -> Any:
     return coal.ConvexBase.convexHull(points, True, 'Qt')
 
 
-def scaled(geometry: Geometry, scale: float) -> Geometry:
-    """Return a shape scaled about its centre; a plane stays as it is."""
-    if isinstance(geometry, Box):
-        x, y, z = geometry.size
-        return Box((x * scale, y * scale, z * scale))
-    if isinstance(geometry, Sphere):
-        return Sphere(geometry.radius * scale)
-    if isinstance(geometry, (Cylinder, Cone, Capsule)):
-        return replace(
-            geometry, radius=geometry.radius * scale, length=geometry.length * scale
-        )
-    if isinstance(geometry, Mesh):
-        centre = np.asarray(geometry.vertices).mean(axis=0)
-        return Mesh(centre + (geometry.vertices - centre) * scale, geometry.triangles)
-    return geometry
-
-
-def corner_points(geometry: Geometry) -> Matrix:
-    """
-    Return points (k, 3) whose convex hull holds the shape, in the shape's frame.
-
-    A plane has none; it is infinite and does not move.
-    """
-    if isinstance(geometry, Mesh):
-        used: Matrix = np.asarray(geometry.vertices, np.float64)[np.unique(geometry.triangles)]
-        return used
-    if isinstance(geometry, Plane):
-        return np.empty((0, 3))
-    corners: Matrix = _SIGNS * half_extent(geometry)
-    return corners
-
-
-
 BodyKey = tuple[BodyType, str]
 
 
@@ -255,6 +219,18 @@ def shape_poses(
         on_joint = kinematics.link_joint(item.link_name)[1] @ item.object.pose
         return (on_joint @ shape.pose for shape in item.object.shapes)
     return (item.pose @ shape.pose for shape in item.shapes)
+
+
+def load_points(
+    kinematics: KinematicModel, loads: Iterable[AttachedObject]
+) -> dict[int, Matrix]:
+    """Return Pinocchio's joint number -> points (k, 3) [m] around the objects it carries."""
+    points: dict[int, list[Matrix]] = {}
+    for load in loads:
+        points.setdefault(kinematics.link_joint(load.link_name)[0], []).extend(
+            corner_points(shape.geometry, pose) for shape, pose in
+            zip(load.object.shapes, shape_poses(kinematics, load), strict=True))
+    return {joint: np.vstack(parts) for joint, parts in points.items() if parts}
 
 
 def only_moved(

@@ -12,18 +12,19 @@ import math
 import numpy as np
 
 from armsim_ros.arrays import Mask, Matrix, Vector
+from armsim_ros.kinematics.displacement_bounds import DisplacementBounds
 from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.planning.budget import nothing, Poll
 from armsim_ros.planning.collision.bodies import (
     BodyKey,
     link_shapes,
+    load_points,
     object_shapes,
     only_moved,
     PlacedShape,
     shape_poses,
 )
 from armsim_ros.planning.collision.contacts import BodyType, Contact, PairDistance
-from armsim_ros.planning.collision.displacement_bounds import DisplacementBounds
 from armsim_ros.planning.collision.tables import CollisionTables
 from armsim_ros.planning.scene.content import SceneContent
 from armsim_ros.planning.scene.objects import AttachedObject, CollisionObject
@@ -152,7 +153,7 @@ class CollisionChecker:
         self._kinematics = scene.kinematic_model
         content = scene.content
         self._tables = SceneTables(self._kinematics, content)
-        self._motion = DisplacementBounds(self._kinematics, content.attached)
+        self._motion = self._bounds(content)
 
     @property
     def scene(self) -> PlanningScene:
@@ -325,8 +326,12 @@ class CollisionChecker:
         if content is not before:
             self._tables.follow(content)
             if content.attached is not before.attached:
-                self._motion = DisplacementBounds(self._kinematics, content.attached)
+                self._motion = self._bounds(content)
         return self._tables.tables
+
+    def _bounds(self, content: SceneContent) -> DisplacementBounds:
+        return DisplacementBounds(
+            self._kinematics, load_points(self._kinematics, content.attached.values()))
 
 
 def _in_order(tables: CollisionTables, *numbers: int) -> list[int]:

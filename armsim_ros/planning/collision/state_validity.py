@@ -17,7 +17,7 @@ from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.planning.budget import nothing, Poll, POLLED_STATES
 from armsim_ros.planning.collision.collision_model import CollisionChecker, Exactly
 from armsim_ros.planning.collision.contacts import Contact
-from armsim_ros.planning.constraints.path_constraints import ConstraintSet
+from armsim_ros.planning.constraints import ConstraintSet
 
 SEARCH_STEP = 0.15
 """Largest motion [m] of any point of the robot between two checks of the search."""

@@ -16,11 +16,15 @@ from armsim_ros.model.transforms import matrix_from_quat_xyzw, pose_from_parts
 from armsim_ros.planning.budget import Budget
 from armsim_ros.planning.cartesian.curves import Arc, Curve, CurveFollower, Line
 from armsim_ros.planning.collision.state_validity import StateValidity
-from armsim_ros.planning.constraints.path_constraints import ConstraintSet
-from armsim_ros.planning.constraints.terms import Frame, is_place, region_fault
+from armsim_ros.planning.constraints import ConstraintSet, Frame
 from armsim_ros.planning.context import PlanningContext
 from armsim_ros.planning.pilz.profile import along_curve, point_to_point, TrapezoidalProfile
-from armsim_ros.planning.request import Constraints, MotionPlanRequest, PositionConstraint
+from armsim_ros.planning.request import (
+    Constraints,
+    is_place,
+    MotionPlanRequest,
+    PositionConstraint,
+)
 from armsim_ros.planning.scene.planning_scene import PlanningScene
 from armsim_ros.planning.start_state import check_start
 from armsim_ros.planning.timing.limits import link_speed_limit
@@ -154,7 +158,7 @@ def point_of(position: PositionConstraint, scene: PlanningScene) -> Vector:
     if not position.regions:
         raise _error(f"the position of '{position.link_name}' has no region with a pose")
     region = position.regions[0]
-    fault = region_fault(region)
+    fault = region.fault
     if fault or not is_place(np.asarray(position.target_point_offset)):
         raise _error(f"the position of '{position.link_name}' cannot be used: "
                      + (fault or 'target_point_offset is not finite'))

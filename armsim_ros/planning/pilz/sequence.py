@@ -11,7 +11,7 @@ import numpy as np
 
 from armsim_ros.arrays import Vector
 from armsim_ros.errors import MoveItErrorCode, PlanningError
-from armsim_ros.planning.constraints.path_constraints import ConstraintSet
+from armsim_ros.planning.constraints import ConstraintSet
 from armsim_ros.planning.context import PlanningContext
 from armsim_ros.planning.pilz.commands import COMMANDS, PIPELINE, SAMPLING_TIME, worst_excess
 from armsim_ros.planning.request import Constraints, MotionPlanRequest, MotionPlanResponse

@@ -17,14 +17,12 @@ from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.model.transforms import matrix_from_axis_angle, pose_from_parts
 from armsim_ros.planning.budget import Budget
 from armsim_ros.planning.collision.state_validity import StateValidity
-from armsim_ros.planning.constraints.path_constraints import ConstraintSet
-from armsim_ros.planning.constraints.terms import (
+from armsim_ros.planning.constraints import (
+    ConstraintSet,
     JointTerm,
     OrientationTerm,
+    Poses,
     PositionTerm,
-    random_point,
-    region_center,
-    region_size,
 )
 
 MAX_GOALS = 10
@@ -275,7 +273,7 @@ class PoseSampler:
         targets: list[IKTarget] = []
         used: set[int] = set()
         for position in goal.positions:
-            frame = poses[position.frame.link] @ position.frame.offset
+            frame = position.frame.pose(poses)
             partner = next(
                 (k for k, term in enumerate(goal.orientations)
                  if term.target.link == position.target.link and k not in used), None,
@@ -307,13 +305,13 @@ class PoseSampler:
 
     def _point(self, term: PositionTerm, middle: bool) -> Vector:
         if middle:
-            return region_center(term.regions[0])
-        return random_point(term.regions[int(self._rng.integers(len(term.regions)))], self._rng)
+            return term.regions[0].center
+        return term.regions[int(self._rng.integers(len(term.regions)))].random_point(self._rng)
 
     def _rotation(
-        self, term: OrientationTerm, poses: dict[str, Vector], middle: bool
+        self, term: OrientationTerm, poses: Poses, middle: bool
     ) -> Vector:
-        frame = (poses[term.frame.link] @ term.frame.offset)[:3, :3]
+        frame = term.frame.pose(poses)[:3, :3]
         wanted = term.wanted
         if not middle:
             reach = np.minimum(term.tolerances, math.pi)
@@ -327,7 +325,7 @@ def has_room(goal: ConstraintSet) -> bool:
     """Return whether the goal leaves more than a point to choose from."""
     linked = {term.target.link for term in goal.orientations}
     return (
-        any(len(term.regions) > 1 or region_size(term.regions[0]) > 2e-3
+        any(len(term.regions) > 1 or term.regions[0].size > 2e-3
             for term in goal.positions)
         or any(float(np.max(term.tolerances)) > 0.02 for term in goal.orientations)
         or any(term.target.link not in linked for term in goal.positions)

@@ -12,7 +12,7 @@ from ompl import base as ob
 from ompl import util as ou
 
 from armsim_ros.arrays import Matrix, Vector
-from armsim_ros.planning.log import Log
+from armsim_ros.log import Log
 from armsim_ros.planning.search.joint_space import JointSpace
 from armsim_ros.planning.search.planners import make_planner, PlannerChoice, THREADED
 

@@ -17,6 +17,7 @@ import numpy as np
 
 from armsim_ros.arrays import Matrix, Vector
 from armsim_ros.errors import MoveItErrorCode, PlanningError
+from armsim_ros.log import Log
 from armsim_ros.planning.budget import Budget
 from armsim_ros.planning.collision.state_validity import (
     CLEARANCE,
@@ -25,7 +26,6 @@ from armsim_ros.planning.collision.state_validity import (
     SEARCH_STEP,
     StateValidity,
 )
-from armsim_ros.planning.log import Log
 from armsim_ros.planning.search.joint_space import ConstrainedSpace, JointSpace
 from armsim_ros.planning.search.ompl_interface import solve_with_ompl
 from armsim_ros.planning.search.planners import PlannerChoice, settings_of

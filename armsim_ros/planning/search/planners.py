@@ -12,7 +12,7 @@ from typing import Any
 from ompl import geometric as og
 
 from armsim_ros.errors import MoveItErrorCode, nearest, PlanningError
-from armsim_ros.planning.log import Log
+from armsim_ros.log import Log
 
 DEFAULT_PLANNER = 'RRTConnect'
 

@@ -12,9 +12,9 @@ import numpy as np
 
 from armsim_ros.arrays import Vector
 from armsim_ros.kinematics.kinematic_model import KinematicModel
+from armsim_ros.log import Log
 from armsim_ros.model.robot_model import RobotModel
 from armsim_ros.planning.collision.state_validity import StateValidity
-from armsim_ros.planning.log import Log
 from armsim_ros.planning.request import CartesianRequest, MotionPlanRequest
 
 SpeedLimit = Callable[[Vector, Vector], Vector]

@@ -12,7 +12,8 @@ import numpy as np
 
 from armsim_ros.arrays import Matrix, Vector
 from armsim_ros.kinematics.kinematic_model import KinematicModel
-from armsim_ros.planning.collision.bodies import corner_points, exact_shape, hull_shape
+from armsim_ros.model.shape_points import corner_points
+from armsim_ros.planning.collision.bodies import exact_shape, hull_shape
 from armsim_ros.planning.scene.allowed_collision_matrix import Pair
 
 
@@ -35,8 +36,7 @@ class LinkPairs:
             items = model.robot.links[name].collisions
             self._shapes[name] = [(shape_of(item.geometry), item.origin) for item in items]
             self._spheres[name] = _bounding_sphere([
-                corner_points(item.geometry) @ item.origin[:3, :3].T + item.origin[:3, 3]
-                for item in items])
+                corner_points(item.geometry, item.origin) for item in items])
 
     def nearer(self, q: Vector, pairs: Iterable[Pair], distance: float) -> list[Pair]:
         """

@@ -9,7 +9,7 @@ import numpy as np
 from armsim_ros.arrays import Vector
 from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.model.robot_model import RobotModel
-from armsim_ros.planning.collision.bodies import corner_points
+from armsim_ros.model.shape_points import corner_points
 from armsim_ros.planning.scene.allowed_collision_matrix import sorted_pair
 from armsim_ros.tools.generate_config.collision_pairs import random_state
 from armsim_ros.tools.generate_config.link_pairs import LinkPairs
@@ -67,8 +67,8 @@ class _Room:
             depth[joint.child] = depth[joint.parent] + int(joint.movable)
         # The first moving link only turns on its base, which stands on the floor.
         self._corners = [
-            (name, np.vstack([corner_points(item.geometry) @ item.origin[:3, :3].T
-                              + item.origin[:3, 3] for item in link.collisions]))
+            (name, np.vstack([corner_points(item.geometry, item.origin)
+                              for item in link.collisions]))
             for name, link in robot.links.items() if depth[name] >= 2 and link.collisions]
 
     def is_free(self, q: Vector, distance: float = CLEARANCE) -> bool:

@@ -11,8 +11,7 @@ import numpy as np
 from armsim_ros.arrays import Matrix, Vector
 from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.model.robot_model import Joint, JointType
-from armsim_ros.planning.collision.bodies import corner_points
-from armsim_ros.planning.scene.objects import AttachedObject
+from armsim_ros.model.shape_points import corner_points
 
 #: What a sliding joint without limits counts as [m].
 LONGEST_TRAVEL = 1e3
@@ -33,18 +32,17 @@ class DisplacementBounds:
     motion of a link is at most the sum over the joints above it of weight times travel.
 
     :param kinematics: the robot.
-    :param loads: attached objects; they move with their links.
+    :param loads: Pinocchio's joint number -> points (k, 3) [m] around what it carries besides
+        the links.
     """
 
-    def __init__(
-        self, kinematics: KinematicModel, loads: Mapping[str, AttachedObject]
-    ) -> None:
+    def __init__(self, kinematics: KinematicModel, loads: Mapping[int, Matrix]) -> None:
         self._kinematics = kinematics
         links: dict[int, Extent] = kinematics.cached('extents of links', lambda: {
             body: _extent(kinematics, body, points)
             for body, points in _link_points(kinematics).items()})
         carried = {body: _extent(kinematics, body, points)
-                   for body, points in _load_points(kinematics, loads).items()}
+                   for body, points in loads.items()}
         #: Joint numbers of Pinocchio that carry any shape, one a row of ``weights``.
         self.bodies: tuple[int, ...] = tuple(sorted({*links, *carried} - {0}))
         rows = [
@@ -168,24 +166,6 @@ def _link_points(kinematics: KinematicModel) -> dict[int, Matrix]:
     for name, link in kinematics.robot.links.items():
         joint, offset = kinematics.link_joint(name)
         for item in link.collisions:
-            pose = offset @ item.origin
-            points.setdefault(joint, []).append(_moved(pose, corner_points(item.geometry)))
+            points.setdefault(joint, []).append(
+                corner_points(item.geometry, offset @ item.origin))
     return {joint: np.vstack(parts) for joint, parts in points.items()}
-
-
-def _load_points(
-    kinematics: KinematicModel, loads: Mapping[str, AttachedObject]
-) -> dict[int, Matrix]:
-    """Return joint number -> points (k, 3) [m] around the attached objects that it carries."""
-    points: dict[int, list[Matrix]] = {}
-    for load in loads.values():
-        joint, offset = kinematics.link_joint(load.link_name)
-        for shape in load.object.shapes:
-            pose = offset @ load.object.pose @ shape.pose
-            points.setdefault(joint, []).append(_moved(pose, corner_points(shape.geometry)))
-    return {joint: np.vstack(parts) for joint, parts in points.items()}
-
-
-def _moved(pose: Matrix, points: Matrix) -> Matrix:
-    moved: Matrix = points @ pose[:3, :3].T + pose[:3, 3]
-    return moved

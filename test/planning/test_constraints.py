@@ -9,9 +9,8 @@ import pytest
 
 from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.model.geometry import Box, Cylinder, Mesh, Sphere
-from armsim_ros.model.transforms import matrix_from_rpy, pose_matrix, quat_xyzw_from_rpy
-from armsim_ros.planning.constraints.path_constraints import ConstraintSet, merged
-from armsim_ros.planning.constraints.terms import euler_xyz
+from armsim_ros.model.transforms import euler_xyz, matrix_from_rpy, pose_matrix, quat_xyzw_from_rpy
+from armsim_ros.planning.constraints import ConstraintSet, merged
 from armsim_ros.planning.request import (
     Constraints,
     JointConstraint,

@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-import logging
 from typing import Protocol
 
 
@@ -19,8 +18,3 @@ class Log(Protocol):
 
     def error(self, message: str, /) -> object:
         """Say what failed."""
-
-
-def default_log() -> Log:
-    """Return the logger that is used where none is given."""
-    return logging.getLogger('armsim_ros.planning')

@@ -1,36 +1,175 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Whether a robot state keeps constraints, and by how much it misses them."""
+"""What has to be kept, resolved for a scene: whether a state keeps it, and what it misses by."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import dataclass
 import math
 
 import numpy as np
 
-from armsim_ros.arrays import Vector
+from armsim_ros.arrays import Matrix, Vector
 from armsim_ros.errors import nearest, PlanningError
+from armsim_ros.log import Log
 from armsim_ros.model.robot_model import JointType
-from armsim_ros.model.transforms import matrix_from_quat_xyzw
-from armsim_ros.planning.constraints.terms import (
-    ConstraintResult,
-    EPSILON,
-    Frame,
-    is_place,
-    JointTerm,
-    OrientationTerm,
-    PositionTerm,
-    region_fault,
+from armsim_ros.model.transforms import (
+    euler_xyz,
+    inverse_pose,
+    matrix_from_quat_xyzw,
+    rotation_vector,
 )
-from armsim_ros.planning.log import Log
 from armsim_ros.planning.request import (
     Constraints,
+    is_place,
     JointConstraint,
     OrientationConstraint,
     Parameterization,
     PositionConstraint,
+    Region,
 )
 from armsim_ros.planning.scene.planning_scene import PlanningScene
+
+EPSILON = 1e-9
+"""What rounding may add [rad or m]."""
+
+Poses = Mapping[str, Matrix]
+"""Link -> pose (4, 4) in the model frame, of all links that constraints name."""
+
+@dataclass(frozen=True, slots=True)
+class ConstraintResult:
+    """
+    How a state stands to one constraint.
+
+    :param satisfied: whether it is kept.
+    :param distance: how far from the constraint's centre [rad or m], times its weight.
+    :param text: the constraint and the values, for messages.
+    """
+
+    satisfied: bool
+    distance: float
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class JointTerm:
+    """An interval of one joint; ``index`` counts in the robot's state."""
+
+    name: str
+    index: int
+    target: float
+    lower: float
+    upper: float
+    continuous: bool
+    weight: float
+
+    def evaluate(self, q: Vector) -> ConstraintResult:
+        """Return how a state stands to this constraint."""
+        text = (f"joint '{self.name}' is at {q[self.index]:.4f}, wanted {self.target:.4f} in "
+                f'{self.lower:.4f} .. {self.upper:.4f}')
+        inside = abs(self.residual(q, 0.0)) <= EPSILON
+        return ConstraintResult(inside, self.weight * abs(self.error(q)), text)
+
+    def residual(self, q: Vector, margin: float) -> float:
+        """Return by how much a state lies beyond the interval, made smaller by a share."""
+        error = self.error(q)
+        low, high = (1.0 - margin) * (self.lower - self.target), (1.0 - margin) * (
+            self.upper - self.target)
+        return error - min(max(error, low), high)
+
+    def error(self, q: Vector) -> float:
+        """Return position - target [rad or m], the short way round for a continuous joint."""
+        error = float(q[self.index]) - self.target
+        return math.remainder(error, 2.0 * math.pi) if self.continuous else error
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Frame:
+    """A frame fixed to a link: pose of the frame = pose of the link * offset."""
+
+    link: str
+    offset: Matrix
+
+    def pose(self, poses: Poses) -> Matrix:
+        """Return the pose (4, 4) of the frame where the links have these."""
+        pose: Matrix = poses[self.link] @ self.offset
+        return pose
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PositionTerm:
+    """
+    A point that has to lie in one of several regions.
+
+    :param target: the point, as the origin of a frame.
+    :param frame: the frame of the regions.
+    """
+
+    name: str
+    target: Frame
+    frame: Frame
+    regions: tuple[Region, ...]
+    weight: float
+
+    def point(self, poses: Poses) -> Vector:
+        """Return the point (3,) [m] in the constraint frame."""
+        base = inverse_pose(self.frame.pose(poses))
+        place: Vector = (base @ poses[self.target.link] @ self.target.offset)[:3, 3]
+        return place
+
+    def residual(self, poses: Poses, margin: float) -> Vector:
+        """Return the way (3,) [m] to the point from the nearest region, made smaller."""
+        point = self.point(poses)
+        ways = [region.outside_by(point, margin) for region in self.regions]
+        return min(ways, key=lambda way: float(np.linalg.norm(way)))
+
+    def evaluate(self, poses: Poses) -> ConstraintResult:
+        """Return how poses of the two links stand to this constraint."""
+        point = self.point(poses)
+        inside = float(np.abs(self.residual(poses, 0.0)).max()) <= EPSILON
+        distance = min(float(np.linalg.norm(point - region.center)) for region in self.regions)
+        text = (f"position of '{self.name}' is {distance:.5f} m from the centre of its region"
+                + ('' if inside else ' and outside'))
+        return ConstraintResult(inside, self.weight * distance, text)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class OrientationTerm:
+    """
+    A link's orientation in a frame.
+
+    :param wanted: (3, 3) in the constraint frame.
+    :param tolerances: (3,) [rad] about the constraint frame's axes.
+    """
+
+    name: str
+    target: Frame
+    frame: Frame
+    wanted: Matrix
+    tolerances: Vector
+    rotation_vector: bool
+    weight: float
+
+    def error(self, poses: Poses) -> Vector:
+        """Return the three angles of the error (3,) [rad]."""
+        frame, link = self.frame.pose(poses)[:3, :3], self.target.pose(poses)[:3, :3]
+        difference = frame.T @ link @ self.wanted.T
+        return rotation_vector(difference) if self.rotation_vector else euler_xyz(difference)
+
+    def residual(self, poses: Poses, margin: float) -> Vector:
+        """Return by how much each angle (3,) [rad] is beyond its tolerance, made smaller."""
+        error, allowed = self.error(poses), (1.0 - margin) * self.tolerances
+        beyond: Vector = error - np.clip(error, -allowed, allowed)
+        return beyond
+
+    def evaluate(self, poses: Poses) -> ConstraintResult:
+        """Return how poses of the two links stand to this constraint."""
+        error = self.error(poses)
+        inside = bool(np.all(np.abs(error) <= self.tolerances + EPSILON))
+        text = (f"orientation of '{self.name}' is off by {np.round(error, 4).tolist()} rad, "
+                f'allowed {np.round(self.tolerances, 4).tolist()}')
+        return ConstraintResult(inside, self.weight * float(np.linalg.norm(error)), text)
 
 
 class ConstraintSet:
@@ -43,10 +182,10 @@ class ConstraintSet:
     """
 
     def __init__(self, constraints: Constraints, scene: PlanningScene, log: Log) -> None:
-        """Resolve names and frames; reasons for dropped ones are in :attr:`dropped`."""
         self._model = scene.kinematic_model
         self._scene = scene
         self._log = log
+        #: Why constraints were left out.
         self.dropped: list[str] = []
         self.joints: list[JointTerm] = []
         self.positions: list[PositionTerm] = []
@@ -81,10 +220,7 @@ class ConstraintSet:
         poses = self.poses(q)
         return [
             *(term.evaluate(q) for term in self.joints),
-            *(term.evaluate(poses[term.target.link], poses[term.frame.link])
-              for term in self.positions),
-            *(term.evaluate(poses[term.target.link], poses[term.frame.link])
-              for term in self.orientations),
+            *(term.evaluate(poses) for term in self._pose_terms),
         ]
 
     def satisfied(self, q: Vector) -> bool:
@@ -99,18 +235,15 @@ class ConstraintSet:
         :returns: zeros where the state keeps them [rad or m].
         """
         poses = self.poses(q)
-        parts = [np.array([term.residual(q, margin) for term in self.joints])]
-        for term in self._pose_terms:
-            parts.append(
-                term.residual(poses[term.target.link], poses[term.frame.link], margin)
-            )
-        return np.concatenate(parts)
+        joints = np.array([term.residual(q, margin) for term in self.joints])
+        return np.concatenate([
+            joints, *(term.residual(poses, margin) for term in self._pose_terms)])
 
     def violation(self, q: Vector) -> str:
         """Return the first constraint that a state (n,) breaks, as a phrase, or ''."""
         return next((each.text for each in self.evaluate(q) if not each.satisfied), '')
 
-    def poses(self, q: Vector) -> dict[str, Vector]:
+    def poses(self, q: Vector) -> Poses:
         """Return the pose of every link that is needed."""
         if not self._links:
             return {}
@@ -175,7 +308,7 @@ class ConstraintSet:
             return
         point = np.eye(4)
         point[:3, 3] = given.target_point_offset
-        fault = next(filter(None, map(region_fault, given.regions)), '')
+        fault = next((each.fault for each in given.regions if each.fault), '')
         if fault or not is_place(point):
             self._drop(f"position of '{given.link_name}': "
                        + (f'a region cannot be used: {fault}' if fault else
