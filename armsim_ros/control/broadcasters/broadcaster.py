@@ -36,8 +36,7 @@ class Broadcaster(Controller[ParametersT], Generic[ParametersT, SampleT]):
     ) -> None:
         """Start unconfigured, see :class:`Controller`."""
         super().__init__(name, type, parameters, context)
-        #: Called in the control loop's thread when there is a sample.
-        self.on_sample: Callable[[], object] | None = None
+        self._listener: Callable[[], object] | None = None
         self._samples: deque[SampleT] = deque(maxlen=CAPACITY)
         self._rate = Rate(0.0)
 
@@ -72,12 +71,21 @@ class Broadcaster(Controller[ParametersT], Generic[ParametersT, SampleT]):
         """Take a sample now [ns]; only in the control loop's thread."""
         self.time_ns = time_ns
         self._samples.append(self.read(time_ns))
-        if self.on_sample is not None:
-            self.on_sample()
+        if self._listener is not None:
+            self._listener()
+
+    def listen(self, listener: Callable[[], object] | None) -> None:
+        """
+        Have a function called, in the control loop's thread, when there is a sample.
+
+        While nobody listens no update is made for a sample; those that are made take it.
+        """
+        self._listener = listener
+        self.context.wake()
 
     def next_update(self, time_ns: int) -> int:
-        """Return when the next sample is due [ns]."""
-        due_ns = self._rate.next_due_ns(time_ns)
+        """Return when the next sample is due for who listens [ns]."""
+        due_ns = self._rate.next_due_ns(time_ns) if self._listener is not None else None
         return NEVER_NS if due_ns is None else due_ns
 
     def process_requests(self, time_ns: int) -> None:

@@ -4,14 +4,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import partial
 from typing import Any, ClassVar
 
 import numpy as np
 
-from armsim_ros.arrays import selector, Vector
+from armsim_ros.arrays import Matrix, selector, Vector
 from armsim_ros.config.base import Settings
 from armsim_ros.config.controllers.joint_state_broadcaster import JointStateBroadcasterParameters
 from armsim_ros.control.broadcasters.broadcaster import Broadcaster
@@ -24,23 +23,66 @@ QUANTITIES = ('position', 'velocity', 'effort')
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class JointStateLayout:
+    """
+    How the content of ``joint_states`` is made of the states of the hardware.
+
+    :param names: (n,) joints that are published.
+    :param template: (3, n) position, velocity and effort that are not measured.
+    :param gather: row of the template, its columns, interface's number, places in its states.
+    :param measured: joint, its interfaces, its place in the states.
+    :param extra: joints that the hardware does not have.
+    """
+
+    names: tuple[str, ...]
+    template: Matrix
+    gather: tuple[tuple[int, Any, int, Any], ...]
+    measured: tuple[tuple[str, tuple[str, ...], int], ...]
+    extra: tuple[InterfaceValues, ...]
+
+
+#: That of a broadcaster that is not configured.
+NOTHING = JointStateLayout((), np.empty((3, 0)), (), (), ())
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class JointStateSnapshot:
     """
     Content of ``joint_states`` at one time; NaN where a joint has no such interface.
 
-    :param position: (n,) [rad or m].
-    :param velocity: (n,) [rad/s or m/s].
-    :param effort: (n,) [N*m or N].
-    :param interfaces: makes the content of ``dynamic``; None where that is not published.
+    A sample is taken far more often than anybody looks at it: who looks has it sorted.
+
+    :param frame_id: of the message's header.
+    :param states: (m,) of each interface of the hardware.
+    :param others: interface of a sensor or gpio -> its value; None where
+        ``dynamic_joint_states`` is not published.
     """
 
     time_ns: int
     frame_id: str
-    names: tuple[str, ...]
-    position: Vector
-    velocity: Vector
-    effort: Vector
-    interfaces: Callable[[], tuple[InterfaceValues, ...]] | None = None
+    layout: JointStateLayout
+    states: tuple[Vector, ...]
+    others: Mapping[str, float] | None
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Joints that are published (n,)."""
+        return self.layout.names
+
+    @property
+    def position(self) -> Vector:
+        """Where the joints are (n,) [rad or m]."""
+        return self._quantity(0)
+
+    @property
+    def velocity(self) -> Vector:
+        """How fast they move (n,) [rad/s or m/s]."""
+        return self._quantity(1)
+
+    @property
+    def effort(self) -> Vector:
+        """What their drives give (n,) [N*m or N]."""
+        return self._quantity(2)
 
     @property
     def dynamic(self) -> tuple[InterfaceValues, ...] | None:
@@ -49,7 +91,27 @@ class JointStateSnapshot:
 
         That is the content of ``dynamic_joint_states``; None where it is not published.
         """
-        return self.interfaces() if self.interfaces is not None else None
+        if self.others is None:
+            return None
+        values = {kind: state.tolist()
+                  for kind, state in zip(COMMAND_INTERFACES, self.states, strict=True)}
+        owners: dict[str, dict[str, float]] = {}
+        for name, value in self.others.items():
+            owner, _, kind = name.rpartition('/')
+            owners.setdefault(owner, {})[kind] = value
+        return (
+            *((joint, kinds, tuple([values[kind][place] for kind in kinds]))
+              for joint, kinds, place in self.layout.measured),
+            *((owner, tuple(kinds), tuple(kinds.values())) for owner, kinds in owners.items()),
+            *self.layout.extra,
+        )  # fmt: skip
+
+    def _quantity(self, row: int) -> Vector:
+        values: Vector = self.layout.template[row].copy()
+        for filled, columns, interface, source in self.layout.gather:
+            if filled == row:
+                values[columns] = self.states[interface][source]
+        return values
 
 
 class JointStateBroadcaster(Broadcaster[JointStateBroadcasterParameters, JointStateSnapshot]):
@@ -74,10 +136,8 @@ class JointStateBroadcaster(Broadcaster[JointStateBroadcasterParameters, JointSt
         self._hardware_joints = self._published()
         extra = tuple(joint.name for joint in parameters.extra_joints)
         self.joint_names = self._hardware_joints + extra
-        self._gather: list[tuple[int, Vector, Any, Any]] = []
-        self._template = np.empty((3, 0))
-        self._measured: tuple[tuple[str, tuple[str, ...], int], ...] = ()
-        self._extra: tuple[InterfaceValues, ...] = ()
+        self._states: tuple[Vector, ...] = ()
+        self._layout = NOTHING
 
     @property
     def joints(self) -> tuple[str, ...]:
@@ -104,19 +164,11 @@ class JointStateBroadcaster(Broadcaster[JointStateBroadcasterParameters, JointSt
             self.events.add(self.time_ns, 'warning', 'warning', text)
         hardware = self.context.hardware
         names = self.joint_names
-        self._template = np.full((3, len(names)), np.nan)
+        template = np.full((3, len(names)), np.nan)
         for extra in parameters.extra_joints:
             values = (extra.position, extra.velocity, extra.effort)
-            self._template[:, names.index(extra.name)] = values
-        self._measured = tuple(
-            (joint, self._kinds(joint), hardware.index[joint])
-            for joint in self._hardware_joints if joint in hardware.index
-        )
-        self._extra = tuple(
-            (extra.name, QUANTITIES, (extra.position, extra.velocity, extra.effort))
-            for extra in parameters.extra_joints
-        )
-        self._gather = []
+            template[:, names.index(extra.name)] = values
+        gather = []
         for row, quantity in enumerate(QUANTITIES):
             kind = getattr(parameters.map_interface_to_joint_state, quantity)
             # Joints that the hardware lacks are told of at activation, like missing interfaces.
@@ -126,24 +178,25 @@ class JointStateBroadcaster(Broadcaster[JointStateBroadcasterParameters, JointSt
             if having and kind in COMMAND_INTERFACES:
                 columns = selector([names.index(j) for j in having])
                 source = selector([hardware.index[j] for j in having])
-                self._gather.append((row, hardware.state.of(kind), source, columns))
+                gather.append((row, columns, COMMAND_INTERFACES.index(kind), source))
+        measured = tuple(
+            (joint, self._kinds(joint), hardware.index[joint])
+            for joint in self._hardware_joints if joint in hardware.index
+        )
+        given = tuple(
+            (extra.name, QUANTITIES, (extra.position, extra.velocity, extra.effort))
+            for extra in parameters.extra_joints
+        )
+        self._layout = JointStateLayout(names, template, tuple(gather), measured, given)
+        self._states = tuple(hardware.state.of(kind) for kind in COMMAND_INTERFACES)
 
     def read(self, time_ns: int) -> JointStateSnapshot:
         """Return the states of now [ns]."""
-        values = self._template.copy()
-        for row, state, source, columns in self._gather:
-            values[row, columns] = state[source]
-        interfaces = None
-        if self.parameters.publish_dynamic_joint_states:
-            hardware = self.context.hardware
-            # Only who listens to them has them sorted.
-            states = tuple([hardware.state.of(kind).copy() for kind in COMMAND_INTERFACES])
-            others = {} if self._restricted else hardware.other_states
-            interfaces = partial(_interface_values, self._measured, self._extra, states, others)
-        frame = self.parameters.frame_id
-        return JointStateSnapshot(
-            time_ns, frame, self.joint_names, values[0], values[1], values[2], interfaces
-        )
+        parameters, others = self.parameters, None
+        if parameters.publish_dynamic_joint_states:
+            others = {} if self._restricted else self.context.hardware.other_states
+        states = tuple([state.copy() for state in self._states])
+        return JointStateSnapshot(time_ns, parameters.frame_id, self._layout, states, others)
 
     def _published(self) -> tuple[str, ...]:
         hardware, model = self.context.hardware, self.context.model
@@ -158,30 +211,3 @@ class JointStateBroadcaster(Broadcaster[JointStateBroadcasterParameters, JointSt
         if self._restricted:
             return self.parameters.interfaces
         return self.context.hardware.state_interfaces.get(joint, ())
-
-
-def _interface_values(
-    measured: Sequence[tuple[str, tuple[str, ...], int]],
-    extra: tuple[InterfaceValues, ...],
-    states: Sequence[Vector],
-    others: Mapping[str, float],
-) -> tuple[InterfaceValues, ...]:
-    """
-    Return what ``dynamic_joint_states`` says.
-
-    :param measured: joint, its interfaces, its place in the states.
-    :param extra: joints that the hardware does not have.
-    :param states: (n,) of each interface.
-    :param others: interface of a sensor or gpio -> its value.
-    """
-    values = {kind: state.tolist() for kind, state in zip(COMMAND_INTERFACES, states, strict=True)}
-    owners: dict[str, dict[str, float]] = {}
-    for name, value in others.items():
-        owner, _, kind = name.rpartition('/')
-        owners.setdefault(owner, {})[kind] = value
-    return (
-        *((joint, kinds, tuple([values[kind][place] for kind in kinds]))
-          for joint, kinds, place in measured),
-        *((owner, tuple(kinds), tuple(kinds.values())) for owner, kinds in owners.items()),
-        *extra,
-    )  # fmt: skip

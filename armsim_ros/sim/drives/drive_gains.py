@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from itertools import accumulate
 
 import numpy as np
 
@@ -52,18 +53,18 @@ class DriveGains:
         wound = (self.i != 0.0) & (self.integral_low < self.integral_high)
         self.integrate = bool(wound.any())
 
-    def damping(self, inertia: Vector) -> Vector:
+    def damping(self, inertias: Matrix) -> Matrix:
         """
-        Return d, raised to the damping ratio asked for (n,).
+        Return d, raised to the damping ratio asked for (k, n).
 
-        :param inertia: (n,) of each joint by itself [kg*m^2 or kg].
+        :param inertias: (k, n) of each joint by itself, at some times [kg*m^2 or kg].
         """
         ratio = self._settings.servo.damping_ratio
         if ratio == 0.0:
-            return self.d
-        wanted = 2.0 * ratio * np.sqrt(np.maximum(self.p, 0.0) * inertia)
-        raised: Vector = np.maximum(
-            self.d, np.minimum(wanted, inertia / self._settings.timestep)
+            return np.broadcast_to(self.d, inertias.shape)
+        wanted = 2.0 * ratio * np.sqrt(np.maximum(self.p, 0.0) * inertias)
+        raised: Matrix = np.maximum(
+            self.d, np.minimum(wanted, inertias / self._settings.timestep)
         )
         return raised
 
@@ -104,15 +105,14 @@ def count_moving(velocities: Matrix, count: int, steps: int) -> tuple[list[int],
     :param velocities: (k, n) in each step [rad/s or m/s].
     :param count: such steps before the first of them.
     :param steps: in a control period; only between periods gains are set.
-    :returns: (k + 1,) the count before each step and after the last, and the steps before which
-        gains have to be set; there the count begins anew after it has been given.
+    :returns: (k + 1,) the count before each step and after the last, as if gains were not set
+        any more, and the steps before which they have to be.
     """
-    counts, tuned = [count], []
-    moving: list[bool] = np.any(velocities, axis=1).tolist()
-    for row, moves in enumerate(moving):
-        if row and count >= TUNING_STEPS and row % steps == 0:
+    moving = (velocities.T.copy() != 0.0).any(axis=0)
+    counts = list(accumulate(moving.tolist(), initial=count))
+    before, tuned = 0, []
+    for row in range(steps, len(moving), steps):
+        if counts[row] - before >= TUNING_STEPS:
             tuned.append(row)
-            count = 0
-        count += moves
-        counts.append(count)
+            before = counts[row]
     return counts, tuned

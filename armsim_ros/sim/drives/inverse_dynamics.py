@@ -51,27 +51,25 @@ class InverseDynamics:
             np.array_equal(self._from_active, np.eye(self._model.nv))
             and not self._full_offset.any()
         )
-        self._squares = np.ascontiguousarray(self._from_active.T**2)
         rows, lengths = self._model.M_rowadr, self._model.M_rownnz
         self._diagonal = (rows + lengths - 1).astype(np.intp)
         damping = self._model.dof_damping * self._model.opt.timestep
         self._step_damping = damping if damping.any() else None
         friction = self._model.dof_frictionloss.copy()
         self._friction = friction if friction.any() else None
-        self._qpos, self._qvel = self._data.qpos, self._data.qvel
-        self._qacc, self._force = self._data.qacc, self._data.qfrc_inverse
-        self._inertia = self._data.M
+        data = self._data
+        self._views = data.qpos, data.qvel, data.qacc, data.qfrc_inverse, data.M
         # Where the full matrix of inertia finds its entries in the sparse one, else in a zero.
-        self._full = np.full((self._model.nv, self._model.nv), len(self._inertia), dtype=np.intp)
+        self._full = np.full((self._model.nv, self._model.nv), len(data.M), dtype=np.intp)
         for row, (start, length) in enumerate(zip(rows, lengths, strict=True)):
             columns = self._model.M_colind[start : start + length]
             self._full[row, columns] = self._full[columns, row] = range(start, start + length)
-        self._node: tuple[bytes, Vector, Vector] = b'', self._qpos, self._qpos
+        self._node: tuple[bytes, Vector, Vector] = b'', data.M, data.qpos
 
     def set_gravity(self, gravity: Vector) -> None:
         """Have another gravity from now on (3,) [m/s^2]."""
         self._model.opt.gravity[:] = gravity
-        self._node = b'', self._qpos, self._qpos
+        self._node = b'', *self._node[1:]
 
     def torques(
         self, position: Matrix, velocity: Matrix, acceleration: Matrix
@@ -87,7 +85,7 @@ class InverseDynamics:
         if not self._plain:
             position = self._spread(position, offset=True)
             velocity, acceleration = self._spread(velocity), self._spread(acceleration)
-        forces, inertia = np.empty(position.shape), np.empty((len(position), len(self._inertia)))
+        forces, inertia = np.empty(position.shape), np.empty((len(position), self._model.nM))
         self._look(position, velocity, acceleration, forces, inertia)
         return self._borne(forces, velocity, acceleration), inertia
 
@@ -130,7 +128,7 @@ class InverseDynamics:
         :param position: (k, nv) of all joints of the physics; the first is often the last node.
         :param velocity: (k, nv).
         """
-        bias, inertia = np.empty(position.shape), np.empty((len(position), len(self._inertia)))
+        bias, inertia = np.empty(position.shape), np.empty((len(position), self._model.nM))
         known = int(position[0].tobytes() + velocity[0].tobytes() == self._node[0])
         if known:
             inertia[0], bias[0] = self._node[1:]
@@ -149,10 +147,11 @@ class InverseDynamics:
     ) -> None:
         """Write the forces (k, nv) and matrices of inertia (k, m) of some states (k, nv)."""
         model, data, inverse = self._model, self._data, mujoco.mj_inverse
+        qpos, qvel, qacc, force, matrix = self._views
         for i in range(len(position)):
-            self._qpos[:], self._qvel[:], self._qacc[:] = position[i], velocity[i], acceleration[i]
+            qpos[:], qvel[:], qacc[:] = position[i], velocity[i], acceleration[i]
             inverse(model, data)
-            forces[i], inertia[i] = self._force, self._inertia
+            forces[i], inertia[i] = force, matrix
 
     def _borne(self, forces: Matrix, velocity: Matrix, acceleration: Matrix) -> Matrix:
         """Return what the active joints bear (k, n) of forces of all joints (k, nv)."""
@@ -161,24 +160,29 @@ class InverseDynamics:
             forces += self._step_damping * acceleration
         if self._friction is not None:
             forces += self._friction * np.tanh(velocity / FRICTION_VELOCITY)
-        return forces if self._plain else self._gather(forces)
+        return forces if self._plain else self._gather(forces, self._ratio)
 
     def _spread(self, values: Matrix, *, offset: bool = False) -> Matrix:
         """Return values of all joints of the physics from those of the active ones (k, n)."""
         spread: Matrix = values[:, self._driver] * self._ratio
         return spread + self._full_offset if offset else spread
 
-    def _gather(self, forces: Matrix) -> Matrix:
-        """Return what the active joints have to bear (k, n), with those that follow them."""
-        borne = np.zeros((len(forces), self._from_active.shape[1]))
+    def _gather(self, loads: Matrix, weights: Vector) -> Matrix:
+        """
+        Return what the active joints have to bear (k, n), with those that follow them.
+
+        :param loads: (k, nv) of all joints of the physics.
+        :param weights: (nv,) with which each counts for the joint that drives it.
+        """
+        borne = np.zeros((len(loads), self._from_active.shape[1]))
         for joint, driver in enumerate(self._driver):
-            borne[:, driver] += self._ratio[joint] * forces[:, joint]
+            borne[:, driver] += weights[joint] * loads[:, joint]
         return borne
 
-    def joint_inertias(self, inertia: Vector) -> Vector:
-        """Return each joint's own inertia (n,) of a matrix of inertia (m,) [kg*m^2 or kg]."""
-        inertias: Vector = self._squares @ inertia[self._diagonal]
-        return inertias
+    def joint_inertias(self, inertia: Matrix) -> Matrix:
+        """Return each joint's own inertia (k, n) of matrices of inertia (k, m) [kg*m^2 or kg]."""
+        own: Matrix = inertia[:, self._diagonal]
+        return own if self._plain else self._gather(own, self._ratio**2)
 
     def expand(self, values: Vector) -> Vector:
         """Return positions of all movable joints from those of the active ones."""

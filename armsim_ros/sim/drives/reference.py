@@ -79,13 +79,15 @@ class CommandInterpolator:
             accelerations * period**2,
         )
         self._ends = (targets, end_velocity, accelerations)
-        s = (np.arange(1, steps + 1) / steps)[:, None]
-        rows: Matrix = coefficients[5][:, None] * np.ones_like(s)
-        for power in (4, 3, 2, 1, 0):
+        # (step, period, joint): long rows for numpy.
+        s = (np.arange(1, steps + 1) / steps)[:, None, None]
+        rows: Matrix = s * coefficients[5]
+        for power in (4, 3, 2, 1):
+            rows += coefficients[power]
             rows *= s
-            rows += coefficients[power][:, None]
-        rows[:, -1] = targets
-        return rows.reshape(-1, targets.shape[1])
+        rows += coefficients[0]
+        rows[-1] = targets
+        return rows.transpose(1, 0, 2).reshape(-1, targets.shape[1])
 
     def go_on(self, periods: int) -> None:
         """Be at the end of so many of the periods of the last ``preview``."""

@@ -4,7 +4,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from itertools import pairwise
 
 import numpy as np
 
@@ -90,7 +91,7 @@ class Servo(Restorable):
         self._integral = zero.copy()
         self._interpolator.restart(position, np.ones(len(position), dtype=np.bool_))
         self._references, self._velocities, self._row = position[None].copy(), zero[None], 0
-        self._inputs, self._counts, self._stride = self._references[:0], [0], 1
+        self._stride, self._counts, self._counted = 1, [0], 0
         self._commands, self._steps = self._references[:0], 1
         self._tunings: dict[int, Vector] = {}
         _, self._inertias = self.dynamics.torques(
@@ -185,7 +186,7 @@ class Servo(Restorable):
         :param accelerations: (k, n) at the same times [rad/s^2 or m/s^2].
         :param steps: physics steps in a period.
         """
-        if self._counts[self._row] >= TUNING_STEPS:
+        if self._untuned >= TUNING_STEPS:
             self._follow_inertia()
         finite = np.isfinite(commands)
         if not finite.all():
@@ -194,11 +195,9 @@ class Servo(Restorable):
             velocities = np.where(finite, velocities, np.nan)
             accelerations = np.where(finite, accelerations, np.nan)
         self._drop_plan()
+        period = steps * self._timestep
         self._plan(
-            self._interpolator.preview(
-                commands, velocities, accelerations, steps, steps * self._timestep
-            ),
-            steps,
+            self._interpolator.preview(commands, velocities, accelerations, steps, period), steps
         )
         self._commands, self._wanted = commands, self._wanted[:0]
 
@@ -220,7 +219,7 @@ class Servo(Restorable):
     def planned(self, steps: int) -> Matrix:
         """Return the inputs (k, n) of the next steps, which are known."""
         if (damping := self._tunings.pop(self._row, None)) is not None:
-            self._damping = damping
+            self._damping, self._counted = damping, self._counts[self._row]
             self._tune(self._stiffness, damping)
         return self._inputs[self._row : self._row + steps]
 
@@ -237,7 +236,7 @@ class Servo(Restorable):
         :returns: (n,) [N*m or N].
         """
         if self._row == len(self._inputs):
-            if self._counts[self._row] >= TUNING_STEPS:
+            if self._untuned >= TUNING_STEPS:
                 # The inertias change slowly, and the actuators' d has to be the plan's.
                 self._follow_inertia()
             if self._needs_state:
@@ -260,7 +259,8 @@ class Servo(Restorable):
 
     def stiffness_warnings(self) -> list[str]:
         """Return a line for each joint whose gains are too high for the timestep."""
-        return self.gains.stiffness_warnings(self._joint_inertias(self._row))
+        inertias = self.dynamics.joint_inertias(self._inertias[[self._row // self._stride]])
+        return self.gains.stiffness_warnings(inertias[0])
 
     def _plan(self, wanted: Matrix, steps: int) -> None:
         """
@@ -320,16 +320,16 @@ class Servo(Restorable):
             # What is known after a step is the inertia before it.
             now = self._inertias[self._row // self._stride]
             inertias = np.concatenate((now[None], inertias))
-        count = self._counts[self._row]
+        self._counts, tuned = count_moving(velocities[1:], self._untuned, steps)
         self._references, self._velocities, self._row = references, velocities, 0
         self._inertias, self._stride, self._steps = inertias, stride, steps
-        self._counts, tuned = count_moving(velocities[1:], count, steps)
-        self._tunings = {row: self._damping_at(row) for row in tuned}
+        self._tunings, self._counted = {}, 0
         damping = self._damping
-        if self._tunings:
-            damping = np.full(before.shape, damping)
-        for row, later in self._tunings.items():
-            damping[row:] = later
+        if tuned:
+            dampings = np.concatenate((damping[None], self._damping_at(tuned)))
+            self._tunings = dict(zip(tuned, dampings[1:], strict=True))
+            lengths = [end - row for row, end in pairwise((0, *tuned, len(before)))]
+            damping = np.repeat(dampings, lengths, axis=0)
         if not self._feedforward:
             inputs = np.zeros_like(before)
         inputs += self._stiffness * before
@@ -343,18 +343,19 @@ class Servo(Restorable):
         """Give the actuators their gains, d for the inertias at the last reference."""
         self._drop_plan()
         self._stiffness = np.where(self._follows_effort, 0.0, self.gains.p)
-        self._damping = self._damping_at(0)
+        self._damping = self._damping_at([0])[0]
         self._tune(self._stiffness, self._damping)
         self._counts = [0]
 
-    def _joint_inertias(self, row: int) -> Vector:
-        """Return the joints' inertias (n,) that are known after so many steps of the plan."""
-        return self.dynamics.joint_inertias(self._inertias[row // self._stride])
+    @property
+    def _untuned(self) -> int:
+        """Steps that moved a joint since the actuators' gains were set."""
+        return self._counts[self._row] - self._counted
 
-    def _damping_at(self, row: int) -> Vector:
-        """Return d of the actuators (n,) for the inertias there."""
-        damping = self.gains.damping(self._joint_inertias(row))
-        return np.where(self._follows_effort, 0.0, damping)
+    def _damping_at(self, rows: Sequence[int]) -> Matrix:
+        """Return d of the actuators (k, n) for the inertias known after so many steps."""
+        own = self.dynamics.joint_inertias(self._inertias[[row // self._stride for row in rows]])
+        return np.where(self._follows_effort, 0.0, self.gains.damping(own))
 
     def _drop_plan(self) -> None:
         """Plan anew from where the reference is now."""
@@ -362,7 +363,8 @@ class Servo(Restorable):
         self._references = self._references[row : row + 1]
         self._velocities = self._velocities[row : row + 1]
         self._inertias = self._inertias[row // self._stride :][:1]
-        self._inputs, self._counts, self._tunings = self._references[:0], [self._counts[row]], {}
+        self._inputs, self._tunings = self._references[:0], {}
+        self._counts, self._counted = [self._untuned], 0
         self._row, self._stride = 0, 1
         self._resting = False
 

@@ -105,14 +105,7 @@ class Plant:
             checkpoints.step(model, data, count)
             return count, ''
         if count > 1:
-            # Once more, one by one, to stop where it happened.
-            mujoco.mj_setState(model, data, self._before, _WHOLE)
-            for done in range(1, count + 1):
-                _, culprit = self.step()
-                if culprit:
-                    return done, culprit
-                self.read()
-            return count, ''
+            return self._retrace(np.tile(self._inputs, (count, 1)))
         velocities = self._qvel[self._qvel_at]
         culprit = unstable_element(
             self.joint_names, velocities, self._state.velocity, model, data
@@ -133,45 +126,45 @@ class Plant:
         :param weights: (n,) 1 by how far from it they may be, see ``UpdatePlan``.
         :returns: as ``step``.
         """
-        model, data, velocity = self.model, self.data, self._state.velocity
+        model, data = self.model, self.data
         step, stable, control = mujoco.mj_step, self._checkpoints.stable, self._inputs
-        qpos, qvel, qpos_at, qvel_at = self._qpos, self._qvel, self._qpos_at, self._qvel_at
+        qpos, qvel, qpos_at = self._qpos, self._qvel, self._qpos_at
         checked = bool(weights.any())
-        done, culprit = 0, ''
+        done, kept, culprit = 0, 0, ''
+        mujoco.mj_getState(model, data, self._before, _WHOLE)
         for reference in expected:
             if checked:
                 share = (reference - qpos[qpos_at]) * weights
                 if not share.dot(share) < 1.0:
                     break
-            if steps > 1:
-                mujoco.mj_getState(model, data, self._before, _WHOLE)
             for row in inputs[done : done + steps]:
                 control[:] = row
                 step(model, data)
+            done += steps
             if not stable(qvel):
-                if steps > 1:
-                    mujoco.mj_setState(model, data, self._before, _WHOLE)
-                for row in inputs[done : done + steps]:
-                    if steps > 1:
-                        control[:] = row
-                        step(model, data)
-                    done += 1
-                    culprit = '' if stable(qvel) else unstable_element(
-                        self.joint_names, qvel[qvel_at], velocity, model, data
-                    )
-                    if culprit:
-                        break
-                    velocity[:] = qvel[qvel_at]
+                passed, culprit = self._retrace(inputs[kept:done])
                 if culprit:
+                    done = kept + passed
                     break
-            else:
-                done += steps
-                velocity[:] = qvel[qvel_at]
+                kept = done
+                mujoco.mj_getState(model, data, self._before, _WHOLE)
         if done:
             self._given[:] = inputs[done - 1]
         if done and not culprit:
             self._checkpoints.step(model, data, done)
         return done, culprit
+
+    def _retrace(self, inputs: Matrix) -> tuple[int, str]:
+        """Do physics steps (k, m) once more, one by one, to stop where one became unstable."""
+        model, data = self.model, self.data
+        mujoco.mj_setState(model, data, self._before, _WHOLE)
+        for done, row in enumerate(inputs, start=1):
+            self._inputs[:] = row
+            _, culprit = self.step()
+            if culprit:
+                return done, culprit
+            self.read()
+        return len(inputs), ''
 
     def read(self) -> None:
         """Refresh the joints' state."""

@@ -5,6 +5,7 @@
 import numpy as np
 import pytest
 
+from armsim_ros.control.controller import NEVER_NS
 from armsim_ros.control.rate import Rate
 from armsim_ros.model.robot_model import JointType
 
@@ -147,9 +148,19 @@ def test_listener_is_called(rig):
     """The one who publishes is called for every sample."""
     r = rig()
     calls = []
-    broadcaster(r, publish_rate=50).on_sample = lambda: calls.append(1)
+    broadcaster(r, publish_rate=50).listen(lambda: calls.append(1))
     r.step(10)
     assert len(calls) == 5
+
+
+def test_no_update_is_made_for_samples_that_nobody_wants(rig):
+    """Only where somebody listens a sample is a reason to make an update."""
+    states = broadcaster(rig(), publish_rate=50)
+    assert states.next_update(0) == NEVER_NS
+    states.listen(lambda: None)
+    assert states.next_update(0) < NEVER_NS
+    states.listen(None)
+    assert states.next_update(0) == NEVER_NS
 
 
 def test_rate_starts_anew_when_time_jumps_back():

@@ -114,7 +114,7 @@ class BroadcasterNode(ControllerNode):
         super().__init__(controller, node, dispatcher)
         self._open(node)
         post = dispatcher.bounded(1)  # one call takes all samples
-        controller.on_sample = lambda: post(self._publish_samples)
+        controller.listen(lambda: post(self._publish_samples))
 
     @abstractmethod
     def _open(self, node: Node) -> None:
@@ -126,7 +126,7 @@ class BroadcasterNode(ControllerNode):
 
     def destroy(self) -> None:
         """Take the node away and let the loop be."""
-        self.controller.on_sample = None
+        self.controller.listen(None)
         super().destroy()
 
     def _publish_samples(self) -> None:
