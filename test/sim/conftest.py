@@ -49,7 +49,8 @@ def serial_arm(joints):
     """Return a robot on a pedestal whose joints follow each other."""
     links = {'base': Link('base', collisions=(LinkGeometry(Box((0.1, 0.1, 0.1)), np.eye(4)),))}
     links.update({joint.child: arm_link(joint.child) for joint in joints})
-    return RobotModel('tiny', links, {joint.name: joint for joint in joints}, 'base')
+    return RobotModel('tiny', links, {joint.name: joint for joint in joints}, 'base',
+                      srdf='<robot name="tiny"/>')
 
 
 @pytest.fixture

@@ -220,6 +220,9 @@ class SimulationProgram:
         refusals = [text for one in self._managers.values() for text in one.refusals]
         for text in (*self._warnings, *refusals, *self._simulation.warnings):
             self._robots[0].node.get_logger().warning(text)
+        if not self._cell.model.srdf:
+            self._robots[0].node.get_logger().info(
+                "without an SRDF the robot's links pass through each other in the physics")
         RobotStatePublisher(
             self._node('robot_state_publisher', '/'), self._cell.model, self._simulation
         ).follow(self._loop, self._dispatcher)

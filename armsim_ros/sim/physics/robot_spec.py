@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from itertools import combinations
 import math
 from typing import Any
 
@@ -244,9 +245,14 @@ def untouching_pairs(model: RobotModel) -> list[tuple[str, str]]:
     """
     Return the pairs of links that never touch: neighbours, and what the SRDF disables.
 
+    Without an SRDF nothing tells hulls that overlap from links that touch, and no two links of
+    the robot touch each other, as in Gazebo without ``self_collide``.
+
     :returns: pairs sorted by name; both links have collision shapes.
     """
     solid = {name for name, link in model.links.items() if link.collisions}
+    if not model.srdf:
+        return list(combinations(sorted(solid), 2))
     semantic = model.semantic
     pairs = {_sorted_pair(joint.parent, joint.child) for joint in model.joints.values()}
     pairs |= set(semantic.disabled_collisions)

@@ -3,6 +3,7 @@
 """Objects around the robot."""
 
 from dataclasses import replace
+from itertools import combinations
 
 import numpy as np
 import pytest
@@ -188,6 +189,12 @@ def test_neighbours_and_disabled_pairs_do_not_touch(arm):
     assert untouching_pairs(arm) == [
         ('base', 'upper'), ('hand', 'lower'), ('hand', 'upper'), ('lower', 'upper'),
     ]  # fmt: skip
+
+
+def test_without_an_srdf_no_links_of_the_robot_touch(arm):
+    """Where nobody has said which pairs may overlap, a robot cannot jam in itself."""
+    bodies = ('base', 'hand', 'lower', 'upper')
+    assert untouching_pairs(replace(arm, srdf='')) == list(combinations(bodies, 2))
 
 
 def test_says_what_overlaps_at_the_start(arm, settings):
