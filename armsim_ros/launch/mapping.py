@@ -28,6 +28,8 @@ _DUMPER = getattr(yaml, 'CSafeDumper', yaml.SafeDumper)
 _DESCRIPTION = 'robot_description'
 #: Parameter of ours: the simulation makes the transforms as soon as it knows its robot.
 DESCRIPTION_ONLY = 'armsim.description_only'
+#: Parameter of ours: the simulation's own broadcaster publishes, which no spawner starts.
+JOINT_STATES = 'armsim.joint_states'
 #: Packages and files that a robot description names.
 _PACKAGE = re.compile(r'(?:(?:package|model)://|\$\(find(?:-pkg-share)?\s+)([^/"\'\s)]+)')
 _FILE = re.compile(r'file://(/[^"\'<>\n]+?)/[^/"\']*["\']')
@@ -86,6 +88,7 @@ class Mapping:
         #: Namespaces whose simulation waits for a robot description.
         self._waiting: set[str] = set()
         self._world = ''
+        self._tells_joints = False
 
     def decide(self, batch: Sequence[tuple[ExecuteLocal, ProcessSpec]]) -> list[Start]:
         """Return what is done for the processes that stand together, in their order."""
@@ -97,6 +100,9 @@ class Mapping:
                     self._descriptions[spec.node.namespace] = str(text)
         making = {ProgramRole.SIMULATION, ProgramRole.SPAWN_ROBOT, ProgramRole.WORLD}
         comes = not making.isdisjoint(roles)
+        self._tells_joints = ProgramRole.JOINT_STATES in roles and not any(
+            role is ProgramRole.SPAWNER and 'joint_state' in ' '.join(_words(spec))
+            for (_, spec), role in zip(batch, roles, strict=True))
         return [self._decide(action, spec, role, comes or bool(self._simulated))
                 for (action, spec), role in zip(batch, roles, strict=True)]
 
@@ -119,6 +125,8 @@ class Mapping:
         if role is ProgramRole.DESCRIPTION and self._place(spec.node) in self._waiting:
             self._waiting.discard(self._place(spec.node))
             return self._ours(action, spec, role, {DESCRIPTION_ONLY: True})
+        if role is ProgramRole.JOINT_STATES and _merges(spec):
+            return self._ours(action, spec, role)
         if role in _PARTS and (simulated or role is ProgramRole.BRIDGE):
             return Start(action, spec, Kind.PART, note=f'{role.value}: part of the simulation')
         if role is ProgramRole.WORLD:
@@ -128,9 +136,7 @@ class Mapping:
     def _ours(self, action: ExecuteLocal, spec: ProcessSpec, role: ProgramRole,
               more: dict[str, Any] | None = None) -> Start:
         node = spec.node or RosNode('-', _PROGRAMS[role])
-        words = list(node.arguments)
-        if spec.node is None:  # ros2 run PACKAGE PROGRAM ...
-            words = spec.command[4:]
+        words = _words(spec)
         extra = dict(more or {})
         if role is ProgramRole.SIMULATION:
             self._simulated.add(self._place(node))
@@ -138,6 +144,8 @@ class Mapping:
             extra = self._own_parameters(text)
             if text and _DESCRIPTION not in node.merged():
                 extra[_DESCRIPTION] = text
+            if self._tells_joints:
+                extra[JOINT_STATES] = True
             if not text:
                 self._waiting.add(self._place(node))
         elif role is ProgramRole.MOVE_GROUP:
@@ -149,8 +157,7 @@ class Mapping:
 
     def _spawn(self, action: ExecuteLocal, spec: ProcessSpec) -> Start:
         """Let the first robot that is spawned be the simulation's."""
-        words = spec.node.arguments if spec.node is not None else spec.command[4:]
-        given = read_spawn_arguments(words)
+        given = read_spawn_arguments(_words(spec))
         node = spec.node or RosNode('-', 'create')
         text = given.text or self._read(given.file) or node.merged().get(_DESCRIPTION) \
             or (self._description(node) if given.by_topic else '')
@@ -233,6 +240,17 @@ class Mapping:
     @staticmethod
     def _place(node: RosNode | None) -> str:
         return node.namespace if node is not None else '/'
+
+
+def _words(spec: ProcessSpec) -> list[str]:
+    """Return a program's arguments, of ``ros2 run PACKAGE PROGRAM ...`` too."""
+    return list(spec.node.arguments if spec.node is not None else spec.command[4:])
+
+
+def _merges(spec: ProcessSpec) -> bool:
+    """Return whether a joint_state_publisher listens to others, and not just to itself."""
+    sources = spec.node.merged().get('source_list') if spec.node is not None else None
+    return any(str(one).strip('/') != 'joint_states' for one in sources or ())
 
 
 def _around(path: Path) -> list[Path | None]:

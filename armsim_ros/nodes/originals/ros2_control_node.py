@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 import sys
 from tempfile import TemporaryDirectory
@@ -52,9 +52,10 @@ def simulation_words(urdf: str, arguments: NodeArguments, folder: Path) -> list[
     values = arguments.values
     own = {name.removeprefix(PLACEMENT): value for name, value in values.items()
            if name.startswith(PLACEMENT)}
-    package.add_simulation(spawn=own.get('spawn') or (), placement={
-        key: own[key] for key in ('xyz', 'rpy') if key in own})
     texts = [file.read_text(encoding='utf-8') for file in arguments.files]
+    package.add_simulation(
+        spawn=_broadcasters(values) if own.get('joint_states') else (),
+        placement={key: own[key] for key in ('xyz', 'rpy') if key in own})
     controllers = [package.add_controllers(number, text) for number, text in enumerate(texts)
                    if not _is_of_the_launch(text)]
     manager = {name: value for name, value in values.items()
@@ -72,6 +73,12 @@ def simulation_words(urdf: str, arguments: NodeArguments, folder: Path) -> list[
     if arguments.namespace != '/':
         words.append(f'namespace:={arguments.namespace}')
     return [*words, *arguments.ros_args()]
+
+
+def _broadcasters(values: Mapping[str, object]) -> list[str]:
+    """Return the joint state broadcasters among the manager's parameters."""
+    return [name.removesuffix('.type') for name, value in values.items()
+            if name.endswith('.type') and str(value).endswith('/JointStateBroadcaster')]
 
 
 def _is_of_the_launch(text: str) -> bool:

@@ -1,0 +1,69 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What stands in for the programs of a launch file that are started together."""
+
+import pytest
+import yaml
+
+from armsim_ros.launch.api.context import LaunchContext
+from armsim_ros.launch.api.ros_node import Node
+from armsim_ros.launch.mapping import JOINT_STATES, Kind, Mapping
+
+CONTROL = Node(package='controller_manager', executable='ros2_control_node',
+               parameters=[{'robot_description': '<robot name="r"/>'}])
+
+
+def publisher(**parameters):
+    """Return a joint_state_publisher."""
+    return Node(package='joint_state_publisher', executable='joint_state_publisher',
+                parameters=[parameters])
+
+
+def spawner(name):
+    """Return a spawner of one controller."""
+    return Node(package='controller_manager', executable='spawner', arguments=[name])
+
+
+@pytest.fixture
+def decided(tmp_path):
+    """Return a function that gives what is done for some nodes, and the files it wrote."""
+    def decide(*nodes):
+        texts = []
+
+        def keep(name, text):
+            texts.append(yaml.safe_load(text)['/**']['ros__parameters'])
+            return str(tmp_path / name)
+
+        context = LaunchContext()
+        return Mapping(keep).decide([(node, node.spec(context)) for node in nodes]), texts
+    return decide
+
+
+def tells_joints(texts):
+    """Return whether the simulation is told to publish joint states of its own."""
+    return any(JOINT_STATES in one for one in texts)
+
+
+def test_a_joint_state_publisher_beside_hardware_is_the_simulation(decided):
+    """
+    What listens to its own topic alone is part of the simulation, which then publishes.
+
+    Drivers that publish joint states themselves have no broadcaster spawned.
+    """
+    (_, part, _), texts = decided(CONTROL, publisher(source_list=['joint_states']),
+                                  spawner('arm_controller'))
+    assert part.kind is Kind.PART
+    assert tells_joints(texts)
+
+
+def test_a_spawned_broadcaster_is_enough(decided):
+    """Where a spawner starts the broadcaster, the simulation waits for it."""
+    _, texts = decided(CONTROL, publisher(), spawner('joint_state_broadcaster'))
+    assert not tells_joints(texts)
+
+
+def test_a_joint_state_publisher_merges_the_topics_of_others(decided):
+    """What collects joint states from other topics goes on doing so beside the simulation."""
+    (_, merging), _ = decided(CONTROL, publisher(source_list=['arm/joint_states']))
+    assert merging.kind is Kind.RUN
+    assert 'joint_state_publisher' in merging.command
