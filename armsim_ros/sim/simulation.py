@@ -79,7 +79,8 @@ class Simulation(SimulatedLinks, SavableSimulation, HardwareInterface):
         self.clock = clock or SimClock(self.settings.timestep_ns)
         world = world or WorldSettings()
         things = world.things if isinstance(world, LoadedWorld) else world_objects(world)
-        self._unused_of_world = world.unused if isinstance(world, LoadedWorld) else ()
+        self._world_lines = ((*(f'not used of the world: {line}' for line in world.unused),
+                              *world.remarks) if isinstance(world, LoadedWorld) else ())
         ground = Ground(world.floor, world.gravity)
         spec = build_plant(model, self.settings, things, ground)
         start = model.complete(initial_positions(model, self.settings))
@@ -148,7 +149,7 @@ class Simulation(SimulatedLinks, SavableSimulation, HardwareInterface):
     def warnings(self) -> tuple[str, ...]:
         """What the user should know of robot, world and gains; one line each."""
         return (
-            *(f'not used of the world: {line}' for line in self._unused_of_world),
+            *self._world_lines,
             *self._plant.spec.warnings,
             *self._servo.stiffness_warnings(),
             *self._start_overlaps,

@@ -36,10 +36,15 @@ class ResourceFaultError(SimulationError):
 
 
 class Unused:
-    """Collects what of a file has no effect here, each once."""
+    """
+    Collects what of a file has no effect here, each once.
+
+    :ivar remarks: what the file leaves out and a default stands for, with its place.
+    """
 
     def __init__(self) -> None:
         self._lines: dict[str, None] = {}
+        self.remarks: list[str] = []
 
     def add(self, line: str) -> None:
         """Note one thing."""
@@ -58,10 +63,12 @@ class LoadedObject:
 
     :param thing: the object; its pose is what the file says.
     :param unused: what of the file has no effect here, a line each.
+    :param remarks: what the file leaves out and a default stands for, a line each.
     """
 
     thing: WorldObject
     unused: tuple[str, ...] = ()
+    remarks: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -72,6 +79,7 @@ class LoadedWorld:
     :param floor: whether there is a floor at z = 0.
     :param unused: what of the file has no effect here, a line each.
     :param gravity: [m/s^2]; None where the world does not say, and ``simulation.yaml`` does.
+    :param remarks: what the file leaves out and a default stands for, a line each.
     """
 
     name: str
@@ -79,6 +87,13 @@ class LoadedWorld:
     floor: bool = False
     unused: tuple[str, ...] = ()
     gravity: tuple[float, float, float] | None = None
+    remarks: tuple[str, ...] = ()
+
+
+def told_of(loaded: LoadedObject | LoadedWorld) -> str:
+    """Return what a user should know of what was read, '' for nothing."""
+    unused = (f'not used: {"; ".join(loaded.unused)}',) if loaded.unused else ()
+    return '; '.join((*unused, *loaded.remarks))
 
 
 def check_names(things: Iterable[WorldObject]) -> None:

@@ -63,7 +63,8 @@ def sdf_object(text: str, file: str, read_mesh: MeshReader, read_model: ModelRea
     if model is None:
         raise _refused(root, 'it has no <model>')
     reader = _Reader(read_mesh, read_model, unused)
-    return LoadedObject(reader.model(model, _Scope(), 0), unused.lines)
+    thing = reader.model(model, _Scope(), 0)
+    return LoadedObject(thing, unused.lines, tuple(unused.remarks))
 
 
 def sdf_world(text: str, file: str, read_mesh: MeshReader, read_model: ModelReader
@@ -89,7 +90,8 @@ def sdf_world(text: str, file: str, read_mesh: MeshReader, read_model: ModelRead
     things = [reader.model(one, scope, 0) for one in world.all('model')]
     things += [reader.include(one, scope, 0) for one in world.all('include')]
     check_names(things)
-    return LoadedWorld(world.get('name') or 'world', tuple(things), False, unused.lines, gravity)
+    return LoadedWorld(world.get('name') or 'world', tuple(things), False, unused.lines, gravity,
+                       tuple(unused.remarks))
 
 
 @dataclass(eq=False)
@@ -213,6 +215,11 @@ class _Reader:
         inertial = link.first('inertial')
         if inertial is not None and not static:
             inertials.append(_inertial(inertial, pose))
+            if inertial.first('mass') is not None and inertial.first('inertia') is None:
+                self._unused.remarks.append(
+                    f"{inertial.where}: link '{link.get('name')}' has a mass and no <inertia>, "
+                    'which SDF takes for 1 kg m^2 about each axis; give its own, or it hardly '
+                    'turns')
         return friction
 
     def _geometry(self, collision: XmlElement) -> tuple[Geometry | None, Matrix]:

@@ -49,6 +49,18 @@ def test_what_is_not_used_is_said(tmp_path):
     assert [line for line in warnings if 'light' in line and 'not used of the world' in line]
 
 
+def test_a_mass_without_inertia_is_said(tmp_path):
+    """What SDF makes of it is no one's intention: one warning has file, line and remedy."""
+    file = tmp_path / 'room.sdf'
+    file.write_text('<sdf version="1.9">\n<world name="room">\n<model name="m"><link name="l">\n'
+                    '<inertial><mass>0.1</mass></inertial>\n'
+                    '<collision name="c"><geometry><sphere><radius>0.1</radius></sphere>'
+                    '</geometry></collision></link></model></world></sdf>')
+    (line,) = [one for one in ArmSim('sunday', world=file).simulation.warnings if 'mass' in one]
+    assert 'room.sdf:4' in line
+    assert 'give its own' in line
+
+
 def test_a_broken_world_is_a_mistake_with_its_place(tmp_path):
     """File and line are named."""
     file = tmp_path / 'room.sdf'

@@ -28,7 +28,7 @@ from armsim_ros.sim.physics.mujoco_model import FLOOR_NAME
 from armsim_ros.sim.world.entities import Entities, WORLD_FRAME
 from armsim_ros.sim.world.shape_bounds import object_bounds
 from armsim_ros.sim.world.world_scene import OverlapError
-from armsim_ros.sim.world_files.loaded import Fault, ResourceFaultError
+from armsim_ros.sim.world_files.loaded import Fault, ResourceFaultError, told_of
 from armsim_ros.sim.world_files.resources import WorldResources
 
 LONGEST_NAME = 200
@@ -115,20 +115,20 @@ class Spawning:
     async def _spawned(self, order: _Order, result: Result) -> str:
         """Carry an order out; return the name, '' where the result says why not."""
         try:
-            name, unused = await self._work.beside(lambda: self._spawn(order))
+            name, told = await self._work.beside(lambda: self._spawn(order))
         except _RefusedError as error:
             refuse(result, error.code, str(error))
             return ''
         except ArmsimError as error:
             refuse(result, Result.RESULT_OPERATION_FAILED, str(error))
             return ''
-        if unused:
-            result.error_message = f'not used: {"; ".join(unused)}'
+        if told:
+            result.error_message = told
             self._node.get_logger().info(f"'{name}' was spawned; {result.error_message}")
         return name
 
-    def _spawn(self, order: _Order) -> tuple[str, tuple[str, ...]]:
-        """Read, compile, and swap; in the thread of changes."""
+    def _spawn(self, order: _Order) -> tuple[str, str]:
+        """Read, compile, and swap; in the thread of changes. Return name and remarks."""
         if order.name and not order.renaming:
             self._check_name(order.name)
         if order.namespace and not _NAMESPACE.fullmatch(order.namespace):
@@ -151,7 +151,7 @@ class Spawning:
             self._work.wait_for_loop(lambda: self._entities.spawn(edit))
         except OverlapError as error:
             raise _RefusedError(SpawnResult.INVALID_POSE, str(error)) from None
-        return name, loaded.unused
+        return name, told_of(loaded)
 
     def _name(self, order: _Order, thing: WorldObject) -> str:
         wanted = order.name

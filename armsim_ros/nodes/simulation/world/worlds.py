@@ -26,7 +26,12 @@ from armsim_ros.nodes.simulation.world.run_state import RunState
 from armsim_ros.nodes.simulation.world.work import Work
 from armsim_ros.sim.physics.mujoco_model import Ground
 from armsim_ros.sim.world.entities import Entities
-from armsim_ros.sim.world_files.loaded import Fault, LoadedWorld, ResourceFaultError
+from armsim_ros.sim.world_files.loaded import (
+    Fault,
+    LoadedWorld,
+    ResourceFaultError,
+    told_of,
+)
 from armsim_ros.sim.world_files.resources import WorldResources
 
 _CODES = {
@@ -126,8 +131,7 @@ class Worlds:
             self._state.loading = False
         self._state.world, self._state.uri = world.name, request.uri
         response.world = _world_message(world.name, request.uri, ())
-        if world.unused:
-            response.result.error_message = f'not used: {"; ".join(world.unused)}'
+        response.result.error_message = told_of(world)
         self._node.get_logger().info(
             f"world '{world.name}' is loaded and stands still; {response.result.error_message}")
 
