@@ -163,7 +163,7 @@ def _moveit_package(folder: Path, packages: Packages, *, named: bool) -> Path | 
                  if PackageFiles(place, packages).srdf() is not None}
     if len(found) > 1:
         raise ConfigError(Problem(
-            f"{len(found)} MoveIt packages could be meant by '{folder.name}'",
+            f"{len(found)} MoveIt packages could be meant by '{folder}'",
             Location(str(folder)), ', '.join(sorted(found)),
             'name one of them: robot:=NAME packages_path:=' + str(folder)))
     return next(iter(found.values()), folder if own else None)

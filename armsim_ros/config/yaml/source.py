@@ -34,6 +34,8 @@ def read_yaml_file(path: Path, problems: list[Problem] | None = None, *,
     :raises ConfigError: where the file cannot be read or is no YAML mapping.
     """
     name = str(path)
+    if path.exists() and not (path.is_file() or path.is_dir()):  # reading a pipe may never end
+        raise ConfigError(Problem('cannot be read: it is no regular file', Location(name)))
     try:
         with path.open('rb') as stream:
             data = stream.read(LARGEST_FILE + 1)

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import argparse
 from collections.abc import Mapping, Sequence
 from concurrent.futures import TimeoutError as FutureTimeoutError
 import math
@@ -169,9 +170,12 @@ def _outcome(client: RosClient, wrapped: Any, group: str, target: Mapping[str, f
 
 
 def _share(text: str) -> float:
-    value = float(text)
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
     if not 0.0 < value <= 1.0:
-        raise ValueError
+        raise argparse.ArgumentTypeError(f"'{text}' is no share; allowed: above 0, up to 1")
     return value
 
 

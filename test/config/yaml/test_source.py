@@ -1,6 +1,7 @@
 """YAML text to values, and what is said of a text that is none."""
 
 import contextlib
+import os
 import re
 
 from hypothesis import assume, given, settings
@@ -96,6 +97,13 @@ def test_a_file_that_is_not_there(tmp_path):
     """A missing file is named."""
     with pytest.raises(ConfigError, match=r'gone\.yaml: cannot be read: No such file'):
         read_yaml_file(tmp_path / 'gone.yaml')
+
+
+def test_a_pipe_is_refused(tmp_path):
+    """Nobody may ever write into it, and the reader would wait."""
+    os.mkfifo(tmp_path / 'pipe.yaml')
+    with pytest.raises(ConfigError, match=r'pipe\.yaml: cannot be read: it is no regular file'):
+        read_yaml_file(tmp_path / 'pipe.yaml')
 
 
 _SIGN = st.characters(categories=('L', 'N', 'P')) | st.just(' ')
