@@ -10,6 +10,9 @@ from typing import Generic, TypeVar
 
 RequestT = TypeVar('RequestT')
 
+#: How much of a stream waits at most while time stands.
+STREAM_CAPACITY = 100
+
 
 class Mailbox(Generic[RequestT]):
     """
@@ -18,12 +21,13 @@ class Mailbox(Generic[RequestT]):
     Nobody waits, and no request is taken twice.
 
     :param wake: called after each post, so that a loop that sleeps takes it up.
+    :param capacity: how many wait at most; more push out the oldest. None: all of them.
     """
 
     __slots__ = ('_requests', '_wake')
 
-    def __init__(self, wake: Callable[[], object]) -> None:
-        self._requests: deque[RequestT] = deque()
+    def __init__(self, wake: Callable[[], object], capacity: int | None = None) -> None:
+        self._requests: deque[RequestT] = deque(maxlen=capacity)
         self._wake = wake
 
     def __bool__(self) -> bool:

@@ -10,6 +10,7 @@ import numpy as np
 
 from armsim_ros.arrays import Vector
 from armsim_ros.control.controller import Controller, ParametersT
+from armsim_ros.control.mailbox import Mailbox, STREAM_CAPACITY
 from armsim_ros.control.repeated_warning import RepeatedWarning
 
 
@@ -19,8 +20,6 @@ class ChainableController(Controller[ParametersT]):
 
     ``offer`` may be called from any thread; all else belongs to the control loop.
     """
-
-    _inbox: Vector | None = None
 
     @property
     @abstractmethod
@@ -47,7 +46,7 @@ class ChainableController(Controller[ParametersT]):
     def activate(self, time_ns: int) -> None:
         """Take the joints over and forget what came before."""
         self.time_ns = time_ns
-        self._inbox = None
+        self._inbox: Mailbox[Vector] = Mailbox(self.context.wake, capacity=STREAM_CAPACITY)
         self._wanted = self.begin(time_ns)
         self._warning = RepeatedWarning(self.events)
         self.context.hardware.references.update(
@@ -58,12 +57,11 @@ class ChainableController(Controller[ParametersT]):
         self.time_ns = time_ns
         if self.chained:
             written = self.context.hardware.references
-            coming = np.array([written[name] for name in self.reference_interfaces])
+            given = [np.array([written[name] for name in self.reference_interfaces])]
         else:
-            given, self._inbox = self._inbox, None
-            coming = self._wanted if given is None else given
-        # What nobody has given stays as it was.
-        self._wanted = np.where(np.isfinite(coming), coming, self._wanted)
+            given = self._inbox.take_all()
+        for coming in given:  # what nobody has given stays as it was
+            self._wanted = np.where(np.isfinite(coming), coming, self._wanted)
         self.follow(self._wanted, time_ns, period)
 
     def process_requests(self, time_ns: int) -> None:
@@ -80,8 +78,7 @@ class ChainableController(Controller[ParametersT]):
             return 'the controller is not active'
         if self.chained:
             return self.drop('another controller writes the references')
-        self._inbox = references
-        self.context.wake()
+        self._inbox.post(references)
         return ''
 
     def drop(self, reason: str) -> str:

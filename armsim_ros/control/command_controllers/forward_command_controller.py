@@ -28,6 +28,7 @@ from armsim_ros.config.controllers.forward_command_controller import (
 )
 from armsim_ros.control.command_controllers.command_guard import CommandGuard, guards_of
 from armsim_ros.control.controller import Controller, NEVER_NS
+from armsim_ros.control.mailbox import Mailbox
 from armsim_ros.control.repeated_warning import RepeatedWarning
 from armsim_ros.errors import ControllerError
 
@@ -43,7 +44,6 @@ class ForwardController(Controller[ForwardParameters]):
     single: ClassVar[bool] = False
 
     _guards: tuple[tuple[CommandGuard, list[int]], ...] = ()
-    _inbox: Vector | None = None
     _moving = False
     _deadline_ns: int | None = None
 
@@ -68,6 +68,7 @@ class ForwardController(Controller[ForwardParameters]):
         if missing:
             raise ControllerError(f"parameter '{missing}' of '{self.name}' is empty")
         self._warning = RepeatedWarning(self.events)
+        self._inbox: Mailbox[Vector] = Mailbox(self.context.wake, capacity=1)
 
     def activate(self, time_ns: int) -> None:
         """Take the joints over and forget what came before."""
@@ -75,7 +76,7 @@ class ForwardController(Controller[ForwardParameters]):
         self._guards = guards_of(self.parameters.targets, context.hardware, context.model)
         for guard, _ in self._guards:
             guard.start()
-        self._inbox = None
+        self._inbox.take_all()
         self._moving = False
         self._deadline_ns = None
 
@@ -83,7 +84,7 @@ class ForwardController(Controller[ForwardParameters]):
         """Stop velocities and efforts; positions stay."""
         for guard, _ in self._guards:
             guard.release()
-        self._inbox = None
+        self._inbox.take_all()
 
     def receive(self, values: Sequence[float]) -> str:
         """
@@ -103,17 +104,15 @@ class ForwardController(Controller[ForwardParameters]):
             place = int(np.argmin(finite))
             return self._drop(f'{values[place]} for {self.required_command_interfaces[place]}',
                               values)  # fmt: skip
-        self._inbox = command
-        self.context.wake()
+        self._inbox.post(command)
         return ''
 
     def update(self, time_ns: int, period: float) -> None:
         """Take the newest command up, and go on with what it began."""
-        command = self._inbox
-        if command is not None:
-            self._inbox = None
+        commands = self._inbox.take_all()
+        if commands:
             for guard, columns in self._guards:
-                guard.accept(command[columns])
+                guard.accept(commands[-1][columns])
             timeout = self.parameters.command_timeout
             self._deadline_ns = time_ns + round(timeout * 1e9) if timeout else None
             self._moving = True
@@ -129,7 +128,7 @@ class ForwardController(Controller[ForwardParameters]):
 
     def next_update(self, time_ns: int) -> int:
         """Return from when on an update matters [ns]: when there is a command or a timeout."""
-        if self._inbox is not None or self._moving:
+        if self._inbox or self._moving:
             return time_ns
         return NEVER_NS if self._deadline_ns is None else self._deadline_ns
 

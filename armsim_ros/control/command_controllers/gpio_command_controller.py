@@ -15,6 +15,7 @@ from typing import ClassVar
 from armsim_ros.config.base import Settings
 from armsim_ros.config.controllers.gpio_command_controller import GpioCommandControllerParameters
 from armsim_ros.control.broadcasters.sensor_broadcaster import SensorBroadcaster
+from armsim_ros.control.mailbox import Mailbox, STREAM_CAPACITY
 from armsim_ros.control.repeated_warning import RepeatedWarning
 from armsim_ros.errors import ControllerError, nearest
 
@@ -26,8 +27,6 @@ class GpioCommandController(SensorBroadcaster):
 
     parameters_class: ClassVar[type[Settings]] = GpioCommandControllerParameters
     only_looks: ClassVar[bool] = False
-
-    _inbox: dict[str, float] | None = None
 
     @property
     def _own(self) -> GpioCommandControllerParameters:
@@ -60,7 +59,8 @@ class GpioCommandController(SensorBroadcaster):
     def activate(self, time_ns: int) -> None:
         """Forget what came before."""
         super().activate(time_ns)
-        self._inbox = None
+        self._inbox: Mailbox[dict[str, float]] = Mailbox(
+            self.context.wake, capacity=STREAM_CAPACITY)
 
     def receive(self, groups: Sequence[Group]) -> str:
         """
@@ -86,14 +86,12 @@ class GpioCommandController(SensorBroadcaster):
                 else:
                     hint = nearest(interface, known) or f'known: {", ".join(known) or "none"}'
                     self._warning.add(self.time_ns, f"'{interface}' is not commanded; {hint}")
-        self._inbox = {**(self._inbox or {}), **found}
-        self.context.wake()
+        self._inbox.post(found)
         return ''
 
     def update(self, time_ns: int, period: float) -> None:
         """Set what was commanded, then tell of the states."""
-        command, self._inbox = self._inbox, None
-        if command:
+        for command in self._inbox.take_all():
             self.context.hardware.other_commands.update(command)
         super().update(time_ns, period)
 
