@@ -4,7 +4,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 import threading
 import time
@@ -222,8 +223,20 @@ class Streamed:
         point = JointTrajectoryPoint(positions=[float(value) for value in positions])
         point.time_from_start.sec = int(seconds)
         point.time_from_start.nanosec = int(1e9 * (seconds % 1.0))
-        self.trajectory.publish(JointTrajectory(joint_names=list(JOINTS), points=[point]))
+        message = JointTrajectory(joint_names=list(JOINTS), points=[point])
+        before = self.positions
+        self.trajectory.publish(message)
+        if np.abs(before - positions).max() > 2e-3:
+            self.stream_until(self.trajectory, message, self.has_moved(before, 1e-3), 'it moves')
         self.until(lambda: np.abs(self.positions - positions).max() < 2e-3, 'the arm is there')
+
+    @contextmanager
+    def publisher(self, kind: Any, topic: str) -> Iterator[Any]:
+        """Give a publisher that somebody hears; it is gone afterwards."""
+        publisher = self.client.node.create_publisher(kind, topic, 10)
+        self.until(lambda: publisher.get_subscription_count() > 0, 'the topic is heard')
+        yield publisher
+        self.client.in_executor(lambda: self.client.node.destroy_publisher(publisher))
 
     def until(self, condition: Any, what: str, timeout: float = 30.0) -> None:
         """Wait for something."""

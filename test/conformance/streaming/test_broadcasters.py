@@ -85,11 +85,10 @@ def test_speed(arm: Streamed) -> None:
 def test_senseless_factors(arm: Streamed, factor: float) -> None:
     """They are dropped with a warning; the arm moves as before."""
     topic = f'{NAMESPACE}/{ARM}/speed_scaling_input'
-    publisher = arm.client.node.create_publisher(SpeedScalingFactor, topic, 10)
-    arm.until(lambda: publisher.get_subscription_count() > 0, 'the topic is heard')
     marker = len(arm.program.text)
-    publisher.publish(SpeedScalingFactor(factor=factor))
-    arm.until(lambda: 'speed scaling factor' in arm.program.text[marker:], 'the reason is told')
-    arm.go(beside(0.1), 0.5)
-    arm.go(PLACE, 0.5)
-    arm.client.in_executor(lambda: arm.client.node.destroy_publisher(publisher))
+    with arm.publisher(SpeedScalingFactor, topic) as publisher:
+        arm.stream_until(
+            publisher, SpeedScalingFactor(factor=factor),
+            lambda: 'speed scaling factor' in arm.program.text[marker:], 'the reason is told')
+        arm.go(beside(0.1), 0.5)
+        arm.go(PLACE, 0.5)

@@ -66,14 +66,14 @@ def chain(loop: Streamed) -> Streamed:
 def test_trajectory_through_the_chain(chain: Streamed) -> None:
     """A trajectory moves the arm through the following controller."""
     goal = beside(0.2, 0.2)
-    publisher = chain.client.node.create_publisher(
-        JointTrajectory, f'{NAMESPACE}/chained_arm/joint_trajectory', 10)
-    chain.until(lambda: publisher.get_subscription_count() > 0, 'the topic is heard')
     point = JointTrajectoryPoint(positions=goal.tolist())
     point.time_from_start.sec = 1
-    publisher.publish(JointTrajectory(joint_names=list(JOINTS), points=[point]))
-    chain.until(lambda: np.abs(chain.positions - goal).max() < 5e-3, 'the arm is there')
-    chain.client.in_executor(lambda: chain.client.node.destroy_publisher(publisher))
+    message = JointTrajectory(joint_names=list(JOINTS), points=[point])
+    with chain.publisher(
+        JointTrajectory, f'{NAMESPACE}/chained_arm/joint_trajectory'
+    ) as publisher:
+        chain.stream_until(publisher, message, chain.has_moved(chain.positions, 1e-3), 'it moves')
+        chain.until(lambda: np.abs(chain.positions - goal).max() < 5e-3, 'the arm is there')
 
 
 @statement('CHN-1')
@@ -110,33 +110,30 @@ def test_refusals(arm: Streamed) -> None:
 def test_own_topic_is_ignored(chain: Streamed) -> None:
     """While another controller writes the references, the topic moves nothing."""
     before, marker = chain.positions, len(chain.program.text)
-    publisher = chain.client.node.create_publisher(
-        MultiDOFCommand, f'{NAMESPACE}/loop/reference', 10)
-    chain.until(lambda: publisher.get_subscription_count() > 0, 'the topic is heard')
     message = MultiDOFCommand(dof_names=list(JOINTS), values=beside(0.3).tolist())
-    chain.stream(publisher, message, 0.2, 0.05)
-    chain.until(lambda: 'another controller writes' in chain.program.text[marker:],
-                'the reason is told')  # fmt: skip
+    with chain.publisher(MultiDOFCommand, f'{NAMESPACE}/loop/reference') as publisher:
+        chain.stream_until(
+            publisher, message,
+            lambda: 'another controller writes' in chain.program.text[marker:],
+            'the reason is told')
     np.testing.assert_allclose(chain.positions, before, atol=1e-3)
-    chain.client.in_executor(lambda: chain.client.node.destroy_publisher(publisher))
 
 
 @statement('CHN-2')
 def test_pid_by_itself(loop: Streamed) -> None:
     """References come by topic, the state tells of them, feed-forward has its service."""
     states = loop.client.collect(f'{NAMESPACE}/loop/controller_state', MultiDOFStateStamped)
-    publisher = loop.client.node.create_publisher(
-        MultiDOFCommand, f'{NAMESPACE}/loop/reference', 10)
-    loop.until(lambda: publisher.get_subscription_count() > 0, 'the topic is heard')
     goal = beside(0.2)
-    loop.stream(publisher, MultiDOFCommand(dof_names=list(JOINTS), values=goal.tolist()), 0.1)
-    loop.until(lambda: np.abs(loop.positions - goal).max() < 5e-3, 'the arm is there')
+    command = MultiDOFCommand(dof_names=list(JOINTS), values=goal.tolist())
+    with loop.publisher(MultiDOFCommand, f'{NAMESPACE}/loop/reference') as publisher:
+        loop.stream_until(
+            publisher, command, lambda: np.abs(loop.positions - goal).max() < 5e-3,
+            'the arm is there')
     message = states.wait_for(lambda one: abs(one.dof_states[0].reference - goal[0]) < 1e-9)
     assert [one.name for one in message.dof_states] == list(JOINTS)
     answer = loop.client.call(
         f'{NAMESPACE}/loop/set_feedforward_control', SetBool, SetBool.Request(data=False))
     assert answer.success
-    loop.client.in_executor(lambda: loop.client.node.destroy_publisher(publisher))
 
 
 @pytest.fixture
@@ -158,13 +155,12 @@ def yield_along(arm: Streamed, axes: list[bool]) -> None:
 @statement('CHN-3')
 def test_references_pass(soft: Streamed) -> None:
     """Where the arm yields to nothing, it goes where the references lead."""
-    publisher = soft.client.node.create_publisher(
-        JointTrajectoryPoint, f'{NAMESPACE}/soft/joint_references', 10)
-    soft.until(lambda: publisher.get_subscription_count() > 0, 'the topic is heard')
     goal = beside(0.2, 0.1)
-    soft.stream(publisher, JointTrajectoryPoint(positions=goal.tolist()), 0.1)
-    soft.until(lambda: np.abs(soft.positions - goal).max() < 2e-3, 'the arm is there')
-    soft.client.in_executor(lambda: soft.client.node.destroy_publisher(publisher))
+    point = JointTrajectoryPoint(positions=goal.tolist())
+    with soft.publisher(JointTrajectoryPoint, f'{NAMESPACE}/soft/joint_references') as publisher:
+        soft.stream_until(
+            publisher, point, lambda: np.abs(soft.positions - goal).max() < 2e-3,
+            'the arm is there')
 
 
 @statement('CHN-3')

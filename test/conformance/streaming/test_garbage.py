@@ -79,15 +79,12 @@ def test_controllers(arm: Streamed, name: str, topic: str, message: Any, words: 
     if name != 'lamps':  # it runs beside the others
         arm.use(name)
     before, marker = arm.positions, len(arm.program.text)
-    node = arm.client.node
-    publisher = node.create_publisher(type(message), f'{NAMESPACE}/{name}/{topic}', 10)
-    arm.until(lambda: publisher.get_subscription_count() > 0, 'the topic is heard')
-    arm.stream_until(publisher, message, lambda: words in arm.program.text[marker:],
-                     f'the log has: {words}')  # fmt: skip
+    with arm.publisher(type(message), f'{NAMESPACE}/{name}/{topic}') as publisher:
+        arm.stream_until(publisher, message, lambda: words in arm.program.text[marker:],
+                         f'the log has: {words}')  # fmt: skip
     arm.rest(0.2)
     np.testing.assert_allclose(arm.positions, before, atol=2e-3)
     arm.use(ARM)  # strictly: it fails where the other one is no longer active
-    arm.client.in_executor(lambda: node.destroy_publisher(publisher))
 
 
 @statement('SRV-11')
