@@ -13,7 +13,7 @@ import pytest
 from rendering import rendering_backend
 from silent_workers import SilentWorkers
 
-from armsim_ros.cli.environment import announce_often, FASTDDS_PROFILES
+from armsim_ros.cli.environment import FASTDDS_PROFILES
 from armsim_ros.cli.quiet_end import QuietEnd
 
 #: Domain ids up to 101 keep Fast DDS below the ephemeral ports of Linux.
@@ -25,6 +25,8 @@ _REAL_TIME = [
     Path(__file__).parent / name
     for name in ('conformance', 'interfaces', 'launch', 'nodes', 'packaging', 'system')
 ]
+#: How programs find each other; what forgets quickly who was killed is set where it is tested.
+_PROFILES = Path(__file__).parent / 'support/fastdds_profiles.xml'
 #: How long a stack may take to end after the last test [s].
 _PATIENCE_AT_END = 120
 _MACHINE = pytest.StashKey()
@@ -46,7 +48,7 @@ def pytest_configure(config):
     for name in ('RMW_IMPLEMENTATION', 'ROS_STATIC_PEERS', 'ROS_LOCALHOST_ONLY',
                  'ROS_NAMESPACE', *FASTDDS_PROFILES):
         os.environ.pop(name, None)
-    announce_often()
+    os.environ[FASTDDS_PROFILES[0]] = str(_PROFILES)
     config.stash[_SHARED] = {}
     config.stash[_END] = QuietEnd()
     config.pluginmanager.register(FailuresAtOnce(config))

@@ -31,6 +31,7 @@ import pytest
 from sensor_msgs.msg import JointState
 from shape_msgs.msg import SolidPrimitive
 
+from armsim_ros.cli.environment import FASTDDS_PROFILES
 from armsim_ros.testing.client_node import ClientNode
 from armsim_ros.testing.domain import private_domain
 from armsim_ros.testing.patient_action_client import PatientActionClient
@@ -181,8 +182,13 @@ class Stacks:
 
 @pytest.fixture(scope='module')
 def domain() -> Iterator[int]:
-    """Lease a domain for all stacks of this module: each follows at once upon the last."""
-    with private_domain() as number:
+    """
+    Lease a domain for all stacks of this module: each follows at once upon the last.
+
+    They have the package's own settings of Fast DDS, with the lease that users have.
+    """
+    with private_domain() as number, pytest.MonkeyPatch.context() as environment:
+        environment.delenv(FASTDDS_PROFILES[0])
         yield number
 
 
