@@ -5,12 +5,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 import math
 
 import numpy as np
 
-from armsim_ros.arrays import Vector
+from armsim_ros.arrays import Matrix, Vector
 from armsim_ros.errors import MoveItErrorCode, PlanningError
 from armsim_ros.kinematics.inverse import IKTarget, InverseKinematics
 from armsim_ros.kinematics.kinematic_model import KinematicModel
@@ -36,16 +36,24 @@ _DRAWS = 40
 
 @dataclass(slots=True)
 class _Tally:
-    """What happened to the states that were looked at."""
+    """
+    What is wrong with the states that were looked at.
 
-    candidates: int = 0
+    :param colliding: states (m,) that collide.
+    :param off_goal: sentences about states outside the limits or the goal.
+    :param off_path: sentences about states that break the path constraints.
+    :param unsolved: poses without a solution.
+    """
+
+    colliding: list[Vector] = field(default_factory=list)
+    off_goal: list[str] = field(default_factory=list)
+    off_path: list[str] = field(default_factory=list)
     unsolved: int = 0
-    off_goal: int = 0
-    colliding: int = 0
-    off_path_constraints: int = 0
-    nearest_collision: Vector | None = None
-    off_goal_text: str = ''
-    path_text: str = ''
+
+    @property
+    def refused(self) -> int:
+        """Number of states that were refused."""
+        return len(self.colliding) + len(self.off_goal) + len(self.off_path)
 
 
 class GoalSampler:
@@ -75,7 +83,6 @@ class GoalSampler:
             np.where(np.isfinite(low), low, self._origin - math.pi),
             np.where(np.isfinite(high), high, self._origin + math.pi),
         )
-        self._poses = PoseSampler(model, validity.group, self._bounds, rng)
 
     def sample(self, goals: Sequence[ConstraintSet], budget: Budget) -> list[Vector]:
         """
@@ -88,7 +95,9 @@ class GoalSampler:
         tally = _Tally()
         found: list[Vector] = []
         for goal in goals:
-            for candidate in self._candidates(goal, tally, budget):
+            posed = goal.positions or goal.orientations
+            for candidate in (self._pose_candidates(goal, tally, budget) if posed
+                              else self._joint_candidates(goal, budget)):
                 budget.check(_SOURCE)
                 values = candidate[self._indices]
                 if any(float(np.max(np.abs(values - other))) < 1e-4 for other in found):
@@ -114,31 +123,17 @@ class GoalSampler:
     def _accept(
         self, candidate: Vector, values: Vector, goal: ConstraintSet, tally: _Tally
     ) -> bool:
-        tally.candidates += 1
         if not self._validity.within_limits(values) or not goal.satisfied(candidate):
-            tally.off_goal += 1
-            tally.off_goal_text = goal.violation(candidate) or self._validity.why_not(values)
-            return False
-        if self._validity.collides(values):
-            tally.colliding += 1
-            if tally.nearest_collision is None:
-                tally.nearest_collision = values
-            return False
-        if not self._validity.constrained(values):
-            tally.off_path_constraints += 1
-            tally.path_text = self._validity.why_not(values)
-            return False
-        return True
+            tally.off_goal.append(goal.violation(candidate) or self._validity.why_not(values))
+        elif self._validity.collides(values):
+            tally.colliding.append(values)
+        elif not self._validity.constrained(values):
+            tally.off_path.append(self._validity.why_not(values))
+        else:
+            return True
+        return False
 
     # ---------------------------------------------------------------- candidates
-
-    def _candidates(
-        self, goal: ConstraintSet, tally: _Tally, budget: Budget
-    ) -> Iterator[Vector]:
-        if goal.positions or goal.orientations:
-            yield from self._pose_candidates(goal, tally, budget)
-        else:
-            yield from self._joint_candidates(goal, budget)
 
     def _joint_candidates(self, goal: ConstraintSet, budget: Budget) -> Iterator[Vector]:
         """Yield the box's middle, then random states of it; free joints stay, then roam."""
@@ -176,15 +171,14 @@ class GoalSampler:
         for draw in range(draws):
             if draw and budget.spent():
                 return
-            targets = self._poses.targets(goal, seed, middle=draw == 0)
-            before = tally.colliding + tally.off_goal + tally.off_path_constraints
+            targets = self._targets(goal, seed, middle=draw == 0)
+            before = tally.refused
             solutions = self._inverse.solutions(
                 targets, seed, count=MAX_GOALS, rng=self._rng, clock=budget.now,
                 deadline=budget.deadline, max_starts=_FIRST_STARTS if draw == 0 else 4,
             )
             yield from solutions
-            refused = tally.colliding + tally.off_goal + tally.off_path_constraints - before
-            if draw == 0 and refused == len(solutions):
+            if draw == 0 and tally.refused - before == len(solutions):
                 more = self._inverse.solutions(
                     targets, seed, count=2 * MAX_GOALS, rng=self._rng, clock=budget.now,
                     deadline=budget.deadline, max_starts=_MORE_STARTS,
@@ -198,34 +192,33 @@ class GoalSampler:
 
     def _failure(self, goals: Sequence[ConstraintSet], tally: _Tally) -> PlanningError:
         if tally.colliding:
-            assert tally.nearest_collision is not None
-            pairs = self._validity.touching(tally.nearest_collision)
+            nearest = tally.colliding[0]
             return PlanningError(
                 MoveItErrorCode.GOAL_IN_COLLISION,
-                f'all {tally.colliding} goal states that were found collide; the nearest one: '
-                f'{pairs}; move the goal or the object, or allow the pair in the allowed '
-                'collision matrix',
-                _SOURCE, self._validity.contacts(tally.nearest_collision),
+                f'all {len(tally.colliding)} goal states that were found collide; the nearest '
+                f'one: {self._validity.touching(nearest)}; move the goal or the object, or allow '
+                'the pair in the allowed collision matrix',
+                _SOURCE, self._validity.contacts(nearest),
             )
-        if tally.off_path_constraints:
+        if tally.off_path:
             return PlanningError(
                 MoveItErrorCode.GOAL_VIOLATES_PATH_CONSTRAINTS,
-                f'no goal state keeps the path constraints: {tally.path_text}; widen them or '
+                f'no goal state keeps the path constraints: {tally.off_path[-1]}; widen them or '
                 'change the goal',
                 _SOURCE,
             )
-        if tally.unsolved and not tally.candidates:
+        if tally.unsolved and not tally.off_goal:
             return self._no_solution(goals)
+        reason = tally.off_goal[-1] if tally.off_goal else 'none was found'
         return PlanningError(
             MoveItErrorCode.INVALID_GOAL_CONSTRAINTS,
-            f'no state satisfies the goal constraints: {tally.off_goal_text}; widen their '
-            'tolerances',
+            f'no state satisfies the goal constraints: {reason}; widen their tolerances',
             _SOURCE,
         )
 
     def _no_solution(self, goals: Sequence[ConstraintSet]) -> PlanningError:
         goal = next(each for each in goals if each.positions or each.orientations)
-        targets = self._poses.targets(goal, self._start, middle=True)
+        targets = self._targets(goal, self._start, middle=True)
         result = self._inverse.solve(targets, self._start, max_starts=8)
         where = '; '.join(
             f"'{target.link}' at {np.round(target.pose[:3, 3], 4).tolist()} m in the model frame"
@@ -239,68 +232,35 @@ class GoalSampler:
             _SOURCE,
         )
 
+    # ---------------------------------------------------------------- poses
 
-def _nearest_turn(value: float, reference: float) -> float:
-    return reference + math.remainder(value - reference, 2.0 * math.pi)
-
-
-class PoseSampler:
-    """
-    Turns position and orientation constraints into targets of inverse kinematics.
-
-    :param model: the robot's kinematics.
-    :param group: the group that is planned for.
-    :param bounds: lower and upper values (m,) that random states are drawn from.
-    :param rng: source of chance.
-    """
-
-    def __init__(
-        self, model: KinematicModel, group: str, bounds: tuple[Vector, Vector],
-        rng: np.random.Generator,
-    ) -> None:
-        self._model = model
-        self._group = group
-        self._bounds = bounds
-        self._rng = rng
-
-    def targets(self, goal: ConstraintSet, seed: Vector, middle: bool) -> list[IKTarget]:
+    def _targets(self, goal: ConstraintSet, seed: Vector, middle: bool) -> list[IKTarget]:
         """Return a pose for every constrained frame: the wanted one, or a random allowed one."""
-        poses = goal.poses(seed)
-        free = seed
+        poses, free = goal.poses(seed), seed
         if not middle:
-            low, high = self._bounds
-            free = self._model.insert(seed, self._group, self._rng.uniform(low, high))
+            free = self._model.insert(
+                seed, self._validity.group, self._rng.uniform(*self._bounds))
         targets: list[IKTarget] = []
-        used: set[int] = set()
+        alone = list(goal.orientations)
         for position in goal.positions:
-            frame = position.frame.pose(poses)
-            partner = next(
-                (k for k, term in enumerate(goal.orientations)
-                 if term.target.link == position.target.link and k not in used), None,
-            )
-            point = (frame @ np.append(self._point(position, middle), 1.0))[:3]
-            if partner is None:
-                targets.append(IKTarget(
-                    position.target.link, pose_from_parts(point, np.eye(3)),
-                    position.target.offset, position_only=True,
-                ))
-                continue
-            used.add(partner)
-            orientation = goal.orientations[partner]
-            rotation = self._rotation(orientation, poses, middle)
-            # The wanted rotation is that of the orientation's frame on the link.
-            link_rotation = rotation @ orientation.target.offset[:3, :3].T
-            pose = pose_from_parts(point, link_rotation @ position.target.offset[:3, :3])
-            targets.append(IKTarget(position.target.link, pose, position.target.offset))
-        for k, orientation in enumerate(goal.orientations):
-            if k in used:
-                continue
-            link = orientation.target.link
-            rotation = self._rotation(orientation, poses, middle)
-            here = self._model.link_pose(free, link) @ orientation.target.offset
+            link, offset = position.target.link, position.target.offset
+            place = np.append(self._point(position, middle), 1.0)
+            point = (position.frame.pose(poses) @ place)[:3]
+            partner = next((term for term in alone if term.target.link == link), None)
+            turned = np.eye(3)
+            if partner is not None:
+                alone.remove(partner)
+                # The wanted rotation is that of the orientation's frame on the link.
+                turned = (self._rotation(partner, poses, middle)
+                          @ partner.target.offset[:3, :3].T @ offset[:3, :3])
             targets.append(IKTarget(
-                link, pose_from_parts(here[:3, 3], rotation), orientation.target.offset
-            ))
+                link, pose_from_parts(point, turned), offset, position_only=partner is None))
+        for orientation in alone:
+            frame = orientation.target
+            here = self._model.link_pose(free, frame.link) @ frame.offset
+            rotation = self._rotation(orientation, poses, middle)
+            targets.append(IKTarget(
+                frame.link, pose_from_parts(here[:3, 3], rotation), frame.offset))
         return targets
 
     def _point(self, term: PositionTerm, middle: bool) -> Vector:
@@ -308,25 +268,26 @@ class PoseSampler:
             return term.regions[0].center
         return term.regions[int(self._rng.integers(len(term.regions)))].random_point(self._rng)
 
-    def _rotation(
-        self, term: OrientationTerm, poses: Poses, middle: bool
-    ) -> Vector:
+    def _rotation(self, term: OrientationTerm, poses: Poses, middle: bool) -> Matrix:
         frame = term.frame.pose(poses)[:3, :3]
         wanted = term.wanted
         if not middle:
             reach = np.minimum(term.tolerances, math.pi)
             angles = self._rng.uniform(-reach, reach)
             wanted = _small_rotation(angles, term.rotation_vector) @ wanted
-        result: Vector = frame @ wanted
+        result: Matrix = frame @ wanted
         return result
+
+
+def _nearest_turn(value: float, reference: float) -> float:
+    return reference + math.remainder(value - reference, 2.0 * math.pi)
 
 
 def has_room(goal: ConstraintSet) -> bool:
     """Return whether the goal leaves more than a point to choose from."""
     linked = {term.target.link for term in goal.orientations}
     return (
-        any(len(term.regions) > 1 or term.regions[0].size > 2e-3
-            for term in goal.positions)
+        any(len(term.regions) > 1 or term.regions[0].size > 2e-3 for term in goal.positions)
         or any(float(np.max(term.tolerances)) > 0.02 for term in goal.orientations)
         or any(term.target.link not in linked for term in goal.positions)
         or (bool(goal.orientations) and not goal.positions)

@@ -5,7 +5,6 @@
 from __future__ import annotations
 
 import math
-from typing import Protocol
 
 import numpy as np
 
@@ -26,19 +25,6 @@ _DIFFERENCE = 1e-6
 _SHORTENING = 0.4
 _LEAST_STEP = 0.1
 _SAME = 1e-9
-
-
-class LocalPlanner(Protocol):
-    """What joins states that are near each other; both are free."""
-
-    def motion_free(self, first: Vector, second: Vector) -> bool:
-        """Return whether the straight motion between two states (m,) is free."""
-
-    def corner_free(self, first: Vector, second: Vector) -> bool:
-        """Return whether a motion that cuts a corner is free."""
-
-    def join(self, first: Vector, second: Vector) -> Matrix | None:
-        """Return the states (k, m) between two on a way that is free, None where it is not."""
 
 
 class JointSpace:

@@ -13,6 +13,7 @@ from ompl import util as ou
 
 from armsim_ros.arrays import Matrix, Vector
 from armsim_ros.log import Log
+from armsim_ros.planning.budget import nothing
 from armsim_ros.planning.search.joint_space import JointSpace
 from armsim_ros.planning.search.planners import make_planner, PlannerChoice, THREADED
 
@@ -37,129 +38,104 @@ def solve_with_ompl(
         it shorter, and that takes what time there is.
     :param over: whether to stop in any case.
     """
-    view = OmplSpace(space)
-    planner = make_planner(choice, view.information, space.extension, log)
-    definition = view.problem(start, goals)
+    checks = _Checks(space)
+    information = _information(space, checks)
+    planner = make_planner(choice, information, space.extension, log)
+    definition = _problem(information, start, goals)
 
     def stop() -> bool:
         return over() or (given_up() and not definition.hasExactSolution())
 
+    if choice.type in THREADED:
+        # A thread of its own asks the condition as well, and would wait for Python's lock, which
+        # the search holds to its end.
+        condition = ob.plannerNonTerminatingCondition()
+        checks.ask = lambda: stop() and condition.terminate()
+    else:
+        condition = ob.PlannerTerminationCondition(stop)
     planner.setProblemDefinition(definition)
     planner.setup()
     with space.validity.unpolled():
-        planner.solve(view.termination(stop, choice.type in THREADED))
-    view.asked.ask = None
+        planner.solve(condition)
+    checks.ask = nothing
     if not definition.hasExactSolution():
         return None
-    return np.array([view.values(state) for state in definition.getSolutionPath().getStates()])
+    return np.array([checks.values(state) for state in definition.getSolutionPath().getStates()])
 
 
-class _Asked:
+class _Checks:
     """
-    What checks call first, where the planner does not ask itself whether to end.
+    What OMPL's checkers ask, and what they call before where the planner itself does not.
 
     It knows nothing of OMPL's objects: these hold it, and a circle through them is never freed.
     """
 
-    __slots__ = ('ask',)
-
-    def __init__(self) -> None:
-        self.ask: Callable[[], object] | None = None
-
-
-class _StateValidity(ob.StateValidityChecker):  # type: ignore[misc]
-    """States by :class:`JointSpace`."""
-
-    def __init__(self, information: Any, space: JointSpace, asked: _Asked) -> None:
-        super().__init__(information)
-        self._space, self._asked = space, asked
-        self._places = range(len(space.low))
-
-    def isValid(self, state: Any) -> bool:
-        """Return whether a state is free."""
-        if self._asked.ask is not None:
-            self._asked.ask()
-        return self._space.free(np.array([state[k] for k in self._places]))
-
-
-class _MotionValidity(ob.MotionValidator):  # type: ignore[misc]
-    """Motions by :class:`JointSpace`, in steps of bounded displacement."""
-
-    def __init__(self, information: Any, space: JointSpace, asked: _Asked) -> None:
-        super().__init__(information)
-        self._space, self._asked = space, asked
-        self._places = range(len(space.low))
-
-    def checkMotion(self, first: Any, second: Any) -> bool:
-        """Return whether the straight motion is free."""
-        if self._asked.ask is not None:
-            self._asked.ask()
-        return self._space.motion_free(
-            np.array([first[k] for k in self._places]),
-            np.array([second[k] for k in self._places]))
-
-
-class OmplSpace:
-    """
-    OMPL's state space, validity checker and motion validator for one search.
-
-    :param space: judges states and motions.
-    """
-
     def __init__(self, space: JointSpace) -> None:
+        self.space = space
+        self.ask: Callable[[], object] = nothing
         self._places = range(len(space.low))
-        self.asked = _Asked()
-        bounds = ob.RealVectorBounds(len(space.low))
-        for k in self._places:
-            bounds.setLow(k, float(space.low[k]))
-            bounds.setHigh(k, float(space.high[k]))
-        self.space = ob.RealVectorStateSpace(len(space.low))
-        self.space.setBounds(bounds)
-        self.information = ob.SpaceInformation(self.space)
-        self.information.setStateValidityChecker(
-            _StateValidity(self.information, space, self.asked))
-        self.information.setMotionValidator(
-            _MotionValidity(self.information, space, self.asked))
-        self.information.setup()
-
-    def termination(self, stop: Callable[[], bool], threaded: bool) -> Any:
-        """
-        Return OMPL's condition for the end of a search.
-
-        :param stop: whether to end.
-        :param threaded: for a planner that asks the condition from a thread of its own as well:
-            that one would wait for Python's lock, which the search holds to its end.
-        """
-        if not threaded:
-            return ob.PlannerTerminationCondition(stop)
-        condition = ob.plannerNonTerminatingCondition()
-
-        def ask() -> None:
-            if stop():
-                condition.terminate()
-
-        self.asked.ask = ask
-        return condition
 
     def values(self, state: Any) -> Vector:
         """Return an OMPL state's values (m,)."""
         return np.array([state[k] for k in self._places])
 
-    def state(self, values: Vector) -> Any:
-        """Return a new OMPL state with these values (m,)."""
-        # The space's own allocState gives states that nobody frees.
-        state = self.information.allocState()
-        for k in self._places:
-            state[k] = float(values[k])
-        return state
 
-    def problem(self, start: Vector, goals: Sequence[Vector]) -> Any:
-        """Return an OMPL problem from a start to any of several goals."""
-        problem = ob.ProblemDefinition(self.information)
-        problem.addStartState(self.state(start))
-        region = ob.GoalStates(self.information)
-        for goal in goals:
-            region.addState(self.state(goal))
-        problem.setGoal(region)
-        problem.setOptimizationObjective(ob.PathLengthOptimizationObjective(self.information))
-        return problem
+class _StateValidity(ob.StateValidityChecker):  # type: ignore[misc]
+    """States by :class:`JointSpace`."""
+
+    def __init__(self, information: Any, checks: _Checks) -> None:
+        super().__init__(information)
+        self._checks = checks
+
+    def isValid(self, state: Any) -> bool:
+        """Return whether a state is free."""
+        self._checks.ask()
+        return self._checks.space.free(self._checks.values(state))
+
+
+class _MotionValidity(ob.MotionValidator):  # type: ignore[misc]
+    """Motions by :class:`JointSpace`, in steps of bounded displacement."""
+
+    def __init__(self, information: Any, checks: _Checks) -> None:
+        super().__init__(information)
+        self._checks = checks
+
+    def checkMotion(self, first: Any, second: Any) -> bool:
+        """Return whether the straight motion is free."""
+        self._checks.ask()
+        values = self._checks.values
+        return self._checks.space.motion_free(values(first), values(second))
+
+
+def _information(space: JointSpace, checks: _Checks) -> Any:
+    """Return OMPL's view of the space: bounds, validity checker, motion validator."""
+    bounds = ob.RealVectorBounds(len(space.low))
+    for k, (low, high) in enumerate(zip(space.low.tolist(), space.high.tolist(), strict=True)):
+        bounds.setLow(k, low)
+        bounds.setHigh(k, high)
+    states = ob.RealVectorStateSpace(len(space.low))
+    states.setBounds(bounds)
+    information = ob.SpaceInformation(states)
+    information.setStateValidityChecker(_StateValidity(information, checks))
+    information.setMotionValidator(_MotionValidity(information, checks))
+    information.setup()
+    return information
+
+
+def _problem(information: Any, start: Vector, goals: Sequence[Vector]) -> Any:
+    """Return an OMPL problem from a start to any of several goals."""
+    def state(values: Vector) -> Any:
+        # The space's own allocState gives states that nobody frees.
+        made = information.allocState()
+        for k, value in enumerate(values.tolist()):
+            made[k] = value
+        return made
+
+    problem = ob.ProblemDefinition(information)
+    problem.addStartState(state(start))
+    region = ob.GoalStates(information)
+    for goal in goals:
+        region.addState(state(goal))
+    problem.setGoal(region)
+    problem.setOptimizationObjective(ob.PathLengthOptimizationObjective(information))
+    return problem

@@ -9,7 +9,7 @@ free. Where either fails, the next stage looks closer.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
@@ -303,25 +303,28 @@ def find_motion(
     :raises PlanningError: TIMED_OUT, PLANNING_FAILED or PREEMPTED where there is no path;
         INVALID_MOTION_PLAN where no motion along one is free.
     """
-    def timed(path: Matrix, step: float, rough: bool) -> QuinticMotion:
-        return time_waypoints(path, problem.validity, limits, speed_limit, step, rough)
-
-    def find() -> Motion:
-        return _first_motion(problem, timed)
-
-    return _shortest_motion(problem, find) if problem.planner.anytime else find()
+    best = _first_motion(problem, limits, speed_limit)
+    longest, budget = 0.0, problem.budget
+    while problem.planner.anytime and len(best[0]) > 2 and not budget.spent() and (
+        budget.clock() + RESERVE * longest < budget.deadline
+    ):
+        began = budget.clock()
+        try:
+            found = _first_motion(problem, limits, speed_limit)
+            best = min(best, found, key=lambda motion: path_length(motion[0]))
+        except PlanningError as error:
+            if error.code == MoveItErrorCode.PREEMPTED:
+                raise
+        longest = max(longest, budget.clock() - began)
+    if problem.planner.anytime:
+        budget.check('anytime')
+    return best
 
 
 def _first_motion(
-    problem: SearchProblem, timed: Callable[[Matrix, float, bool], QuinticMotion]
+    problem: SearchProblem, limits: MotionLimits, speed_limit: SpeedLimit | None
 ) -> Motion:
-    """
-    Return what the first stage gives whose motion is free.
-
-    :param timed: (path, step, rough) -> its motion, proved in steps [m]; raises PlanningError
-        with INVALID_MOTION_PLAN where it is not free. A rough path was not checked in fine
-        steps before, and is not changed so that its motion becomes free.
-    """
+    """Return what the first stage gives whose motion is free."""
     problem.validity.keep_clear(problem.ends)
     failure: PlanningError | None = None
     for stage in stages(problem):
@@ -330,49 +333,20 @@ def _first_motion(
             if stage.last:
                 raise no_path(problem)
             continue
-        try:
-            motion = _proved(path, problem, stage, timed)
-        except PlanningError as error:
-            if error.code != MoveItErrorCode.INVALID_MOTION_PLAN or problem.budget.spent():
-                raise
-            failure = error
-        else:
-            problem.budget.check('ValidateSolution')
-            return motion
+        for rough in (True, False) if stage.rough else (False,):
+            # What proves the motion proves the path: most paths need no look of their own.
+            try:
+                if stage.rough and not rough:
+                    path = repaired(path, problem, stage)
+                motion = time_waypoints(
+                    path, problem.validity, limits, speed_limit, stage.fine_step, rough)
+            except PlanningError as error:
+                if error.code != MoveItErrorCode.INVALID_MOTION_PLAN or (
+                    not rough and problem.budget.spent()
+                ):
+                    raise
+                failure = error
+            else:
+                problem.budget.check('ValidateSolution')
+                return path, motion
     raise failure or no_path(problem)
-
-
-def _proved(
-    path: Matrix, problem: SearchProblem, stage: Stage,
-    timed: Callable[[Matrix, float, bool], QuinticMotion],
-) -> Motion:
-    if stage.rough:
-        # What proves the motion proves the path: most paths need no look of their own.
-        try:
-            return path, timed(path, stage.fine_step, True)
-        except PlanningError as error:
-            if error.code != MoveItErrorCode.INVALID_MOTION_PLAN:
-                raise
-        path = repaired(path, problem, stage)
-    return path, timed(path, stage.fine_step, False)
-
-
-def _shortest_motion(problem: SearchProblem, find: Callable[[], Motion]) -> Motion:
-    """
-    Return the motion with the shortest path of all that are found while there is time.
-
-    :raises PlanningError: as ``find`` does at first; later only where it is PREEMPTED.
-    """
-    best, longest, budget = find(), 0.0, problem.budget
-    while len(best[0]) > 2 and not budget.spent() and (
-        budget.clock() + RESERVE * longest < budget.deadline
-    ):
-        began = budget.clock()
-        try:
-            best = min(best, find(), key=lambda motion: path_length(motion[0]))
-        except PlanningError as error:
-            if error.code == MoveItErrorCode.PREEMPTED:
-                raise
-        longest = max(longest, budget.clock() - began)
-    budget.check('anytime')
-    return best

@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from armsim_ros.arrays import Matrix, Vector
-from armsim_ros.planning.search.joint_space import LocalPlanner
+from armsim_ros.planning.search.joint_space import JointSpace
 
 DRAWS = 16
 """Pairs of points of which the one with most to gain is tried, after a success."""
@@ -34,7 +34,7 @@ MOST_CUTS = 40
 
 
 def shortened(
-    waypoints: Matrix, space: LocalPlanner, rng: np.random.Generator,
+    waypoints: Matrix, space: JointSpace, rng: np.random.Generator,
     stop: Callable[[], bool], failures: int = FAILURES,
 ) -> Matrix:
     """
