@@ -21,6 +21,7 @@ if TYPE_CHECKING:
         MoveItErrorCode,
         PlanningError,
         SimulationError,
+        TrajectoryError,
     )
     from armsim_ros.model.geometry import Box, Capsule, Cone, Cylinder, Mesh, Sphere
     from armsim_ros.model.transforms import pose_from_quat_xyzw, pose_matrix
@@ -32,12 +33,12 @@ if TYPE_CHECKING:
         MotionPlanResponse,
     )
     from armsim_ros.stack import ArmSim
-    from armsim_ros.trajectory import JointTrajectory, TrajectoryPoint
+    from armsim_ros.trajectory import JointTrajectory
 
 _MODULES = {
     'errors': (
         'ArmsimError', 'ConfigError', 'ControllerError', 'ModelError', 'MoveItErrorCode',
-        'PlanningError', 'SimulationError',
+        'PlanningError', 'SimulationError', 'TrajectoryError',
     ),
     'model.geometry': ('Box', 'Capsule', 'Cone', 'Cylinder', 'Mesh', 'Sphere'),
     'model.transforms': ('pose_from_quat_xyzw', 'pose_matrix'),
@@ -45,7 +46,7 @@ _MODULES = {
     'planning.planner': ('MotionPlanner',),
     'planning.request': ('Constraints', 'MotionPlanRequest', 'MotionPlanResponse'),
     'stack': ('ArmSim',),
-    'trajectory': ('JointTrajectory', 'TrajectoryPoint'),
+    'trajectory': ('JointTrajectory',),
 }
 _HOMES = {name: module for module, names in _MODULES.items() for name in names}
 
@@ -69,7 +70,7 @@ __all__ = [
     'PlanningError',
     'SimulationError',
     'Sphere',
-    'TrajectoryPoint',
+    'TrajectoryError',
     'WorldObject',
     'pose_from_quat_xyzw',
     'pose_matrix',

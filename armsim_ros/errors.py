@@ -116,6 +116,10 @@ class SimulationError(ArmsimError):
     """The physics cannot go on, or was asked for what it does not have."""
 
 
+class TrajectoryError(ArmsimError):
+    """Arrays are no trajectory: a shape or a number is wrong."""
+
+
 class ControllerError(ArmsimError):
     """A controller cannot do what was asked; the text says why."""
 

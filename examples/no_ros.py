@@ -19,10 +19,10 @@ def run(robot: str, state: str, seed: int) -> None:
     """Plan, execute and print what happened."""
     sim = ArmSim(robot, seed=seed)
     trajectory = sim.plan(state)
-    print(f'planned {len(trajectory.points)} points, {trajectory.duration:.3f} s')
+    print(f'planned {len(trajectory)} points, {trajectory.duration:.3f} s')
     sim.execute(trajectory)
     print(f'executed; simulated time is {sim.time:.3f} s')
-    goal = dict(zip(trajectory.joint_names, trajectory.points[-1].positions, strict=True))
+    goal = dict(zip(trajectory.joint_names, trajectory.positions[-1], strict=True))
     for name, position in goal.items():
         error = sim.joint_positions[name] - position
         print(f'  {name}: {sim.joint_positions[name]:+.4f} rad, error {error:+.1e}')

@@ -25,7 +25,7 @@ from armsim_ros.model.world_objects import WorldObject
 from armsim_ros.sim.assembly import servo_gains
 from armsim_ros.stack import ArmSim
 from armsim_ros.testing.built_cell import built_cell
-from armsim_ros.trajectory import JointTrajectory, TrajectoryPoint
+from armsim_ros.trajectory import JointTrajectory
 
 ROOT = Path(__file__).parents[1]
 JOINTS = tuple(f'joint_{i}' for i in range(1, 7))
@@ -39,12 +39,9 @@ def sim(arm):
 
 def through(*positions, smooth=True):
     """Return a trajectory of all joints through equal positions, a second apart."""
-    zeros = np.zeros(6) if smooth else np.empty(0)
-    points = tuple(
-        TrajectoryPoint(i + 1.0, np.full(6, position), zeros)
-        for i, position in enumerate(positions)
-    )
-    return JointTrajectory(JOINTS, points)
+    rows = np.tile(np.array(positions)[:, None], 6)
+    return JointTrajectory(
+        JOINTS, 1.0 + np.arange(len(rows)), rows, np.zeros_like(rows) if smooth else None)
 
 
 def test_starts_at_zero_and_moves_only_by_steps(sim):
@@ -132,7 +129,7 @@ def test_a_plan_that_cannot_be_has_a_reason(sim):
 def test_a_trajectory_of_unknown_joints_is_refused(sim):
     """A trajectory for joints that no controller has says so; nothing moves."""
     with pytest.raises(ControllerError, match='elbow'):
-        sim.send_trajectory(JointTrajectory(('elbow',), (TrajectoryPoint(1.0, np.zeros(1)),)))
+        sim.send_trajectory(JointTrajectory(('elbow',), np.ones(1), np.zeros((1, 1))))
 
 
 def test_a_start_that_does_not_fit_is_a_mistake_of_the_configuration():

@@ -14,7 +14,7 @@ from armsim_ros.resources import find_robot, PACKAGE, share_folder
 from armsim_ros.sim.assembly import build_managers, build_simulation
 from armsim_ros.sim.grippers.vacuum_control import VacuumControl
 from armsim_ros.stack import ArmSim
-from armsim_ros.trajectory import JointTrajectory, TrajectoryPoint
+from armsim_ros.trajectory import JointTrajectory
 
 SIDES = ('left', 'right')
 #: Both lean towards -y: the left one into the place where the right one stands upright.
@@ -126,9 +126,9 @@ def test_each_plan_knows_where_the_other_arm_is(both):
 
 def test_arms_that_are_driven_into_each_other_touch(both):
     """What no planner allows, a controller does: the physics stops both."""
-    both.send_trajectory(JointTrajectory(tuple(of('left', LEANING)), tuple(
-        TrajectoryPoint(time, np.array([-1.5708, *rest, 0.0, 0.0]))
-        for time, rest in ((1.5, (0.0, 0.0)), (3.0, (1.0, 0.6))))))
+    both.send_trajectory(JointTrajectory(
+        tuple(of('left', LEANING)), np.array([1.5, 3.0]),
+        np.array([[-1.5708, 0.0, 0.0, 0.0, 0.0], [-1.5708, 1.0, 0.6, 0.0, 0.0]])))
 
     def arms_touch():
         return any({name.partition('/')[2].partition('_')[0] for name in contact.bodies}

@@ -7,11 +7,10 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Sequence
 from itertools import combinations
 
-from armsim_ros.arrays import Vector
 from armsim_ros.config.move_group.moveit_controllers import MoveItControllerSettings
 from armsim_ros.errors import MoveItErrorCode, nearest, PlanningError
 from armsim_ros.model.robot_model import RobotModel
-from armsim_ros.trajectory import JointTrajectory, TrajectoryPoint
+from armsim_ros.trajectory import JointTrajectory
 
 _SOURCE = 'trajectory execution'
 _MOST_CONTROLLERS = 6
@@ -127,27 +126,13 @@ def split_trajectory(
     """
     Return for each controller the part of a trajectory with its joints, at the same times.
 
-    :param trajectory: sizes already checked.
+    :param trajectory: without a fault.
     """
-    parts = []
-    for controller in selected:
-        places = [k for k, name in enumerate(trajectory.joint_names) if name in controller.joints]
-        names = tuple(trajectory.joint_names[k] for k in places)
-        points = tuple(
-            TrajectoryPoint(
-                point.time_from_start,
-                *(_picked(values, places) for values in (
-                    point.positions, point.velocities, point.accelerations, point.effort
-                )),
-            )
-            for point in trajectory.points
-        )
-        parts.append((controller, JointTrajectory(names, points, trajectory.stamp_ns)))
-    return parts
-
-
-def _picked(values: Vector, places: Sequence[int]) -> Vector:
-    return values[list(places)] if len(values) else values
+    return [
+        (controller, trajectory.of_joints(
+            [name for name in trajectory.joint_names if name in controller.joints]))
+        for controller in selected
+    ]
 
 
 def coverage_report(

@@ -5,13 +5,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 import math
 
 import numpy as np
 
 from armsim_ros.errors import MoveItErrorCode, PlanningError
 from armsim_ros.model.robot_model import JointType, RobotModel
-from armsim_ros.trajectory import JointTrajectory, TrajectoryPoint
+from armsim_ros.trajectory import JointTrajectory
 
 _SOURCE = 'trajectory execution'
 
@@ -19,39 +20,22 @@ STATES_AT_REST = 3
 """How many joint states in a row have to be without motion."""
 
 
-def check_sizes(trajectory: JointTrajectory) -> None:
+def check_points(trajectory: JointTrajectory) -> None:
     """
-    Refuse a trajectory whose points do not fit its joint names.
+    Refuse a trajectory whose points do not fit its joint names, or lack positions.
 
-    :raises PlanningError: CONTROL_FAILED with the point and the sizes.
+    :raises PlanningError: CONTROL_FAILED with the point and what is wrong with it.
     """
-    count = len(trajectory.joint_names)
-    if len(set(trajectory.joint_names)) != count:
+    fault = trajectory.fault
+    if len(set(trajectory.joint_names)) != len(trajectory.joint_names):
+        fault = f'a joint is named twice: {", ".join(trajectory.joint_names)}'
+    lacking = np.flatnonzero(np.isnan(trajectory.positions).any(axis=1))
+    if not fault and len(lacking):
+        fault = f'point {lacking[0]} has no positions'
+    if fault:
         raise PlanningError(
-            MoveItErrorCode.CONTROL_FAILED,
-            f'the trajectory names a joint twice: {", ".join(trajectory.joint_names)}', _SOURCE,
+            MoveItErrorCode.CONTROL_FAILED, f'the trajectory cannot be executed: {fault}', _SOURCE
         )
-    for k, point in enumerate(trajectory.points):
-        if len(point.positions) != count:
-            raise PlanningError(
-                MoveItErrorCode.CONTROL_FAILED,
-                f'point {k} of the trajectory has {len(point.positions)} positions for {count} '
-                'joint names', _SOURCE,
-            )
-        for what in ('velocities', 'accelerations', 'effort'):
-            given = len(getattr(point, what))
-            if given not in (0, count):
-                raise PlanningError(
-                    MoveItErrorCode.CONTROL_FAILED,
-                    f'point {k} of the trajectory has {given} {what} for {count} joint names',
-                    _SOURCE,
-                )
-        if not np.all(np.isfinite(point.positions)):
-            raise PlanningError(
-                MoveItErrorCode.CONTROL_FAILED,
-                f'point {k} of the trajectory has a position that is not a finite number',
-                _SOURCE,
-            )
 
 
 def check_start(
@@ -67,11 +51,9 @@ def check_start(
     :raises PlanningError: CONTROL_FAILED with joint, expected and actual position.
     """
     own = joint_tolerances or {}
-    if not trajectory.points:
+    if not len(trajectory):
         return
-    for name, expected in zip(
-        trajectory.joint_names, trajectory.points[0].positions, strict=True
-    ):
+    for name, expected in zip(trajectory.joint_names, trajectory.positions[0], strict=True):
         allowed = own.get(name, tolerance)
         if allowed <= 0.0 or name not in measured:
             continue
@@ -94,8 +76,8 @@ def continues(first: JointTrajectory, second: JointTrajectory, tolerance: float)
 
     :param tolerance: largest distance [rad or m].
     """
-    ends = dict(zip(first.joint_names, first.points[-1].positions, strict=True))
-    begins = zip(second.joint_names, second.points[0].positions, strict=True)
+    ends = dict(zip(first.joint_names, first.positions[-1], strict=True))
+    begins = zip(second.joint_names, second.positions[0], strict=True)
     return all(abs(ends[name] - begin) <= tolerance for name, begin in begins if name in ends)
 
 
@@ -111,21 +93,14 @@ def unwound(
         k for k, name in enumerate(trajectory.joint_names)
         if robot.joints[name].type is JointType.CONTINUOUS
     ]
-    if not turning or not trajectory.points:
+    if not turning or not len(trajectory):
         return trajectory
-    last = trajectory.points[0].positions.copy()
+    positions = trajectory.positions.copy()
     for k in turning:
-        last[k] = measured.get(trajectory.joint_names[k], float(last[k]))
-    points = []
-    for point in trajectory.points:
-        positions = point.positions.copy()
-        for k in turning:
-            positions[k] = last[k] + math.remainder(float(positions[k] - last[k]), 2.0 * math.pi)
-        points.append(TrajectoryPoint(
-            point.time_from_start, positions, point.velocities, point.accelerations, point.effort
-        ))
-        last = positions
-    return JointTrajectory(trajectory.joint_names, tuple(points), trajectory.stamp_ns)
+        last = measured.get(trajectory.joint_names[k], float(positions[0, k]))
+        for row in positions:
+            last = row[k] = last + math.remainder(float(row[k] - last), 2.0 * math.pi)
+    return replace(trajectory, positions=positions)
 
 
 def allowed_duration(trajectory: JointTrajectory, scaling: float, margin: float) -> float:

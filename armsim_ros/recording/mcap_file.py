@@ -11,7 +11,6 @@ from typing import Any, TYPE_CHECKING
 from mcap_ros2.writer import Writer
 
 from armsim_ros.control.events import ControllerEvent
-from armsim_ros.control.trajectory.controller_state import PointSnapshot
 from armsim_ros.recording.message_definitions import message_definition
 from armsim_ros.trajectory import JointTrajectory, TrajectoryPoint
 
@@ -131,7 +130,7 @@ def _header(time_ns: int, frame: str = '') -> Message:
     return {'stamp': _stamp(time_ns), 'frame_id': frame}
 
 
-def _point(point: PointSnapshot | TrajectoryPoint, seconds: float) -> Message:
+def _point(point: TrajectoryPoint, seconds: float) -> Message:
     return {
         'positions': point.positions.tolist(),
         'velocities': point.velocities.tolist(),
@@ -145,7 +144,8 @@ def _trajectory(trajectory: JointTrajectory) -> Message:
     return {
         'header': _header(trajectory.stamp_ns),
         'joint_names': list(trajectory.joint_names),
-        'points': [_point(point, point.time_from_start) for point in trajectory.points],
+        'points': [_point(point, time) for point, time in zip(
+            trajectory.points(), trajectory.times.tolist(), strict=True)],
     }
 
 

@@ -6,12 +6,11 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
-from armsim_ros.arrays import Matrix, Vector
 from armsim_ros.servo.stream import ServoStream, StreamState
+from armsim_ros.trajectory import JointTrajectory
 
 FEWEST = 3
 """With less points than these nothing is held back."""
@@ -21,37 +20,19 @@ _REACH_NS = 10_000_000
 """What is due sooner, a message comes too late to change [ns]."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class StreamedPoints:
-    """
-    What is sent in one cycle.
-
-    :param stamp_ns: time of the first point [ns].
-    :param times: (k,) since then [s].
-    :param positions: (k, m) [rad or m].
-    :param velocities: (k, m) [rad/s or m/s]; the last is 0, so that the arm comes to rest
-        where nothing follows.
-    :param accelerations: (k, m) [rad/s^2 or m/s^2].
-    """
-
-    stamp_ns: int
-    times: Vector
-    positions: Matrix
-    velocities: Matrix
-    accelerations: Matrix
-
-
 class TrajectoryWindow:
     """
     The points that a controller still has to follow: from just before now to one latency ahead.
 
     Upstream's servo sends as many of the past as well, which no controller looks at.
 
+    :param joint_names: (m,) of the stream.
     :param latency_ns: how far ahead points are stamped [ns].
     """
 
-    def __init__(self, latency_ns: int) -> None:
+    def __init__(self, joint_names: tuple[str, ...], latency_ns: int) -> None:
         """Start empty."""
+        self._joint_names = joint_names
         self._latency_ns = latency_ns
         self._points: deque[tuple[int, StreamState]] = deque()
 
@@ -94,12 +75,13 @@ class TrajectoryWindow:
         while len(self._points) > FEWEST and self._points[1][0] <= now_ns - _SLACK_NS:
             self._points.popleft()
 
-    def points(self) -> StreamedPoints | None:
+    def trajectory(self) -> JointTrajectory | None:
         """
         Return all points but the newest, whose velocity is not known before the next one.
 
-        The first command of a stream goes out at once, though: it leads to rest anyhow. None
-        where there is no command yet.
+        The last velocity is 0, so that the arm comes to rest where nothing follows. The first
+        command of a stream goes out at once, though: it leads to rest anyhow. None where there
+        is no command yet.
         """
         if len(self._points) < FEWEST:
             return self._first()
@@ -117,14 +99,15 @@ class TrajectoryWindow:
         accelerations = np.zeros_like(velocities)
         if len(times) > 2:
             accelerations[1:-1] = np.diff(velocities, axis=0)[:-1] / np.diff(times)[:-1, None]
-        return StreamedPoints(int(stamps[0]), times, positions[:-1], velocities, accelerations)
+        return JointTrajectory(
+            self._joint_names, times, positions[:-1], velocities, accelerations,
+            stamp_ns=int(stamps[0]))
 
-    def _first(self) -> StreamedPoints | None:
+    def _first(self) -> JointTrajectory | None:
         if len(self._points) < 2:
             return None
         (start, begin), (due, end) = self._points
         still = np.zeros((2, len(begin.sent)))
-        return StreamedPoints(
-            start, np.array([0.0, (due - start) * 1e-9]), np.array([begin.sent, end.sent]),
-            still, still,
-        )  # fmt: skip
+        return JointTrajectory(
+            self._joint_names, np.array([0.0, (due - start) * 1e-9]),
+            np.array([begin.sent, end.sent]), still, still, stamp_ns=start)

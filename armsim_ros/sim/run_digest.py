@@ -26,6 +26,6 @@ def run_digest(simulation: Simulation, managers: Mapping[str, ControllerManager]
             if isinstance(controller, JointTrajectoryController):
                 goal = controller.active_goal
                 if goal is not None:
-                    parts.update(goal.trajectory.times().tobytes())
-                    parts.update(goal.trajectory.positions().tobytes())
+                    parts.update(goal.trajectory.times.tobytes())
+                    parts.update(goal.trajectory.positions.tobytes())
     return parts.hexdigest()

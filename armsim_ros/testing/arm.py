@@ -21,7 +21,7 @@ from armsim_ros.config.world import (
     WorldObjectSettings,
 )
 from armsim_ros.errors import ControllerError
-from armsim_ros.trajectory import JointTrajectory, TrajectoryPoint
+from armsim_ros.trajectory import JointTrajectory
 
 Target = str | Mapping[str, float] | Matrix
 Points = JointTrajectory | Sequence[tuple[float, Mapping[str, float] | Sequence[float]]]
@@ -273,10 +273,10 @@ class Arm(ABC):
         first: Any = points[0][1] if points else ()
         names = tuple(first) if isinstance(first, Mapping) else self.joints
         rows = []
-        for i, (time, at) in enumerate(points):
+        for i, (_, at) in enumerate(points):
             values = [at.get(name) for name in names] if isinstance(at, Mapping) else list(at)
             if len(values) != len(names) or None in values or len(at) != len(names):
                 raise ControllerError(
                     f'point {i} has not one position for each of the joints {", ".join(names)}')
-            rows.append(TrajectoryPoint(float(time), np.array(values, dtype=np.float64)))
-        return JointTrajectory(names, tuple(rows))
+            rows.append(values)
+        return JointTrajectory(names, np.array([time for time, _ in points]), np.array(rows))

@@ -15,7 +15,7 @@ import mujoco
 import numpy as np
 
 from armsim_ros.stack import ArmSim
-from armsim_ros.trajectory import JointTrajectory, TrajectoryPoint
+from armsim_ros.trajectory import JointTrajectory
 from benchmarks.options import Options
 
 
@@ -42,17 +42,12 @@ def bare_physics(sim, count):
     return timed(lambda: mujoco.mj_step(plant, data), count)
 
 
-def rest(positions, at):
-    """Return a waypoint at rest."""
-    zeros = np.zeros_like(positions)
-    return TrajectoryPoint(at, positions, zeros, zeros)
-
-
 def move(sim, joints, goal, duration):
     """Run one quintic move; return the errors [rad] during it, after it, and tick times [ns]."""
     start = np.array([sim.joint_positions[name] for name in joints])
-    points = (rest(start, 0.0), rest(goal, duration))
-    sim.send_trajectory(JointTrajectory(joints, points))
+    zeros = np.zeros((2, len(joints)))
+    sim.send_trajectory(JointTrajectory(
+        joints, np.array([0.0, duration]), np.array([start, goal]), zeros, zeros))
     places = [sim.simulation.index[name] for name in joints]
     began = sim.time
     moving, holding, times = 0.0, 0.0, []

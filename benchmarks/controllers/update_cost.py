@@ -17,7 +17,7 @@ import mujoco
 import numpy as np
 
 from armsim_ros.stack import ArmSim
-from armsim_ros.trajectory import JointTrajectory, TrajectoryPoint
+from armsim_ros.trajectory import JointTrajectory
 from benchmarks.options import Options
 from benchmarks.robots import joint_names, write_robot
 
@@ -72,16 +72,9 @@ def _measure(sim: ArmSim, count: int) -> np.ndarray:
 
 def _waves(names: list[str]) -> JointTrajectory:
     """Return a trajectory of quintic segments that moves all joints until the end."""
-    count = len(names)
-    phases = np.linspace(0.0, 3.0, count)
-    points = []
-    for at in np.linspace(DURATION / WAYPOINTS, DURATION, WAYPOINTS):
-        angle = 0.3 * np.sin(at) * np.cos(phases)
-        points.append(TrajectoryPoint(
-            float(at), angle, 0.3 * np.cos(at) * np.cos(phases), -angle,
-        ))
-    last = points[-1]
-    points[-1] = TrajectoryPoint(
-        last.time_from_start, last.positions, np.zeros(count), np.zeros(count)
-    )
-    return JointTrajectory(tuple(names), tuple(points))
+    phases = np.linspace(0.0, 3.0, len(names))
+    times = np.linspace(DURATION / WAYPOINTS, DURATION, WAYPOINTS)
+    angles = 0.3 * np.outer(np.sin(times), np.cos(phases))
+    velocities, accelerations = 0.3 * np.outer(np.cos(times), np.cos(phases)), -angles
+    velocities[-1] = accelerations[-1] = 0.0
+    return JointTrajectory(tuple(names), times, angles, velocities, accelerations)

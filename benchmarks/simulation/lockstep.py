@@ -20,7 +20,7 @@ import mujoco
 import numpy as np
 
 from armsim_ros.stack import ArmSim
-from armsim_ros.trajectory import JointTrajectory, TrajectoryPoint
+from armsim_ros.trajectory import JointTrajectory
 from benchmarks.options import Options
 from benchmarks.robots import write_robot
 from benchmarks.tables import Table
@@ -130,11 +130,10 @@ def _there_and_back(sim: ArmSim, duration: float) -> JointTrajectory:
     joints = max((controller.joints for controller in sim.manager.controllers.values()
                   if hasattr(controller, 'send_goal')), key=len)
     home = np.array([sim.joint_positions[name] for name in joints])
-    zeros = np.zeros(len(joints))
-    points = []
-    for i in range(1, int(duration / MOVE) + 3):
-        points.append(TrajectoryPoint(i * MOVE, home + 0.3 * (i % 2), zeros, zeros))
-    return JointTrajectory(tuple(joints), tuple(points))
+    count = np.arange(1, int(duration / MOVE) + 3)
+    positions = home + 0.3 * (count % 2)[:, None]
+    zeros = np.zeros_like(positions)
+    return JointTrajectory(tuple(joints), count * MOVE, positions, zeros, zeros)
 
 
 def _task(name: str, robot: str, task: Callable[[ArmSim], object]) -> tuple[str, ...]:

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 from armsim_ros.arrays import Vector
 from armsim_ros.config.servo import ServoNodeSettings, ServoParameters
@@ -15,7 +16,6 @@ from armsim_ros.servo.commands import Command
 from armsim_ros.servo.stream import Cycle
 from armsim_ros.servo.trajectory_window import TrajectoryWindow
 from armsim_ros.stack import ArmSim
-from armsim_ros.trajectory import JointTrajectory, TrajectoryPoint
 
 #: Points that have been sent are followed for so long after the stream has come to rest [s].
 _DRAINING = 0.2
@@ -42,7 +42,8 @@ class ServoedArm:
             self.kinematics, sim.scene, CollisionChecker(sim.scene),
             ServoNodeSettings(moveit_servo=self.parameters), self.group,
         )  # fmt: skip
-        self._window = TrajectoryWindow(round(self.parameters.max_expected_latency * 1e9))
+        self._window = TrajectoryWindow(
+            self.stream.target.names, round(self.parameters.max_expected_latency * 1e9))
         self._steps = round(
             self.parameters.publish_period * 1e9 / sim.simulation.clock.step_ns)
 
@@ -72,17 +73,9 @@ class ServoedArm:
                 now, now, round(self.parameters.publish_period * 1e9), self.stream, step)
         made = step()
         self._window.add(now, self.stream.state)
-        points = self._window.points()
-        if points is not None:
-            reason = self.controller.set_trajectory(JointTrajectory(
-                self.stream.target.names,
-                tuple(
-                    TrajectoryPoint(time, positions, velocities)
-                    for time, positions, velocities in zip(
-                        points.times.tolist(), points.positions, points.velocities, strict=True)
-                ),
-                points.stamp_ns,
-            ))  # fmt: skip
+        trajectory = self._window.trajectory()
+        if trajectory is not None:
+            reason = self.controller.set_trajectory(replace(trajectory, accelerations=None))
             if reason:
                 raise RuntimeError(f'the controller drops what servo sends: {reason}')
         self.sim.step(self._steps)

@@ -26,7 +26,7 @@ from armsim_ros.model.cell_loading import load_cell
 from armsim_ros.resources import share_folder
 from armsim_ros.servo.commands import JointJog
 from armsim_ros.stack import ArmSim
-from armsim_ros.trajectory import JointTrajectory, TrajectoryPoint
+from armsim_ros.trajectory import JointTrajectory
 from benchmarks.options import Options
 from benchmarks.streaming.servoed_arm import ServoedArm
 from benchmarks.tables import publish, Table
@@ -122,7 +122,7 @@ class _Switcher:
             return
         if self.mode == 'trajectory':
             duration = float(self.random.uniform(0.15, 0.4))
-            trajectory = JointTrajectory(names, (TrajectoryPoint(duration, target),))
+            trajectory = JointTrajectory(names, np.array([duration]), target[None])
             self.goals += self.sim.send_trajectory(trajectory)
         else:
             controller = self.sim.manager.controllers[FORWARD[self.mode]]

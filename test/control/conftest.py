@@ -99,14 +99,8 @@ def trajectory(
     *points: tuple[Any, ...], joints: tuple[str, ...] = ('a', 'b'), stamp_ns: int = 0
 ) -> JointTrajectory:
     """Return a trajectory of points (time, positions, velocities, accelerations, effort)."""
-    return JointTrajectory(
-        joints,
-        tuple(
-            TrajectoryPoint(p[0], *(np.asarray(values, dtype=float) for values in p[1:]))
-            for p in points
-        ),
-        stamp_ns,
-    )
+    return JointTrajectory.of_points(
+        joints, [p[0] for p in points], [TrajectoryPoint(*p[1:]) for p in points], stamp_ns)
 
 
 class Rig:

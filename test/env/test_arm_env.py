@@ -234,12 +234,12 @@ def test_a_plan_can_be_followed_by_actions(new_env):
     env.reset(seed=2)
     trajectory = env.sim.plan('scan_food')
     assert trajectory.joint_names == env.joints
-    for point in trajectory.points[1:]:
-        env.step(np.append(point.positions, 0.0))
+    for positions in trajectory.positions[1:]:
+        env.step(np.append(positions, 0.0))
     for _ in range(20):
-        observation, *_ = env.step(np.append(trajectory.points[-1].positions, 0.0))
+        observation, *_ = env.step(np.append(trajectory.positions[-1], 0.0))
     np.testing.assert_allclose(
-        observation['joint_positions'], trajectory.points[-1].positions, atol=1e-3)
+        observation['joint_positions'], trajectory.positions[-1], atol=1e-3)
 
 
 @statement('H1')

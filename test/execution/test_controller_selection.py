@@ -13,7 +13,7 @@ from armsim_ros.execution.controller_selection import (
     select_controllers,
     split_trajectory,
 )
-from armsim_ros.trajectory import JointTrajectory, TrajectoryPoint
+from armsim_ros.trajectory import JointTrajectory
 
 
 def controller(name, *joints, default=False):
@@ -89,18 +89,15 @@ def test_unknown_name():
 
 def test_parts_have_their_joints_and_the_same_times():
     """EXE-4: each controller gets its own joints, all get the same times."""
-    points = tuple(
-        TrajectoryPoint(0.5 * k, np.array([1.0, 2.0, 3.0]) * k, np.array([4.0, 5.0, 6.0]))
-        for k in range(3)
-    )
-    whole = JointTrajectory(('c', 'a', 'b'), points)
+    positions, velocities = np.outer(range(3), [1.0, 2.0, 3.0]), np.full((3, 3), [4.0, 5.0, 6.0])
+    whole = JointTrajectory(('c', 'a', 'b'), np.array([0.0, 0.5, 1.0]), positions, velocities)
     parts = {each.name: part for each, part in split_trajectory(whole, [LEFT, RIGHT])}
     assert parts['left'].joint_names == ('a', 'b')
-    assert parts['left'].positions().tolist() == [[0, 0], [2, 3], [4, 6]]
-    assert parts['left'].points[1].velocities.tolist() == [5, 6]
-    assert parts['right'].positions().tolist() == [[0], [1], [2]]
-    assert parts['right'].points[1].accelerations.tolist() == []
-    assert parts['left'].times().tolist() == parts['right'].times().tolist() == [0, 0.5, 1]
+    assert parts['left'].positions.tolist() == [[0, 0], [2, 3], [4, 6]]
+    assert parts['left'].velocities[1].tolist() == [5, 6]
+    assert parts['right'].positions.tolist() == [[0], [1], [2]]
+    assert parts['right'].accelerations is None
+    assert parts['left'].times.tolist() == parts['right'].times.tolist() == [0, 0.5, 1]
 
 
 def test_fixed_joints_need_no_controller(planar):

@@ -185,16 +185,13 @@ def test_no_trajectory_breaks_a_rule(bench: Bench, pytestconfig: pytest.Config) 
         answer, seconds = bench.plan(problem)
         if not answer.success:
             assert answer.message
-            assert not answer.trajectory.points
+            assert not len(answer.trajectory)
             failures.append(f'{index}: {answer.error_code.name}: {answer.message}')
             continue
         times.append(seconds)
-        points = answer.trajectory.points
+        made = answer.trajectory
         verdict = bench.referee.trajectory(
-            problem, answer.trajectory.times(), answer.trajectory.positions(),
-            np.array([point.velocities for point in points]),
-            np.array([point.accelerations for point in points]),
-        )
+            problem, made.times, made.positions, made.velocities, made.accelerations)
         assert verdict.clean, f'problem {index}: {verdict.fault}'
     print(f'\n{len(bench.names)} joints: {len(times)} of {count} solved, median '
           f'{np.median(times) * 1e3:.0f} ms, p95 {np.quantile(times, 0.95) * 1e3:.0f} ms')

@@ -40,7 +40,7 @@ def test_wrong_requests(six_scene, plan_for, clock, log, changes, code, words):
     assert response.error_code == code
     assert words in response.message
     assert response.source
-    assert not response.trajectory.points
+    assert not len(response.trajectory)
     assert response.message in log.recorder.text()
 
 
@@ -89,7 +89,7 @@ def test_cancel(wall, plan_for, clock):
     response = plan_for(wall).plan(
         request(joint_goal(RIGHT)), wall, clock=clock, cancelled=lambda: next(asked) > 20)
     assert response.error_code == -7
-    assert not response.trajectory.points
+    assert not len(response.trajectory)
 
 
 def test_the_next_request_works_after_a_failure(wall, plan_for, clock):
@@ -113,7 +113,7 @@ def test_start_a_little_beyond_a_limit(six_scene, plan_for, clock, log):
     response = plan_for(six_scene, settings).plan(
         request(joint_goal(RIGHT), (2.93, *LEFT[1:])), six_scene, clock=clock)
     assert response.success
-    assert response.trajectory.points[0].positions[0] == pytest.approx(2.9)
+    assert response.trajectory.positions[0, 0] == pytest.approx(2.9)
     assert 'beyond its limit' in log.recorder.text()
 
 
@@ -127,6 +127,6 @@ def test_missing_acceleration_limits_are_assumed(six, plan_for, clock, log):
     planner = plan_for(scene)
     for _ in range(2):
         response = planner.plan(request(joint_goal(RIGHT)), scene, clock=clock)
-    accelerations = np.abs([point.accelerations for point in response.trajectory.points])
+    accelerations = np.abs(response.trajectory.accelerations)
     assert accelerations.max() == pytest.approx(1.0, rel=0.01)
     assert log.recorder.text().count('joints have no acceleration limit: axis1, axis2') == 1

@@ -70,7 +70,7 @@ def test_scan_food(planner, scene, model, request_for, clock):
     response = planner.plan(request_for('home', 'scan_food'), scene, clock=clock)
     assert response.success, response.message
     end = dict(zip(
-        response.trajectory.joint_names, response.trajectory.points[-1].positions, strict=True))
+        response.trajectory.joint_names, response.trajectory.positions[-1], strict=True))
     assert end == pytest.approx(model.robot.semantic.named_states[GROUP]['scan_food'], abs=1e-4)
 
 
@@ -81,7 +81,7 @@ def test_a_round_through_all_named_states(planner, scene, model, request_for, cl
     for start, goal in pairwise(names):
         response = planner.plan(request_for(start, goal), scene, clock=clock)
         assert response.success, f'{start} to {goal}: {response.message}'
-        for a, b in pairwise(response.trajectory.positions()):
+        for a, b in pairwise(response.trajectory.positions):
             for part in np.linspace(0.0, 1.0, 4):
                 q = model.insert(model.default(), GROUP, a + part * (b - a))
                 assert not judge.in_collision(q)
@@ -110,7 +110,7 @@ def test_down_to_the_table(planner, scene, model):
 def test_an_object_in_the_way(planner, scene, request_for, add_box, clock):
     """A box where the straight motion would pass is gone round."""
     free = planner.plan(request_for('scan_food', 'scan_face2'), scene, clock=clock)
-    middle = free.trajectory.positions()[len(free.trajectory.points) // 2]
+    middle = free.trajectory.positions[len(free.trajectory) // 2]
     model = scene.kinematic_model
     tip = model.robot.semantic.groups[GROUP].tips[-1]
     place = model.link_pose(model.insert(model.default(), GROUP, middle), tip)[:3, 3]
@@ -119,7 +119,7 @@ def test_an_object_in_the_way(planner, scene, request_for, add_box, clock):
     assert response.success, response.message
     assert response.path_length > free.path_length
     judge = CollisionChecker(scene)
-    for positions in response.trajectory.positions():
+    for positions in response.trajectory.positions:
         assert not judge.in_collision(model.insert(model.default(), GROUP, positions))
 
 

@@ -4,7 +4,7 @@
 
 import numpy as np
 
-from armsim_ros.trajectory import JointTrajectory, TrajectoryPoint
+from armsim_ros.trajectory import JointTrajectory
 
 GRAVITY = 9.8
 
@@ -19,6 +19,5 @@ def shaking(seconds):
     velocities = np.gradient(positions, times, axis=0)
     velocities[-1] = 0.0
     accelerations = np.gradient(velocities, times, axis=0)
-    rows = zip(0.02 + times, positions, velocities, accelerations, strict=True)
     return JointTrajectory(
-        ('carriage_x', 'carriage_z'), tuple(TrajectoryPoint(*row) for row in rows))
+        ('carriage_x', 'carriage_z'), 0.02 + times, positions, velocities, accelerations)

@@ -47,16 +47,15 @@ def penetration(robot, positions, boxes):
 
 def between(trajectory, t):
     """Return the positions at a time as a controller interpolates: a quintic, solved here."""
-    k = min(int(np.searchsorted(trajectory.times(), t, side='right')), len(trajectory.points) - 1)
-    first, second = trajectory.points[k - 1], trajectory.points[k]
-    h = second.time_from_start - first.time_from_start
-    x = t - first.time_from_start
+    k = min(int(np.searchsorted(trajectory.times, t, side='right')), len(trajectory) - 1)
+    h = trajectory.times[k] - trajectory.times[k - 1]
+    x = t - trajectory.times[k - 1]
     system = np.array([
         [1, 0, 0, 0, 0, 0], [0, 1, 0, 0, 0, 0], [0, 0, 2, 0, 0, 0],
         [h**p for p in range(6)], [p * h**(p - 1) if p else 0 for p in range(6)],
         [p * (p - 1) * h**(p - 2) if p > 1 else 0 for p in range(6)]])
-    values = np.array([first.positions, first.velocities, first.accelerations,
-                       second.positions, second.velocities, second.accelerations])
+    values = np.array([table[end] for end in (k - 1, k) for table in (
+        trajectory.positions, trajectory.velocities, trajectory.accelerations)])
     return np.array([x**p for p in range(6)]) @ np.linalg.solve(system, values)
 
 
@@ -77,4 +76,4 @@ def judge(response, robot, boxes=(), samples=250):
     assert np.all(np.abs(velocity).max(axis=0) <= [each.velocity * 1.01 for each in limits])
     assert np.all(
         np.abs(acceleration).max(axis=0) <= [each.acceleration * 1.02 for each in limits])
-    assert np.diff(trajectory.times()).max() <= 0.1
+    assert np.diff(trajectory.times).max() <= 0.1

@@ -9,13 +9,14 @@ newest with one call and checks that it was not written again meanwhile; nobody 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
 from armsim_ros.arrays import Matrix, Vector
 from armsim_ros.control.trajectory.goal import TrajectoryGoal
 from armsim_ros.control.trajectory.sampling import Motion
+from armsim_ros.trajectory import TrajectoryPoint
 
 RECORDS = 8
 REFERENCE, REFERENCE_EFFORT, FEEDBACK, ERROR, OUTPUT, ROWS = 0, 3, 4, 7, 10, 14
@@ -114,20 +115,6 @@ def _scalars(record: StateRecord) -> StateRecord:
     return copy
 
 
-def _empty() -> Vector:
-    return np.empty(0)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class PointSnapshot:
-    """Values of n joints; length 0 where there is no such quantity."""
-
-    positions: Vector = field(default_factory=_empty)
-    velocities: Vector = field(default_factory=_empty)
-    accelerations: Vector = field(default_factory=_empty)
-    effort: Vector = field(default_factory=_empty)
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class ControllerSnapshot:
     """
@@ -145,10 +132,10 @@ class ControllerSnapshot:
 
     time_ns: int
     joint_names: tuple[str, ...]
-    reference: PointSnapshot
-    feedback: PointSnapshot
-    error: PointSnapshot
-    output: PointSnapshot
+    reference: TrajectoryPoint
+    feedback: TrajectoryPoint
+    error: TrajectoryPoint
+    output: TrajectoryPoint
     desired_time_from_start: float
     actual_time_from_start: float
     speed_scaling_factor: float
@@ -174,9 +161,9 @@ def snapshot_of(
     scalars, data = copied
     kinds = ('position', 'velocity', 'acceleration', 'effort')
 
-    def point(first: int, have: tuple[str, ...]) -> PointSnapshot:
-        rows = [data[first + i] if kind in have else _empty() for i, kind in enumerate(kinds)]
-        return PointSnapshot(*rows)
+    def point(first: int, have: tuple[str, ...]) -> TrajectoryPoint:
+        rows = [data[first + i] if kind in have else np.empty(0) for i, kind in enumerate(kinds)]
+        return TrajectoryPoint(*rows)
 
     reference = kinds if 'effort' in commands else kinds[:3]
     return ControllerSnapshot(

@@ -53,7 +53,7 @@ class TrajectoryIntake:
 
         :raises RefusedTrajectoryError: the trajectory is not taken.
         """
-        if parameters.compat == 'ros1' and not trajectory.points:
+        if parameters.compat == 'ros1' and not len(trajectory):
             return StopRequest(None)
         tolerances = SegmentTolerances.of(parameters)
         return self._request(trajectory, parameters, now_ns, tolerances, None)
@@ -77,7 +77,7 @@ class TrajectoryIntake:
         accepted = TrajectoryGoal(trajectory, tolerances)
         if (
             parameters.compat == 'ros1'
-            and not trajectory.points
+            and not len(trajectory)
             and set(trajectory.joint_names) == set(parameters.joints)
         ):
             return StopRequest(accepted), accepted, complaint

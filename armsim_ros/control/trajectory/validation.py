@@ -10,10 +10,9 @@ joints, steps to the first point) come last.
 
 from __future__ import annotations
 
-from itertools import pairwise
-
 import numpy as np
 
+from armsim_ros.arrays import Vector
 from armsim_ros.config.controllers.joint_trajectory_controller import (
     JointTrajectoryControllerParameters,
 )
@@ -22,12 +21,10 @@ from armsim_ros.control.trajectory.goal import RefusedTrajectoryError, Trajector
 from armsim_ros.control.trajectory.limit_checks import check_limits
 from armsim_ros.control.trajectory.waypoints import Waypoints
 from armsim_ros.errors import nearest
-from armsim_ros.trajectory import JointTrajectory, TrajectoryPoint
+from armsim_ros.trajectory import JointTrajectory
 
 STANDING = 1.2e-7
 """A slower velocity at the last point counts as none [rad/s or m/s]; FLT_EPSILON upstream."""
-
-FIELDS = ('positions', 'velocities', 'accelerations', 'effort')
 
 
 def validate(
@@ -43,7 +40,7 @@ def validate(
     :raises RefusedTrajectoryError: the first thing that is wrong.
     """
     joints = parameters.joints
-    names, points = trajectory.joint_names, trajectory.points
+    names = trajectory.joint_names
     if len(names) != len(joints) and not parameters.allow_partial_joints_goal:
         raise RefusedTrajectoryError(
             f'the trajectory names {len(names)} joints ({_listed(names)}), the controller has '
@@ -54,7 +51,7 @@ def validate(
         raise RefusedTrajectoryError(
             'the trajectory names no joint', TrajectoryErrorCode.INVALID_JOINTS
         )
-    if not points:
+    if not len(trajectory):
         raise RefusedTrajectoryError('the trajectory has no points')
     _check_names(names, joints)
     _check_end(trajectory, parameters)
@@ -66,10 +63,10 @@ def validate(
             'a stamp of 0 starts it at once',
             TrajectoryErrorCode.OLD_HEADER_TIMESTAMP,
         )
-    _check_times(points)
-    for i, point in enumerate(points):
-        _check_sizes(i, point, len(names), parameters)
-    _check_numbers(trajectory)
+    _check_times(trajectory.times)
+    if trajectory.fault:
+        raise RefusedTrajectoryError(trajectory.fault)
+    _check_quantities(trajectory, parameters)
     waypoints = Waypoints.of(trajectory, joints)
     if parameters.enforce_joint_limits:
         check_limits(waypoints, properties)
@@ -95,9 +92,9 @@ def _check_names(names: tuple[str, ...], joints: tuple[str, ...]) -> None:
 def _check_end(
     trajectory: JointTrajectory, parameters: JointTrajectoryControllerParameters
 ) -> None:
-    if parameters.allow_nonzero_velocity_at_trajectory_end:
+    if parameters.allow_nonzero_velocity_at_trajectory_end or trajectory.velocities is None:
         return
-    for name, velocity in zip(trajectory.joint_names, trajectory.points[-1].velocities):  # noqa: B905
+    for name, velocity in zip(trajectory.joint_names, trajectory.velocities[-1], strict=True):
         if abs(velocity) > STANDING:
             raise RefusedTrajectoryError(
                 f"the last point moves joint '{name}' with velocity {velocity:g}; allowed: 0, "
@@ -105,60 +102,37 @@ def _check_end(
             )
 
 
-def _check_times(points: tuple[TrajectoryPoint, ...]) -> None:
-    for i, (before, point) in enumerate(pairwise(points), start=1):
-        if not point.time_from_start > before.time_from_start:
-            raise RefusedTrajectoryError(
-                f'time_from_start of point {i} is {point.time_from_start:g} s, not after the '
-                f'{before.time_from_start:g} s of point {i - 1}; allowed: increasing times'
-            )
-    if not points[0].time_from_start >= 0.0:
+def _check_times(times: Vector) -> None:
+    for i in 1 + np.flatnonzero(np.diff(times) <= 0.0):
         raise RefusedTrajectoryError(
-            f'time_from_start of point 0 is {points[0].time_from_start:g} s; allowed: 0 or more'
+            f'time_from_start of point {i} is {times[i]:g} s, not after the '
+            f'{times[i - 1]:g} s of point {i - 1}; allowed: increasing times'
         )
-    if not np.isfinite(points[-1].time_from_start):
-        raise RefusedTrajectoryError('time_from_start of the last point is not finite')
+    if times[0] < 0.0:
+        raise RefusedTrajectoryError(
+            f'time_from_start of point 0 is {times[0]:g} s; allowed: 0 or more'
+        )
 
 
-def _check_sizes(
-    i: int, point: TrajectoryPoint, count: int, parameters: JointTrajectoryControllerParameters
+def _check_quantities(
+    trajectory: JointTrajectory, parameters: JointTrajectoryControllerParameters
 ) -> None:
-    for field in FIELDS:
-        size = len(getattr(point, field))
-        if size not in (0, count):
+    integrating = parameters.allow_integration_in_goal_trajectories
+    for i, point in enumerate(trajectory.points()):
+        if not len(point.positions) and not integrating:
             raise RefusedTrajectoryError(
-                f'point {i} has {size} {field} for {count} joints; allowed: {count} or none'
-            )
-    if not len(point.positions):
-        if not parameters.allow_integration_in_goal_trajectories:
-            raise RefusedTrajectoryError(
-                f'point {i} has no positions; allowed: {count}, unless '
+                f'point {i} has no positions; allowed: {len(trajectory.joint_names)}, unless '
                 'allow_integration_in_goal_trajectories is true'
             )
-        if not (len(point.velocities) or len(point.accelerations)):
+        if not any(map(len, (point.positions, point.velocities, point.accelerations))):
             raise RefusedTrajectoryError(
                 f'point {i} has neither positions nor velocities nor accelerations'
             )
-    if len(point.effort) and 'effort' not in parameters.command_interfaces:
-        raise RefusedTrajectoryError(
-            f'point {i} has efforts, but the controller commands '
-            f'{_listed(parameters.command_interfaces)} only; leave effort empty'
-        )
-
-
-def _check_numbers(trajectory: JointTrajectory) -> None:
-    everything = [getattr(point, field) for point in trajectory.points for field in FIELDS]
-    if np.isfinite(np.concatenate(everything)).all():
-        return
-    for i, point in enumerate(trajectory.points):
-        for field in FIELDS:
-            values = getattr(point, field)
-            if not np.isfinite(values).all():
-                j = int(np.flatnonzero(~np.isfinite(values))[0])
-                raise RefusedTrajectoryError(
-                    f'point {i} has {values[j]} among its {field}, for joint '
-                    f"'{trajectory.joint_names[j]}'; allowed: finite numbers"
-                )
+        if len(point.effort) and 'effort' not in parameters.command_interfaces:
+            raise RefusedTrajectoryError(
+                f'point {i} has efforts, but the controller commands '
+                f'{_listed(parameters.command_interfaces)} only; leave effort empty'
+            )
 
 
 def _listed(names: tuple[str, ...]) -> str:

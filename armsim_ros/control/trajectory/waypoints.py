@@ -42,17 +42,27 @@ class Waypoints:
         Joints that it does not name get no position, and 0 for each derivative that the point
         gives for the others.
         """
-        columns = [joints.index(name) for name in trajectory.joint_names]
+        columns = np.array([joints.index(name) for name in trajectory.joint_names], dtype=np.intp)
         named = np.zeros(len(joints), dtype=np.bool_)
         named[columns] = True
-        points = trajectory.points
-        tables = (
-            _table([point.positions for point in points], columns, len(joints), np.nan, np.nan),
-            _table([point.velocities for point in points], columns, len(joints), 0.0, np.nan),
-            _table([point.accelerations for point in points], columns, len(joints), 0.0, np.nan),
-            _table([point.effort for point in points], columns, len(joints), 0.0, 0.0),
+
+        def table(values: Matrix | None, others: float, lacking: float = np.nan) -> Matrix:
+            """Return (m, n): ``others`` in joints that are not named, ``lacking`` rows."""
+            full = np.full((len(trajectory), len(joints)), lacking)
+            if values is not None:
+                given = ~np.isnan(values).any(axis=1)
+                full[given] = others
+                full[np.ix_(given, columns)] = values[given]
+            return full
+
+        return cls(
+            trajectory.times,
+            table(trajectory.positions, np.nan),
+            table(trajectory.velocities, 0.0),
+            table(trajectory.accelerations, 0.0),
+            table(trajectory.effort, 0.0, 0.0),
+            named,
         )
-        return cls(trajectory.times(), *tables, named)
 
     @property
     def complete(self) -> bool:
@@ -106,19 +116,3 @@ class Waypoints:
     def shifted(self, offset: Matrix) -> Waypoints:
         """Subtract (n,) ``offset`` [rad or m] from every position."""
         return replace(self, positions=self.positions - offset)
-
-
-def _table(
-    rows: Sequence[Matrix], columns: Sequence[int], joints: int, others: float, empty: float
-) -> Matrix:
-    """Return (m, joints): values in their columns, ``others`` beside them, ``empty`` rows."""
-    table = np.full((len(rows), joints), empty)
-    if all(len(row) for row in rows):
-        table[:] = others
-        table[:, columns] = np.array(rows)
-        return table
-    for i, row in enumerate(rows):
-        if len(row):
-            table[i] = others
-            table[i, columns] = row
-    return table

@@ -6,9 +6,8 @@ from __future__ import annotations
 
 from control_msgs.action import FollowJointTrajectory
 from control_msgs.msg import JointTrajectoryControllerState
-from trajectory_msgs.msg import JointTrajectoryPoint
 
-from armsim_ros.control.trajectory.controller_state import ControllerSnapshot, PointSnapshot
+from armsim_ros.control.trajectory.controller_state import ControllerSnapshot
 from armsim_ros.nodes.conversions.time import fill_time
 from armsim_ros.nodes.conversions.trajectory import fill_point
 
@@ -19,10 +18,10 @@ def fill_controller_state(
     """Write a snapshot into the message of ``controller_state``."""
     fill_time(message.header.stamp, snapshot.time_ns)
     message.joint_names = list(snapshot.joint_names)
-    _fill(message.reference, snapshot.reference, snapshot.desired_time_from_start)
-    _fill(message.feedback, snapshot.feedback, snapshot.actual_time_from_start)
-    _fill(message.error, snapshot.error, snapshot.actual_time_from_start)
-    _fill(message.output, snapshot.output, snapshot.desired_time_from_start)
+    fill_point(message.reference, snapshot.reference, snapshot.desired_time_from_start)
+    fill_point(message.feedback, snapshot.feedback, snapshot.actual_time_from_start)
+    fill_point(message.error, snapshot.error, snapshot.actual_time_from_start)
+    fill_point(message.output, snapshot.output, snapshot.desired_time_from_start)
     message.speed_scaling_factor = snapshot.speed_scaling_factor
 
 
@@ -32,17 +31,6 @@ def fill_feedback(
     """Write a snapshot into the feedback of ``follow_joint_trajectory``."""
     fill_time(message.header.stamp, snapshot.time_ns)
     message.joint_names = list(snapshot.joint_names)
-    _fill(message.desired, snapshot.reference, snapshot.desired_time_from_start)
-    _fill(message.actual, snapshot.feedback, snapshot.actual_time_from_start)
-    _fill(message.error, snapshot.error, snapshot.actual_time_from_start)
-
-
-def _fill(message: JointTrajectoryPoint, point: PointSnapshot, time_from_start: float) -> None:
-    fill_point(
-        message,
-        time_from_start,
-        positions=point.positions,
-        velocities=point.velocities,
-        accelerations=point.accelerations,
-        effort=point.effort,
-    )
+    fill_point(message.desired, snapshot.reference, snapshot.desired_time_from_start)
+    fill_point(message.actual, snapshot.feedback, snapshot.actual_time_from_start)
+    fill_point(message.error, snapshot.error, snapshot.actual_time_from_start)

@@ -16,6 +16,7 @@ from armsim_ros.nodes.conversions.trajectory import fill_point
 from armsim_ros.nodes.polling_node import PollingNode
 from armsim_ros.servo.stream import Cycle, ServoStream
 from armsim_ros.servo.trajectory_window import TrajectoryWindow
+from armsim_ros.trajectory import TrajectoryPoint
 
 
 class JointCommands:
@@ -37,7 +38,7 @@ class JointCommands:
         self._plain = parameters.command_out_type == ARRAY
         kind = Float64MultiArray if self._plain else JointTrajectory
         self._publisher = node.create_publisher(kind, topic, qos.STATE)
-        self._window = TrajectoryWindow(round(parameters.max_expected_latency * 1e9))
+        self._window = TrajectoryWindow(names, round(parameters.max_expected_latency * 1e9))
         self._period_ns = round(parameters.publish_period * 1e9)
         self._message = JointTrajectory(joint_names=list(names))
         self._points: list[JointTrajectoryPoint] = []
@@ -69,22 +70,19 @@ class JointCommands:
             self._publisher.publish(Float64MultiArray(data=values.tolist()))
             return
         self._window.add(cycle_ns, stream.state)
-        points = self._window.points()
-        if points is None:
+        trajectory = self._window.trajectory()
+        if trajectory is None:
             return
+        sent = [what for what in ('positions', 'velocities', 'accelerations')
+                if getattr(parameters, f'publish_joint_{what}')]
         message = self._message
-        fill_time(message.header.stamp, points.stamp_ns)
-        while len(self._points) < len(points.times):
+        fill_time(message.header.stamp, trajectory.stamp_ns)
+        while len(self._points) < len(trajectory):
             self._points.append(JointTrajectoryPoint())
-        message.points = self._points[: len(points.times)]
-        for k, point in enumerate(message.points):
-            fill_point(
-                point,
-                points.times[k],
-                positions=points.positions[k] if parameters.publish_joint_positions else None,
-                velocities=points.velocities[k] if parameters.publish_joint_velocities else None,
-                accelerations=(
-                    points.accelerations[k] if parameters.publish_joint_accelerations else None
-                ),
-            )
+        message.points = self._points[: len(trajectory)]
+        for target, point, time in zip(
+            message.points, trajectory.points(), trajectory.times.tolist(), strict=True
+        ):
+            values = {what: getattr(point, what) for what in sent}
+            fill_point(target, TrajectoryPoint(**values), time)
         self._publisher.publish(message)

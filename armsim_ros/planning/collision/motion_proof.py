@@ -145,9 +145,8 @@ def _states(model: KinematicModel, q: Vector, motion: JointTrajectory) -> list[V
     """Return robot states (n,) along a motion."""
     known = [k for k, name in enumerate(motion.joint_names) if name in model.names]
     places = [model.index(motion.joint_names[k]) for k in known]
-    positions = np.array([point.positions[known] for point in motion.points])
     states = []
-    for values in _refined(positions):
+    for values in _refined(motion.positions[:, known]):
         state = q.copy()
         state[places] = values
         states.append(model.apply_mimic(state))

@@ -114,9 +114,8 @@ def plan_items(
             )
         if not answers:
             reached.update(answer.trajectory_start)
-        last = answer.trajectory.points[-1]
-        reached.update(zip(answer.trajectory.joint_names, map(float, last.positions),
-                           strict=True))
+        trajectory = answer.trajectory
+        reached.update(zip(trajectory.joint_names, trajectory.positions[-1].tolist(), strict=True))
         requests.append(request)
         answers.append(answer)
     return tuple(requests), tuple(answers)
@@ -146,8 +145,8 @@ def join(
                 f"motion {number} of group '{group}' begins after a stop, not with a blend: the "
                 'motion before it is of another group'
             )
-        ends = [*(ends if follows else ()), place(trajectory.points[-1].positions)]
-        if len(trajectory.points) > 1:
+        ends = [*(ends if follows else ()), place(trajectory.positions[-1])]
+        if len(trajectory) > 1:
             motion = QuinticMotion.of(trajectory)
             if not follows:
                 runs.append(_Run(request, trajectory.joint_names, motion))

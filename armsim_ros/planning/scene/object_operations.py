@@ -250,7 +250,7 @@ def _appended(draft: SceneDraft, item: AttachedObject) -> AttachedObject:
         old.link_name,
         body,
         tuple(dict.fromkeys((*old.touch_links, *item.touch_links))),
-        item.detach_posture if item.detach_posture.points else old.detach_posture,
+        item.detach_posture if len(item.detach_posture) else old.detach_posture,
         item.weight or old.weight,
     )
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from armsim_ros.arrays import Matrix, Vector
 from armsim_ros.polynomials import hermite_coefficients, powers, QUINTIC, with_derivatives
-from armsim_ros.trajectory import JointTrajectory, TrajectoryPoint
+from armsim_ros.trajectory import JointTrajectory
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,16 +59,15 @@ class QuinticMotion:
         :param standing: joint -> where it stands [rad or m] if the trajectory does not move it;
             gives the joints and their order. None for the joints of the trajectory.
         """
-        points, names = trajectory.points, trajectory.joint_names
-        joints = standing or dict.fromkeys(names, 0.0)
-        columns = [list(joints).index(name) for name in names if name in joints]
-        chosen = [k for k, name in enumerate(names) if name in joints]
-        states = np.zeros((3, len(points), len(joints)))
-        states[0] = list(joints.values())
-        for k, point in enumerate(points):
-            states[:, k, columns] = np.array(
-                [point.positions, point.velocities, point.accelerations])[:, chosen]
-        return cls(trajectory.times(), *states)
+        given = np.array([trajectory.positions, trajectory.velocities, trajectory.accelerations])
+        if standing is None:
+            return cls(trajectory.times, *given)
+        joints, names = list(standing), trajectory.joint_names
+        states = np.zeros((3, len(trajectory), len(joints)))
+        states[0] = list(standing.values())
+        common = [name for name in names if name in standing]
+        states[:, :, list(map(joints.index, common))] = given[:, :, list(map(names.index, common))]
+        return cls(trajectory.times, *states)
 
     @classmethod
     def at_rest(cls, positions: Vector) -> QuinticMotion:
@@ -144,12 +143,5 @@ class QuinticMotion:
 
     def trajectory(self, joint_names: Sequence[str]) -> JointTrajectory:
         """Return the points as a trajectory of these joints."""
-        return JointTrajectory(
-            tuple(joint_names),
-            tuple(
-                TrajectoryPoint(float(t), p.copy(), v.copy(), a.copy())
-                for t, p, v, a in zip(
-                    self.times, self.positions, self.velocities, self.accelerations, strict=True
-                )
-            ),
-        )
+        return JointTrajectory(tuple(joint_names), self.times, self.positions, self.velocities,
+                               self.accelerations)

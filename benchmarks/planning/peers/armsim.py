@@ -60,14 +60,12 @@ class Planner:
                 self.robot['group'], (goal,), StartState(names, tuple(problem['start'])),
                 allowed_planning_time=seconds, seed=seed),
             self.scene.snapshot(), clock=time.monotonic)
-        points = response.trajectory.points
         if not response.success:
             return {'message': response.message}
+        made = response.trajectory
         return {
-            'length': response.path_length, 'times': [p.time_from_start for p in points],
-            'positions': [p.positions for p in points],
-            'velocities': [p.velocities for p in points],
-            'accelerations': [p.accelerations for p in points],
+            'length': response.path_length, 'times': made.times, 'positions': made.positions,
+            'velocities': made.velocities, 'accelerations': made.accelerations,
         }
 
 

@@ -10,7 +10,7 @@ from armsim_ros.model.cell_loading import load_cell
 from armsim_ros.planning.collision.collision_model import CollisionChecker
 from armsim_ros.planning.collision.motion_proof import meeting
 from armsim_ros.planning.scene.planning_scene import PlanningScene
-from armsim_ros.trajectory import JointTrajectory, TrajectoryPoint
+from armsim_ros.trajectory import JointTrajectory
 
 
 @pytest.fixture(scope='module')
@@ -28,9 +28,7 @@ def model(cell):
 def motion(model, robot, *ways):
     """Return a motion of one robot through joint positions."""
     names = tuple(name for name in model.names if name in robot.model.active_joints)
-    return JointTrajectory(
-        names, tuple(TrajectoryPoint(float(k), np.array(way, float)) for k, way in enumerate(ways))
-    )
+    return JointTrajectory(names, np.arange(float(len(ways))), np.array(ways))
 
 
 def test_arms_that_stay_apart(cell, model):

@@ -31,7 +31,7 @@ def test_pose_goal(six, six_scene, plan_for, clock):
     wanted = poses(six.robot, dict(zip(SIX, (0.4, 0.9, 0.8, 0.3, 0.5, -0.2), strict=True)))['tool']
     response = plan_for(six_scene).plan(request(pose_goal(wanted)), six_scene, clock=clock)
     assert response.success, response.message
-    end = dict(zip(SIX, response.trajectory.points[-1].positions, strict=True))
+    end = dict(zip(SIX, response.trajectory.positions[-1], strict=True))
     reached = poses(six.robot, end)['tool']
     assert np.linalg.norm(reached[:3, 3] - wanted[:3, 3]) < 1e-4
     assert reached[:3, :3] == pytest.approx(wanted[:3, :3], abs=1e-3)
@@ -43,7 +43,7 @@ def test_pose_goal_for_another_link(six, six_scene, plan_for, clock):
     response = plan_for(six_scene).plan(
         request(pose_goal(wanted['segment6'], 'segment6')), six_scene, clock=clock)
     assert response.success, response.message
-    end = dict(zip(SIX, response.trajectory.points[-1].positions, strict=True))
+    end = dict(zip(SIX, response.trajectory.positions[-1], strict=True))
     assert poses(six.robot, end)['segment6'] == pytest.approx(wanted['segment6'], abs=1e-3)
 
 
@@ -53,7 +53,7 @@ def test_position_goal(six, six_scene, plan_for, clock):
     goal = Constraints(position_constraints=(PositionConstraint('tool', (region,), 'base'),))
     response = plan_for(six_scene).plan(request(goal), six_scene, clock=clock)
     assert response.success, response.message
-    end = dict(zip(SIX, response.trajectory.points[-1].positions, strict=True))
+    end = dict(zip(SIX, response.trajectory.positions[-1], strict=True))
     assert poses(six.robot, end)['tool'][:3, 3] == pytest.approx((0.4, 0.2, 0.5), abs=1e-3)
 
 
@@ -63,7 +63,7 @@ def test_orientation_goal(six, six_scene, plan_for, clock):
         OrientationConstraint('tool', (1.0, 0.0, 0.0, 0.0), (0.01,) * 3, 'base'),))
     response = plan_for(six_scene).plan(request(goal), six_scene, clock=clock)
     assert response.success, response.message
-    end = dict(zip(SIX, response.trajectory.points[-1].positions, strict=True))
+    end = dict(zip(SIX, response.trajectory.positions[-1], strict=True))
     down = poses(six.robot, end)['tool'][:3, :3]
     assert down == pytest.approx(np.diag([1.0, -1.0, -1.0]), abs=0.02)
 
@@ -72,14 +72,14 @@ def test_goal_of_some_joints(six_scene, plan_for, clock):
     """CON-7: joints that the goal does not name stay where they are if they can."""
     response = plan_for(six_scene).plan(
         request(joint_goal((0.5,), ('axis1',))), six_scene, clock=clock)
-    assert response.trajectory.points[-1].positions == pytest.approx((0.5, *LEFT[1:]), abs=1e-9)
+    assert response.trajectory.positions[-1] == pytest.approx((0.5, *LEFT[1:]), abs=1e-9)
 
 
 def test_wide_joint_goal_is_met_in_its_middle(six_scene, plan_for, clock):
     """CON-7: a goal for all joints is met at its positions where these are free."""
     response = plan_for(six_scene).plan(
         request(joint_goal(RIGHT, tolerance=0.05)), six_scene, clock=clock)
-    assert response.trajectory.points[-1].positions == pytest.approx(RIGHT, abs=1e-9)
+    assert response.trajectory.positions[-1] == pytest.approx(RIGHT, abs=1e-9)
 
 
 def test_wide_joint_goal_with_its_middle_blocked(six_scene, add_box, plan_for, clock):
@@ -93,7 +93,7 @@ def test_wide_joint_goal_with_its_middle_blocked(six_scene, add_box, plan_for, c
     response = planner.plan(
         request(joint_goal(RIGHT, tolerance=0.5)), six_scene, clock=clock)
     assert response.success, response.message
-    assert np.abs(response.trajectory.points[-1].positions - np.array(RIGHT)).max() <= 0.5
+    assert np.abs(response.trajectory.positions[-1] - np.array(RIGHT)).max() <= 0.5
 
 
 def test_goals_are_alternatives(wall, add_box, plan_for, clock):

@@ -215,4 +215,4 @@ HANDLES: dict[str, type[ControllerHandle]] = {
 def command_position(trajectory: JointTrajectory, settings: MoveItControllerSettings) -> float:
     """Return the last position of a gripper's command joint [rad or m]."""
     joint = settings.command_joint or settings.joints[0]
-    return float(trajectory.points[-1].positions[trajectory.joint_names.index(joint)])
+    return float(trajectory.positions[-1, trajectory.joint_names.index(joint)])

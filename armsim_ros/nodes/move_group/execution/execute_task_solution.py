@@ -14,7 +14,7 @@ from sensor_msgs.msg import JointState, MultiDOFJointState
 
 from armsim_ros.errors import MoveItErrorCode, PlanningError
 from armsim_ros.execution.controller_selection import controlled_joints, select_controllers
-from armsim_ros.execution.rules import check_sizes
+from armsim_ros.execution.rules import check_points
 from armsim_ros.nodes.conversions.trajectory import trajectory_from_message
 from armsim_ros.nodes.move_group.action_server import MoveGroupActionServer
 from armsim_ros.nodes.move_group.context import Context
@@ -69,7 +69,7 @@ class ExecuteTaskSolution:
         for number, part in enumerate(parts):
             trajectory = trajectory_from_message(part.trajectory.joint_trajectory)
             trajectories.append(trajectory)
-            if trajectory.points:
+            if len(trajectory):
                 try:
                     self._check(trajectory, part.execution_info.controller_names)
                 except PlanningError as error:
@@ -85,7 +85,7 @@ class ExecuteTaskSolution:
                 f'no planning group has {", ".join(strangers)}; groups: '
                 f'{", ".join(self._context.robot.semantic.groups) or "none"}',
             )
-        check_sizes(trajectory)
+        check_points(trajectory)
         select_controllers(
             controlled_joints(trajectory.joint_names, self._context.robot),
             self._context.settings.moveit_controllers,

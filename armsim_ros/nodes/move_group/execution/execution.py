@@ -17,7 +17,7 @@ from armsim_ros.execution.controller_selection import (
 )
 from armsim_ros.execution.rules import (
     allowed_duration,
-    check_sizes,
+    check_points,
     check_start,
     settled,
     unwound,
@@ -143,7 +143,7 @@ class Execution:
                 'trajectory execution is switched off: allow_trajectory_execution is false',
                 SOURCE,
             )
-        check_sizes(trajectory)
+        check_points(trajectory)
         selected = select_controllers(
             controlled_joints(trajectory.joint_names, context.robot),
             context.settings.moveit_controllers,
@@ -324,5 +324,5 @@ class Execution:
     def _arrived(self, trajectory: JointTrajectory) -> bool:
         """Return whether the robot is where a trajectory ends: then only the result is late."""
         measured = self._context.states.positions
-        ends = zip(trajectory.joint_names, trajectory.points[-1].positions, strict=True)
+        ends = zip(trajectory.joint_names, trajectory.positions[-1], strict=True)
         return all(abs(measured.get(name, float('inf')) - end) < ARRIVED for name, end in ends)

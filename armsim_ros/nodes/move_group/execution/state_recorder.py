@@ -7,7 +7,7 @@ from __future__ import annotations
 import numpy as np
 
 from armsim_ros.nodes.move_group.context import Context
-from armsim_ros.trajectory import JointTrajectory, TrajectoryPoint
+from armsim_ros.trajectory import JointTrajectory
 
 
 class StateRecorder:
@@ -22,7 +22,8 @@ class StateRecorder:
         self._states = context.states
         self._frequency = context.record_frequency
         self._joint_names = joint_names
-        self._points: list[TrajectoryPoint] = []
+        self._times: list[float] = []
+        self._rows: list[list[float]] = []
 
     def note(self, elapsed: float) -> None:
         """
@@ -33,12 +34,14 @@ class StateRecorder:
         positions = self._states.positions
         if self._frequency <= 0.0 or any(name not in positions for name in self._joint_names):
             return
-        if self._points and elapsed - self._points[-1].time_from_start < 1.0 / self._frequency:
+        if self._times and elapsed - self._times[-1] < 1.0 / self._frequency:
             return
-        values = np.array([positions[name] for name in self._joint_names])
-        self._points.append(TrajectoryPoint(max(elapsed, 0.0), values))
+        self._times.append(max(elapsed, 0.0))
+        self._rows.append([positions[name] for name in self._joint_names])
 
     @property
     def trajectory(self) -> JointTrajectory:
         """What was noted; without joints where that is nothing."""
-        return JointTrajectory(self._joint_names if self._points else (), tuple(self._points))
+        if not self._times:
+            return JointTrajectory(())
+        return JointTrajectory(self._joint_names, np.array(self._times), np.array(self._rows))

@@ -8,9 +8,11 @@ from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from armsim_ros.errors import MoveItErrorCode, PlanningError
 from armsim_ros.execution.controller_selection import controlled_joints, select_controllers
-from armsim_ros.execution.rules import check_sizes, check_start, continues
+from armsim_ros.execution.rules import check_points, check_start, continues
 from armsim_ros.nodes.move_group.context import Context
 from armsim_ros.nodes.move_group.execution.controller_handles import HANDLES
 from armsim_ros.nodes.move_group.execution.execution import (
@@ -117,7 +119,7 @@ class TrajectoryExecutionManager:
         :returns: CONTROL_FAILED while another one runs that shares a controller with it, or that
             it would meet.
         """
-        if not trajectory.points:
+        if not len(trajectory):
             return ExecutionOutcome(MoveItErrorCode.SUCCESS)
         turn = self._turn(trajectory, watch, names)
         rivals = self._rivals(turn)
@@ -128,7 +130,7 @@ class TrajectoryExecutionManager:
         others = tuple(other for other in self._running if other not in rivals)
         self._running.append(turn)
         try:
-            if others:
+            if others and turn.controllers:
                 sentence = await self._meeting(turn, others)
                 if sentence:
                     return ExecutionOutcome(MoveItErrorCode.CONTROL_FAILED, sentence)
@@ -144,6 +146,7 @@ class TrajectoryExecutionManager:
     ) -> _Turn:
         context = self._context
         try:
+            check_points(trajectory)
             selected = select_controllers(
                 controlled_joints(trajectory.joint_names, context.robot),
                 context.settings.moveit_controllers,
@@ -169,7 +172,6 @@ class TrajectoryExecutionManager:
         if not rivals or self._waits_behind(turn):
             return False
         try:
-            check_sizes(turn.trajectory)
             for rival in rivals:
                 if continues(rival.trajectory, turn.trajectory, tolerance or 0.01):
                     return False
@@ -220,7 +222,5 @@ class TrajectoryExecutionManager:
 def _rest(turn: _Turn, now_ns: int) -> JointTrajectory:
     """Return what is left of a trajectory, from the point before now on."""
     elapsed = (now_ns - turn.begin_ns) * 1e-9
-    points = turn.trajectory.points
-    passed = sum(point.time_from_start < elapsed - 0.5 for point in points)
-    first = min(max(passed - 1, 0), len(points) - 1)
-    return JointTrajectory(turn.trajectory.joint_names, points[first:])
+    passed = int(np.sum(turn.trajectory.times < elapsed - 0.5))
+    return turn.trajectory.since(max(passed - 1, 0))

@@ -70,7 +70,7 @@ class ComputeCartesianPath:
         if answer.error_code != MoveItErrorCode.SUCCESS:
             return
         response.fraction = float(answer.fraction)
-        if not answer.trajectory.points:
+        if not len(answer.trajectory):
             return
         carried = scene.with_start_state(wanted.start_state).attached.values()
         response.start_state = robot_state_to_message(

@@ -14,7 +14,7 @@ from armsim_ros.nodes.move_group.execution import trajectory_execution
 from armsim_ros.nodes.move_group.execution.execution import ExecutionOutcome, ExecutionWatch
 from armsim_ros.nodes.move_group.execution.trajectory_execution import TrajectoryExecutionManager
 from armsim_ros.planning.scene.planning_scene import PlanningScene
-from armsim_ros.trajectory import JointTrajectory, TrajectoryPoint
+from armsim_ros.trajectory import JointTrajectory
 
 START = (0.0, 0.0, 0.0, 0.0, 0.0)
 INWARD = {'left': (-1.4, 0.8, 0.0, 0.0, 0.0), 'right': (1.4, 0.8, 0.0, 0.0, 0.0)}
@@ -105,7 +105,7 @@ def motion(arm, *ways):
     """Return a motion of one arm."""
     return JointTrajectory(
         tuple(f'{arm}_joint{number}' for number in range(1, 6)),
-        tuple(TrajectoryPoint(float(k), np.array(way)) for k, way in enumerate(ways)),
+        np.arange(float(len(ways))), np.array(ways),
     )
 
 
