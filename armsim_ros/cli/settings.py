@@ -4,11 +4,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 import math
 from pathlib import Path
-from typing import TypedDict
 
 import yaml
 
@@ -18,7 +17,7 @@ from armsim_ros.cli.arguments import (
     ProgramArguments,
     UsageError,
 )
-from armsim_ros.config.robot_folder import find_files
+from armsim_ros.config.robot_folder import FileOptions, find_files
 from armsim_ros.config.robot_settings import RobotSettings
 from armsim_ros.errors import Severity
 from armsim_ros.model.cell import Cell
@@ -44,7 +43,7 @@ def xacro_help(words: Sequence[str]) -> str:
     if not any(word.startswith(('robot', '--robot', 'urdf', '--urdf')) for word in wanted):
         return ''
     given = dict(arguments.xacro)
-    files = find_files(arguments.robot, **_sources(arguments), arguments=given)
+    files = find_files(arguments.robot, **_sources(arguments, given))
     declared: dict[str, str] = {}
     for file in (files.urdf_file, files.srdf_file):
         if file is not None and not files.is_cell:
@@ -59,7 +58,7 @@ def xacro_help(words: Sequence[str]) -> str:
     return '\n'.join([f"arguments of the xacro of '{files.name}':", *rows])
 
 
-def _sources(arguments: ProgramArguments) -> Sources:
+def _sources(arguments: ProgramArguments, xacro: Mapping[str, str]) -> FileOptions:
     """Return where the files of the robot are, as keyword arguments."""
     return {
         'config': _path(arguments.config),
@@ -67,18 +66,9 @@ def _sources(arguments: ProgramArguments) -> Sources:
         'srdf': _path(arguments.srdf),
         'controllers': tuple(Path(one).expanduser()
                              for one in arguments.controllers.split(',') if one),
+        'arguments': xacro,
         'packages_path': split_path(arguments.packages_path),
     }
-
-
-class Sources(TypedDict):
-    """Where the files of a robot are; see :func:`find_files`."""
-
-    config: Path | None
-    urdf: Path | None
-    srdf: Path | None
-    controllers: tuple[Path, ...]
-    packages_path: tuple[Path, ...]
 
 
 def cell_of(arguments: ProgramArguments) -> tuple[Cell, list[str]]:
@@ -91,11 +81,10 @@ def cell_of(arguments: ProgramArguments) -> tuple[Cell, list[str]]:
     """
     survey = survey_cell(
         arguments.robot,
-        **_sources(arguments),
+        **_sources(arguments, dict(arguments.xacro)),
         world=arguments.world or None,
         namespace=arguments.namespace or None,
         overrides=_overrides(arguments),
-        arguments=dict(arguments.xacro),
     )
     check_xacro_words(arguments, survey.declared)
     cell = survey.checked()

@@ -7,13 +7,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
+from typing_extensions import Unpack
+
 from armsim_ros.config.draft import ConfigDraft, empty_node, SECTIONS
 from armsim_ros.config.layout import LayoutReader
 from armsim_ros.config.moveit_config.controllers import complete_controllers
 from armsim_ros.config.moveit_config.files import Role
 from armsim_ros.config.moveit_config.reading import PackageReader, start_positions
 from armsim_ros.config.moveit_config.roles import PackageRoles
-from armsim_ros.config.robot_folder import find_files, RobotFolder
+from armsim_ros.config.robot_folder import FileOptions, find_files, RobotFolder
 from armsim_ros.config.robot_settings import RobotSettings
 from armsim_ros.config.sections import read_sections
 from armsim_ros.config.validation import read_settings
@@ -33,33 +35,26 @@ from armsim_ros.errors import (
 from armsim_ros.resources import check_inside, find_world, PACKAGE, share_folder
 
 
+class SettingsOptions(FileOptions, total=False):
+    """Keyword arguments of :func:`find_files` and :func:`survey_files`, to be passed on."""
+
+    world: str | Path | None
+    namespace: str | None
+    overrides: Mapping[str, object] | None
+
+
 def load_robot_settings(
-    robot: str = 'sunday',
-    *,
-    config: Path | None = None,
-    urdf: Path | None = None,
-    srdf: Path | None = None,
-    world: str | Path | None = None,
-    namespace: str | None = None,
-    overrides: Mapping[str, object] | None = None,
-    strict: bool = False,
+    robot: str = 'sunday', *, strict: bool = False, **options: Unpack[SettingsOptions]
 ) -> RobotSettings:
     """
     Read everything that describes a robot, but for the URDF and SRDF themselves.
 
     :param robot: a name under ``config/``, or a path to a folder with the user's files.
-    :param config: another folder for the YAML files.
-    :param urdf: another URDF or xacro file.
-    :param srdf: another SRDF file.
-    :param world: a name under ``worlds/`` or a file, in place of simulation.yaml's.
-    :param namespace: in place of the one that the files give.
-    :param overrides: dotted path -> value, such as ``{'simulation.paused': True}``.
     :param strict: whether what the original stack silently ignores is a mistake.
+    :param options: those of :func:`find_files` and :func:`survey_files`.
     :raises ConfigError: with every mistake of all files.
     """
-    settings = survey_robot_settings(
-        robot, config=config, urdf=urdf, srdf=srdf, world=world, namespace=namespace,
-        overrides=overrides)
+    settings = survey_robot_settings(robot, **options)
     found = map(strictly, settings.remarks) if strict else settings.remarks
     mistakes = [one for one in found if one.severity is Severity.ERROR]
     if mistakes:
@@ -70,12 +65,10 @@ def load_robot_settings(
 def survey_robot_settings(
     robot: str = 'sunday',
     *,
-    config: Path | None = None,
-    urdf: Path | None = None,
-    srdf: Path | None = None,
     world: str | Path | None = None,
     namespace: str | None = None,
     overrides: Mapping[str, object] | None = None,
+    **sources: Unpack[FileOptions],
 ) -> RobotSettings:
     """
     Read the same as :func:`load_robot_settings`, and go on where there are mistakes.
@@ -84,7 +77,7 @@ def survey_robot_settings(
         the remarks.
     :raises ConfigError: where the files cannot be found at all.
     """
-    files = find_files(robot, config=config, urdf=urdf, srdf=srdf)
+    files = find_files(robot, **sources)
     if files.is_cell:
         raise ConfigError(Problem(
             f"'{robot}' is a cell of several robots; here one is needed",
@@ -102,6 +95,9 @@ def survey_files(
     """
     Read the same of files that were found already; of a cell, those that lie in its own folder.
 
+    :param world: a name under ``worlds/`` or a file, in place of simulation.yaml's.
+    :param namespace: in place of the one that the files give.
+    :param overrides: dotted path -> value, such as ``{'simulation.paused': True}``.
     :returns: settings in which a block with mistakes has its defaults; the mistakes are among
         the remarks.
     """

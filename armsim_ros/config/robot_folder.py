@@ -4,9 +4,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TypedDict
 
 from armsim_ros.config.cell import robots_file
 from armsim_ros.config.moveit_config.files import PackageFiles
@@ -70,8 +71,19 @@ class RobotFolder:
     package: PackageRoles | None = None
 
 
+class FileOptions(TypedDict, total=False):
+    """Keyword arguments of :func:`find_files`, for those that pass them on."""
+
+    config: Path | None
+    urdf: Path | None
+    srdf: Path | None
+    controllers: Sequence[Path]
+    arguments: Mapping[str, str] | None
+    packages_path: Iterable[Path]
+
+
 def find_files(robot: str, *, config: Path | None = None, urdf: Path | None = None,
-               srdf: Path | None = None, controllers: Iterable[Path] = (),
+               srdf: Path | None = None, controllers: Sequence[Path] = (),
                arguments: Mapping[str, str] | None = None,
                packages_path: Iterable[Path] = ()) -> RobotFolder:
     """

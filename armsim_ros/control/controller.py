@@ -83,6 +83,10 @@ class Controller(ABC, Generic[ParametersT]):
         self.time_ns = 0
         #: Whether another controller writes this one's references; the manager says so.
         self.chained = False
+        self.on_init()
+
+    def on_init(self) -> None:
+        """Make what a kind of controller needs from the moment on at which it is loaded."""
 
     @property
     def active(self) -> bool:

@@ -4,15 +4,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
+
+from typing_extensions import Unpack
 
 from armsim_ros.config.cell import CellRobot, read_cell
 from armsim_ros.config.cell_merge import merged_settings
 from armsim_ros.config.loading import survey_files, survey_robot_settings
 from armsim_ros.config.prefix import prefixed_settings
-from armsim_ros.config.robot_folder import find_files, RobotFolder
+from armsim_ros.config.robot_folder import FileOptions, find_files, RobotFolder
 from armsim_ros.config.robot_settings import RobotSettings
 from armsim_ros.config.simulation import PlacementSettings
 from armsim_ros.errors import (
@@ -62,36 +64,28 @@ def load_cell(
 def survey_cell(
     robot: str = 'sunday',
     *,
-    config: Path | None = None,
-    urdf: Path | None = None,
-    srdf: Path | None = None,
     world: str | Path | None = None,
     namespace: str | None = None,
     overrides: Mapping[str, object] | None = None,
-    controllers: Iterable[Path] = (),
-    arguments: Mapping[str, str] | None = None,
-    packages_path: Iterable[Path] = (),
     strict: bool = False,
+    **sources: Unpack[FileOptions],
 ) -> CellSurvey:
     """
     Read the same as :func:`load_cell`, and go on where there are mistakes.
 
-    The arguments are those of :func:`survey_robot_settings` and :func:`find_files`.
-
+    :param namespace: in place of the one that the files of a single robot give.
     :param strict: whether what the original stack silently ignores is a mistake.
-
+    :param sources: those of :func:`find_files`.
     :raises ConfigError: where the files cannot be found at all, or robots.yaml has mistakes.
     """
-    controllers = tuple(controllers)
-    files = find_files(robot, config=config, urdf=urdf, srdf=srdf, controllers=controllers,
-                       arguments=arguments, packages_path=packages_path)
+    files = find_files(robot, **sources)
     if files.is_cell and namespace is not None:
         raise ConfigError(Problem(
             f"namespace '{namespace}' is given for a cell of several robots",
             Location(str(files.urdf_file)), remedy="give each robot its 'namespace' there"))
     descriptions = (None, None) if files.is_cell else _describe(files)
     if descriptions[0] is not None:
-        files = with_plugin_files(files, descriptions[0], keep=bool(controllers))
+        files = with_plugin_files(files, descriptions[0], keep=bool(sources.get('controllers')))
     settings = survey_files(files, world=world, namespace=namespace, overrides=overrides)
     if files.is_cell:
         return _CellReader(files, settings).read()

@@ -13,7 +13,7 @@ from collections import deque
 from collections.abc import Callable
 from typing import ClassVar, Generic, TypeVar
 
-from armsim_ros.control.controller import Controller, ControllerContext, NEVER_NS, ParametersT
+from armsim_ros.control.controller import Controller, NEVER_NS, ParametersT
 from armsim_ros.control.rate import Rate
 
 SampleT = TypeVar('SampleT')
@@ -27,15 +27,8 @@ class Broadcaster(Controller[ParametersT], Generic[ParametersT, SampleT]):
 
     only_looks: ClassVar[bool] = True
 
-    def __init__(
-        self,
-        name: str,
-        type: str,  # noqa: A002
-        parameters: ParametersT,
-        context: ControllerContext,
-    ) -> None:
-        """Start unconfigured, see :class:`Controller`."""
-        super().__init__(name, type, parameters, context)
+    def on_init(self) -> None:
+        """Begin without samples."""
         self._listener: Callable[[], object] | None = None
         self._samples: deque[SampleT] = deque(maxlen=CAPACITY)
         self._rate = Rate(0.0)

@@ -14,7 +14,6 @@ from armsim_ros.arrays import Matrix, selector, Vector
 from armsim_ros.config.base import Settings
 from armsim_ros.config.controllers.joint_state_broadcaster import JointStateBroadcasterParameters
 from armsim_ros.control.broadcasters.broadcaster import Broadcaster
-from armsim_ros.control.controller import ControllerContext
 from armsim_ros.control.hardware_interface import COMMAND_INTERFACES
 
 InterfaceValues = tuple[str, tuple[str, ...], tuple[float, ...]]
@@ -123,18 +122,12 @@ class JointStateBroadcaster(Broadcaster[JointStateBroadcasterParameters, JointSt
 
     parameters_class: ClassVar[type[Settings]] = JointStateBroadcasterParameters
 
-    def __init__(
-        self,
-        name: str,
-        type: str,  # noqa: A002
-        parameters: JointStateBroadcasterParameters,
-        context: ControllerContext,
-    ) -> None:
-        """Start unconfigured, see :class:`Controller`."""
-        super().__init__(name, type, parameters, context)
-        self._restricted = bool(parameters.joints and parameters.interfaces)
+    def on_init(self) -> None:
+        """Find out which joints are published."""
+        super().on_init()
+        self._restricted = bool(self.parameters.joints and self.parameters.interfaces)
         self._hardware_joints = self._published()
-        extra = tuple(joint.name for joint in parameters.extra_joints)
+        extra = tuple(joint.name for joint in self.parameters.extra_joints)
         self.joint_names = self._hardware_joints + extra
         self._states: tuple[Vector, ...] = ()
         self._layout = NOTHING

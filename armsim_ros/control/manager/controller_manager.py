@@ -140,23 +140,21 @@ class ControllerManager:
     def cleanup(self, name: str) -> None:
         """Make an inactive controller unconfigured; ControllerError where it is active."""
         with self._structure:
-            controller = find_controller(self.controllers, name)
-            require_state(controller, 'cleaned up', LifecycleState.INACTIVE,
-                          LifecycleState.UNCONFIGURED)
-            controller.state = LifecycleState.UNCONFIGURED
-            withdraw(controller, self.hardware)
+            self._take_down(name, 'cleaned up', LifecycleState.UNCONFIGURED)
             self._changes += 1
 
     def unload(self, name: str) -> None:
         """Forget a controller; ControllerError where it is active or not loaded."""
         with self._structure:
-            controller = find_controller(self.controllers, name)
-            require_state(controller, 'unloaded', LifecycleState.INACTIVE,
-                          LifecycleState.UNCONFIGURED)
-            controller.state = LifecycleState.FINALIZED
-            withdraw(controller, self.hardware)
+            self._take_down(name, 'unloaded', LifecycleState.FINALIZED)
             self.controllers = {k: v for k, v in self.controllers.items() if k != name}
             self._changes += 1
+
+    def _take_down(self, name: str, deed: str, state: LifecycleState) -> None:
+        controller = find_controller(self.controllers, name)
+        require_state(controller, deed, LifecycleState.INACTIVE, LifecycleState.UNCONFIGURED)
+        controller.state = state
+        withdraw(controller, self.hardware)
 
     def request_switch(
         self,

@@ -21,7 +21,7 @@ from armsim_ros.config.controllers.joint_trajectory_controller import (
     ScaledJointTrajectoryControllerParameters,
 )
 from armsim_ros.control.action_goal import GoalStatus
-from armsim_ros.control.controller import Controller, ControllerContext, NEVER_NS
+from armsim_ros.control.controller import Controller, NEVER_NS
 from armsim_ros.control.joint_properties import JointProperties
 from armsim_ros.control.rate import Rate
 from armsim_ros.control.trajectory.controller_state import ControllerSnapshot, snapshot_of
@@ -48,18 +48,11 @@ class JointTrajectoryController(Controller[JointTrajectoryControllerParameters])
 
     parameters_class: ClassVar[type[Settings]] = JointTrajectoryControllerParameters
 
-    def __init__(
-        self,
-        name: str,
-        type: str,  # noqa: A002
-        parameters: JointTrajectoryControllerParameters,
-        context: ControllerContext,
-    ) -> None:
-        """Start unconfigured, see :class:`Controller`."""
-        super().__init__(name, type, parameters, context)
-        self._properties = JointProperties.of(parameters.joints, context.model)
+    def on_init(self) -> None:
+        """Look up the joints and make the intake of trajectories."""
+        self._properties = JointProperties.of(self.parameters.joints, self.context.model)
         self._intake = TrajectoryIntake(self._properties, self.snapshot)
-        self._publish_rate = Rate(parameters.state_publish_rate or math.inf)
+        self._publish_rate = Rate(self.parameters.state_publish_rate or math.inf)
         self._loop: TrajectoryLoop | None = None
 
     @property

@@ -4,13 +4,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
+
+from typing_extensions import Unpack
 
 from armsim_ros.config.cell import read_cell
 from armsim_ros.config.draft import ConfigDraft
 from armsim_ros.config.layout import LayoutReader
+from armsim_ros.config.robot_folder import FileOptions
 from armsim_ros.config.robot_settings import RobotSettings
 from armsim_ros.config.sections import read_sections
 from armsim_ros.config.yaml.source import read_yaml_file
@@ -59,34 +62,25 @@ class RobotCheck:
         return [one for one in self.problems if one.severity is severity]
 
 
-def check_robot(robot: str, *, config: Path | None = None, urdf: Path | None = None,
-                srdf: Path | None = None, world: str | None = None,
-               controllers: Iterable[Path] = (), arguments: Mapping[str, str] | None = None,
-               packages_path: Iterable[Path] = (), strict: bool = False) -> RobotCheck:
+def check_robot(robot: str, *, world: str | None = None, strict: bool = False,
+                **sources: Unpack[FileOptions]) -> RobotCheck:
     """
     Check a robot's folder, or that of a cell and those of its robots.
 
     :param robot: a name under ``config/``, or a path to a folder.
-    :param config: another folder for the YAML files.
-    :param urdf: another URDF or xacro file.
-    :param srdf: another SRDF file.
     :param world: another world.
-    :param controllers: other files with the controllers of ros2_control.
-    :param arguments: arguments for the xacro of URDF and SRDF.
-    :param packages_path: where packages are looked for first.
     :param strict: whether what the original stack silently ignores is a mistake.
+    :param sources: those of :func:`find_files`.
     """
     try:
-        survey = survey_cell(robot, config=config, urdf=urdf, srdf=srdf, world=world,
-                             controllers=controllers, arguments=arguments,
-                             packages_path=packages_path, strict=strict)
+        survey = survey_cell(robot, world=world, strict=strict, **sources)
     except ConfigError as error:
-        return RobotCheck(_sorted([*error.problems, *_files_alone(robot, config)]))
+        return RobotCheck(_sorted([*error.problems, *_files_alone(robot, sources.get('config'))]))
     found = list(survey.problems)
     found += [Problem(f"no xacro of the robot declares the argument '{name}'",
                       Location(str(survey.settings.urdf_file)), ', '.join(survey.declared),
                       nearest(name, tuple(survey.declared)))
-              for name in arguments or {} if name not in survey.declared]
+              for name in sources.get('arguments') or {} if name not in survey.declared]
     for one in survey.robots or (survey.settings,):
         names = [controller.name for controller in one.controllers]
         read = [file.name for file in one.files]
