@@ -156,7 +156,8 @@ def _plain_path(text: str, packages: Packages) -> str:
             package, _, rest = text[len(scheme):].partition('/')
             return str(share_folder(package, packages) / rest)
     if text.startswith('file://'):
-        return text[len('file://'):]
+        path = text[len('file://'):]  # more than one slash begins no other folder
+        return f'/{path.lstrip("/")}' if path.startswith('/') else path
     return expand_find(text, packages)
 
 

@@ -77,6 +77,7 @@ def test_a_relative_path_starts_from_the_base(tmp_path):
     (tmp_path / 'b.stl').touch()
     assert resources.resolve_uri('b.stl', base=tmp_path) == tmp_path / 'b.stl'
     assert resources.resolve_uri(f'file://{tmp_path}/b.stl') == tmp_path / 'b.stl'
+    assert str(resources.resolve_uri(f'file:///{tmp_path}/b.stl')) == f'{tmp_path}/b.stl'
 
 
 def test_a_missing_package_names_the_places(monkeypatch):

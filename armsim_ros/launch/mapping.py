@@ -32,7 +32,7 @@ DESCRIPTION_ONLY = 'armsim.description_only'
 JOINT_STATES = 'armsim.joint_states'
 #: Packages and files that a robot description names.
 _PACKAGE = re.compile(r'(?:(?:package|model)://|\$\(find(?:-pkg-share)?\s+)([^/"\'\s)]+)')
-_FILE = re.compile(r'file://(/[^"\'<>\n]+?)/[^/"\']*["\']')
+_FILE = re.compile(r'file://+(/[^"\'<>\n]+?)/[^/"\']*["\']')
 _PROGRAMS = {
     ProgramRole.SIMULATION: 'ros2_control_node', ProgramRole.MOVE_GROUP: 'move_group',
     ProgramRole.SPAWNER: 'spawner', ProgramRole.UNSPAWNER: 'unspawner',

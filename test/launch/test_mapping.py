@@ -13,6 +13,10 @@ CONTROL = Node(package='controller_manager', executable='ros2_control_node',
                parameters=[{'robot_description': '<robot name="r"/>'}])
 
 
+MESH = ('<robot name="r"><link name="l"><collision><geometry><mesh filename="file://{}"/>'
+        '</geometry></collision></link></robot>')
+
+
 def publisher(**parameters):
     """Return a joint_state_publisher."""
     return Node(package='joint_state_publisher', executable='joint_state_publisher',
@@ -67,3 +71,13 @@ def test_a_joint_state_publisher_merges_the_topics_of_others(decided):
     (_, merging), _ = decided(CONTROL, publisher(source_list=['arm/joint_states']))
     assert merging.kind is Kind.RUN
     assert 'joint_state_publisher' in merging.command
+
+
+def test_a_package_is_known_by_the_files_of_its_meshes(decided, workspace):
+    """Addresses that xacro made with a slash too many lead to the same package."""
+    for slashes in ('', '/'):
+        mesh = f'{slashes}{workspace}/meshes/hand.stl'
+        _, texts = decided(Node(package='controller_manager', executable='ros2_control_node',
+                                parameters=[{'robot_description': MESH.format(mesh)}]))
+        (found,) = [one['armsim.packages_path'] for one in texts if 'armsim.packages_path' in one]
+        assert found == str(workspace)
