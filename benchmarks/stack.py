@@ -16,9 +16,9 @@ from armsim_ros.config.controllers.joint_trajectory_controller import (
     JointTrajectoryControllerParameters,
 )
 from armsim_ros.config.loading import load_robot_settings
-from armsim_ros.testing.client_node import ClientNode
-from armsim_ros.testing.domain import private_domain, ros_environment
-from armsim_ros.testing.program import Program
+from armsim_ros.testing.clients.client_node import ClientNode
+from armsim_ros.testing.programs.domain import private_domain, ros_environment
+from armsim_ros.testing.programs.program import Program
 
 READY = 'You can start planning now!'
 DOMAINS = range(20, 30)

@@ -20,18 +20,19 @@ from PIL import Image
 from playwright.sync_api import sync_playwright
 
 ROOT = Path(__file__).resolve().parent.parent
-sys.path.insert(0, str(ROOT))
+sys.path[:0] = [str(ROOT), str(ROOT / 'test' / 'support')]
 
-from armsim_ros.testing.browser import launch_chromium  # noqa: E402
-from armsim_ros.testing.domain import private_domain  # noqa: E402
-from armsim_ros.testing.page_user import (  # noqa: E402
+from page_user import (  # noqa: E402
+    launch_chromium,
     PageUser,
     printed_address,
     robot_is_seen,
 )
-from armsim_ros.testing.programs import start_program  # noqa: E402
-from armsim_ros.testing.public_robots import public_urdf  # noqa: E402
-from armsim_ros.testing.robot_user import READY  # noqa: E402
+from public_robots import public_urdf  # noqa: E402
+
+from armsim_ros.testing.clients.robot_user import READY  # noqa: E402
+from armsim_ros.testing.programs.domain import private_domain  # noqa: E402
+from armsim_ros.testing.programs.program import start_program  # noqa: E402
 from armsim_ros.tools.generate_config.generation import generate_config  # noqa: E402
 
 IMAGES = ROOT / 'docs' / 'images'

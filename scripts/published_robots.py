@@ -32,8 +32,8 @@ from armsim_ros.packages import packages_below
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
 
-    from armsim_ros.testing.client_node import ClientNode
-    from armsim_ros.testing.program import Program
+    from armsim_ros.testing.clients.client_node import ClientNode
+    from armsim_ros.testing.programs.program import Program
 
 ROOT = Path(__file__).resolve().parent.parent
 SEARCH_DEPTH = 8
@@ -146,10 +146,10 @@ def _check(row: Row) -> None:
 
 def _bring_up(row: Row) -> None:
     """Start the robot, move every active controller, plan and execute a named state."""
-    from armsim_ros.testing.client_node import ClientNode
-    from armsim_ros.testing.domain import private_domain
-    from armsim_ros.testing.programs import start_program
-    from armsim_ros.testing.robot_user import READY
+    from armsim_ros.testing.clients.client_node import ClientNode
+    from armsim_ros.testing.clients.robot_user import READY
+    from armsim_ros.testing.programs.domain import private_domain
+    from armsim_ros.testing.programs.program import start_program
 
     with ExitStack() as stack:
         domain = stack.enter_context(private_domain())
@@ -184,7 +184,7 @@ def _move(client: ClientNode) -> str:
     from controller_manager_msgs.srv import ListControllers
     from sensor_msgs.msg import JointState
 
-    from armsim_ros.testing.trajectory_client import (
+    from armsim_ros.testing.clients.trajectory_client import (
         SUCCEEDED,
         trajectory_message,
         TrajectoryClient,
@@ -246,7 +246,7 @@ def _description(client: ClientNode) -> Element:
 
 def _plan(client: ClientNode) -> str:
     """Plan to and execute the first named state that can be; return its name."""
-    from armsim_ros.testing.move_group_client import MoveGroupClient, SUCCESS
+    from armsim_ros.testing.clients.move_group_client import MoveGroupClient, SUCCESS
 
     move_group = MoveGroupClient(client)
     reasons = []
@@ -266,7 +266,7 @@ def _pymoveit2(client: ClientNode, state: str) -> str:
         from pymoveit2 import MoveIt2
     except ImportError:
         return 'not installed'
-    from armsim_ros.testing.move_group_client import MoveGroupClient
+    from armsim_ros.testing.clients.move_group_client import MoveGroupClient
 
     name, _, _ = state.partition('/')
     known = MoveGroupClient(client).named_states()

@@ -19,14 +19,18 @@ from armsim_ros.testing.assertions import (
     assert_rejected,
 )
 
-_CLIENTS = {
-    'ClientNode': 'client_node', 'ControllerManagerClient': 'controller_manager_client',
-    'MoveGroupClient': 'move_group_client', 'ParameterClient': 'parameter_client',
-    'TrajectoryClient': 'trajectory_client', 'trajectory_message': 'trajectory_client',
-    'RobotUser': 'robot_user', 'running_robot': 'robot_user', 'Program': 'program',
-    'private_domain': 'domain', 'start_program': 'programs',
-    'ClockRelay': 'relay', 'ServiceRelay': 'relay', 'TopicRelay': 'relay',
-}  # fmt: skip
+#: Module -> the public names that are imported when they are first asked for.
+_LAZY = {
+    'clients.client_node': ('ClientNode',),
+    'clients.controller_manager_client': ('ControllerManagerClient',),
+    'clients.move_group_client': ('MoveGroupClient',),
+    'clients.parameter_client': ('ParameterClient',),
+    'clients.relay': ('ClockRelay', 'ServiceRelay', 'TopicRelay'),
+    'clients.robot_user': ('RobotUser', 'running_robot'),
+    'clients.trajectory_client': ('TrajectoryClient', 'trajectory_message'),
+    'programs.domain': ('private_domain',),
+    'programs.program': ('Program', 'start_program'),
+}
 
 __all__ = [
     'assert_holds',
@@ -38,7 +42,7 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
-    """Return a client; it is imported now."""
-    if name not in _CLIENTS:
-        raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
-    return getattr(import_module(f'{__name__}.{_CLIENTS[name]}'), name)
+    for module, names in _LAZY.items():
+        if name in names:
+            return getattr(import_module(f'{__name__}.{module}'), name)
+    raise AttributeError(f"module '{__name__}' has no attribute '{name}'")

@@ -7,7 +7,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from armsim_ros.testing.arm import Arm, Points, Target, Touch
+    from armsim_ros.testing.arms.arm import Arm, Points, Target, Touch
 
 
 def assert_reached(arm: Arm, goal: Target, tolerance: float = 1e-3) -> None:

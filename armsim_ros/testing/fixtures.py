@@ -8,10 +8,9 @@ from collections.abc import Iterator
 
 import pytest
 
-from armsim_ros.testing.client_node import ClientNode
-from armsim_ros.testing.domain import private_domain
-from armsim_ros.testing.program import Program
-from armsim_ros.testing.programs import start_program
+from armsim_ros.testing.clients.client_node import ClientNode
+from armsim_ros.testing.programs.domain import private_domain
+from armsim_ros.testing.programs.program import Program, start_program
 
 
 @pytest.fixture(scope='module')

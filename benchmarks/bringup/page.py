@@ -15,9 +15,9 @@ from pathlib import Path
 import re
 import time
 
-from armsim_ros.testing.browser import chromium_path, launch_chromium
-from armsim_ros.testing.page_user import PageUser, printed_address, robot_is_seen
-from armsim_ros.testing.program import Program
+from page_user import chromium_path, launch_chromium, PageUser, printed_address, robot_is_seen
+
+from armsim_ros.testing.programs.program import Program
 from benchmarks.bringup import page_visitor
 from benchmarks.controllers.control_thread import goals_without_pause
 from benchmarks.options import Options

@@ -15,7 +15,7 @@ import sys
 import time
 from typing import Any
 
-from armsim_ros.testing.domain import private_domain
+from armsim_ros.testing.programs.domain import private_domain
 from benchmarks.options import Options
 from benchmarks.stack import median
 from benchmarks.tables import Table
@@ -47,8 +47,8 @@ def _measured(mode: str, robot: str) -> dict[str, tuple[float, float]]:
 def in_process(robot: str) -> dict[str, tuple[float, float]]:
     """Return what was measured of arms in this process."""
     begin = _now()
-    from armsim_ros.testing.built_cell import built_cell
-    from armsim_ros.testing.in_process import InProcessArm
+    from armsim_ros.testing.arms.built_cell import built_cell
+    from armsim_ros.testing.arms.in_process import InProcessArm
 
     arm = InProcessArm(built_cell(robot, None, {}))
     first = _now()
@@ -68,10 +68,10 @@ def in_process(robot: str) -> dict[str, tuple[float, float]]:
 def over_dds(robot: str) -> dict[str, tuple[float, float]]:
     """Return what was measured of programs."""
     begin = _now()
-    from armsim_ros.testing.shared_stack import SharedStack
+    from armsim_ros.testing.programs.shared_stack import SharedStack
 
     def settings() -> Any:
-        from armsim_ros.testing.built_cell import built_cell
+        from armsim_ros.testing.arms.built_cell import built_cell
 
         return built_cell(robot, None, {}).settings
 
@@ -79,7 +79,7 @@ def over_dds(robot: str) -> dict[str, tuple[float, float]]:
         shared, found = SharedStack(domain), {}
         for what in ('first arm up', 'arm of the next test'):
             user = shared.at_start(robot, [f'robot:={robot}'], lambda: settings().namespace)
-            from armsim_ros.testing.ros_arm import RosArm
+            from armsim_ros.testing.arms.ros_arm import RosArm
 
             RosArm(user, settings())
             found[what] = _past(begin, _now())

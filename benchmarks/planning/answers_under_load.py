@@ -27,7 +27,7 @@ from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 from armsim_ros.config.loading import load_robot_settings
 from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.model.loading import load_robot_model
-from armsim_ros.testing.patient_action_client import PatientActionClient
+from armsim_ros.testing.clients.patient_action_client import PatientActionClient
 from benchmarks.options import Options
 from benchmarks.planning.planning_cancel import block, plan_goal
 from benchmarks.stack import median, percentile, running_stack, Stack

@@ -21,9 +21,9 @@ from typing import Any
 
 import pytest
 
-from armsim_ros.testing.client_node import ClientNode
-from armsim_ros.testing.domain import private_domain, ros_environment
-from armsim_ros.testing.program import Program
+from armsim_ros.testing.clients.client_node import ClientNode
+from armsim_ros.testing.programs.domain import private_domain, ros_environment
+from armsim_ros.testing.programs.program import Program
 
 sys.path.append(str(Path(__file__).parent))
 

@@ -61,10 +61,10 @@ class ConformanceReport:
         """Note the result of a phase of a test."""
         report = yield
         names = arguments_of(item, 'statement')
-        folder = Path(item.path).parent
-        if not names or folder.parent != HERE:
+        path = Path(item.path)
+        if not names or not path.is_relative_to(HERE):
             return report
-        rows = self.parts.setdefault(folder.name, {})
+        rows = self.parts.setdefault(path.relative_to(HERE).parts[0], {})
         row = rows.setdefault(
             (name_of(item), names),
             Row(names, sentence(item), name_of(item), arguments_of(item, 'upstream')),

@@ -29,7 +29,7 @@ from armsim_ros.testing.plugin.stacks import (
 from armsim_ros.testing.plugin.time_limit import wall_time_limit
 
 if TYPE_CHECKING:
-    from armsim_ros.testing.arm import Arm
+    from armsim_ros.testing.arms.arm import Arm
 
 __all__ = ['arm', 'armsim_node', 'armsim_shared_stack', 'armsim_stack', 'ros_domain']
 

@@ -15,7 +15,7 @@ import pytest
 from armsim_ros.errors import ArmsimError
 
 if TYPE_CHECKING:
-    from armsim_ros.testing.arm import Arm
+    from armsim_ros.testing.arms.arm import Arm
 
 #: The arm of a test.
 ARM: pytest.StashKey[Arm] = pytest.StashKey()

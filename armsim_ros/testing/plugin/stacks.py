@@ -11,22 +11,22 @@ from typing import Any, TYPE_CHECKING
 
 import pytest
 
-from armsim_ros.testing.domain import domain_range, private_domain
 from armsim_ros.testing.plugin.marker import ArmRequest, requested
+from armsim_ros.testing.programs.domain import domain_range, private_domain
 
 if TYPE_CHECKING:
     from armsim_ros.config.robot_settings import RobotSettings
-    from armsim_ros.testing.arm import Arm
-    from armsim_ros.testing.client_node import ClientNode
-    from armsim_ros.testing.robot_user import RobotUser
-    from armsim_ros.testing.shared_stack import SharedStack
+    from armsim_ros.testing.arms.arm import Arm
+    from armsim_ros.testing.clients.client_node import ClientNode
+    from armsim_ros.testing.clients.robot_user import RobotUser
+    from armsim_ros.testing.programs.shared_stack import SharedStack
 
 
 @contextmanager
 def arm_in_process(wanted: ArmRequest) -> Iterator[Arm]:
     """Give an arm that the test steps, built from files that are read once a process."""
-    from armsim_ros.testing.built_cell import built_cell
-    from armsim_ros.testing.in_process import InProcessArm
+    from armsim_ros.testing.arms.built_cell import built_cell
+    from armsim_ros.testing.arms.in_process import InProcessArm
 
     overrides = dict(wanted.overrides)
     if wanted.faults:
@@ -42,7 +42,7 @@ def arm_of_stack(request: pytest.FixtureRequest, wanted: ArmRequest) -> Iterator
     shared: SharedStack = request.getfixturevalue('armsim_shared_stack')
     key = (wanted.build_key, bool(wanted.faults))
     robot = shared.at_start(key, _arguments(wanted), lambda: _settings(wanted).namespace)
-    from armsim_ros.testing.ros_arm import RosArm
+    from armsim_ros.testing.arms.ros_arm import RosArm
 
     with _faulty(robot, wanted):
         yield RosArm(robot, _settings(wanted), faults=bool(wanted.faults))
@@ -51,7 +51,7 @@ def arm_of_stack(request: pytest.FixtureRequest, wanted: ArmRequest) -> Iterator
 @pytest.fixture(scope='module')
 def armsim_shared_stack(ros_domain: int) -> Iterator[SharedStack]:
     """Keep the programs of a module's tests, which are put back to their start in between."""
-    from armsim_ros.testing.shared_stack import SharedStack
+    from armsim_ros.testing.programs.shared_stack import SharedStack
 
     shared = SharedStack(ros_domain)
     yield shared
@@ -75,7 +75,7 @@ def armsim_stack(request: pytest.FixtureRequest) -> Iterator[RobotUser]:
 @pytest.fixture
 def armsim_node(ros_domain: int) -> Iterator[ClientNode]:
     """Give a node that spins on the leased domain."""
-    from armsim_ros.testing.client_node import ClientNode
+    from armsim_ros.testing.clients.client_node import ClientNode
 
     with ClientNode(ros_domain) as node:
         yield node
@@ -83,7 +83,7 @@ def armsim_node(ros_domain: int) -> Iterator[ClientNode]:
 
 @contextmanager
 def _running(request: pytest.FixtureRequest, wanted: ArmRequest) -> Iterator[RobotUser]:
-    from armsim_ros.testing.robot_user import running_robot
+    from armsim_ros.testing.clients.robot_user import running_robot
 
     namespace = _settings(wanted).namespace
     domain = request.getfixturevalue('ros_domain')
@@ -96,7 +96,7 @@ def _running(request: pytest.FixtureRequest, wanted: ArmRequest) -> Iterator[Rob
 
 def _settings(wanted: ArmRequest) -> RobotSettings:
     """Return the checked files of the robot."""
-    from armsim_ros.testing.built_cell import built_cell
+    from armsim_ros.testing.arms.built_cell import built_cell
 
     return built_cell(wanted.robot, wanted.world, wanted.overrides).settings
 

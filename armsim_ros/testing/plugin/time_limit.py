@@ -11,7 +11,7 @@ import threading
 from typing import Any, TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from armsim_ros.testing.arm import Arm
+    from armsim_ros.testing.arms.arm import Arm
 
 
 @contextmanager

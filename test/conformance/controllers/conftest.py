@@ -16,11 +16,10 @@ from controller_manager_msgs.srv import ListControllers
 import pytest
 import yaml
 
-from armsim_ros.testing.client_node import ClientNode
-from armsim_ros.testing.domain import private_domain, ros_environment
-from armsim_ros.testing.parameter_client import ParameterClient
-from armsim_ros.testing.program import Program
-from armsim_ros.testing.programs import start_program
+from armsim_ros.testing.clients.client_node import ClientNode
+from armsim_ros.testing.clients.parameter_client import ParameterClient
+from armsim_ros.testing.programs.domain import private_domain, ros_environment
+from armsim_ros.testing.programs.program import Program, start_program
 
 sys.path.insert(0, str(Path(__file__).parent))
 

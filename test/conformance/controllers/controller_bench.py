@@ -14,11 +14,11 @@ from control_msgs.msg import JointTolerance, JointTrajectoryControllerState, Spe
 from control_msgs.srv import QueryTrajectoryState
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
-from armsim_ros.testing.client_node import ClientNode, LATCHED
-from armsim_ros.testing.controller_manager_client import ControllerManagerClient
-from armsim_ros.testing.parameter_client import ParameterClient
-from armsim_ros.testing.program import Program
-from armsim_ros.testing.trajectory_client import Goal, Outcome, SUCCEEDED, TrajectoryClient
+from armsim_ros.testing.clients.client_node import ClientNode, LATCHED
+from armsim_ros.testing.clients.controller_manager_client import ControllerManagerClient
+from armsim_ros.testing.clients.parameter_client import ParameterClient
+from armsim_ros.testing.clients.trajectory_client import Goal, Outcome, SUCCEEDED, TrajectoryClient
+from armsim_ros.testing.programs.program import Program
 
 #: So many clients of controllers live at a time.
 KEPT = 2

@@ -14,8 +14,8 @@ from controller_bench import Bench, nanoseconds, PERIOD, TrajectoryController
 import pytest
 from sensor_msgs.msg import JointState
 
-from armsim_ros.testing.client_node import Collector
-from armsim_ros.testing.parameter_client import ParameterClient
+from armsim_ros.testing.clients.client_node import Collector
+from armsim_ros.testing.clients.parameter_client import ParameterClient
 
 statement = pytest.mark.statement
 upstream = pytest.mark.upstream

@@ -19,10 +19,9 @@ from rclpy.clock import Clock, ClockType
 from rclpy.task import Future
 from sensor_msgs.msg import JointState
 
-from armsim_ros.testing.client_node import ClientNode
-from armsim_ros.testing.domain import private_domain
-from armsim_ros.testing.program import Program
-from armsim_ros.testing.programs import start_program
+from armsim_ros.testing.clients.client_node import ClientNode
+from armsim_ros.testing.programs.domain import private_domain
+from armsim_ros.testing.programs.program import Program, start_program
 
 READY = re.escape('You can start planning now!')
 RATE = 0.02

@@ -31,9 +31,9 @@ from rclpy.qos import QoSProfile
 from sensor_msgs.msg import JointState
 from wire import joint_goal, quiet_diff, robot_state
 
-from armsim_ros.testing.client_node import ClientNode
-from armsim_ros.testing.parameter_client import ParameterClient
-from armsim_ros.testing.patient_action_client import PatientActionClient
+from armsim_ros.testing.clients.client_node import ClientNode
+from armsim_ros.testing.clients.parameter_client import ParameterClient
+from armsim_ros.testing.clients.patient_action_client import PatientActionClient
 
 SUCCEEDED, CANCELED, ABORTED = (
     GoalStatus.STATUS_SUCCEEDED,

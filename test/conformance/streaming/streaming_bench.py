@@ -23,8 +23,8 @@ from std_msgs.msg import Float64MultiArray
 from std_srvs.srv import SetBool
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
-from armsim_ros.testing.client_node import ClientNode
-from armsim_ros.testing.program import Program
+from armsim_ros.testing.clients.client_node import ClientNode
+from armsim_ros.testing.programs.program import Program
 
 NAMESPACE = '/sunday'
 ARM = 'arm_joint_controller'

@@ -21,7 +21,7 @@ from std_msgs.msg import Float64MultiArray
 from streaming_bench import ARM, JOINTS, NAMESPACE, Streamed
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
-from armsim_ros.testing.patient_action_client import PatientActionClient
+from armsim_ros.testing.clients.patient_action_client import PatientActionClient
 
 statement = pytest.mark.statement
 

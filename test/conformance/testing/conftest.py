@@ -29,7 +29,7 @@ def run_tests(pytester, monkeypatch):
 @pytest.fixture
 def new_arm():
     """Return a function that gives the default robot at its start, stepped by the test."""
-    from armsim_ros.testing.built_cell import built_cell
-    from armsim_ros.testing.in_process import InProcessArm
+    from armsim_ros.testing.arms.built_cell import built_cell
+    from armsim_ros.testing.arms.in_process import InProcessArm
 
     return lambda **options: InProcessArm(built_cell('sunday', None, {}), **options)

@@ -13,7 +13,7 @@ from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
 import pytest
 
-from armsim_ros.testing.program import Program
+from armsim_ros.testing.programs.program import Program
 
 statement = pytest.mark.statement
 

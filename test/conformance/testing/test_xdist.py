@@ -12,8 +12,8 @@ import time
 
 import pytest
 
-from armsim_ros.testing.domain import private_domain
-from armsim_ros.testing.program import Program
+from armsim_ros.testing.programs.domain import private_domain
+from armsim_ros.testing.programs.program import Program
 
 statement = pytest.mark.statement
 

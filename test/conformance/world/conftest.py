@@ -11,9 +11,9 @@ import sys
 
 import pytest
 
-from armsim_ros.testing.client_node import ClientNode
-from armsim_ros.testing.domain import private_domain
-from armsim_ros.testing.programs import start_program
+from armsim_ros.testing.clients.client_node import ClientNode
+from armsim_ros.testing.programs.domain import private_domain
+from armsim_ros.testing.programs.program import start_program
 
 sys.path.insert(0, str(Path(__file__).parent))
 

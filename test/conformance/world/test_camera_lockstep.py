@@ -12,9 +12,9 @@ from sensor_msgs.msg import Image
 from world_user import OK, WorldUser
 
 from armsim_ros.nodes.conversions.time import ns_from_time
-from armsim_ros.testing.client_node import ClientNode
-from armsim_ros.testing.domain import private_domain
-from armsim_ros.testing.programs import start_program
+from armsim_ros.testing.clients.client_node import ClientNode
+from armsim_ros.testing.programs.domain import private_domain
+from armsim_ros.testing.programs.program import start_program
 
 statement = pytest.mark.statement
 PATIENCE = 120.0

@@ -25,8 +25,8 @@ from world_user import (
 )
 
 from armsim_ros.nodes.conversions.time import ns_from_time
-from armsim_ros.testing.parameter_client import ParameterClient
-from armsim_ros.testing.trajectory_client import ABORTED, SUCCEEDED, trajectory_message
+from armsim_ros.testing.clients.parameter_client import ParameterClient
+from armsim_ros.testing.clients.trajectory_client import ABORTED, SUCCEEDED, trajectory_message
 
 statement = pytest.mark.statement
 

@@ -14,9 +14,9 @@ from simulation_interfaces.msg import SimulationState
 import simulation_interfaces.srv
 from std_srvs.srv import Empty
 
-from armsim_ros.testing.client_node import ClientNode, Collector
-from armsim_ros.testing.program import Program
-from armsim_ros.testing.trajectory_client import trajectory_message, TrajectoryClient
+from armsim_ros.testing.clients.client_node import ClientNode, Collector
+from armsim_ros.testing.clients.trajectory_client import trajectory_message, TrajectoryClient
+from armsim_ros.testing.programs.program import Program
 
 READY = 'You can start planning now!'
 START_TIMEOUT = 60.0

@@ -9,10 +9,10 @@ import pytest
 pytest.importorskip('viser')
 pytest.importorskip('playwright')
 
-from armsim_ros.testing.browser import chromium_path
-from armsim_ros.testing.page_user import changed, printed_address, robot_is_seen
-from armsim_ros.testing.public_robots import public_urdf
-from armsim_ros.testing.robot_user import running_robot
+from page_user import changed, chromium_path, printed_address, robot_is_seen
+from public_robots import public_urdf
+
+from armsim_ros.testing.clients.robot_user import running_robot
 from armsim_ros.tools.generate_config.generation import generate_config
 
 pytestmark = [

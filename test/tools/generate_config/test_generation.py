@@ -4,12 +4,12 @@ import re
 import shutil
 from xml.etree import ElementTree
 
+from public_robots import public_srdf, public_urdf
 import pytest
 
 from armsim_ros.errors import ConfigError, Severity
 from armsim_ros.resources import find_robot, PACKAGE, share_folder
 from armsim_ros.stack import ArmSim
-from armsim_ros.testing.public_robots import public_srdf, public_urdf
 from armsim_ros.tools.check_config.robot_check import check_robot
 from armsim_ros.tools.generate_config.generation import generate_config, read_urdf
 from armsim_ros.tools.generate_config.main import main

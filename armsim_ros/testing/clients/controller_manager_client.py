@@ -1,0 +1,100 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""A typed client of one controller manager's services."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from controller_manager_msgs.msg import ControllerState
+from controller_manager_msgs.srv import (
+    CleanupController,
+    ConfigureController,
+    ListControllers,
+    ListControllerTypes,
+    ListHardwareComponents,
+    ListHardwareInterfaces,
+    LoadController,
+    SwitchController,
+    UnloadController,
+)
+
+from armsim_ros.nodes.conversions.time import duration_from_seconds
+from armsim_ros.testing.clients.client_node import ClientNode
+
+STRICT = SwitchController.Request.STRICT
+BEST_EFFORT = SwitchController.Request.BEST_EFFORT
+
+
+class ControllerManagerClient:
+    """
+    Calls the services of a manager.
+
+    :param client: the node to use.
+    :param manager: the manager's full name, such as ``/sunday/controller_manager``.
+    """
+
+    def __init__(self, client: ClientNode, manager: str) -> None:
+        self._client = client
+        self._manager = manager
+
+    def controllers(self) -> dict[str, ControllerState]:
+        """Return the loaded controllers by name."""
+        response = self._call('list_controllers', ListControllers)
+        return {state.name: state for state in response.controller}
+
+    def states(self) -> dict[str, str]:
+        """Return controller -> lifecycle state."""
+        return {name: state.state for name, state in self.controllers().items()}
+
+    def controller_types(self) -> Any:
+        """Return the response of list_controller_types."""
+        return self._call('list_controller_types', ListControllerTypes)
+
+    def hardware_components(self) -> Any:
+        """Return the response of list_hardware_components."""
+        return self._call('list_hardware_components', ListHardwareComponents)
+
+    def hardware_interfaces(self) -> Any:
+        """Return the response of list_hardware_interfaces."""
+        return self._call('list_hardware_interfaces', ListHardwareInterfaces)
+
+    def switch(
+        self,
+        *,
+        activate: Sequence[str] = (),
+        deactivate: Sequence[str] = (),
+        strictness: int = STRICT,
+        timeout: float = 0.0,
+    ) -> Any:
+        """Switch controllers and return the response (ok, message)."""
+        request = SwitchController.Request(
+            activate_controllers=list(activate),
+            deactivate_controllers=list(deactivate),
+            strictness=strictness,
+            timeout=duration_from_seconds(timeout),
+        )
+        return self._call('switch_controller', SwitchController, request)
+
+    def load(self, name: str) -> bool:
+        """Load a controller."""
+        return self._named('load_controller', LoadController, name)
+
+    def configure(self, name: str) -> bool:
+        """Configure a controller."""
+        return self._named('configure_controller', ConfigureController, name)
+
+    def cleanup(self, name: str) -> bool:
+        """Bring a controller back to unconfigured."""
+        return self._named('cleanup_controller', CleanupController, name)
+
+    def unload(self, name: str) -> bool:
+        """Unload a controller."""
+        return self._named('unload_controller', UnloadController, name)
+
+    def _named(self, service: str, kind: type, name: str) -> bool:
+        return bool(self._call(service, kind, kind.Request(name=name)).ok)
+
+    def _call(self, service: str, kind: type, request: Any = None) -> Any:
+        return self._client.call(f'{self._manager}/{service}', kind, request)

@@ -1,0 +1,109 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""A whole stack in processes of its own, and one client of it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager, nullcontext
+import re
+from typing import Any
+
+from sensor_msgs.msg import JointState
+
+from armsim_ros.testing.clients.client_node import ClientNode
+from armsim_ros.testing.clients.move_group_client import MoveGroupClient
+from armsim_ros.testing.clients.parameter_client import ParameterClient
+from armsim_ros.testing.clients.trajectory_client import (
+    Outcome,
+    trajectory_message,
+    TrajectoryClient,
+)
+from armsim_ros.testing.programs.domain import private_domain
+from armsim_ros.testing.programs.program import Program, start_program
+
+READY = 'You can start planning now!'
+
+
+class RobotUser:
+    """
+    What a user of a running robot has: its actions and its joint states.
+
+    :param client: the node to use.
+    :param program: the bringup.
+    :param namespace: of controllers and joint states, '' or such as ``/sunday``.
+    """
+
+    def __init__(self, client: ClientNode, program: Program, namespace: str) -> None:
+        self.client = client
+        self.program = program
+        self.namespace = namespace
+        self.move_group = MoveGroupClient(client)
+        self._joint_states = client.collect(f'{namespace}/joint_states', JointState, 1)
+
+    def positions(self) -> dict[str, float]:
+        """Return the joint positions of a message that comes from now on [rad or m]."""
+        self._joint_states.clear()
+        message = self._joint_states.wait(1)[-1]
+        return dict(zip(message.name, message.position, strict=True))
+
+    def distance(self, target: Mapping[str, float]) -> float:
+        """Return the largest distance of a joint from its target [rad or m]."""
+        now = self.positions()
+        return max(abs(now[joint] - value) for joint, value in target.items())
+
+    def fault(self, joint: str, **fault: Any) -> None:
+        """
+        Make a joint of a stack with fault injection fail.
+
+        :param fault: ``lag`` [s], ``bias`` [rad or m], ``blocked``.
+        :raises AssertionError: it is refused; the text says why.
+        """
+        manager = ParameterClient(self.client, f'{self.namespace}/controller_manager')
+        for kind, value in fault.items():
+            reason = manager.set(f'faults.{joint}.{kind}', value)
+            assert not reason, f"fault {kind} of joint '{joint}': {reason}"
+
+    def wait_until_still(self) -> None:
+        """Wait for a message that says that no joint moves."""
+        self._joint_states.clear()
+        self._joint_states.wait_for(
+            lambda message: max(map(abs, message.velocity), default=0.0) < 0.001
+        )
+
+    def send(self, controller: str, joints: Sequence[str],
+             points: Sequence[tuple[float, Sequence[float]]], **tolerances: Any) -> Outcome:
+        """Send a trajectory to a controller and return how it ended."""
+        arm = TrajectoryClient(self.client, f'{self.namespace}/{controller}')
+        return arm.send(trajectory_message(joints, points), **tolerances).result()
+
+
+@contextmanager
+def running_robot(
+    *arguments: str, namespace: str = '', domain: int | None = None
+) -> Iterator[RobotUser]:
+    """
+    Bring a robot up on a private domain for the time of the context.
+
+    :param arguments: of bringup, such as ``robot:=sunday``.
+    :param namespace: where the robot's controllers will be.
+    :param domain: one that the caller has leased.
+    """
+    with (
+        private_domain() if domain is None else nullcontext(domain) as domain,
+        start_program('bringup', domain, *arguments) as program,
+        user_of(program, domain, namespace) as robot,
+    ):
+        yield robot
+
+
+@contextmanager
+def user_of(program: Program, domain: int, namespace: str) -> Iterator[RobotUser]:
+    """
+    Wait until a bringup is ready, and be its user for the time of the context.
+
+    :param namespace: where the robot's controllers are.
+    """
+    with ClientNode(domain, 'user') as client:
+        program.wait_for_line(re.escape(READY), 60.0)
+        yield RobotUser(client, program, namespace)

@@ -1,0 +1,93 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What it takes to put running programs back to their start."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from controller_manager_msgs.srv import ListControllers
+from moveit_msgs.msg import PlanningSceneComponents
+from moveit_msgs.srv import ApplyPlanningScene, GetPlanningScene
+from rcl_interfaces.srv import GetParameters, ListParameters
+from simulation_interfaces.msg import Result, SimulationState
+from simulation_interfaces.srv import ResetSimulation, SetSimulationState
+
+from armsim_ros.testing.clients.controller_manager_client import ControllerManagerClient
+from armsim_ros.testing.clients.parameter_client import ParameterClient
+from armsim_ros.testing.clients.robot_user import RobotUser
+
+#: Everything that a scene consists of but the robot's state.
+_SCENE = PlanningSceneComponents(components=sum((
+    PlanningSceneComponents.ROBOT_STATE_ATTACHED_OBJECTS,
+    PlanningSceneComponents.WORLD_OBJECT_NAMES,
+    PlanningSceneComponents.WORLD_OBJECT_GEOMETRY,
+    PlanningSceneComponents.TRANSFORMS,
+    PlanningSceneComponents.ALLOWED_COLLISION_MATRIX,
+    PlanningSceneComponents.LINK_PADDING_AND_SCALING,
+    PlanningSceneComponents.OBJECT_COLORS,
+)))
+_SERVICES = {
+    '/apply_planning_scene': ApplyPlanningScene, '/get_planning_scene': GetPlanningScene,
+    '/reset_simulation': ResetSimulation, '/set_simulation_state': SetSimulationState,
+}
+
+
+class StartedStack:
+    """
+    Programs as they are after their start.
+
+    :param robot: the user's view of them.
+    """
+
+    def __init__(self, robot: RobotUser) -> None:
+        """Note what a reset does not take back."""
+        self.robot = robot
+        self._manager = f'{robot.namespace}/controller_manager'
+        # At once: whoever connects to a service waits until its server has noticed.
+        robot.client.connect({
+            **_SERVICES, f'{self._manager}/list_controllers': ListControllers,
+            **_parameter_services(self._manager, '/move_group')})
+        self._start = self._settings()
+        request = GetPlanningScene.Request(components=_SCENE)
+        self._scene = robot.client.call('/get_planning_scene', GetPlanningScene, request).scene
+
+    def put_back(self) -> bool:
+        """Put all back to the start; False where that takes new programs."""
+        if self.robot.program.process.poll() is not None:
+            return False
+        try:
+            return self._settings() == self._start and self._reset()
+        except AssertionError:  # one of them answers no more
+            return False
+
+    def _reset(self) -> bool:
+        call = self.robot.client.call
+        play = SetSimulationState.Request()
+        play.state.state = SimulationState.STATE_PLAYING
+        call('/set_simulation_state', SetSimulationState, play)
+        scope = ResetSimulation.Request.SCOPE_STATE | ResetSimulation.Request.SCOPE_SPAWNED
+        reset = call('/reset_simulation', ResetSimulation, ResetSimulation.Request(scope=scope))
+        scene = ApplyPlanningScene.Request(scene=self._scene)
+        applied = call('/apply_planning_scene', ApplyPlanningScene, scene)
+        return bool(reset.result.result == Result.RESULT_OK and applied.success)
+
+    def _settings(self) -> Any:
+        """Return controllers, and parameters of all nodes."""
+        client = self.robot.client
+        states = ControllerManagerClient(client, self._manager).states()
+        nodes = [self._manager, '/move_group',
+                 *(f'{self.robot.namespace}/{name}' for name in states)]
+        client.connect(_parameter_services(*nodes))
+        parameters = {}
+        for node in nodes:
+            names = sorted(ParameterClient(client, node).names())
+            answer = client.call(
+                f'{node}/get_parameters', GetParameters, GetParameters.Request(names=names))
+            parameters[node] = (names, repr(answer.values))
+        return states, parameters
+
+
+def _parameter_services(*nodes: str) -> dict[str, type]:
+    return {f'{node}/{name}': kind for node in nodes for name, kind in (
+        ('get_parameters', GetParameters), ('list_parameters', ListParameters))}

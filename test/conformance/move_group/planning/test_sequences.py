@@ -1,0 +1,159 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Sequences of Pilz commands over the wire."""
+
+from __future__ import annotations
+
+import copy
+import math
+from typing import Any
+
+from move_group_bench import Feedback, name_of, SUCCEEDED, TIMEOUT, xyz
+from moveit_msgs.action import MoveGroupSequence
+from moveit_msgs.msg import MotionSequenceItem, MotionSequenceRequest
+from moveit_msgs.srv import GetMotionSequence
+import pytest
+from wire import pose_goal, quiet_diff, robot_state
+
+from armsim_ros.testing.clients.patient_action_client import PatientActionClient
+
+PILZ = 'pilz_industrial_motion_planner'
+
+
+@pytest.fixture
+def start(arm: Any) -> Any:
+    """Give a bent state."""
+    return list(arm.states.values())[1]
+
+
+@pytest.fixture(scope='module')
+def action(running: Any) -> Any:
+    """Return a client of sequence_move_group, and the feedback that it gives."""
+    name = running.name('sequence_move_group')
+    client = PatientActionClient(running.client.node, MoveGroupSequence, name)
+    feedback = Feedback(running.client, name, MoveGroupSequence)
+    assert client.wait_for_server(TIMEOUT)
+    yield client, feedback
+    running.client.in_executor(client.destroy)
+
+
+def item(arm: Any, pose: Any, offset: tuple[float, ...], radius: float = 0.0,
+         **fields: Any) -> MotionSequenceItem:
+    """Return a slow LIN of the tip to a pose that is moved [m]."""
+    there = copy.deepcopy(pose)
+    for axis, value in zip('xyz', offset, strict=True):
+        setattr(there.pose.position, axis, getattr(there.pose.position, axis) + value)
+    return MotionSequenceItem(blend_radius=radius, req=arm.request(
+        pose_goal(arm.tip, there), pipeline_id=PILZ, planner_id='LIN',
+        max_velocity_scaling_factor=0.05, max_acceleration_scaling_factor=0.1, **fields,
+    ))
+
+
+def two_lines(arm: Any, pose: Any, radius: float, **fields: Any) -> MotionSequenceRequest:
+    """Return a request for two lines with a right angle between them."""
+    return MotionSequenceRequest(items=[
+        item(arm, pose, (-0.05, -0.05, -0.02), radius, **fields),
+        item(arm, pose, (-0.08, -0.02, -0.02)),
+    ])
+
+
+def planned(arm: Any, request: MotionSequenceRequest) -> Any:
+    """Return the answer of plan_sequence_path."""
+    wanted = GetMotionSequence.Request(request=request)
+    return arm.client.call(
+        arm.name('plan_sequence_path'), GetMotionSequence, wanted, TIMEOUT
+    ).response
+
+
+def run(arm: Any, action: Any, request: MotionSequenceRequest, **options: Any) -> Any:
+    """Return the end of a goal of sequence_move_group, and its feedback."""
+    goal = MoveGroupSequence.Goal(request=request)
+    goal.planning_options.planning_scene_diff = quiet_diff()
+    for name, value in options.items():
+        setattr(goal.planning_options, name, value)
+    client, feedback = action
+    handle = arm.client.result(client.send_goal_async(goal), TIMEOUT, 'answer to a goal')
+    assert handle.accepted
+    return arm.ended(handle, feedback)
+
+
+@pytest.mark.statement('IF-25', 'PLZ-8')
+@pytest.mark.parametrize('radius', [0.0, 0.015])
+def test_a_sequence_is_one_trajectory(arm: Any, start: Any, radius: float) -> None:
+    """From the start state given, through or past the corner, to the last goal."""
+    pose = arm.pose(start)
+    answer = planned(arm, two_lines(arm, pose, radius, start_state=robot_state(start)))
+    assert name_of(answer.error_code) == 'SUCCESS', answer.error_code
+    assert answer.planning_time > 0.0
+    (trajectory,) = [one.joint_trajectory for one in answer.planned_trajectories]
+    states = [dict(zip(trajectory.joint_names, point.positions, strict=True))
+              for point in trajectory.points]
+    assert states[0] == pytest.approx(start, abs=1e-6)
+    began = dict(zip(answer.sequence_start.joint_state.name,
+                     answer.sequence_start.joint_state.position, strict=True))
+    assert {name: began[name] for name in start} == pytest.approx(start, abs=1e-6)
+    corner = [value + step for value, step in
+              zip(xyz(pose.pose.position), (-0.05, -0.05, -0.02), strict=True)]
+    nearest = min(math.dist(xyz(arm.pose(state).pose.position), corner) for state in states)
+    if radius:
+        assert 1e-3 < nearest < radius
+    else:
+        assert nearest < 1e-3
+
+
+@pytest.mark.statement('PLZ-8')
+def test_an_empty_sequence_is_a_success(arm: Any, action: Any) -> None:
+    """Nothing to do is done."""
+    answer = planned(arm, MotionSequenceRequest())
+    assert name_of(answer.error_code) == 'SUCCESS'
+    assert not answer.planned_trajectories
+    assert run(arm, action, MotionSequenceRequest()).status == SUCCEEDED
+
+
+@pytest.mark.statement('PLZ-8')
+@pytest.mark.parametrize(('case', 'code'), [
+    ('negative', 'INVALID_MOTION_PLAN'),
+    ('last', 'INVALID_MOTION_PLAN'),
+    ('overlap', 'INVALID_MOTION_PLAN'),
+    ('start', 'INVALID_ROBOT_STATE'),
+    ('unreachable', 'NO_IK_SOLUTION'),
+])
+def test_codes(arm: Any, start: Any, case: str, code: str) -> None:
+    """Each mistake has its code and a sentence, and no trajectory comes with it."""
+    pose = arm.pose(start)
+    request = two_lines(arm, pose, 0.0, start_state=robot_state(start))
+    first, second = request.items
+    if case == 'negative':
+        first.blend_radius = -0.01
+    elif case == 'last':
+        second.blend_radius = 0.01
+    elif case == 'overlap':
+        first.blend_radius = second.blend_radius = 0.04
+        request.items = [first, second, item(arm, pose, (0.0, 0.0, 0.0))]
+        for one in request.items:
+            one.req.max_acceleration_scaling_factor *= 0.5
+    elif case == 'start':
+        second.req.start_state = robot_state(start)
+    else:
+        request.items = [first, item(arm, pose, (9.0, 0.0, 0.0))]
+    answer = planned(arm, request)
+    assert name_of(answer.error_code) == code, answer.error_code
+    assert answer.error_code.message
+    assert not answer.planned_trajectories
+
+
+@pytest.mark.statement('IF-3')
+def test_a_sequence_is_executed(arm: Any, action: Any, start: Any) -> None:
+    """Planned, run to its last goal without a stop; feedback as of move_action."""
+    assert arm.move(start).code == 'SUCCESS'
+    pose = arm.pose()
+    request = two_lines(arm, pose, 0.015)
+    ended = run(arm, action, request, plan_only=True)
+    assert (ended.status, ended.feedback) == (SUCCEEDED, ['PLANNING', 'IDLE'])
+    ended = run(arm, action, request)
+    code = ended.result.response.error_code
+    assert (ended.status, name_of(code)) == (SUCCEEDED, 'SUCCESS'), code
+    assert ended.feedback == ['PLANNING', 'MONITOR', 'IDLE']
+    goal = request.items[1].req.goal_constraints[0].position_constraints[0]
+    wanted = goal.constraint_region.primitive_poses[0].position
+    assert math.dist(xyz(arm.pose().pose.position), xyz(wanted)) < 5e-3

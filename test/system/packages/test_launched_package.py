@@ -1,0 +1,109 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""A small MoveIt package that is started by its own launch files, two beside each other."""
+
+from contextlib import ExitStack
+import re
+from textwrap import dedent
+
+import pytest
+
+from armsim_ros.testing.clients.client_node import ClientNode
+from armsim_ros.testing.clients.move_group_client import SUCCESS
+from armsim_ros.testing.clients.robot_user import READY, RobotUser
+from armsim_ros.testing.programs.domain import private_domain
+from armsim_ros.testing.programs.program import start_program
+
+CONTROL = """
+from pathlib import Path
+from launch import LaunchDescription
+from launch.actions import RegisterEventHandler, TimerAction
+from launch.event_handlers import OnProcessExit
+from launch.substitutions import Command, FindExecutable, PathJoinSubstitution
+from launch_ros.actions import Node
+from launch_ros.substitutions import FindPackageShare
+
+SHARE = FindPackageShare('small_moveit_config')
+
+
+def spawner(name):
+    return Node(package='controller_manager', executable='spawner', arguments=[name])
+
+
+def generate_launch_description():
+    urdf = Command([FindExecutable(name='xacro'), ' ',
+                    PathJoinSubstitution([SHARE, 'config', 'small.urdf.xacro'])])
+    control = Node(package='controller_manager', executable='ros2_control_node', parameters=[
+        PathJoinSubstitution([SHARE, 'config', 'ros2_controllers.yaml'])],
+        remappings=[('~/robot_description', '/robot_description')])
+    states = spawner('joint_state_broadcaster')
+    return LaunchDescription([
+        control, states,
+        RegisterEventHandler(OnProcessExit(
+            target_action=states, on_exit=[spawner('arm_controller')])),
+        # In a batch of its own: the simulation waits for the topic.
+        TimerAction(period=0.5, actions=[Node(
+            package='robot_state_publisher', executable='robot_state_publisher',
+            parameters=[{'robot_description': urdf}])])])
+"""
+PLANNING = """
+from moveit_configs_utils import MoveItConfigsBuilder
+from moveit_configs_utils.launches import generate_move_group_launch
+
+
+def generate_launch_description():
+    return generate_move_group_launch(MoveItConfigsBuilder('small').to_moveit_configs())
+"""
+
+
+@pytest.fixture
+def launched(small_package, monkeypatch):
+    """Return a function that launches a file of the package, and the user of what runs."""
+    for name, text in (('control', CONTROL), ('planning', PLANNING)):
+        small_package.write(f'launch/{name}.launch.py', dedent(text))
+    monkeypatch.chdir(small_package.src)
+    with ExitStack() as stack:
+        domain = stack.enter_context(private_domain())
+        client = stack.enter_context(ClientNode(domain, 'user'))
+
+        def launch(name):
+            return stack.enter_context(start_program(
+                'launch', domain, 'small_moveit_config', f'{name}.launch.py'))
+
+        yield launch, client
+
+
+def test_two_launch_files_make_one_robot(launched, tmp_path, monkeypatch):
+    """P44: a launch with move_group alone joins the simulation; a second one is refused."""
+    temporary = tmp_path / 'temporary'
+    temporary.mkdir()
+    monkeypatch.setenv('TMPDIR', str(temporary))
+    launch, client = launched
+    control = launch('control')
+    control.wait_for_line(r'\[spawner-\d+\] .*active: arm_controller', 60.0)
+    planning = launch('planning')
+    planning.wait_for_line(re.escape(READY), 60.0)
+    second = launch('control')
+    assert second.wait(60.0) == 1
+    assert re.search(r'already runs on ROS_DOMAIN_ID', second.text)
+    user = RobotUser(client, control, '')
+    bent = user.move_group.named_states()['arm', 'bent']
+    assert user.move_group.move('arm', bent).error_code.val == SUCCESS
+    assert user.distance(bent) < 0.01
+    assert planning.stop(15.0) == 0
+    assert control.stop(15.0) == 0
+    assert not list(temporary.glob('armsim_robot_*'))
+
+
+def test_a_manager_that_asks_finds_the_controllers_of_another_launch(launched, small_package):
+    """Ros2ControlManager is told of no controllers: what runs in the simulation is used."""
+    small_package.write('config/moveit_controllers.yaml', (
+        'moveit_controller_manager: moveit_ros_control_interface/Ros2ControlManager\n'))
+    launch, client = launched
+    planning = launch('planning')
+    control = launch('control')
+    planning.wait_for_line(re.escape(READY), 90.0)
+    user = RobotUser(client, control, '')
+    bent = user.move_group.named_states()['arm', 'bent']
+    assert user.move_group.move('arm', bent).error_code.val == SUCCESS
+    assert user.distance(bent) < 0.01

@@ -1,0 +1,171 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The simulation as a process: its start, its end, its refusals."""
+
+from pathlib import Path
+import shutil
+import signal
+
+import pytest
+from rclpy.node import Node
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import JointState
+from simulation_interfaces.msg import SimulationState
+from simulation_interfaces.srv import GetSimulationState, SetSimulationState, StepSimulation
+
+from armsim_ros.nodes.conversions.time import ns_from_time
+from armsim_ros.resources import find_robot
+from armsim_ros.testing.clients.client_node import ClientNode
+from armsim_ros.testing.clients.controller_manager_client import ControllerManagerClient
+from armsim_ros.testing.clients.trajectory_client import (
+    SUCCEEDED,
+    trajectory_message,
+    TrajectoryClient,
+)
+from armsim_ros.testing.programs.program import start_program
+
+
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_ends_it_with_status_0(
+    ros_domain: int, client: ClientNode, number: signal.Signals
+) -> None:
+    """A running simulation leaves within a second, without a traceback."""
+    with start_program('simulation', ros_domain) as program:
+        client.collect('/sunday/joint_states', JointState).wait(5)
+        program.signal(number)
+        assert program.wait(1.5) == 0
+        assert 'Traceback' not in program.text
+
+
+def test_a_second_one_under_the_same_name_is_refused(
+    ros_domain: int, client: ClientNode
+) -> None:
+    """The second ends with one message; the first goes on."""
+    with start_program('simulation', ros_domain) as first:
+        client.collect('/sunday/joint_states', JointState).wait(1)
+        with start_program('simulation', ros_domain) as second:
+            assert second.wait(15.0) == 2
+            assert f'another simulation (pid {first.process.pid})' in second.text
+            assert 'ROS_DOMAIN_ID' in second.text
+            assert 'Traceback' not in second.text
+        assert first.process.poll() is None
+
+
+def test_a_manager_of_that_name_on_the_domain_is_found(
+    ros_domain: int, client: ClientNode
+) -> None:
+    """A stack that no lock shows, such as that of another machine, is seen in the graph."""
+    other = Node('controller_manager', namespace='/sunday', context=client.context)
+    try:
+        with start_program('simulation', ros_domain) as program:
+            assert program.wait(15.0) == 2
+            assert 'already runs as /sunday/controller_manager' in program.text
+            assert 'Traceback' not in program.text
+    finally:
+        other.destroy_node()
+
+
+def test_a_namespace_of_its_own(ros_domain: int, client: ClientNode) -> None:
+    """The controllers live where the argument says."""
+    with start_program('simulation', ros_domain, 'namespace:=other'):
+        client.collect('/other/joint_states', JointState).wait(1, timeout=60.0)
+
+
+def test_a_paused_start_serves_until_it_is_unpaused(
+    ros_domain: int, client: ClientNode
+) -> None:
+    """P5: switches and goals are answered while paused; steps and playing move time."""
+    with start_program('simulation', ros_domain, 'paused:=true') as program:
+        program.wait_for_line('simulation of .* runs')
+        manager = ControllerManagerClient(client, '/sunday/controller_manager')
+        assert manager.switch(deactivate=['arm_joint_controller']).ok
+        assert manager.switch(activate=['arm_joint_controller']).ok
+        clock = client.collect('/clock', Clock, 10)
+        before = ns_from_time(clock.wait(2)[-1].clock)
+        assert ns_from_time(clock.wait(4)[-1].clock) == before
+        step = StepSimulation.Request(steps=20)
+        assert client.call('/step_simulation', StepSimulation, step).result.result == 1
+        clock.wait_for(lambda message: ns_from_time(message.clock) == before + 20_000_000)
+        names = [f'joint_{i}' for i in range(1, 7)]
+        arm = TrajectoryClient(client, '/sunday/arm_joint_controller')
+        goal = arm.send(trajectory_message(names, [(0.2, [0.1] * 6)]))
+        assert goal.accepted()
+        play = SetSimulationState.Request(state=SimulationState(state=1))
+        assert client.call('/set_simulation_state', SetSimulationState, play).result.result == 1
+        assert goal.result().status == SUCCEEDED
+        state = client.call('/get_simulation_state', GetSimulationState)
+        assert state.state.state == SimulationState.STATE_PLAYING
+
+
+@pytest.fixture
+def robot(tmp_path: Path) -> Path:
+    """Copy the default robot's files into a folder of the user's."""
+    folder = tmp_path / 'robot'
+    shutil.copytree(find_robot('sunday'), folder)
+    return folder
+
+
+def refused(domain: int, robot: Path) -> str:
+    """Start with a folder, expect exit 2 and one message, and return the output."""
+    with start_program('simulation', domain, f'config:={robot}') as program:
+        assert program.wait(15.0) == 2, program.text
+        assert 'Traceback' not in program.text
+        return program.text
+
+
+def test_broken_yaml(ros_domain: int, robot: Path) -> None:
+    """The message names file and line."""
+    file = robot / 'trajectory_control.yaml'
+    file.write_text('sunday:\n  arm: [1, 2\n')
+    assert 'trajectory_control.yaml:' in refused(ros_domain, robot)
+
+
+def test_an_unknown_controller_type(ros_domain: int, robot: Path) -> None:
+    """The robot starts without the controller; a warning names type and place."""
+    file = robot / 'trajectory_control.yaml'
+    text = file.read_text()
+    file.write_text(text.replace('position_controllers/Joint', 'pos_controllers/Joint'))
+    with start_program('simulation', ros_domain, f'config:={robot}') as program:
+        line = program.wait_for_line('pos_controllers/JointTrajectoryController')
+        assert 'trajectory_control.yaml:3' in line
+        program.wait_for_line('runs; controllers:')
+        assert program.stop() == 0
+
+
+def test_a_joint_that_the_urdf_lacks(ros_domain: int, robot: Path) -> None:
+    """The message names the joint, its place, and the nearest joint."""
+    file = robot / 'trajectory_control.yaml'
+    file.write_text(file.read_text().replace('- joint_3', '- joint_33').replace(
+        'joint_3:   {', 'joint_33:   {'))
+    text = refused(ros_domain, robot)
+    assert 'joint_33' in text
+    assert 'trajectory_control.yaml:7' in text
+
+
+def test_an_unknown_argument(ros_domain: int) -> None:
+    """The message names the right word."""
+    with start_program('simulation', ros_domain, 'robt:=sunday') as program:
+        assert program.wait(10.0) == 2
+        assert "did you mean 'robot'?" in program.text
+
+
+def test_managers_in_several_namespaces(ros_domain: int, client: ClientNode) -> None:
+    """P8: two robots in one domain; each manager and controller serves its own namespace."""
+    names = [f'joint_{i}' for i in range(1, 7)]
+    with (
+        start_program('simulation', ros_domain, 'namespace:=left') as left,
+        start_program('simulation', ros_domain, 'namespace:=right') as right,
+    ):
+        left.wait_for_line('simulation of .* runs', 60.0)
+        right.wait_for_line('simulation of .* runs', 60.0)
+        arm = TrajectoryClient(client, '/left/arm_joint_controller')
+        goal = arm.send(trajectory_message(names, [(1.0, [0.2] * 6)]))
+        assert goal.accepted()
+        other = ControllerManagerClient(client, '/right/controller_manager')
+        assert other.switch(deactivate=['arm_joint_controller']).ok
+        assert goal.result().status == SUCCEEDED
+        one = ControllerManagerClient(client, '/left/controller_manager')
+        assert one.states()['arm_joint_controller'] == 'active'
+        assert other.states()['arm_joint_controller'] == 'inactive'
+        for namespace in ('left', 'right'):
+            client.collect(f'/{namespace}/joint_states', JointState).wait(2)
