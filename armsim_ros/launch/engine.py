@@ -46,7 +46,6 @@ class Engine:
     """
 
     def __init__(self, context: LaunchContext, runner: Runner, report: Report) -> None:
-        """Begin with nothing to do."""
         self.context = context
         self.handlers: list[Any] = []
         self.is_dry = runner.is_dry

@@ -40,7 +40,6 @@ class Launch:
     """
 
     def __init__(self, words: LaunchWords) -> None:
-        """Keep the words; nothing is evaluated yet."""
         self._words = words
 
     def dry_run(self) -> int:

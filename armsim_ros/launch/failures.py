@@ -23,7 +23,6 @@ class LaunchError(ArmsimError):
     """
 
     def __init__(self, what: str, where: Location | None = None) -> None:
-        """Keep the text apart from the place."""
         self.what = what
         self.where = where
         super().__init__(f'{where}: {what}' if where else what)
@@ -51,7 +50,6 @@ class MissingPackageError(KeyError):
     """
 
     def __init__(self, package: str, text: str = '') -> None:
-        """Keep the name."""
         self.package = package
         super().__init__(text or f"package '{package}' not found")
 
@@ -68,7 +66,6 @@ class MissingArgumentsError(ArmsimError):
     """
 
     def __init__(self, arguments: Sequence[tuple[str, Sequence[str]]]) -> None:
-        """Keep them."""
         self.arguments = tuple(arguments)
         super().__init__('\n'.join(self.lines()))
 

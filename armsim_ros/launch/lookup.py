@@ -29,7 +29,6 @@ class Lookup:
     """
 
     def __init__(self, packages: Packages) -> None:
-        """Keep the places."""
         self.packages = packages
         self.missing: dict[str, str] = {}
 

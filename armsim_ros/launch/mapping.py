@@ -81,7 +81,6 @@ class Mapping:
     """
 
     def __init__(self, keep_text: Callable[[str, str], str]) -> None:
-        """Begin without a simulation."""
         self._keep_text = keep_text
         self._descriptions: dict[str, str] = {}
         self._simulated: set[str] = set()

@@ -54,7 +54,6 @@ class ProcessRunner:
     is_dry = False
 
     def __init__(self, report: Report, *, debug: bool = False) -> None:
-        """Begin with no process."""
         self._report = report
         self._debug = debug
         self._count = 0

@@ -34,7 +34,6 @@ class Report:
     """
 
     def __init__(self, *, dry: bool, write: Callable[[str], None] | None = None) -> None:
-        """Begin with nothing."""
         self.dry = dry
         self.lines: list[str] = []
         #: Everything that keeps the launch file from being evaluated whole.

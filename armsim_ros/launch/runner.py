@@ -60,7 +60,6 @@ class DryRunner:
     is_busy = False
 
     def __init__(self, report: Report, is_known: Callable[[ProcessSpec], bool]) -> None:
-        """Begin at time zero."""
         self._report = report
         self._is_known = is_known
         self._now = 0.0

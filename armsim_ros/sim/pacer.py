@@ -73,7 +73,6 @@ class Bell:
     __slots__ = ('_lock',)
 
     def __init__(self) -> None:
-        """Be silent."""
         self._lock = threading.Lock()
         self._lock.acquire()
 

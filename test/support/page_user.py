@@ -52,7 +52,6 @@ class PageUser:
     """
 
     def __init__(self, tab: Any, address: str) -> None:
-        """Keep the tab; nothing is loaded yet."""
         self.tab, self.address = tab, address
         self.mistakes: list[str] = []
         """What went wrong in the browser's own programs."""

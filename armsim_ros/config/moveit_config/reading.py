@@ -54,7 +54,6 @@ class PackageReader:
 
     def __init__(self, draft: ConfigDraft, packages: Packages, variables: Mapping[str, str]
                  ) -> None:
-        """Read nothing yet."""
         self._draft = draft
         self._packages = packages
         self._variables = variables

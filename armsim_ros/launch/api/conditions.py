@@ -25,7 +25,6 @@ class Condition(Placed):
     """
 
     def __init__(self, *, predicate: Callable[[LaunchContext], bool] | None = None) -> None:
-        """Keep the predicate."""
         self._predicate = predicate
 
     def evaluate(self, context: LaunchContext) -> bool:
@@ -61,7 +60,6 @@ class IfCondition(Condition):
     """
 
     def __init__(self, predicate_expression: SomeText | Any) -> None:
-        """Keep the expression."""
         super().__init__()
         self._expression = predicate_expression
         describe_text(predicate_expression)
@@ -95,7 +93,6 @@ class LaunchConfigurationEquals(Condition):
     """
 
     def __init__(self, launch_configuration_name: str, expected_value: SomeText | None) -> None:
-        """Keep both."""
         super().__init__()
         self._name = launch_configuration_name
         self._expected = expected_value

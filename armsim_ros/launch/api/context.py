@@ -28,7 +28,6 @@ class LaunchContext:
         self, *, argv: Iterable[str] | None = None, noninteractive: bool = True,
         engine: Engine | None = None,
     ) -> None:
-        """Begin with no configurations and this process's environment."""
         self.argv = list(argv or ())
         self.noninteractive = noninteractive
         self.engine = engine

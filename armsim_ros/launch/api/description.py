@@ -24,7 +24,6 @@ class LaunchDescription(LaunchDescriptionEntity):
         self, initial_entities: Iterable[Any] | None = None, *,
         deprecated_reason: str | None = None,
     ) -> None:
-        """Begin with these entities."""
         self._entities = normalize_to_list_of_entities(initial_entities or ())
         self.deprecated_reason = deprecated_reason
 

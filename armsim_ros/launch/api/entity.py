@@ -95,7 +95,6 @@ class Action(LaunchDescriptionEntity):
     """
 
     def __init__(self, *, condition: Any = None) -> None:
-        """Keep the condition."""
         self._condition = condition
 
     @property

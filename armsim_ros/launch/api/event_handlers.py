@@ -27,7 +27,6 @@ class EventHandler:
         self, *, matcher: Callable[[Any], bool], entities: Any = None,
         handle_once: bool = False,
     ) -> None:
-        """Keep all of it."""
         self._matcher = matcher
         self._entities = entities
         self.handle_once = handle_once
@@ -87,7 +86,6 @@ class OnProcessStart(_OfTarget):
 
     def __init__(self, *, target_action: Any = None, on_start: Any = None,
                  handle_once: bool = False, **_kwargs: Any) -> None:
-        """Keep all of it."""
         super().__init__(events.ProcessStarted, target_action, on_start, handle_once)
 
 
@@ -100,7 +98,6 @@ class OnProcessExit(_OfTarget):
 
     def __init__(self, *, target_action: Any = None, on_exit: Any = None,
                  handle_once: bool = False, **_kwargs: Any) -> None:
-        """Keep all of it."""
         super().__init__(events.ProcessExited, target_action, on_exit, handle_once)
 
 
@@ -113,7 +110,6 @@ class OnExecutionComplete(_OfTarget):
 
     def __init__(self, *, target_action: Any = None, on_completion: Any = None,
                  handle_once: bool = False, **_kwargs: Any) -> None:
-        """Keep all of it."""
         super().__init__(events.ExecutionComplete, target_action, on_completion, handle_once)
 
 
@@ -131,7 +127,6 @@ class OnStateTransition(_OfTarget):
         goal_state: str | None = None, matcher: Any = None, handle_once: bool = False,
         **_kwargs: Any,
     ) -> None:
-        """Keep all of it."""
         super().__init__(events.StateTransition, target_lifecycle_node, entities, handle_once)
         self._states = (start_state, goal_state)
         self.transition = transition
@@ -153,7 +148,6 @@ class OnShutdown(EventHandler):
     """
 
     def __init__(self, *, on_shutdown: Any, **kwargs: Any) -> None:
-        """Keep it."""
         super().__init__(matcher=lambda event: isinstance(event, events.Shutdown),
                          entities=on_shutdown, handle_once=kwargs.get('handle_once', False))
 
@@ -168,7 +162,6 @@ class OnProcessIO(_OfTarget):
 
     def __init__(self, *, target_action: Any = None, on_stdin: Any = None, on_stdout: Any = None,
                  on_stderr: Any = None, handle_once: bool = False, **_kwargs: Any) -> None:
-        """Keep all of it."""
         super().__init__(events.ProcessIO, target_action, None, handle_once)
         self._functions = {1: on_stdout, 2: on_stderr}
 

@@ -28,7 +28,6 @@ class Shutdown(Event):
         self, *, reason: str = 'reason not given', due_to_sigint: bool = False,
         due_to_failure: bool = False, **_kwargs: Any,
     ) -> None:
-        """Keep the reason."""
         self.reason = reason
         self.due_to_sigint = due_to_sigint
         self.due_to_failure = due_to_failure
@@ -50,7 +49,6 @@ class IncludeLaunchDescription(Event):
     name = 'launch.events.IncludeLaunchDescription'
 
     def __init__(self, launch_description: Any) -> None:
-        """Keep it."""
         self.launch_description = launch_description
 
 
@@ -64,7 +62,6 @@ class ExecutionComplete(Event):
     name = 'launch.events.ExecutionComplete'
 
     def __init__(self, *, action: Any) -> None:
-        """Keep the action."""
         self.action = action
 
 
@@ -82,7 +79,6 @@ class ProcessEvent(Event):
         cwd: str | None = None, env: dict[str, str] | None = None, pid: int = 0,
         **_kwargs: Any,
     ) -> None:
-        """Keep what is known of the process."""
         self.action = action
         self.process_name = name
         self.cmd = list(cmd or ())
@@ -107,7 +103,6 @@ class ProcessExited(ProcessEvent):
     name = 'launch.events.process.ProcessExited'
 
     def __init__(self, *, returncode: int = 0, **kwargs: Any) -> None:
-        """Keep the status."""
         super().__init__(**kwargs)
         self.returncode = returncode
 
@@ -123,7 +118,6 @@ class ProcessIO(ProcessEvent):
     name = 'launch.events.process.ProcessIO'
 
     def __init__(self, *, text: bytes = b'', fd: int = 1, **kwargs: Any) -> None:
-        """Keep the text."""
         super().__init__(**kwargs)
         self.text = text
         self.fd = fd
@@ -152,7 +146,6 @@ class ProcessTargetedEvent(Event):
     name = 'launch.events.process.ProcessTargetedEvent'
 
     def __init__(self, *, process_matcher: Callable[[Any], bool]) -> None:
-        """Keep the choice."""
         self.process_matcher = process_matcher
 
 
@@ -172,7 +165,6 @@ class SignalProcess(ProcessTargetedEvent):
     name = 'launch.events.process.SignalProcess'
 
     def __init__(self, *, signal_number: Any, process_matcher: Callable[[Any], bool]) -> None:
-        """Keep the signal."""
         super().__init__(process_matcher=process_matcher)
         self.signal = signal_number
 
@@ -189,7 +181,6 @@ class ChangeState(Event):
 
     def __init__(self, *, lifecycle_node_matcher: Callable[[Any], bool], transition_id: int
                  ) -> None:
-        """Keep both."""
         self.lifecycle_node_matcher = lifecycle_node_matcher
         self.transition_id = transition_id
 
@@ -205,7 +196,6 @@ class StateTransition(Event):
 
     def __init__(self, *, action: Any, msg: Any = None, goal_state: str = '',
                  start_state: str = '') -> None:
-        """Keep the states."""
         self.action = action
         self.msg = msg
         self.goal_state = goal_state

@@ -38,7 +38,6 @@ class LaunchDescriptionSource(Placed):
         self, launch_description: LaunchDescription | None = None,
         location: SomeText | None = None, method: str = 'unspecified mechanism from a script',
     ) -> None:
-        """Keep the location."""
         self._description = launch_description
         self._location = None if location is None else normalize_to_list_of_substitutions(location)
         self._method = method
@@ -79,7 +78,6 @@ class PythonLaunchDescriptionSource(LaunchDescriptionSource):
     """
 
     def __init__(self, launch_file_path: SomeText) -> None:
-        """Keep the path."""
         super().__init__(None, launch_file_path, 'interpreted python launch file')
 
 
@@ -91,7 +89,6 @@ class FrontendLaunchDescriptionSource(PythonLaunchDescriptionSource):
     """A file in XML or YAML."""
 
     def __init__(self, launch_file_path: SomeText, **_kwargs: Any) -> None:
-        """Keep the path."""
         super().__init__(launch_file_path)
 
 
@@ -115,7 +112,6 @@ class IncludeLaunchDescription(Action):
         self, launch_description_source: Any = None, *,
         launch_arguments: Any = None, **kwargs: Any,
     ) -> None:
-        """Keep both."""
         super().__init__(condition=kwargs.get('condition'))
         source = launch_description_source
         if isinstance(source, LaunchDescription):
@@ -183,7 +179,6 @@ class EnterFile(Action):
     """
 
     def __init__(self, path: str) -> None:
-        """Keep the path."""
         super().__init__()
         self._path = os.path.abspath(path)
 

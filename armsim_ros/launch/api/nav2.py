@@ -55,7 +55,6 @@ class ReplaceString(_NewFile):
 
     def __init__(self, source_file: SomeText, replacements: Mapping[str, SomeText],
                  condition: Any = None) -> None:
-        """Keep all of it."""
         super().__init__(source_file, condition)
         self._replacements = dict(replacements)
 
@@ -83,7 +82,6 @@ class RewrittenYaml(_NewFile):
         root_key: SomeText | None = None, key_rewrites: Mapping[str, Any] | None = None,
         value_rewrites: Mapping[str, Any] | None = None, convert_types: bool = False,
     ) -> None:
-        """Keep all of it."""
         super().__init__(source_file)
         self._values = dict(param_rewrites)
         self._keys = dict(key_rewrites or {})
@@ -125,7 +123,6 @@ class HasNodeParams(Substitution):
     """
 
     def __init__(self, source_file: SomeText, node_name: str) -> None:
-        """Keep both."""
         self._source, self._node = source_file, node_name
 
     def perform(self, context: LaunchContext) -> str:
@@ -142,7 +139,6 @@ class LaunchConfigAsBool(LaunchConfiguration):
     """A configuration as True or False."""
 
     def __init__(self, name: str) -> None:
-        """Keep the name."""
         super().__init__(name)
 
     def perform(self, context: LaunchContext) -> str:
@@ -158,7 +154,6 @@ class ParseMultiRobotPose:
     """
 
     def __init__(self, target_argument: str) -> None:
-        """Keep the name."""
         self._argument = target_argument
 
     def value(self) -> dict[str, Any]:

@@ -67,7 +67,6 @@ class ParameterBuilder:
     """
 
     def __init__(self, package_name: str) -> None:
-        """Begin with none."""
         self._package_path = current_lookup().share(package_name)
         self._parameters: dict[str, Any] = {}
 

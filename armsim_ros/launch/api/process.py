@@ -35,7 +35,6 @@ class Executable:
         env: Mapping[Any, Any] | None = None,
         additional_env: Mapping[Any, Any] | None = None, arguments: Iterable[SomeText] = (),
     ) -> None:
-        """Keep all of it."""
         self.cmd = [normalize_to_list_of_substitutions(word) for word in (*cmd, *arguments)]
         self.prefix, self.name, self.cwd = prefix, name, cwd
         self.env, self.additional_env = env, additional_env
@@ -57,7 +56,6 @@ class ExecuteLocal(Action):
         respawn: Any = False, respawn_delay: Any = None, respawn_max_retries: Any = -1,
         **kwargs: Any,
     ) -> None:
-        """Keep all of it."""
         super().__init__(condition=kwargs.pop('condition', None))
         if kwargs:
             raise TypeError(f"{type(self).__name__} has no argument '{next(iter(kwargs))}'")
@@ -203,7 +201,6 @@ class ExecuteProcess(ExecuteLocal):
         env: Mapping[Any, Any] | None = None,
         additional_env: Mapping[Any, Any] | None = None, **kwargs: Any,
     ) -> None:
-        """Keep all of it."""
         words = [cmd] if isinstance(cmd, str) else cmd
         super().__init__(process_description=Executable(
             cmd=words, prefix=prefix, name=name, cwd=cwd, env=env,

@@ -29,7 +29,6 @@ class ComposableNode(Placed):
         extra_arguments: Any = None, condition: Any = None, node_plugin: Any = None,
         node_name: Any = None,
     ) -> None:
-        """Keep all of it."""
         self.package, self.node_plugin = package, plugin
         self.node_name = name if name is not None else node_name
         self.node_namespace = namespace
@@ -71,7 +70,6 @@ class LoadComposableNodes(Action):
         self, *, composable_node_descriptions: Iterable[Any], target_container: Any,
         **kwargs: Any,
     ) -> None:
-        """Keep both."""
         super().__init__(condition=kwargs.get('condition'))
         self._nodes = list(composable_node_descriptions)
         self._target = target_container
@@ -103,7 +101,6 @@ class ComposableNodeContainer(Node):
         self, *, name: SomeText, namespace: SomeText | None = None,
         composable_node_descriptions: Iterable[Any] | None = None, **kwargs: Any,
     ) -> None:
-        """Keep the components."""
         super().__init__(name=name, namespace=namespace, **kwargs)
         self._components = list(composable_node_descriptions or ())
 

@@ -139,7 +139,6 @@ class LifecycleNode(Node):
 
     def __init__(self, *, name: SomeText, namespace: SomeText, autostart: Any = False,
                  **kwargs: Any) -> None:
-        """Keep all of it."""
         super().__init__(name=name, namespace=namespace, **kwargs)
         self.is_lifecycle = True
 
@@ -156,7 +155,6 @@ class PushRosNamespace(Action):
     """
 
     def __init__(self, namespace: SomeText, **kwargs: Any) -> None:
-        """Keep the namespace."""
         super().__init__(**kwargs)
         self._given = namespace
 
@@ -176,7 +174,6 @@ class SetParameter(Action):
     """
 
     def __init__(self, name: SomeText, value: Any, **kwargs: Any) -> None:
-        """Keep both."""
         super().__init__(**kwargs)
         self._pair = {name: value}
 
@@ -194,7 +191,6 @@ class SetParametersFromFile(Action):
 
     def __init__(self, filename: SomeText, node_name: SomeText | None = None, **kwargs: Any
                  ) -> None:
-        """Keep the path."""
         super().__init__(**kwargs)
         self._file = ParameterFile(filename, allow_substs=True)
 
@@ -211,7 +207,6 @@ class SetUseSimTime(SetParameter):
     """
 
     def __init__(self, value: Any, **kwargs: Any) -> None:
-        """Keep the value."""
         super().__init__('use_sim_time', value, **kwargs)
 
 
@@ -224,7 +219,6 @@ class SetRemap(Action):
     """
 
     def __init__(self, src: SomeText, dst: SomeText, **kwargs: Any) -> None:
-        """Keep both."""
         super().__init__(**kwargs)
         self._pair = src, dst
 
@@ -242,7 +236,6 @@ class SetROSLogDir(Action):
     """
 
     def __init__(self, new_log_dir: SomeText, **kwargs: Any) -> None:
-        """Keep the folder."""
         super().__init__(**kwargs)
         self._folder = new_log_dir
 

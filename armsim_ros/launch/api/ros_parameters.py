@@ -25,7 +25,6 @@ class ParameterValue(Placed):
     """
 
     def __init__(self, value: Any, *, value_type: Any = None) -> None:
-        """Keep both."""
         self.value = value
         self.value_type = value_type
 
@@ -53,7 +52,6 @@ class Parameter(ParameterValue):
 
     def __init__(self, name: SomeText, value: Any, *, value_type: Any = None, **_kwargs: Any
                  ) -> None:
-        """Keep all of it."""
         super().__init__(value, value_type=value_type)
         self.name = name
 
@@ -67,7 +65,6 @@ class ParameterFile(Placed):
     """
 
     def __init__(self, param_file: SomeText, *, allow_substs: Any = False) -> None:
-        """Keep both."""
         self.param_file = param_file
         self.allow_substs = allow_substs
 

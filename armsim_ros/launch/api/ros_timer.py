@@ -28,7 +28,6 @@ class LifecycleTransition(Action):
         self, *, lifecycle_node_names: Iterable[Any], transition_ids: Iterable[Any],
         **kwargs: Any,
     ) -> None:
-        """Keep both."""
         super().__init__(condition=kwargs.get('condition'))
         self._names = list(lifecycle_node_names)
         self._transitions = list(transition_ids)

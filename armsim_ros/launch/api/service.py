@@ -22,7 +22,6 @@ class LaunchService:
     """
 
     def __init__(self, *, argv: Iterable[str] | None = None, **_kwargs: Any) -> None:
-        """Begin with nothing to run."""
         self.context = LaunchContext(argv=argv)
         self._descriptions: list[LaunchDescription] = []
 

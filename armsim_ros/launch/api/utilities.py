@@ -27,7 +27,6 @@ class TextSubstitution(Substitution):
     """
 
     def __init__(self, *, text: str) -> None:
-        """Keep the text."""
         if not isinstance(text, str):
             raise TypeError(
                 f"TextSubstitution expected a text, got '{text}' of {type(text).__name__}")

@@ -25,7 +25,6 @@ class Element:
         self, name: str, attributes: Mapping[str, Any], children: Sequence[Element] = (),
         where: Location | None = None,
     ) -> None:
-        """Keep all of it."""
         self.type_name = name
         self.attributes = dict(attributes)
         self.children = list(children)

@@ -32,7 +32,6 @@ class NotServedError(ArmsimError):
     """Nobody serves what was asked for; the text names it."""
 
     def __init__(self, name: str) -> None:
-        """Keep the name."""
         super().__init__(f'waiting for {name}')
         self.name = name
 
@@ -49,7 +48,6 @@ class RosClient:
     """
 
     def __init__(self, name: str, ros_args: Sequence[str] = ()) -> None:
-        """Join the graph and start the thread."""
         self._context = Context()
         rclpy.init(args=[name, *ros_args], context=self._context,
                    signal_handler_options=SignalHandlerOptions.NO)
@@ -193,7 +191,6 @@ class GoalRun:
     """
 
     def __init__(self, client: RosClient, name: str) -> None:
-        """Begin with nothing known."""
         self.name = name
         self.result: Future[Any] = Future()
         self._client = client
@@ -229,7 +226,6 @@ class Polled:
 
     def __init__(self, client: RosClient, kind: type, topic: str, profile: QoSProfile | int,
                  group: CallbackGroup) -> None:
-        """Subscribe."""
         self._kind = kind
         self._client = client
         self._subscription = client.in_thread(lambda: client.node.create_subscription(

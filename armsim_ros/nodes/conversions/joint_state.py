@@ -23,7 +23,6 @@ class JointStateBuffer:
     """
 
     def __init__(self, joint_names: Sequence[str], frame_id: str = '') -> None:
-        """Make the message; all values are NaN."""
         count = len(joint_names)
         self.message = JointState(name=list(joint_names))
         self.message.header.frame_id = frame_id
@@ -60,7 +59,6 @@ class DynamicJointStateBuffer:
     """
 
     def __init__(self, interfaces: Mapping[str, Sequence[str]], frame_id: str = '') -> None:
-        """Make the message; all values are NaN."""
         self.message = DynamicJointState(joint_names=list(interfaces))
         self.message.header.frame_id = frame_id
         self.message.interface_values = [

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Action servers of move_group: every goal and every cancel is accepted, results are few."""
+"""move_group's action servers: goals and cancels are always accepted, few results are kept."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from armsim_ros.nodes import qos
 from armsim_ros.nodes.kept_results import KeptResults
 from armsim_ros.nodes.move_group.context import Context
 
-#: How long a result waits for a client that asks late [s], and how many of them wait at most.
+#: How long results are kept for clients that ask late [s], and how many of them.
 RESULT_TIMEOUT, MOST_RESULTS = 60, 50
 
 
 class MoveGroupActionServer(ActionServer):
     """
-    Accepts everything, and keeps the results of the goals that ended last.
+    Accepts every goal and keeps the results of those that ended last.
 
     :param context: the parts of move_group.
     :param execute: goal handle -> result; it calls :meth:`end` at last.

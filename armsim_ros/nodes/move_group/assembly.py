@@ -120,7 +120,7 @@ class MoveGroup:
 
 
 def endpoints(context: Context) -> tuple[object, ...]:
-    """Make every endpoint; they live as long as the tuple does."""
+    """Create every endpoint; they live as long as the tuple does."""
     display = DisplayPlannedPath(context.node, context.robot.name)
     job = PlanningJob(context, display)
     execution = TrajectoryExecutionManager(context)

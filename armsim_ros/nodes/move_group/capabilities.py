@@ -36,13 +36,13 @@ from armsim_ros.nodes.move_group.scene.geometry_files import GeometryFiles
 from armsim_ros.nodes.move_group.scene.get_planning_scene import GetPlanningScene
 from armsim_ros.nodes.move_group.scene.scene_frames import SceneFrames
 
-#: What programs of ROS 1 call the action.
+#: The action's name in ROS 1.
 OLD_NAME = 'move_group'
 
 
 @dataclass(frozen=True, eq=False)
 class Parts:
-    """What capabilities are made of."""
+    """The parts that capabilities are built from."""
 
     context: Context
     job: PlanningJob
@@ -102,7 +102,7 @@ CAPABILITIES: Mapping[str, Callable[[Parts], tuple[object, ...]]] = {
     ),
 }
 
-#: Those that are off unless they are asked for.
+#: Capabilities that are off unless they are asked for.
 OPTIONAL: Mapping[str, Callable[[Parts], tuple[object, ...]]] = {
     'move_group/TfPublisher': lambda parts: (SceneFrames(parts.context),),
 }
@@ -111,7 +111,7 @@ ALL = {**CAPABILITIES, **OPTIONAL}
 
 def wanted_capabilities(node: Node, planning: PlanningParameters, logger: Any) -> list[str]:
     """
-    Return the plugins to offer; a name that is not known is told and left out.
+    Return the plugins to offer; an unknown name is logged and left out.
 
     :param planning: what to add to the usual ones and what to take away.
     """

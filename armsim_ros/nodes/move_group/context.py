@@ -86,7 +86,7 @@ class Context:
         return self.scene.snapshot()
 
     def serve(self, kind: Any, name: str, answer: Callable[..., Any]) -> None:
-        """Make a service; its coroutines may run side by side."""
+        """Create a service; its coroutines may run concurrently."""
         self.node.create_service(kind, name, answer, callback_group=self.group)
 
     def subscribe(
@@ -96,7 +96,7 @@ class Context:
         self.node.create_subscription(kind, name, receive, profile, callback_group=self.group)
 
     def or_ending(self, cancelled: Callable[[], bool]) -> Callable[[], bool]:
-        """Return what is true once a request is cancelled or the program ends."""
+        """Return a predicate that is true once a request is cancelled or the program ends."""
         return lambda: bool(self.ending) or cancelled()
 
     def check_ending(self, source: str) -> None:
@@ -109,7 +109,7 @@ class Context:
             raise PlanningError(MoveItErrorCode.FAILURE, self.ending, source)
 
     def warn_once(self, text: str) -> None:
-        """Log a warning the first time that it is said."""
+        """Log a warning once."""
         if text not in self._warned:
             self._warned.add(text)
             self.logger.warning(text)

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Errors of a request become its error code and one line in the log; nothing dies of them."""
+"""A request's errors become its error code and one log line; none of them ends the node."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from armsim_ros.errors import MoveItErrorCode, PlanningError
 @contextmanager
 def reported(logger: Any, source: str, error_code: MoveItErrorCodes | None) -> Iterator[None]:
     """
-    Turn what is raised inside into the error code of an answer.
+    Turn exceptions raised inside into the error code of an answer.
 
     :param logger: of the node.
     :param source: the endpoint, where the error does not name a stage itself.

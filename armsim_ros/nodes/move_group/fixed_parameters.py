@@ -41,7 +41,7 @@ _READ_ONLY = ParameterDescriptor(read_only=True, dynamic_typing=True)
 
 def planning_parameters(node: Node, settings: RobotSettings) -> PlanningParameters:
     """
-    Return what the robot's files say, with what ``--ros-args`` says in its place.
+    Return the values of the robot's files, overridden by those of ``--ros-args``.
 
     :raises ConfigError: a value from ``--ros-args`` is wrong.
     """
@@ -69,7 +69,7 @@ def planning_parameters(node: Node, settings: RobotSettings) -> PlanningParamete
 def declare_fixed(
     node: Node, settings: RobotSettings, planning: PlanningParameters, robot: RobotModel
 ) -> None:
-    """Declare what clients and tools look up; what is declared already stays."""
+    """Declare what clients and tools look up, unless it is declared already."""
     for name, value in _values(node, settings, planning, robot):
         if node.has_parameter(name):
             if name in _DESCRIPTIONS and node.get_parameter(name).value != value:

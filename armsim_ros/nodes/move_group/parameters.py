@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The parameters of the move_group node that may be changed while it runs."""
+"""The parameters of the move_group node that can be changed at run time."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ class PlanExecution(Settings):
 
 
 class LiveParameters(_BESIDE):
-    """Parameters that count from the next request on."""
+    """Parameters that take effect with the next request."""
 
     trajectory_execution: _INSIDE
     plan_execution: PlanExecution
@@ -63,7 +63,7 @@ class LiveParameters(_BESIDE):
     monitor_dynamics: bool = parameter(False, 'take velocities from the joint states')
 
     def execution(self) -> TrajectoryExecutionSettings:
-        """Return what execution is to do."""
+        """Return the settings of execution."""
         return TrajectoryExecutionSettings(
             **{name: getattr(self, name) for name in KEYS_BESIDE},
             **self.trajectory_execution.model_dump(),
@@ -126,7 +126,7 @@ def _given(node: Node) -> dict[str, float]:
 
 
 def _check_tolerances(parameters: Sequence[Parameter]) -> SetParametersResult:
-    """Refuse a start tolerance of a joint that is no number from 0 up."""
+    """Refuse a joint's start tolerance that is not a number of at least 0."""
     for one in parameters:
         usable = type(one.value) in (int, float) and one.value >= 0.0
         if one.name.startswith(_PREFIX) and not usable:

@@ -19,18 +19,18 @@ from rclpy.task import Future
 from armsim_ros.nodes.executor_program import ExecutorProgram, failures_logged
 from armsim_ros.nodes.move_group.assembly import MoveGroup
 
-#: Goals get this long to be told that the program ends, and answers to leave it [s].
+#: Time for goals to be aborted at shutdown, and for answers to leave the process [s].
 _END_TIME, _ANSWER_TIME = 1.0, 0.02
-#: Who has just sent a goal asks for its result this late [s].
+#: A client that has just sent a goal asks for its result this late [s].
 _LATE_TIME = 0.2
 #: A goal that has ended sends its result in a step of its own.
 _LAST_STEPS = 5
-#: The planner's thread hands the interpreter over this often, so that answers do not wait [s].
+#: How often the planner's thread yields the interpreter, so that answers do not wait [s].
 _SWITCH_INTERVAL = 0.001
 
 
 class MoveGroupProgram(ExecutorProgram):
-    """Plans for the robots and executes: endpoints in this thread, plans in their workers."""
+    """Plans and executes: endpoints run in this thread, planning in worker threads."""
 
     NODE = 'move_group'
     NODE_OPTIONS: ClassVar[dict[str, Any]] = {
@@ -51,7 +51,7 @@ class MoveGroupProgram(ExecutorProgram):
     def _spin(
         self, executor: SingleThreadedExecutor, node: Node, move_group: MoveGroup
     ) -> None:
-        """Run callbacks until a stop is wanted, and a little longer where somebody waits."""
+        """Run callbacks until a stop is requested, and a little longer if clients wait."""
         pending: set[Future] = set()
         ending = False
 
@@ -61,7 +61,7 @@ class MoveGroupProgram(ExecutorProgram):
         def step() -> None:
             """Run one callback, with the newest state and time."""
             with failures_logged(node):
-                # The same words every time: with others, what was ready already would be lost.
+                # Always the same arguments: with others, callbacks that are ready would be lost.
                 callback, *_ = executor.wait_for_ready_callbacks(None, None, to_end)
                 move_group.catch_up()
                 callback()

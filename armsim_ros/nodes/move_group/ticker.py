@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A pulse that coroutines of the executor wait for."""
+"""A tick that the executor's coroutines wait for."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ PERIOD = 0.02
 
 class Ticker:
     """
-    Wakes waiting coroutines every 20 ms of real time, and at once when told to.
+    Wakes waiting coroutines every 20 ms of real time, and on request.
 
     The timer stands while nobody waits.
 
@@ -32,7 +32,7 @@ class Ticker:
         self._timer.cancel()
 
     def next(self) -> Future:
-        """Return a future that is done at the next pulse."""
+        """Return a future that is done at the next tick."""
         future = Future()
         self._waiting.append(future)
         if self._timer.is_canceled():
@@ -40,7 +40,7 @@ class Ticker:
         return future
 
     def wake(self) -> None:
-        """Give the pulse now; call it from the executor's thread."""
+        """Tick now; call it from the executor's thread."""
         waiting, self._waiting = self._waiting, []
         for future in waiting:
             future.set_result(None)

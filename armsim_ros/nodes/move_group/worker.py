@@ -25,12 +25,12 @@ class Job(Future):
         super().__init__()
         self.work: Callable[[], Any] | None = work
         self.turns: Generator[None, None, Any] | None = None
-        #: Whether the worker has taken it.
+        #: Whether the worker has begun it.
         self.begun = False
 
 
 class AnyOf:
-    """What a coroutine of the executor awaits until one of several futures is done."""
+    """An awaitable that completes when one of several futures is done."""
 
     def __init__(self, *futures: Future) -> None:
         self._futures = futures
@@ -43,7 +43,7 @@ class AnyOf:
 
 class Worker:
     """
-    One thread that does jobs in the order of their arrival.
+    One thread that does jobs in order of arrival.
 
     A job may take turns: work that returns a generator is continued after the other jobs that
     wait, whenever it yields. What it returns at last is its value.
@@ -63,7 +63,7 @@ class Worker:
         self._thread.start()
 
     def submit(self, work: Callable[[], Any]) -> Job:
-        """Have work done by the thread."""
+        """Queue work for the thread."""
         job = Job(work)
         with self._lock:
             self._unfinished += 1
@@ -76,7 +76,7 @@ class Worker:
             await self.submit(lambda: None)
 
     def close(self, timeout: float = 1.0) -> None:
-        """End the thread after the job that it does; wait [s] for that."""
+        """End the thread after its current job; wait up to [s] for that."""
         self._jobs.put(None)
         self._thread.join(timeout)
 

@@ -116,7 +116,7 @@ class ServoNode:
         self.node.create_subscription(kind, name, receive, profile)
 
     def warn_once(self, text: str) -> None:
-        """Log a warning the first time that it is said."""
+        """Log a warning once."""
         if text not in self._warned:
             self._warned.add(text)
             self.node.get_logger().warning(text)

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Sends what is to be shown to the program that draws."""
+"""Sends what is to be rendered to the camera program."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ from armsim_ros.sim.camera.snapshot import Snapshot, take_snapshot
 from armsim_ros.sim.control_loop import ControlLoop
 from armsim_ros.sim.physics.compiler import model_to_bytes
 
-#: Wall time after which a drawing program that answers nothing is given up in lockstep [s].
+#: Wall time after which lockstep gives up a camera program that does not answer [s].
 _LONGEST_DRAWING = 60.0
-#: Wall time between two looks at whether it is still there [s].
+#: Wall time between checks that it is still there [s].
 _LOOK = 0.1
 
 
 class CameraFeed:
     """
-    Serves one drawing program at a time.
+    Serves one camera program at a time.
 
     The loop copies joints and bodies, some kilobytes, when a picture is due that was asked for;
     all else happens in threads of its own that mostly wait. In lockstep the loop waits until
@@ -62,14 +62,14 @@ class CameraFeed:
         self._thread.start()
 
     def close(self) -> None:
-        """Take the socket away."""
+        """Remove the socket."""
         self._closed = True
         with suppress(OSError):
             Client(self._listener.address, FAMILY).close()  # ends the wait for one
         self._thread.join()
 
     def _look(self, number: int, time_ns: int) -> None:
-        """Take a snapshot where it is wanted; in the loop's thread."""
+        """Take a snapshot if one is requested; in the loop's thread."""
         if self._lockstep:
             if self._connected:
                 self._post(number, time_ns)
@@ -96,7 +96,7 @@ class CameraFeed:
                            'steps do not wait for it any more')
 
     def _accept(self) -> None:
-        """Serve one after the other."""
+        """Serve connections one after the other."""
         with self._listener:
             while True:
                 connection = self._listener.accept()
@@ -115,7 +115,7 @@ class CameraFeed:
                 self._due, self._drawn = SimpleQueue(), SimpleQueue()
 
     def _receive(self, connection: Connection) -> None:
-        """Take what is asked for, or was drawn, until the other side goes."""
+        """Read requests and acknowledgements until the other side disconnects."""
         with suppress(OSError, EOFError):
             while message := connection.recv_bytes():
                 if self._lockstep:
@@ -124,7 +124,7 @@ class CameraFeed:
                     self._asked.add(message[0])
 
     def _send(self, connection: Connection) -> None:
-        """Send the plant as it is, and what is due; a changed plant before its snapshots."""
+        """Send the plant and due snapshots; a changed plant goes before its snapshots."""
         known = self._simulation.mujoco_model
         with suppress(OSError):
             connection.send_bytes(self._greeting)

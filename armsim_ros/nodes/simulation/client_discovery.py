@@ -15,13 +15,13 @@ from rclpy.task import Future
 
 from armsim_ros.nodes.simulation.dispatcher import Dispatcher
 
-#: Discovery is looked at this often [s], and no longer than so many times.
+#: How often discovery is checked [s], and how many times at most.
 _PERIOD, _TRIES = 0.005, 100
 
 
 class ClientDiscovery:
     """
-    Compares the clients that can ask one service with those that can be answered.
+    Compares a service's discovered request writers and reply readers.
 
     :param node: the node with the service.
     :param service: its name.

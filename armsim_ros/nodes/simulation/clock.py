@@ -29,7 +29,7 @@ class Clock:
 
     def publish(self, time_ns: int) -> None:
         """
-        Publish a time, where anybody listens.
+        Publish a time, if anybody subscribes.
 
         :param time_ns: [ns] of the simulation.
         """

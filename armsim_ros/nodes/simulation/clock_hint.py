@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Says it once when simulated time and the wall clock part."""
+"""Warns once when simulated time and the wall clock diverge."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ TOLERANCE_NS = 500_000_000
 
 class ClockHint:
     """
-    Compares the clocks and names the cure once they differ.
+    Compares the clocks and names the remedy once they differ.
 
     :param clock: simulated time, which started at the wall clock's.
     :param warn: takes the text.

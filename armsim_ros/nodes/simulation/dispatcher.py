@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Hands work of the control loop and of the executor over to the publishing thread."""
+"""Passes calls from the control loop and the executor to the publishing thread."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import time
 from armsim_ros.nodes.simulation.duty_limit import DutyLimit
 from armsim_ros.sim.pacer import Bell
 
-#: A wait is at most this long, so that deadlines are looked at [s].
+#: The longest wait between checks of the deadlines [s].
 _LONGEST_WAIT = 0.05
 #: Messages of one source that wait, a second of /clock.
 MOST_WAITING = 100
@@ -48,7 +48,7 @@ class _Bounded:
 
 class Dispatcher:
     """
-    A queue of small calls and the thread that makes them.
+    A queue of small calls, made by the publishing thread.
 
     An executor rebuilds its wait set at every wake-up, which costs ten times as much as to
     publish a message; so what the loop has to say goes out through this queue instead. What it
@@ -66,7 +66,7 @@ class Dispatcher:
         self._stopped = False
 
     def post(self, work: Callable[[], None]) -> None:
-        """Have something called soon, in order; never waits, from any thread."""
+        """Queue a call, in order; never blocks, from any thread."""
         self._queue.append(work)
         self._bell.set()
 
@@ -81,17 +81,17 @@ class Dispatcher:
         return _Bounded(self._queue, depth).post
 
     def wake(self) -> None:
-        """Have what waits called soon; from any thread."""
+        """Have queued calls made soon; from any thread."""
         if self._queue:
             self._bell.set()
 
     def post_later(self, delay: float, work: Callable[[], None]) -> None:
-        """Have something called after ``delay`` [s] of wall time; from any thread."""
+        """Queue a call after ``delay`` [s] of wall time; from any thread."""
         deadline = time.monotonic() + delay
         self.post(lambda: self._deadlines.append((deadline, work)))
 
     def every(self, period: float, work: Callable[[], None]) -> None:
-        """Have something called again and again, ``period`` [s] of wall time apart."""
+        """Repeat a call every ``period`` [s] of wall time."""
 
         def once() -> None:
             self._deadlines.append((time.monotonic() + period, once))

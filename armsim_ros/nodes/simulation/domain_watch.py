@@ -9,7 +9,7 @@ import time
 
 from rclpy.node import Node
 
-#: How long after the start another one is looked for [s]; discovery takes a few tenths.
+#: How long another one is looked for after the start [s]; discovery takes a few tenths.
 WATCH_TIME = 2.0
 
 
@@ -31,7 +31,7 @@ class DomainWatch:
         self._end = time.monotonic() + WATCH_TIME
 
     def look(self) -> None:
-        """Look once; does nothing after the watch time."""
+        """Check once; does nothing after the watch time."""
         if time.monotonic() > self._end:
             return
         own = (self._node.get_name(), self._node.get_namespace())

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A bound on the processor time of a thread of real-time priority."""
+"""A limit on the processor time of a thread with real-time priority."""
 
 from __future__ import annotations
 
@@ -9,20 +9,20 @@ import time
 
 class DutyLimit:
     """
-    Keeps a thread of real-time priority from starving other programs when it is flooded.
+    Keeps a flooded real-time thread from starving other programs.
 
     :param share: of the time that the thread may compute.
     :param window: in which the share is looked at [s].
     """
 
     def __init__(self, share: float = 0.8, window: float = 0.1) -> None:
-        """Begin to count in the thread that calls ``rest``."""
+        """Start counting in the thread that calls ``rest``."""
         self._share = share
         self._window = window
         self._begin = self._used = 0.0
 
     def rest(self) -> None:
-        """Sleep as long as it takes to come down to the share."""
+        """Sleep until the thread is down to its share."""
         elapsed = time.monotonic() - self._begin
         if elapsed < self._window:
             return

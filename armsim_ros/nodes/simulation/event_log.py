@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What the controllers have to say: log lines and refusals."""
+"""The controllers' events: log lines and refusals."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class EventLog:
         self.recent: deque[ControllerEvent] = deque(maxlen=CAPACITY)
 
     def drain(self) -> None:
-        """Log all that has happened since the last call."""
+        """Log all events since the last call."""
         for event in self._manager.poll_events():
             self.recent.append(event)
             side = self._sides.get(event.source)

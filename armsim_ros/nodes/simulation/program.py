@@ -49,11 +49,11 @@ from armsim_ros.sim.pacer import Pacer
 from armsim_ros.sim.realtime import prefer_latency
 from armsim_ros.sim.run_digest import run_digest
 
-#: How long each thread gets to end [s].
+#: How long each thread may take to end [s].
 _STOP_TIME = 0.3
-#: An answer takes this long at most to leave the process [s].
+#: The time an answer takes at most to leave the process [s].
 _ANSWER_TIME = 0.02
-#: Events, the graph and the clocks are looked at this often, also while paused [s].
+#: How often events, graph and clocks are checked, also while paused [s].
 _WATCH_PERIOD = 0.1
 #: A slow start may hold up the loop so long without making simulated time late for good [ns].
 _LONGEST_START_NS = 3_000_000_000
@@ -62,7 +62,7 @@ _DIAGNOSTICS_PERIOD = 1.0
 
 class SimulationProgram:
     """
-    Robots, controllers, loop, nodes, and the three threads that run them.
+    Robots, controllers, loop and nodes, and the three threads that run them.
 
     The control thread moves time, the executor's thread answers services and actions, and the
     thread that calls ``run`` publishes what the loop hands over.
@@ -156,7 +156,7 @@ class SimulationProgram:
         return self._status
 
     def _end_goals(self) -> None:
-        """Tell those who wait for a goal that the program ends, as far as time allows."""
+        """Abort the remaining goals, as far as time allows."""
         if not any(nodes.pending for nodes in self._robots):
             return
         for nodes in self._robots:
@@ -171,7 +171,7 @@ class SimulationProgram:
         time.sleep(_ANSWER_TIME)
 
     def _lock_names(self) -> list[DomainLock]:
-        """Keep the namespace of each robot for us, as far as this machine goes."""
+        """Lock the namespace of each robot on this machine."""
         robots = self._cell.robots
         for word in self._ros_args:
             if word.startswith('__ns:=') and len(robots) > 1:
@@ -187,7 +187,7 @@ class SimulationProgram:
         ]
 
     def _lock_cameras(self) -> tuple[Camera, ...]:
-        """Return the cameras, and keep their place for us."""
+        """Return the cameras and lock their socket."""
         settings = self._cell.settings.simulation
         if not settings.cameras:
             raise UsageError(
@@ -284,13 +284,13 @@ class SimulationProgram:
         return sorted(events, key=lambda event: event.time_ns)
 
     def _sync(self) -> int:
-        """Hand what topics tell of the present over to the publishing thread; its time [ns]."""
+        """Queue the current state for publishing; return its time [ns]."""
         for nodes in self._robots:
             nodes.sample_joint_states(self._clock.now_ns)
         return self._publish_now()
 
     def _publish_now(self) -> int:
-        """Hand what is published at the rate of /clock over at once; return its time [ns]."""
+        """Publish at once what goes out at the rate of /clock; return its time [ns]."""
         now_ns = self._clock.now_ns
         self._dispatcher.post(lambda: self._publish(now_ns))
         return now_ns
@@ -323,7 +323,7 @@ class SimulationProgram:
         self._fail(USAGE_STATUS, reason)
 
     def _fail(self, status: int, text: str) -> None:
-        with suppress(OSError):  # a full pipe must not keep us
+        with suppress(OSError):  # a full pipe must not block the shutdown
             print(f'simulation: {text}', file=sys.stderr, flush=True)
         self._status = status
         self.stop()

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""One robot in its namespace: controller manager, controllers, what they say."""
+"""One robot in its namespace: controller manager, controllers and their topics."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ from armsim_ros.sim.control_loop import ControlLoop
 
 class RobotNodes:
     """
-    The nodes of one robot and all that they serve.
+    The nodes of one robot and their endpoints.
 
     :param robot: the robot.
     :param manager: its controller manager.
@@ -115,7 +115,7 @@ class RobotNodes:
         self._events.drain()
 
     def watch(self, time_ns: int) -> None:
-        """Look at what changes seldom, also while time [ns] stands still."""
+        """Check what rarely changes, also while time [ns] stands still."""
         self._events.drain()
         self._activity.publish_if_changed(time_ns)
         self._watch_domain.look()
@@ -126,21 +126,21 @@ class RobotNodes:
         return sum(side.pending for side in self._registry.sides)
 
     def end(self, sentence: str) -> None:
-        """Abort what runs and take nothing more; only from the executor's thread."""
+        """Abort running goals and accept no more; only from the executor's thread."""
         for side in self._registry.sides:
             side.end(sentence)
 
     @property
     def recent_events(self) -> tuple[ControllerEvent, ...]:
-        """What the controllers said lately."""
+        """The controllers' latest events."""
         return tuple(self._events.recent)
 
     def sample_joint_states(self, time_ns: int) -> None:
-        """Have the joint states of now [ns] published; in the control loop's thread."""
+        """Publish the joint states of this time [ns]; in the control loop's thread."""
         for controller in self._manager.controllers.values():
             if isinstance(controller, JointStateBroadcaster) and controller.active:
                 controller.sample(time_ns)
 
     def publish_diagnostics(self) -> None:
-        """Publish the health of the robot."""
+        """Publish the robot's diagnostics."""
         self._diagnostics.publish()

@@ -20,7 +20,7 @@ from armsim_ros.sim.simulation import Simulation
 
 
 class RobotStatePublisherParameters(Settings):
-    """Parameters that clients read from the node of this name."""
+    """Parameters that clients read from robot_state_publisher."""
 
     robot_description: str = parameter('', 'the URDF', read_only=True)
     robot_description_semantic: str = parameter('', 'the SRDF', read_only=True)

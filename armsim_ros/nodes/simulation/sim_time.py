@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The nodes of the program that makes the time, and the time in their clocks."""
+"""The simulation's nodes and the time of their clocks."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from rosgraph_msgs.msg import Clock
 from armsim_ros.nodes.conversions.time import fill_time
 from armsim_ros.nodes.guarded_node import GuardedNode
 
-#: Steady time between two settings of clocks that nobody looks at [s]; rcl looks at them, too.
+#: Steady time between updates of clocks that nobody reads [s]; rcl reads them, too.
 IDLE_PERIOD = 1.0
 
 
 class ToldNode(GuardedNode):
     """
-    A node that is told the time of ``/clock`` by its own program, not over the topic.
+    A node that gets the time of ``/clock`` from its own program, not from the topic.
 
     Its clock is set when somebody looks at it: to set one wakes the executor where the node has
     an action server, which at the rate of ``/clock`` would take most of a processor.
@@ -37,21 +37,21 @@ class ToldNode(GuardedNode):
         super().__init__(name, **options)
 
     def get_clock(self) -> Any:
-        """Return the clock; it has the present time."""
+        """Return the clock, set to the current time."""
         self.tell()
         return super().get_clock()
 
     def create_subscription(
         self, msg_type: Any, topic: str, callback: Any, qos_profile: Any, **options: Any
     ) -> Any:
-        """Subscribe; of ``/clock``, as the node's time source wants it, only keep who listens."""
+        """Subscribe; for ``/clock``, which the time source wants, only keep the callback."""
         if topic == CLOCK_TOPIC:
             self._receive = callback
             return None
         return super().create_subscription(msg_type, topic, callback, qos_profile, **options)
 
     def tell(self) -> None:
-        """Set the node's clock, where that takes its time from ``/clock``."""
+        """Set the node's clock if it uses sim time."""
         now_ns = self._now()
         if self._receive is not None and now_ns != self._told_ns:
             self._told_ns = now_ns
@@ -62,7 +62,7 @@ class ToldNode(GuardedNode):
 
 class SimTime:
     """
-    Makes the program's nodes, and tells them its time.
+    Creates the program's nodes and sets their clocks.
 
     :param used: the nodes' parameter ``use_sim_time`` at first.
     """
@@ -76,7 +76,7 @@ class SimTime:
 
     def node(self, name: str, **options: Any) -> ToldNode:
         """
-        Make a node.
+        Create a node.
 
         :param options: those of ``rclpy.node.Node``.
         """
@@ -86,7 +86,7 @@ class SimTime:
         return node
 
     def forget(self, node: ToldNode) -> None:
-        """Tell a node no more."""
+        """Stop setting a node's clock."""
         self._nodes.pop(node, None)
 
     def tell(self) -> None:

@@ -21,7 +21,7 @@ SAME_POSITION = 1e-9
 
 class Tf:
     """
-    Publishes where every link stands in its parent's frame.
+    Publishes the transform of every link relative to its parent.
 
     :param node: the node that publishes.
     :param robot: the robot; its fixed joints go to ``/tf_static`` once.
@@ -54,7 +54,7 @@ class Tf:
 
     def publish(self, time_ns: int, positions: Matrix) -> None:
         """
-        Publish the transforms of the movable joints, where anybody listens.
+        Publish the transforms of the movable joints, if anybody subscribes.
 
         :param time_ns: [ns] of the simulation.
         :param positions: (n,) [rad or m] in the order of ``robot.movable_joints``.
@@ -66,7 +66,7 @@ class Tf:
         self._publisher.publish(self._message.at(time_ns), time_ns)
 
     def _move(self, positions: Matrix) -> None:
-        """Write where the links stand into the message."""
+        """Write the links' transforms into the message."""
         self._shown = np.array(positions)
         half = np.where(self._sliding, 0.0, 0.5 * positions)
         quaternions = _product(

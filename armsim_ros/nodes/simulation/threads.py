@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The control thread and the executor's thread, and what becomes of their failures."""
+"""The control thread and the executor's thread, and their failures."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class ControlThread:
 
     @property
     def failed(self) -> bool:
-        """Whether the loop ended by itself; ``failure`` tells why."""
+        """Whether the loop has ended by itself; ``failure`` says why."""
         return bool(self.failure)
 
     def start(self) -> None:
@@ -71,7 +71,7 @@ class ControlThread:
 
 class ExecutorThread:
     """
-    Spins an executor; what a callback raises is logged, and the others go on.
+    Spins an executor; a callback's exception is logged, and the others go on.
 
     :param executor: holds the nodes.
     :param logger: takes what callbacks raise.

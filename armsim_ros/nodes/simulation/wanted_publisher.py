@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A publisher that knows whether a message of a frequent topic is worth making."""
+"""A publisher of a frequent topic that skips messages nobody would receive."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class WantedPublisher:
 
     def wanted(self, time_ns: int) -> bool:
         """
-        Return whether a message is to be made now.
+        Return whether a message is wanted now.
 
         :param time_ns: [ns] of the simulation.
         """

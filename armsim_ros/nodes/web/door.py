@@ -82,7 +82,6 @@ class Door:
         token: str,
         on_panel: Callable[[str, ServerConnection], Awaitable[None]],
     ) -> None:
-        """Open the port."""
         if not token and not is_loopback(host):
             raise DoorError(f"host '{host}' is not this machine alone: a token is needed")
         self.host, self._token, self._on_panel = host, token, on_panel

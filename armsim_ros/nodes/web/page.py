@@ -46,7 +46,6 @@ class Part:
     """
 
     def __init__(self, page: Page) -> None:
-        """Keep the page."""
         self.page = page
 
     def handlers(self) -> dict[str, tuple[type[Ask], Handler]]:
@@ -77,7 +76,6 @@ class Page:
     """
 
     def __init__(self, link: RosClient) -> None:
-        """Begin without visitors; nothing listens yet."""
         self.link = link
         self.shared: dict[str, Any] = {}
         self.visitors: dict[str, Visitor] = {}

@@ -34,7 +34,6 @@ class WebProgram:
     """
 
     def __init__(self, arguments: WebArguments) -> None:
-        """Keep the arguments; nothing listens yet."""
         self._arguments = arguments
 
     def run(self, ended: threading.Event) -> int:

@@ -26,7 +26,6 @@ class Visitor:
     """
 
     def __init__(self, key: str, number: int) -> None:
-        """Begin with nothing shown."""
         self.key, self.number = key, number
         self.scene: Any = None
         """viser's client, None while the tab has no scene."""

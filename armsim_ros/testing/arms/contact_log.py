@@ -22,7 +22,6 @@ class ContactLog:
     """
 
     def __init__(self, simulation: Simulation) -> None:
-        """Note what touches now."""
         self._simulation = simulation
         self._ended: list[Touch] = []
         self._lasting: dict[Pair, tuple[float, float]] = {}

@@ -54,7 +54,6 @@ class InProcessArm(Arm):
         faults: Mapping[str, Mapping[str, Any]] | None = None,
         time_limit: float = 60.0,
     ) -> None:
-        """Put everything to its start."""
         self.seed = seed
         self.sim = ArmSim(cell, seed=seed)
         self.events: deque[ControllerEvent] = deque(maxlen=KEPT_EVENTS)

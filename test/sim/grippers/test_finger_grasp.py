@@ -32,7 +32,6 @@ class Hand:
     """Fingers around a cube of 0.3 kg and 50 mm that stands on a post."""
 
     def __init__(self, cell, friction=0.8):
-        """Open the fingers."""
         self.sim = ArmSim(cell)
         self.world = self.sim.simulation.world
         cube = WorldObject.of_shape('cube', Box((0.05,) * 3), pose_matrix((0, 0, 1.16)), mass=0.3)

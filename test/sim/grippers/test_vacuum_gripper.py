@@ -21,7 +21,6 @@ class Cup:
     """An arm that stands still with its cup."""
 
     def __init__(self):
-        """Begin in an empty world."""
         self.arm = ArmSim(built_cell('sunday', 'empty', {
             'simulation.initial_state': 'scan_food'}))
         self.changes = []

@@ -32,7 +32,6 @@ class DeclareLaunchArgument(Action):
         self, name: str, *, default_value: Any = None, description: str | None = None,
         choices: Iterable[str] | None = None, **kwargs: Any,
     ) -> None:
-        """Keep all of it."""
         super().__init__(condition=kwargs.pop('condition', None))
         kwargs.clear()
         self.name = str(name)
@@ -83,7 +82,6 @@ class _SetAction(Action):
     """
 
     def __init__(self, name: SomeText, value: Any, **kwargs: Any) -> None:
-        """Keep both."""
         super().__init__(**kwargs)
         self._name = normalize_to_list_of_substitutions(name)
         self._value = normalize_to_list_of_substitutions(
@@ -116,7 +114,6 @@ class UnsetLaunchConfiguration(Action):
     """Removes a configuration."""
 
     def __init__(self, name: SomeText, **kwargs: Any) -> None:
-        """Keep its name."""
         super().__init__(**kwargs)
         self._name = name
 
@@ -133,7 +130,6 @@ class ResetLaunchConfigurations(Action):
     """
 
     def __init__(self, launch_configurations: dict[Any, Any] | None = None, **kwargs: Any) -> None:
-        """Keep them."""
         super().__init__(**kwargs)
         self._kept = dict(launch_configurations or {})
 
@@ -198,7 +194,6 @@ class UnsetEnvironmentVariable(Action):
     """Removes an environment variable of the processes."""
 
     def __init__(self, name: SomeText, **kwargs: Any) -> None:
-        """Keep its name."""
         super().__init__(**kwargs)
         self._name = name
 
@@ -221,7 +216,6 @@ class AppendEnvironmentVariable(Action):
         self, name: SomeText, value: SomeText, prepend: Any = False,
         separator: SomeText = os.pathsep, **kwargs: Any,
     ) -> None:
-        """Keep all of it."""
         super().__init__(**kwargs)
         self._name, self._value = name, value
         self._prepend, self._separator = prepend, separator

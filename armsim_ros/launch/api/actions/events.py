@@ -31,7 +31,6 @@ class TimerAction(Action):
         self, *, period: Any, actions: Iterable[Any], cancel_on_shutdown: Any = True,
         **kwargs: Any,
     ) -> None:
-        """Keep the actions."""
         super().__init__(**kwargs)
         self.period = period
         self._actions = normalize_to_list_of_entities(actions)
@@ -77,7 +76,6 @@ class RegisterEventHandler(Action):
     """
 
     def __init__(self, event_handler: Any, **kwargs: Any) -> None:
-        """Keep the handler."""
         super().__init__(**kwargs)
         self._handler = event_handler
 
@@ -106,7 +104,6 @@ class UnregisterEventHandler(Action):
     """
 
     def __init__(self, event_handler: Any, **kwargs: Any) -> None:
-        """Keep the handler."""
         super().__init__(**kwargs)
         self._handler = event_handler
 
@@ -123,7 +120,6 @@ class EmitEvent(Action):
     """
 
     def __init__(self, *, event: Any, **kwargs: Any) -> None:
-        """Keep the event."""
         super().__init__(**kwargs)
         self.event = event
 
@@ -140,7 +136,6 @@ class Shutdown(EmitEvent):
     """
 
     def __init__(self, *, reason: SomeText = 'reason not given', **kwargs: Any) -> None:
-        """Make the event."""
         super().__init__(event=None, **kwargs)
         self._reason = reason
 

@@ -40,7 +40,6 @@ class GroupAction(Action):
         self, actions: Iterable[Any], *, scoped: bool = True, forwarding: bool = True,
         launch_configurations: Mapping[Any, Any] | None = None, **kwargs: Any,
     ) -> None:
-        """Keep the actions."""
         super().__init__(**kwargs)
         self._actions = normalize_to_list_of_entities(actions)
         self._scoped = scoped
@@ -96,7 +95,6 @@ class OpaqueFunction(Action):
         self, *, function: Callable[..., Any], args: Iterable[Any] | None = None,
         kwargs: Mapping[str, Any] | None = None, **left_over: Any,
     ) -> None:
-        """Keep the function."""
         super().__init__(**left_over)
         self._function = function
         self._args = tuple(args or ())
@@ -122,7 +120,6 @@ class OpaqueCoroutine(Action):
         self, *, coroutine: Callable[..., Any], args: Iterable[Any] | None = None,
         kwargs: Mapping[str, Any] | None = None, ignore_context: bool = False, **left_over: Any,
     ) -> None:
-        """Keep the coroutine."""
         super().__init__(**left_over)
         self._coroutine = coroutine
         self._args = tuple(args or ())

@@ -26,7 +26,6 @@ class LogInfo(Action):
     level = 'INFO'
 
     def __init__(self, *, msg: SomeText, **kwargs: Any) -> None:
-        """Keep the text."""
         super().__init__(condition=kwargs.get('condition'))
         self._msg = normalize_to_list_of_substitutions(msg)
         if isinstance(kwargs.get('level'), str):

@@ -34,7 +34,6 @@ class ForLoop(Action):
         self, length: SomeText, *, function: Callable[..., Any] | None = None,
         name: str | None = None, entities: Iterable[Any] | None = None, **kwargs: Any,
     ) -> None:
-        """Keep all of it."""
         super().__init__(**kwargs)
         self._length, self._function, self._name = length, function, name
         self._entities = normalize_to_list_of_entities(entities or ())
@@ -67,7 +66,6 @@ class ForEach(Action):
         self, input_values: SomeText, *, function: Callable[..., Any] | None = None,
         entities: Iterable[Any] | None = None, **kwargs: Any,
     ) -> None:
-        """Keep all of it."""
         super().__init__(**kwargs)
         self._values, self._function = input_values, function
         self._entities = normalize_to_list_of_entities(entities or ())

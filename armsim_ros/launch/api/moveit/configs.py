@@ -66,7 +66,6 @@ class MoveItConfigsBuilder(ParameterBuilder):
 
     def __init__(self, robot_name: str, robot_description: str = 'robot_description',
                  package_name: str | None = None) -> None:
-        """Find the package."""
         super().__init__(package_name or f'{robot_name}_moveit_config')
         lookup = current_lookup()
         self._files = MoveItParameters(

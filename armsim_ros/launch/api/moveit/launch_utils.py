@@ -27,7 +27,6 @@ class Xacro(Substitution):
     """
 
     def __init__(self, file_path: SomeText, *, mappings: Mapping[Any, Any] | None = None) -> None:
-        """Keep both."""
         self._file = file_path
         self._mappings = dict(mappings or {})
 
@@ -47,7 +46,6 @@ class DeclareBooleanLaunchArg(DeclareLaunchArgument):
 
     def __init__(self, name: str, *, default_value: Any = False,
                  description: str | None = None, **kwargs: Any) -> None:
-        """Keep all of it."""
         super().__init__(name, default_value=str(default_value), description=description,
                          choices=['true', 'false', 'True', 'False'], **kwargs)
 

@@ -70,7 +70,6 @@ class EqualsSubstitution(Substitution):
     """
 
     def __init__(self, left: Any, right: Any) -> None:
-        """Keep both."""
         self._sides = (_plain(left), _plain(right))
 
     def perform(self, context: LaunchContext) -> str:

@@ -27,7 +27,6 @@ class PathJoinSubstitution(Substitution):
     """
 
     def __init__(self, substitutions: Iterable[SomeText]) -> None:
-        """Keep the parts."""
         self._parts = [normalize_to_list_of_substitutions(one) for one in substitutions]
 
     def perform(self, context: LaunchContext) -> str:
@@ -51,7 +50,6 @@ class PathSubstitution(PathJoinSubstitution):
     """
 
     def __init__(self, path: SomeText) -> None:
-        """Begin."""
         super().__init__([path])
 
 
@@ -103,7 +101,6 @@ class FileContent(Substitution):
     """
 
     def __init__(self, path: SomeText) -> None:
-        """Keep the path."""
         self._path = normalize_to_list_of_substitutions(path)
 
     def perform(self, context: LaunchContext) -> str:

@@ -26,7 +26,6 @@ class FindPackage(Substitution):
     """
 
     def __init__(self, package: SomeText) -> None:
-        """Keep the name."""
         self.package = normalize_to_list_of_substitutions(package)
 
     def perform(self, context: LaunchContext) -> str:
@@ -83,7 +82,6 @@ class ExecutableInPackage(Substitution):
     """
 
     def __init__(self, executable: SomeText, package: SomeText) -> None:
-        """Keep both."""
         self._executable = normalize_to_list_of_substitutions(executable)
         self._package = normalize_to_list_of_substitutions(package)
 
@@ -105,7 +103,6 @@ class Parameter(Substitution):
     """
 
     def __init__(self, name: SomeText, *, default: SomeText | None = None) -> None:
-        """Keep the name."""
         self._name = normalize_to_list_of_substitutions(name)
         self._default = default
 

@@ -35,7 +35,6 @@ class FindExecutable(Substitution):
     """
 
     def __init__(self, *, name: SomeText) -> None:
-        """Keep the name."""
         self._name = normalize_to_list_of_substitutions(name)
 
     def perform(self, context: LaunchContext) -> str:
@@ -71,7 +70,6 @@ class Command(Substitution):
     """
 
     def __init__(self, command: SomeText, *, on_stderr: SomeText = 'fail') -> None:
-        """Keep the command."""
         self._command = normalize_to_list_of_substitutions(command)
         self._on_stderr = on_stderr
 
@@ -119,7 +117,6 @@ class PythonExpression(Substitution):
 
     def __init__(self, expression: SomeText, python_modules: Iterable[SomeText] = ('math',)
                  ) -> None:
-        """Keep the expression."""
         self._expression = normalize_to_list_of_substitutions(expression)
         self._modules = list(python_modules)
 

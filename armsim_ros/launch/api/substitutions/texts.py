@@ -29,7 +29,6 @@ class LaunchConfiguration(Substitution):
     """
 
     def __init__(self, variable_name: SomeText, *, default: Any = None) -> None:
-        """Keep the name."""
         self.variable_name = normalize_to_list_of_substitutions(variable_name)
         if isinstance(default, (bool, int, float)):
             default = str(default)
@@ -61,7 +60,6 @@ class EnvironmentVariable(Substitution):
     """
 
     def __init__(self, name: SomeText, *, default_value: SomeText | None = None) -> None:
-        """Keep the name."""
         self._name = normalize_to_list_of_substitutions(name)
         self._default = (None if default_value is None
                          else normalize_to_list_of_substitutions(default_value))
@@ -88,7 +86,6 @@ class StringJoinSubstitution(Substitution):
     """
 
     def __init__(self, substitutions: Iterable[SomeText], delimiter: SomeText = '') -> None:
-        """Keep the texts."""
         self._parts = list(substitutions)
         self._delimiter = delimiter
 
@@ -106,7 +103,6 @@ class AnonName(Substitution):
     """
 
     def __init__(self, name: SomeText) -> None:
-        """Keep the begin."""
         self._name = normalize_to_list_of_substitutions(name)
 
     def perform(self, context: LaunchContext) -> str:
@@ -126,7 +122,6 @@ class LocalSubstitution(Substitution):
     """
 
     def __init__(self, expression: str, description: str | None = None) -> None:
-        """Keep the expression."""
         self._names = expression.split('.')
         self._description = description
 
@@ -154,7 +149,6 @@ class ForLoopIndex(LocalSubstitution):
     """
 
     def __init__(self, name: str) -> None:
-        """Keep the name."""
         super().__init__(name)
 
 
@@ -166,7 +160,6 @@ class ForEachVar(LocalSubstitution):
     """
 
     def __init__(self, name: str, default_value: SomeText | None = None) -> None:
-        """Keep name and default."""
         super().__init__(name)
         self._default = default_value
 
@@ -189,7 +182,6 @@ class IfElseSubstitution(Substitution):
 
     def __init__(self, condition: SomeText, if_value: SomeText = '', else_value: SomeText = ''
                  ) -> None:
-        """Keep all three."""
         self._condition = condition
         self._values = (else_value, if_value)
 

@@ -1,3 +1,3 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Trajectories on their way through the controllers."""
+"""Execution of trajectories by controllers."""

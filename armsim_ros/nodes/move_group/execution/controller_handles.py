@@ -136,7 +136,7 @@ class ControllerHandle(ABC):
         return bool(self._client.server_is_ready())
 
     def send(self, trajectory: JointTrajectory) -> ControllerRun:
-        """Send a trajectory; what became of it is told by what is returned."""
+        """Send a trajectory; the returned run tells what became of it."""
         sent = self._client.send_goal_async(self.goal(trajectory))
         return ControllerRun(self.settings.name, sent, self.read, self._changed)
 
@@ -155,7 +155,7 @@ class FollowJointTrajectoryHandle(ControllerHandle):
     action_type = FollowJointTrajectory
 
     def goal(self, trajectory: JointTrajectory) -> Any:
-        """Return the goal: the trajectory from now on, tolerances left to the controller."""
+        """Return the goal: the trajectory starting now, tolerances left to the controller."""
         return FollowJointTrajectory.Goal(trajectory=trajectory_to_message(trajectory))
 
     def read(self, result: Any) -> tuple[bool, str]:

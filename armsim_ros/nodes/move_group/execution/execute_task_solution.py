@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The action ``execute_task_solution``: the parts of a task, one after the other."""
+"""The action ``execute_task_solution``: the parts of a task in turn."""
 
 from __future__ import annotations
 
@@ -93,7 +93,7 @@ class ExecuteTaskSolution:
         )
 
     def _follows(self, name: str) -> bool:
-        """Return whether a joint of the robot has no position of its own to command."""
+        """Return whether a joint follows others and cannot be commanded itself."""
         joint = self._context.robot.joints.get(name)
         return joint is not None and not joint.active
 
@@ -124,14 +124,14 @@ class ExecuteTaskSolution:
         if not (scene.is_diff or scene.world.collision_objects or scene.name
                 or scene.robot_model_name or scene.allowed_collision_matrix.entry_names
                 or scene.robot_state.attached_collision_objects):  # fmt: skip
-            return  # a message as it was made says nothing, not that the scene is empty
+            return  # a default message means no change, not an empty scene
         await apply_scene_message(self._context, scene, f'{SOURCE}: part {number}')
 
 
 def _in_part(
     number: int, parts: Sequence[SubTrajectory], code: int, text: str
 ) -> PlanningError:
-    """Return an error that names the part, by number and by what its stage says of it."""
+    """Return an error that names the part by its number and its stage's comment."""
     comment = parts[number].info.comment
     name = f" ('{comment}')" if comment else ''
     return PlanningError(code, f'part {number} of {len(parts)}{name}: {text}', SOURCE)

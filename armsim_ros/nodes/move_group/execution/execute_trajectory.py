@@ -20,14 +20,13 @@ from armsim_ros.nodes.move_group.failures import fill_error, reported
 
 class ExecuteTrajectory:
     """
-    Runs trajectories that a client has; goals wait for each other.
+    Runs a client's trajectories; goals wait for each other.
 
     :param context: the parts of move_group.
     :param execution: sends them to the controllers.
     """
 
     def __init__(self, context: Context, execution: TrajectoryExecutionManager) -> None:
-        """Make the server; every goal is accepted, every cancel too."""
         self._context = context
         self._execution = execution
         self._server = MoveGroupActionServer(context, Action, 'execute_trajectory', self._execute)

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""One trajectory at its controllers, from the choice of them to the robot at rest."""
+"""The execution of one trajectory, from choosing controllers until the robot is at rest."""
 
 from __future__ import annotations
 
@@ -33,12 +33,12 @@ SOURCE = 'trajectory_execution'
 #: Waits [s] of wall time: for a state newer than the request, a controller's action, its answer
 #: to a goal, the end of what was cancelled, and the robot at rest.
 STATE_TIMEOUT, CONNECT_TIMEOUT, ANSWER_TIMEOUT, STOP_TIMEOUT, SETTLE_TIMEOUT = 1, 1, 5, 1, 1
-#: A controller that cannot be seen for so long is gone [s].
+#: A controller that has been out of sight for this long is gone [s].
 LOST_TIMEOUT = 2.0
 ARRIVED = 0.02
 LATE_RESULT = 2.0
 REPLACED = 'replaced by a newer trajectory for the same controller'
-#: Wall time in which a result comes that was sent when simulated time leapt [s].
+#: Wall time for a result that was sent when simulated time jumped [s].
 LEAP_TIME = 0.5
 
 
@@ -58,7 +58,7 @@ class ExecutionOutcome:
 @dataclass(slots=True)
 class ExecutionWatch:
     """
-    What may end an execution before its time.
+    What may end an execution early.
 
     :param cancelled: whether the client wants it to stop.
     :param invalid: [s] since the start -> why the rest of the path is no longer valid, or ''.
@@ -71,7 +71,7 @@ class ExecutionWatch:
 
 
 class _EndedError(Exception):
-    """Ends an execution before its time."""
+    """Ends an execution early."""
 
     def __init__(self, code: MoveItErrorCode, message: str) -> None:
         super().__init__(message)
@@ -80,7 +80,7 @@ class _EndedError(Exception):
 
 class Execution:
     """
-    Runs one trajectory; every wait in it ends, and every way out cancels what it has started.
+    Runs one trajectory; all waits are bounded, and every way out cancels what was started.
 
     :param context: the parts of move_group.
     :param handles: the controllers by name.
@@ -97,7 +97,7 @@ class Execution:
         self._stopped = self._replaced = False
 
     def stop(self) -> None:
-        """End it as soon as it looks."""
+        """End it at its next check."""
         self._stopped = True
 
     def replace(self) -> None:
@@ -112,7 +112,7 @@ class Execution:
         start_checked: bool = False,
     ) -> ExecutionOutcome:
         """
-        Run the trajectory, and return how that ended.
+        Run the trajectory and return the outcome.
 
         :param names: of the controllers to use; empty for a choice by joints.
         :param start_checked: whether it is known to begin where the robot was when it came.
@@ -209,7 +209,7 @@ class Execution:
                 break
             self._check_ending()
             late = limit + LATE_RESULT if self._arrived(trajectory) else limit
-            # Where time leaps, the controllers' answers are still on their way.
+            # Where time jumps, the controllers' answers are still on their way.
             if elapsed > late and not await self._wait(self._has_ended, LEAP_TIME):
                 return ExecutionOutcome(
                     MoveItErrorCode.TIMED_OUT,
@@ -246,7 +246,7 @@ class Execution:
 
     async def _wait(self, ready: Callable[[], bool], seconds: float) -> bool:
         """
-        Wait until something is so, [s] of wall time at most; return whether it is.
+        Wait for a condition, [s] of wall time at most; return whether it holds.
 
         :raises _EndedError: the execution is to end.
         """
@@ -269,7 +269,7 @@ class Execution:
             raise _EndedError(MoveItErrorCode.PREEMPTED, REPLACED)
 
     async def _ended(self) -> None:
-        """Wait, a second at most, until everything that was cancelled has ended."""
+        """Wait up to a second until everything that was cancelled has ended."""
         deadline = self._context.clock() + STOP_TIMEOUT
         while running := [run.name for run in self._runs if not run.done]:
             if self._context.ending:
@@ -322,7 +322,7 @@ class Execution:
         return max(limits)
 
     def _arrived(self, trajectory: JointTrajectory) -> bool:
-        """Return whether the robot is where a trajectory ends: then only the result is late."""
+        """Return whether the robot is at a trajectory's end: then only the result is late."""
         measured = self._context.states.positions
         ends = zip(trajectory.joint_names, trajectory.positions[-1], strict=True)
         return all(abs(measured.get(name, float('inf')) - end) < ARRIVED for name, end in ends)

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The rest of a path, checked again when the world or another robot moves meanwhile."""
+"""The rest of a path, checked again whenever the world or another robot moves."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from armsim_ros.nodes.move_group.context import Context
 from armsim_ros.planning.request import MotionPlanRequest
 from armsim_ros.trajectory import JointTrajectory
 
-#: A joint of another robot that has gone so far is looked at again [rad or m].
+#: A joint of another robot that has moved this far triggers a new check [rad or m].
 MOVED = 0.03
 
 
@@ -42,7 +42,7 @@ class PathWatch:
 
     def invalid(self, elapsed: float) -> str:
         """
-        Return why the rest of the path is not valid any more, '' while it is.
+        Return why the rest of the path has become invalid, '' while it is valid.
 
         It never waits: a check that was started is asked for its result the next time.
 
@@ -72,7 +72,7 @@ class PathWatch:
         return ''
 
     def _stand(self) -> list[float]:
-        """Return where the joints of other robots are [rad or m]."""
+        """Return the joint positions of other robots [rad or m]."""
         positions = self._context.states.positions
         return [positions.get(name, 0.0) for name in self._others]
 

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Asks ``/simulation/sync`` how late it is where time moves by steps alone."""
+"""Asks ``/simulation/sync`` for the time where time only moves in steps."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ ANSWER_TIMEOUT = 5.0
 
 class SimulationSync:
     """
-    Finds out which joint states are the present ones.
+    Finds out which joint states are current.
 
     :param context: the parts of move_group.
     """

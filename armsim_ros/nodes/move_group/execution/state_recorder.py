@@ -12,7 +12,7 @@ from armsim_ros.trajectory import JointTrajectory
 
 class StateRecorder:
     """
-    Notes measured positions, so many times a second at most.
+    Records measured positions at a limited rate.
 
     :param context: has the frequency and the states.
     :param joint_names: the joints to note.
@@ -27,7 +27,7 @@ class StateRecorder:
 
     def note(self, elapsed: float) -> None:
         """
-        Take the newest state where one is due.
+        Record the newest state if one is due.
 
         :param elapsed: [s] since the start.
         """

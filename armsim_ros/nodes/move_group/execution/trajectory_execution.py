@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Which trajectory is executed when."""
+"""The order in which trajectories are executed."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from armsim_ros.trajectory import JointTrajectory
 @dataclass(frozen=True, slots=True, eq=False)
 class _Turn:
     """
-    A trajectory that runs or waits.
+    A trajectory that is running or waiting.
 
     :param controllers: names of those that it needs; none where nobody can run it.
     :param begin_ns: when it began to run [ns].
@@ -43,7 +43,7 @@ class _Turn:
 
 class TrajectoryExecutionManager:
     """
-    Starts executions and stops them all.
+    Starts and stops all executions.
 
     Those that need other controllers run at once, where what they sweep does not meet. Of those
     that share a controller one that begins where the robot is takes the place of the one that
@@ -69,7 +69,7 @@ class TrajectoryExecutionManager:
         return bool(self._running)
 
     def stop(self) -> bool:
-        """Stop all motion, whoever asked for it; False where nothing moves."""
+        """Stop all motion, whoever asked for it; False if nothing moves."""
         self._stops += 1
         for turn in self._running:
             turn.execution.stop()
@@ -178,11 +178,11 @@ class TrajectoryExecutionManager:
             check_start(turn.trajectory, self._context.states.positions, self._context.robot,
                         tolerance, settings.allowed_start_tolerance_joints)  # fmt: skip
         except PlanningError:
-            return False  # it is refused when its turn has come, unless the robot is there then
+            return False  # it is refused when its turn comes, unless the robot is there by then
         return True
 
     def _waits_behind(self, turn: _Turn) -> bool:
-        """Return whether somebody came before who waits for the same controller."""
+        """Return whether an earlier trajectory waits for the same controller."""
         for other in self._waiting:
             if other is turn:
                 return False
@@ -191,7 +191,7 @@ class TrajectoryExecutionManager:
         return False
 
     async def _meeting(self, turn: _Turn, others: Sequence[_Turn]) -> str:
-        """Return with whom a trajectory would collide that runs already, '' where with nobody."""
+        """Return what running trajectory this one would collide with, '' if none."""
         context = self._context
         now = context.states.now_ns()
         scene = context.scene.snapshot()
@@ -212,7 +212,7 @@ class TrajectoryExecutionManager:
         return str(await context.queries.submit(look))
 
     def _checker_of(self, scene: PlanningScene) -> CollisionChecker:
-        """Return the checker in another scene; for the thread of the queries alone."""
+        """Return the checker of another scene; only for the queries' thread."""
         if self._checker is None:
             self._checker = CollisionChecker(scene)
         self._checker.use(scene)
@@ -220,7 +220,7 @@ class TrajectoryExecutionManager:
 
 
 def _rest(turn: _Turn, now_ns: int) -> JointTrajectory:
-    """Return what is left of a trajectory, from the point before now on."""
+    """Return what is left of a trajectory, from the last point before now."""
     elapsed = (now_ns - turn.begin_ns) * 1e-9
     passed = int(np.sum(turn.trajectory.times < elapsed - 0.5))
     return turn.trajectory.since(max(passed - 1, 0))

@@ -12,7 +12,7 @@ from armsim_ros.nodes.move_group.execution.trajectory_execution import Trajector
 
 class TrajectoryExecutionEvent:
     """
-    Stops the robot at the word "stop".
+    Stops the robot when the message is "stop".
 
     :param context: the parts of move_group.
     :param execution: what is stopped.

@@ -23,7 +23,7 @@ from armsim_ros.planning.request import CartesianRequest
 
 class ComputeCartesianPath:
     """
-    Follows straight lines between poses as far as it goes.
+    Follows straight lines between poses as far as possible.
 
     :param context: the parts of move_group.
     :param job: brings the scene to the present.

@@ -18,7 +18,7 @@ NAMESPACE = 'contacts'
 
 class DisplayContacts:
     """
-    Publishes contacts as spheres; those of the plan before are taken away first.
+    Publishes contacts as spheres; those of the previous plan are deleted first.
 
     :param topic: '' publishes nothing.
     :param frame: of the contacts: the model frame.
@@ -29,7 +29,7 @@ class DisplayContacts:
         self._publisher = node.create_publisher(MarkerArray, topic, 10) if topic else None
 
     def publish(self, contacts: Sequence[Contact]) -> None:
-        """Publish what touches; nothing is made while nobody listens."""
+        """Publish contacts, if anybody subscribes."""
         if self._publisher is None or not self._publisher.get_subscription_count():
             return
         markers = [Marker(action=Marker.DELETEALL)]

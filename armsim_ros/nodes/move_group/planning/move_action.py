@@ -34,7 +34,7 @@ PLAN_AGAIN = (
 
 class MoveAction:
     """
-    Plans, and unless plan_only is set executes what it has planned.
+    Plans and, unless plan_only is set, executes the plan.
 
     :param context: the parts of move_group.
     :param job: runs the planner.
@@ -50,7 +50,6 @@ class MoveAction:
         *,
         name: str = 'move_action',
     ) -> None:
-        """Make the server; every goal is accepted, every cancel too."""
         self._context = context
         self._job = job
         self._execution = execution
@@ -151,7 +150,7 @@ class MoveAction:
 
 
 def plans_only(context: Context, source: str, *, wanted: bool) -> bool:
-    """Return whether a goal is only planned: where that is wanted, or execution is off."""
+    """Return whether a goal is only planned: on request, or because execution is off."""
     if not wanted and not context.execution_settings.allow_trajectory_execution:
         context.logger.warning(
             f'{source}: trajectory execution is switched off (allow_trajectory_execution is '

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The topic ``pipeline_state``: how far a request has come."""
+"""The topic ``pipeline_state``: the progress of a request."""
 
 from __future__ import annotations
 
@@ -39,14 +39,14 @@ class PipelineStates:
             self._publisher = node.create_publisher(PipelineState, settings.progress_topic, DEPTH)
 
     def begin(self, request: MotionPlanRequest) -> None:
-        """Publish that a request is being worked on."""
+        """Publish that work on a request has begun."""
         self._publish(request, MotionPlanResponse(), '')
 
     def end(
         self, request: MotionPlanRequest, response: MotionPlanResponse, pipeline: str
     ) -> None:
         """
-        Publish each stage that a request has passed, and the one that has refused it.
+        Publish each stage that a request has passed, and the one that refused it.
 
         :param response: its error code names the stage.
         :param pipeline: that planned.

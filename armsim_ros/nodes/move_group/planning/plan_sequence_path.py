@@ -13,7 +13,7 @@ from armsim_ros.nodes.move_group.planning.sequence_job import SequenceJob
 
 class PlanSequencePath:
     """
-    Plans motions that follow each other and never moves.
+    Plans sequences of motions and never moves.
 
     :param context: the parts of move_group.
     :param job: runs the planner.

@@ -13,7 +13,7 @@ from armsim_ros.nodes.move_group.context import Context
 
 class PlannerParams:
     """
-    Tells and changes the parameters of planner configurations, from the next plan on.
+    Reads and changes the parameters of planner configurations, from the next plan on.
 
     :param context: the parts of move_group.
     """

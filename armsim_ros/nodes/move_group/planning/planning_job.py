@@ -31,7 +31,7 @@ from armsim_ros.planning.scene.planning_scene import PlanningScene
 
 
 def never() -> bool:
-    """Return False: nobody cancels."""
+    """Return False: nothing cancels the request."""
     return False
 
 
@@ -105,7 +105,7 @@ class PlanningJob:
 
     async def in_planner(self, work: Callable[[], Any], cancelled: Callable[[], bool]) -> Any:
         """
-        Have work done by the planner when its turn comes.
+        Queue work for the planner's worker and wait for it.
 
         :raises PlanningError: PREEMPTED where it was cancelled while it waited for that.
         """

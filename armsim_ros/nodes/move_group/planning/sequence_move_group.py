@@ -23,7 +23,7 @@ from armsim_ros.planning.pilz.sequence import SequenceResponse
 
 class SequenceMoveGroup:
     """
-    Plans motions that follow each other, and unless plan_only is set executes them.
+    Plans sequences of motions and, unless plan_only is set, executes them.
 
     :param context: the parts of move_group.
     :param job: runs the planner.
@@ -33,7 +33,6 @@ class SequenceMoveGroup:
     def __init__(
         self, context: Context, job: SequenceJob, execution: TrajectoryExecutionManager
     ) -> None:
-        """Make the server; every goal is accepted, every cancel too."""
         self._context = context
         self._job = job
         self._execution = execution

@@ -19,7 +19,7 @@ from armsim_ros.planning.collision.contacts import Contact
 
 class CheckStateValidity:
     """
-    Tells whether a state is free of collisions and keeps constraints, and what touches what.
+    Tells whether a state is collision-free and satisfies constraints, and lists contacts.
 
     :param context: the parts of move_group.
     """

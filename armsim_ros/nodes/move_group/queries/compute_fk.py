@@ -19,7 +19,7 @@ from armsim_ros.nodes.move_group.failures import fill_error, reported
 
 class ComputeFk:
     """
-    Tells the poses of links, attached objects and subframes.
+    Returns the poses of links, attached objects and subframes.
 
     :param context: the parts of move_group.
     """

@@ -45,7 +45,7 @@ class GetUrdf:
 
 
 def group_urdf(urdf: str, joints: tuple[str, ...]) -> str:
-    """Return a URDF with these joints and the links that they join, the first ones empty."""
+    """Return a URDF of these joints and the links they connect; the first links are empty."""
     whole = ElementTree.fromstring(urdf)
     robot = ElementTree.Element('robot', {'name': whole.get('name', '')})
     chosen = [joint for joint in whole.findall('joint') if joint.get('name') in joints]

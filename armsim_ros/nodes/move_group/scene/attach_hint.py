@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A hint for objects that collide with the link that they were attached to."""
+"""A hint about objects that collide with the link they were attached to."""
 
 from __future__ import annotations
 

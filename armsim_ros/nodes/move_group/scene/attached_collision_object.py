@@ -13,7 +13,7 @@ from armsim_ros.nodes.move_group.failures import reported
 
 class AttachedCollisionObject:
     """
-    Attaches objects to links and puts them down again.
+    Attaches objects to links and detaches them.
 
     :param context: the parts of move_group.
     """

@@ -55,7 +55,7 @@ class GeometryFiles:
         return response
 
     def _below_folder(self, name: str) -> Path:
-        """Return the path of a file to write; PlanningError where that must not be."""
+        """Return the path of a file to write; PlanningError if that is not allowed."""
         folder = self._folder.resolve()
         path = (folder / name).resolve()
         if not path.is_relative_to(folder):
@@ -68,7 +68,7 @@ class GeometryFiles:
         return path
 
     async def _done(self, source: str, work: Callable[[], None]) -> bool:
-        """Do all of it or nothing in the worker of the scene, and say why nothing."""
+        """Do all of it or nothing in the scene's worker, and log why it was refused."""
         def attempt() -> bool:
             with reported(self._context.logger, source, None):
                 try:
@@ -82,7 +82,7 @@ class GeometryFiles:
 
 
 def geometry_folder(given: str) -> Path:
-    """Return the folder of scene files, that of the user where none is given."""
+    """Return the folder of scene files; by default the user's own."""
     if given:
         return Path(given).expanduser().absolute()
     return Path(os.environ.get('ROS_HOME') or '~/.ros').expanduser().absolute() / 'scenes'

@@ -14,7 +14,7 @@ from armsim_ros.nodes.move_group.failures import reported
 
 class GetPlanningScene:
     """
-    Answers with the parts of the scene that were asked for, all of them for 0.
+    Answers with the requested parts of the scene, all of them for 0.
 
     :param context: the parts of move_group.
     """
@@ -36,7 +36,7 @@ class GetPlanningScene:
         return response
 
     def _add_velocities(self, state: JointState) -> None:
-        """Write measured velocities beside the positions where ``monitor_dynamics`` is set."""
+        """Add measured velocities to the positions if ``monitor_dynamics`` is set."""
         states = self._context.states
         if states.monitor_dynamics:
             state.velocity = [states.velocities.get(name, 0.0) for name in state.name]

@@ -19,13 +19,13 @@ from armsim_ros.nodes.polling_node import PollingNode
 from armsim_ros.planning.scene.planning_scene import PlanningScene
 
 COMPLAINT_PERIOD_NS = 1_000_000_000
-#: The joints of several robots come one after the other; so long may it take [ns].
+#: The joints of several robots arrive one after the other, within this time [ns].
 COMPLETION_NS = 300_000_000
-#: States are looked at this often while somebody waits for one, and else [s].
+#: How often states are read while somebody waits for one, and otherwise [s].
 WAITING_PERIOD, IDLE_PERIOD = 0.005, 0.25
-#: Messages that may come in meanwhile on one topic.
+#: Messages of one topic that are queued in between.
 DEPTH = 250
-#: How long the first state is waited for [s]: who publishes it may just be starting.
+#: How long to wait for the first state [s]: its publisher may just be starting.
 FIRST_STATE_TIMEOUT = 5.0
 AT_REST = 1e-3
 CLOCK_MISMATCH_NS = 10_000_000_000
@@ -33,7 +33,7 @@ CLOCK_MISMATCH_NS = 10_000_000_000
 
 class StateMonitor:
     """
-    Keeps the newest position of every joint.
+    Keeps the latest position of every joint.
 
     Messages that carry only some joints, such as those of one robot of several, add up: the
     state is as old as its oldest joint, passive ones aside. A message without a stamp counts
@@ -65,7 +65,7 @@ class StateMonitor:
         self._timed = self._needed - set(robot.semantic.passive_joints)
         self.positions: dict[str, float] = {}
         self.velocities: dict[str, float] = {}
-        #: Asks whoever moves time how late it is [ns]; None where time goes by itself.
+        #: Asks whoever steps time for the current time [ns]; None where time runs by itself.
         self.asks: Callable[[], Awaitable[int]] | None = None
         #: Whether messages about the present state carry velocities too.
         self.monitor_dynamics = False
@@ -92,12 +92,12 @@ class StateMonitor:
 
     @property
     def missing(self) -> tuple[str, ...]:
-        """Joints that no message has carried yet."""
+        """Joints that no message has contained yet."""
         return tuple(sorted(self._needed - self.positions.keys()))
 
     @property
     def complete(self) -> bool:
-        """Whether every joint was seen."""
+        """Whether every joint has been received."""
         return self._needed <= self.positions.keys()
 
     @property
@@ -107,7 +107,7 @@ class StateMonitor:
 
     @property
     def stamp_ns(self) -> int:
-        """Stamp of the oldest joint that was seen [ns], 0 where none was."""
+        """Stamp of the joint that was received longest ago [ns], 0 if none was."""
         return min(self._stamps.values(), default=0)
 
     def now_ns(self) -> int:
@@ -152,7 +152,7 @@ class StateMonitor:
         return bool(recent)
 
     def update_scene(self) -> None:
-        """Write the newest positions into the scene, where they are not there yet."""
+        """Write the latest positions into the scene, if it does not have them yet."""
         if self._scene_is_late:
             self._scene_is_late = False
             self._scene.set_positions(self.positions)
@@ -192,7 +192,7 @@ class StateMonitor:
         self._notify()
 
     def _stamp(self, message: JointState) -> int:
-        """Return the time that a message speaks of [ns]."""
+        """Return the time of a message [ns]."""
         stamp = ns_from_time(message.header.stamp)
         now = self.now_ns()
         if self.asks is not None:

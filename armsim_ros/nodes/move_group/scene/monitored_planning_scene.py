@@ -35,7 +35,7 @@ GEOMETRY = ('objects', 'attached', 'acm', 'link_padding', 'link_scale', 'colors'
 
 class MonitoredPlanningScene:
     """
-    Publishes the scene: once in full, then what has changed.
+    Publishes the scene: once in full, then only changes.
 
     An edit of objects and rules goes out at once, so that whoever moves the arm by it, such as
     servo_node, knows of it; motion goes out some times a second. No message is made while nobody
@@ -45,7 +45,7 @@ class MonitoredPlanningScene:
     """
 
     def __init__(self, context: Context) -> None:
-        """Make the publisher; its timer goes on while sim time stands still."""
+        """Create the publisher; its timer runs on while sim time stands still."""
         self._context = context
         self._parameters = context.planning_parameters
         self._publisher = context.node.create_publisher(
@@ -63,7 +63,7 @@ class MonitoredPlanningScene:
             context.scene.add_listener(self._edited)
 
     def _edited(self, before: SceneContent, now: SceneContent) -> None:
-        """Have the executor look soon; in the thread of the edit."""
+        """Wake the executor; called in the thread of the edit."""
         if self._asked:
             return
         if any(getattr(before, part) is not getattr(now, part) for part in GEOMETRY):

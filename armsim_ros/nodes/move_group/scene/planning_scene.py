@@ -36,7 +36,7 @@ class PlanningSceneTopics:
 
 def apply_scene_message(context: Context, message: PlanningScene, source: str) -> Job:
     """
-    Change the scene as a message asks.
+    Apply a scene message.
 
     All of it or nothing: where a part is refused, the log says why, and nothing has changed.
 

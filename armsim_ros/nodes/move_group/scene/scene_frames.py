@@ -21,7 +21,7 @@ RATE, PREFIX = 'planning_scene_frame_publishing_rate', 'planning_scene_tf_prefix
 
 class SceneFrames:
     """
-    Publishes where objects and their subframes are, those in the robot's hand too.
+    Publishes the frames of objects and their subframes, attached ones included.
 
     A frame is ``<prefix>/<object>`` or ``<prefix>/<object>/<subframe>``; the prefix is the node's
     name unless the parameter says otherwise, and '' is none.
@@ -66,7 +66,7 @@ def _frames(item: CollisionObject) -> Iterator[tuple[str, Matrix]]:
 
 
 def _parameter(context: Context, name: str, default: object) -> object:
-    """Return a parameter of the node, the default where nobody gave one."""
+    """Return a parameter of the node, or its default."""
     node = context.node
     if not node.has_parameter(name):
         node.declare_parameter(name, default)

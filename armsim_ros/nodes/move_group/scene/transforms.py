@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Frames of ``/tf`` and ``/tf_static`` that the robot's model does not have."""
+"""Frames of ``/tf`` and ``/tf_static`` that are not part of the robot's model."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ from armsim_ros.planning.scene.planning_scene import PlanningScene
 
 #: Transforms that differ by less are the same.
 SAME = 1e-9
-#: Messages on /tf that may come in until the program looks.
+#: Messages on /tf that are queued until the program reads them.
 DEPTH = 500
 
 
 class FrameHost(Protocol):
-    """A program that wants to know frames."""
+    """A program that needs the frames."""
 
     node: PollingNode
     robot: RobotModel
@@ -41,12 +41,12 @@ class FrameHost(Protocol):
         """Subscribe to a topic."""
 
     def warn_once(self, text: str) -> None:
-        """Log a warning the first time that it is said."""
+        """Log a warning once."""
 
 
 class Transforms:
     """
-    Makes frames that others publish known to the planning scene, each with its parent.
+    Adds frames that others publish to the planning scene, each with its parent.
 
     Frames of the robot's own links come from its model and are left alone. Where a frame is,
     is found out when a message or a request names it, as it stands then: what is mounted on a
@@ -70,7 +70,7 @@ class Transforms:
         context.subscribe(TFMessage, '/tf_static', self._receive, static)
 
     def _receive_moving(self, serialized: bytes) -> None:
-        """Take a message of /tf; those of the robot alone, which are most, are not unpacked."""
+        """Take a message of /tf; most hold only the robot's links and are not unpacked."""
         names = child_frame_ids(serialized)
         links = self._context.robot.links
         if names is None or not all(
@@ -105,7 +105,7 @@ class Transforms:
             })
 
     def _frames(self) -> dict[str, FixedFrame]:
-        """Return all frames that were told, as a tree whose root is the robot."""
+        """Return all frames that were received, as a tree rooted at the robot."""
         frames = {name: frame for name, frame in self._told.items() if not self._own(name)}
         for root in self._roots:
             below, passed = root, {root}

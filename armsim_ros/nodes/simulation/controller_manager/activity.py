@@ -28,7 +28,7 @@ class Activity:
 
     def publish_if_changed(self, time_ns: int) -> None:
         """
-        Publish the states if any has changed since the last call.
+        Publish the states if any of them has changed since the last call.
 
         :param time_ns: [ns] of the simulation.
         """

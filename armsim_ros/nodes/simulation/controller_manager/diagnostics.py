@@ -15,7 +15,7 @@ from armsim_ros.nodes import qos
 from armsim_ros.nodes.conversions.time import fill_time
 from armsim_ros.sim.control_loop import ControlLoop
 
-#: Share of the wall clock's pace below which the loop is said to be slow.
+#: Real-time factor below which the loop is reported as slow.
 SLOW_PACE = 0.95
 
 
@@ -49,7 +49,7 @@ class Diagnostics:
         )
 
     def publish(self) -> None:
-        """Publish the state of now, where anybody listens."""
+        """Publish the current state, if anybody subscribes."""
         if not self._publisher.get_subscription_count():
             return
         message = DiagnosticArray(status=[self._controllers(), self._hardware(), self._pace()])

@@ -15,7 +15,7 @@ from armsim_ros.nodes.parameters import SettingsParameters
 
 class FaultParameters:
     """
-    Lets joints fail on purpose; only where ``fault_injection`` of simulation.yaml asks for it.
+    Injects joint faults; only if ``fault_injection`` of simulation.yaml is set.
 
     :param node: the manager's node.
     :param injector: makes the joints fail.
@@ -23,7 +23,7 @@ class FaultParameters:
     """
 
     def __init__(self, node: Node, injector: FaultInjector, joints: Sequence[str]) -> None:
-        """Declare the parameters of every joint that can be commanded; all are well."""
+        """Declare the parameters of every joint that can be commanded, without faults."""
         self._node = node
         self._injector = injector
         self._shown = JointFaults(faults={name: JointFault() for name in joints})

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Services of the controller manager that tell what there is."""
+"""Services of the controller manager that list what it has."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from armsim_ros.nodes.conversions.controller_manager import (
 )
 from armsim_ros.nodes.conversions.lifecycle import state_label, state_message
 
-#: The class that the reference's controllers share.
+#: The base class of the reference's controllers.
 BASE_CLASS = 'controller_interface::ControllerInterface'
 
 

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Controllers together with their nodes: loaded, shown and taken away as one."""
+"""Controllers and their nodes, loaded and unloaded together."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from armsim_ros.nodes.simulation.sim_time import SimTime
 
 class ControllerRegistry(Mapping[str, ControllerNode]):
     """
-    Controller -> its ROS side, in the order of loading.
+    The node of each controller, in the order of loading.
 
     :param manager: loads and unloads the controllers.
     :param descriptions: find the settings of a controller that is to be loaded.
@@ -69,7 +69,7 @@ class ControllerRegistry(Mapping[str, ControllerNode]):
 
     def unload(self, name: str) -> None:
         """
-        Unload a controller and take its node away.
+        Unload a controller and destroy its node.
 
         :raises ControllerError: it is active or not loaded.
         """
@@ -83,7 +83,7 @@ class ControllerRegistry(Mapping[str, ControllerNode]):
 
     @property
     def sides(self) -> tuple[ControllerNode, ...]:
-        """All of them at this moment, for threads beside the one that loads and unloads."""
+        """A copy of all nodes, for threads other than the one that loads and unloads."""
         return tuple(self._sides.values())
 
     def __getitem__(self, name: str) -> ControllerNode:

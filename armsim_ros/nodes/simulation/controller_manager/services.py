@@ -25,12 +25,12 @@ from armsim_ros.errors import ArmsimError
 from armsim_ros.nodes.conversions.time import seconds_from_duration
 from armsim_ros.nodes.simulation.dispatcher import Dispatcher
 
-#: How long a switch may take where the request names no time [s].
+#: Timeout of a switch if the request gives none [s].
 DEFAULT_SWITCH_TIMEOUT = 1.0
 
 
 class ControllerLoader(Protocol):
-    """Loads a controller by name together with its ROS side, and takes both away."""
+    """Loads and unloads controllers together with their nodes."""
 
     def load(self, name: str) -> None:
         """Load a controller that the parameters or the robot's files describe."""
@@ -123,7 +123,7 @@ class ControllerManagerServices:
     async def _switched(
         self, activate: Sequence[str], deactivate: Sequence[str], strictness: int, timeout: float
     ) -> tuple[bool, str]:
-        """Return whether the loop has switched within the timeout [s], and what it says."""
+        """Return whether the loop has switched within the timeout [s], and its message."""
         switch = self._manager.request_switch(tuple(activate), tuple(deactivate), strictness)
         done = Future()
 

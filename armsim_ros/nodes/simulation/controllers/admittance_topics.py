@@ -20,13 +20,13 @@ from armsim_ros.nodes import qos
 from armsim_ros.nodes.conversions.time import fill_time
 from armsim_ros.nodes.simulation.wanted_publisher import WantedPublisher
 
-#: Names the frame that has yielded.
+#: Names the compliant frame.
 OFFSET = 'admittance_offset'
 
 
 class AdmittanceTopics:
     """
-    Hands references to the controller, and publishes what it does.
+    Passes references to the controller and publishes its state.
 
     :param node: the controller's node.
     """
@@ -39,7 +39,7 @@ class AdmittanceTopics:
             JointTrajectoryPoint, '~/joint_references', self._refer, qos.COMMAND)
 
     def publish(self, time_ns: int) -> None:
-        """Publish the newest state, where there is a newer one than before [ns]."""
+        """Publish the latest state, if there is a new one [ns]."""
         snapshot = self._controller.snapshot()
         if snapshot is None or not self._publisher.wanted(time_ns):
             return

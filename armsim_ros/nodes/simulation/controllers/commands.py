@@ -13,7 +13,7 @@ from armsim_ros.nodes import qos
 
 class Commands:
     """
-    Hands commands to a forward controller; what is dropped leaves its reason in the events.
+    Passes commands to a forward controller; the events say why one is dropped.
 
     :param node: the controller's node.
     """

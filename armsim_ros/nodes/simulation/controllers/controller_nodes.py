@@ -53,7 +53,7 @@ from armsim_ros.nodes.simulation.controllers.sensor_topics import TOPICS
 from armsim_ros.nodes.simulation.controllers.speed_scaling_input import SpeedScalingInput
 from armsim_ros.nodes.simulation.dispatcher import Dispatcher
 
-#: What a robot at full speed publishes [%].
+#: The speed scaling of a robot at full speed [%].
 FULL_SPEED = 100.0
 
 
@@ -66,7 +66,7 @@ class ControllerNode:
     """
 
     def __init__(self, controller: Controller, node: Node, dispatcher: Dispatcher) -> None:
-        """Keep the parts; parameters follow with ``declare_parameters``."""
+        """Parameters are declared later, by ``declare_parameters``."""
         self.controller = controller
         self.node = node
         self.dispatcher = dispatcher
@@ -79,7 +79,7 @@ class ControllerNode:
         )
 
     def publish(self, time_ns: int) -> None:
-        """Publish what is due; called at the rate of /clock in the publishing thread."""
+        """Publish what is due; called in the publishing thread at the rate of /clock."""
 
     def refused(self, reason: str) -> None:
         """Publish why a goal or trajectory was refused."""
@@ -90,10 +90,10 @@ class ControllerNode:
         return 0
 
     def end(self, sentence: str) -> None:
-        """Abort what runs and take nothing more; only from the executor's thread."""
+        """Abort running goals and accept no more; only from the executor's thread."""
 
     def destroy(self) -> None:
-        """Take the node and its endpoints away."""
+        """Destroy the node and its endpoints."""
         self.node.destroy_node()
 
     def _parameters_changed(self, settings: Any) -> None:
@@ -118,14 +118,14 @@ class BroadcasterNode(ControllerNode):
 
     @abstractmethod
     def _open(self, node: Node) -> None:
-        """Make the topics."""
+        """Create the topics."""
 
     @abstractmethod
     def _publish_sample(self, sample: Any) -> None:
         """Publish one sample on them."""
 
     def destroy(self) -> None:
-        """Take the node away and let the loop be."""
+        """Destroy the node and stop listening to the controller."""
         self.controller.listen(None)
         super().destroy()
 
@@ -153,7 +153,7 @@ class JointStateBroadcasterNode(BroadcasterNode):
 
 
 class ActionControllerNode(ControllerNode):
-    """A controller with an action, and a topic that tells why goals are refused."""
+    """A controller with an action and a topic of rejected goals."""
 
     _action: GoalServer
 
@@ -171,11 +171,11 @@ class ActionControllerNode(ControllerNode):
         return len(self._action.running)
 
     def end(self, sentence: str) -> None:
-        """Abort what runs and take nothing more."""
+        """Abort running goals and accept no more."""
         self._action.end(sentence)
 
     def destroy(self) -> None:
-        """Take the action server and the node away."""
+        """Destroy the action server and the node."""
         self._action.destroy()
         super().destroy()
 
@@ -276,7 +276,7 @@ class StandInNode(ControllerNode):
     def __init__(
         self, controller: StandInController, node: Node, dispatcher: Dispatcher
     ) -> None:
-        """Make the publisher, where there is something to publish."""
+        """Create the publisher, if there is something to publish."""
         super().__init__(controller, node, dispatcher)
         self._scaling = None
         if controller.type.endswith('/SpeedScalingStateBroadcaster'):

@@ -33,7 +33,7 @@ class ControllerStatePublisher:
 
     def publish_if_due(self, time_ns: int) -> None:
         """
-        Publish the newest state if it is time for it and an update was made since the last.
+        Publish the latest state if it is due and there was an update since the last one.
 
         :param time_ns: [ns] of the simulation.
         """

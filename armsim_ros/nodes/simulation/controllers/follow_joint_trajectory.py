@@ -37,7 +37,7 @@ class FollowJointTrajectoryServer(GoalServer):
 
     def publish_feedback(self, time_ns: int) -> None:
         """
-        Publish feedback of the goal that moves the arm, if it is time for it.
+        Publish feedback of the active goal, if it is due.
 
         :param time_ns: [ns] of the simulation.
         """

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What the action servers of all controllers share: goals on their way through the loop."""
+"""The base of the controllers' action servers."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ RESULT_TIMEOUT, MOST_RESULTS = 600, 1000
 @dataclass(eq=False)
 class RunningGoal:
     """
-    A goal that was accepted and has no result yet.
+    An accepted goal without a result.
 
     :param goal: the controller's goal.
     :param handle: its handle in the action server.
@@ -79,7 +79,7 @@ class GoalServer(ABC):
 
     def end(self, sentence: str) -> None:
         """
-        Abort what runs, refuse what comes; only from the executor's thread.
+        Abort running goals and refuse new ones; only from the executor's thread.
 
         :param sentence: why, for the clients.
         """
@@ -89,16 +89,16 @@ class GoalServer(ABC):
                 running.done.set_result(None)
 
     def destroy(self) -> None:
-        """Take the action server away."""
+        """Destroy the action server."""
         self._server.destroy()
 
     @abstractmethod
     def _send(self, request: Any) -> Any:
-        """Give a goal message to the controller; the goal, or None where it is refused."""
+        """Pass a goal message to the controller; return the goal, None if it is rejected."""
 
     @abstractmethod
     def _cancel_goal(self, goal: Any) -> bool:
-        """Ask the controller to cancel; False where the goal has ended already."""
+        """Ask the controller to cancel; False if the goal has ended already."""
 
     @abstractmethod
     def _result(self, goal: Any) -> Any:

@@ -15,7 +15,7 @@ from armsim_ros.nodes.simulation.wanted_publisher import WantedPublisher
 
 
 class GpioTopics:
-    """Hands commands to the controller, and publishes what it has sampled."""
+    """Passes commands to the controller and publishes its samples."""
 
     def __init__(self, node: Node, controller: GpioCommandController) -> None:
         self._controller = controller
@@ -25,7 +25,7 @@ class GpioTopics:
             kind, '~/commands', self._receive, qos.COMMAND)
 
     def publish(self, sample: SensorSample) -> None:
-        """Publish a sample, one group a gpio."""
+        """Publish a sample, one group per GPIO."""
         if not self._publisher.wanted(sample.time_ns):
             return
         groups: dict[str, InterfaceValue] = {}

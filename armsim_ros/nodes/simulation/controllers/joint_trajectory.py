@@ -14,7 +14,7 @@ from armsim_ros.nodes.conversions.trajectory import trajectory_from_message
 
 class JointTrajectorySubscription:
     """
-    Takes trajectories without a goal; a refused one leaves its reason in the controller's events.
+    Takes trajectories without a goal; the controller's events say why one is refused.
 
     :param node: the controller's node.
     """

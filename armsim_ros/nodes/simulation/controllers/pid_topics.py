@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Topics of a PID controller: references, measured states, its state; and its service."""
+"""Topics and service of a PID controller: references, measured states, controller state."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from armsim_ros.nodes.simulation.wanted_publisher import WantedPublisher
 
 class PidTopics:
     """
-    Hands references to the controller, and publishes what it does.
+    Passes references to the controller and publishes its state.
 
     :param node: the controller's node.
     """
@@ -38,7 +38,7 @@ class PidTopics:
                 MultiDOFCommand, '~/measured_state', self._measure, qos.COMMAND))
 
     def publish(self, time_ns: int) -> None:
-        """Publish the newest state, where there is a newer one than before [ns]."""
+        """Publish the latest state, if there is a new one [ns]."""
         snapshot = self._controller.snapshot()
         if snapshot is None or not self._publisher.wanted(time_ns):
             return

@@ -13,7 +13,7 @@ from armsim_ros.nodes.conversions.time import ns_from_time
 
 class QueryStateService:
     """
-    Tells where the reference is at a time.
+    Answers with the reference at a given time.
 
     :param node: the controller's node.
     """

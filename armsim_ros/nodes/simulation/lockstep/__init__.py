@@ -1,3 +1,3 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Services that make runs repeatable and comparable: sync, digest, dump."""
+"""Services for repeatable, comparable runs: sync, digest, dump."""

@@ -52,7 +52,7 @@ class Dump:
         )  # fmt: skip
 
     def write_soon(self, reason: str) -> None:
-        """Write a recording in the background, and log where it lies; from any thread."""
+        """Write a recording in the background and log its path; from any thread."""
         self._writer.submit(self._write, self._recorder.frozen(), reason)
 
     def close(self) -> None:
@@ -82,7 +82,7 @@ class Dump:
     def _write(
         self, recorder: FlightRecorder, reason: str, path: Path | None = None
     ) -> tuple[str, bool]:
-        """Return the path and True, or why there is none and False."""
+        """Return the path and True, or the reason for a failure and False."""
         path = path or self._folder() / f'{datetime.now():%Y-%m-%d_%H-%M-%S_%f}.mcap'
         try:
             recorder.save(path, self._events())

@@ -1,3 +1,3 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What clients ask of the simulated world, by simulation_interfaces."""
+"""The services of simulation_interfaces."""

@@ -21,21 +21,21 @@ from armsim_ros.nodes.conversions.time import fill_time
 from armsim_ros.sim.world.entities import EntityState as State
 from armsim_ros.sim.world.entities import relative_state, UnknownEntityError, WORLD_FRAME
 
-#: A quaternion may be so much longer or shorter than 1.
+#: How far the norm of a quaternion may be from 1.
 NORM_TOLERANCE = 0.01
 
 
 class RefusedPoseError(ArmsimError):
-    """A message gives no pose that an entity can have."""
+    """A message holds a pose that no entity can have."""
 
 
 def refuse(result: Result, code: int, text: str) -> None:
-    """Fill in why a request is not done."""
+    """Fill in why a request is refused."""
     result.result, result.error_message = code, text
 
 
 def answered(service: Callable[..., Any]) -> Callable[..., Any]:
-    """Have a service's errors become its result, and everything else OK unless it says so."""
+    """Turn a service's errors into its result, which is OK otherwise."""
 
     @wraps(service)
     async def answer(self: Any, request: Any, response: Any) -> Any:
@@ -87,7 +87,7 @@ def given_state(message: EntityState, frame_pose: Callable[[str], Matrix]) -> St
 
 def frame_of(name: str, frame_pose: Callable[[str], Matrix]) -> Matrix:
     """
-    Return where a frame is in the world (4, 4).
+    Return the pose of a frame in the world (4, 4).
 
     :raises RefusedPoseError: there is none of that name.
     """

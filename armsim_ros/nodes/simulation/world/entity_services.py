@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The services that ask for entities and put them elsewhere."""
+"""The services that query and move entities."""
 
 from __future__ import annotations
 
@@ -31,13 +31,13 @@ from armsim_ros.nodes.simulation.world.filters import Selection
 from armsim_ros.nodes.simulation.world.work import Work
 from armsim_ros.sim.world.entities import Entities
 
-#: Texts that people give are cut here.
+#: The longest text that is kept of a user's input.
 LONGEST_TEXT, MOST_TAGS = 10_000, 100
 
 
 class EntityServices:
     """
-    Answers about entities, each from one moment between two ticks.
+    Answers about entities, each consistent with one moment between two ticks.
 
     :param node: the node that serves.
     :param work: reaches the loop.

@@ -132,7 +132,7 @@ def region(bounds: Bounds) -> Callable[[Matrix, Matrix], bool] | None:
 
 
 class _Compiled:
-    """Frees an expression with the last who holds it."""
+    """Frees an expression with its last reference."""
 
     def __init__(self, library: Any, buffer: Any) -> None:
         self._library, self.buffer = library, buffer

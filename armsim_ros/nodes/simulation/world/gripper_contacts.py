@@ -53,7 +53,7 @@ class GripperContacts:
         )
 
     def _look_where_wanted(self) -> None:
-        """Look at the fingers from now on, or no more; in the loop's thread."""
+        """Start or stop watching the fingers; in the loop's thread."""
         wanted = self._publisher.get_subscription_count() > 0
         if wanted != self._looking:
             self._looking = wanted

@@ -24,7 +24,7 @@ _STATE = ResetSimulation.Request.SCOPE_STATE
 _SPAWNED = ResetSimulation.Request.SCOPE_SPAWNED
 _ALL = ResetSimulation.Request.SCOPE_ALL
 _KNOWN = _TIME | _STATE | _SPAWNED
-#: What those read who wait for a goal.
+#: The message for clients that wait for a goal.
 REASON = 'the simulation was reset'
 NO_TIME = ('time is not reset: programs that follow /clock take no step back; stop and start '
            'the simulation for a new time, or run it with mode:=lockstep')

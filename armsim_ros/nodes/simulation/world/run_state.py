@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Whether the simulation plays, and in which world."""
+"""Whether the simulation is playing, and in which world."""
 
 from __future__ import annotations
 
@@ -44,11 +44,11 @@ class RunState:
         self._stopped_at = self._clock.steps
 
     def pause(self) -> None:
-        """Let no time pass."""
+        """Pause time."""
         self._clock.paused = True
         self._stopped_at = None
 
     def play(self) -> None:
-        """Let time pass."""
+        """Resume time."""
         self._stopped_at = None
         self._clock.paused = False

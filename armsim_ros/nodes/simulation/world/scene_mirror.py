@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The simulated world on the topic ``/planning_scene``, so that planning knows it."""
+"""The simulated world on the topic ``/planning_scene``, for the planner."""
 
 from __future__ import annotations
 
@@ -36,13 +36,13 @@ from armsim_ros.sim.world.world_mirror import (
 
 TOPIC = '/planning_scene'
 DEPTH = 100
-#: Wall time between two looks at the world [s].
+#: Wall time between two checks of the world [s].
 PERIOD = 0.1
 
 
 class SceneMirror:
     """
-    Tells of objects as they come, move and go; who comes late is told all.
+    Publishes objects that appear, move or vanish; late subscribers get all of them.
 
     At rest nothing is said, and nothing is looked at while nobody listens.
 
@@ -121,7 +121,7 @@ class SceneMirror:
                 self._publisher.publish(message)
 
     def _messages(self, news: WorldNews, epoch: str) -> Iterator[PlanningScene]:
-        """Yield one message for each thing that has to be done after the other."""
+        """Yield the messages that have to be applied one after the other."""
         if news.released:
             yield self._grasps(news.released, CollisionObject.REMOVE, epoch)
         if news.added or news.moved or news.removed:

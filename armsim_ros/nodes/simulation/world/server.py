@@ -33,7 +33,7 @@ from armsim_ros.sim.grippers.finger_contacts import FingerContacts
 from armsim_ros.sim.world.entities import Entities, RobotEntity
 from armsim_ros.sim.world_files.resources import WorldResources
 
-#: What a robot stands in whose files name no world.
+#: The world of a robot whose files name none.
 DEFAULT_WORLD = 'empty'
 
 

@@ -28,7 +28,7 @@ _WORDS = {_STOPPED: 'stopped', _PLAYING: 'playing', _PAUSED: 'paused'}
 
 class SimulationStateServices:
     """
-    Pause, play, stop and the end, by the standard's interfaces.
+    Pause, play, stop and quit.
 
     :param node: the node that serves.
     :param resetting: takes everything to the start for a stop.

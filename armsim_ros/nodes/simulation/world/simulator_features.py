@@ -14,7 +14,7 @@ from simulation_interfaces.srv import GetSimulatorFeatures
 
 from armsim_ros.sim.world_files.resources import FORMATS
 
-#: What has a service here that does it.
+#: The features that have a service here.
 _FEATURES = (
     Features.SPAWNING,
     Features.DELETING,
@@ -49,7 +49,7 @@ _FEATURES = (
 
 class SimulatorFeatures:
     """
-    Says what this simulator can do.
+    Lists what this simulator can do.
 
     :param node: the node that serves.
     :param timestep: of the physics [s].

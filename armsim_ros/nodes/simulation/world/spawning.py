@@ -46,7 +46,7 @@ _CODES = {
 
 
 class _Order(NamedTuple):
-    """What is asked for; the two services write it differently."""
+    """A request to spawn, in the form that both services share."""
 
     name: str
     renaming: bool
@@ -57,7 +57,7 @@ class _Order(NamedTuple):
 
 
 class _RefusedError(ArmsimError):
-    """An order cannot be carried out."""
+    """A request cannot be carried out."""
 
     def __init__(self, code: int, text: str) -> None:
         super().__init__(text)
@@ -113,7 +113,7 @@ class Spawning:
                    f'because: {failed[0].result.error_message}')
 
     async def _spawned(self, order: _Order, result: Result) -> str:
-        """Carry an order out; return the name, '' where the result says why not."""
+        """Carry out a request; return the name, '' if the result says why not."""
         try:
             name, told = await self._work.beside(lambda: self._spawn(order))
         except _RefusedError as error:

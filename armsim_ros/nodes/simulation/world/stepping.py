@@ -20,9 +20,9 @@ from armsim_ros.nodes.simulation.world.answers import answered, refuse
 from armsim_ros.nodes.simulation.world.run_state import RunState
 from armsim_ros.nodes.simulation.world.work import Work
 
-#: Steps of one request.
+#: The most steps of one request.
 MOST_STEPS = 10**9
-#: Wall time of the steps that are done in one go [s]: a cancel waits so long.
+#: Wall time of the steps that are done in one go [s]; a cancel waits this long.
 _GO = 0.008
 #: Steps of the first go, and the most of any; who observes the loop waits as long.
 _FIRST, _LARGEST = 10, 2000
@@ -32,7 +32,7 @@ _FEEDBACK_PERIOD = 0.02
 
 class Stepping:
     """
-    Moves time by whole steps of the physics while it stands still otherwise.
+    Steps the paused simulation by whole steps of the physics.
 
     :param node: the node that serves.
     :param work: reaches the loop.

@@ -19,13 +19,13 @@ from armsim_ros.nodes.simulation.world.work import Work
 from armsim_ros.sim.grippers.vacuum_control import VacuumControl
 from armsim_ros.sim.grippers.vacuum_gripper import VacuumGripper
 
-#: Wall time after which it is told again whether something is held [s].
+#: Wall time between two messages about whether something is held [s].
 _PERIOD = 0.1
 
 
 class VacuumGripperServer:
     """
-    Switches a suction cup, and tells whether it holds something.
+    Switches a suction cup and publishes whether it holds something.
 
     :param node: the node that serves.
     :param work: reaches the loop.

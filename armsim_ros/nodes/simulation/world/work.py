@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Gets things done in the loop's thread, or beside it, while a request waits for them."""
+"""Runs functions in the loop's thread or beside it while a request waits for them."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class Work:
 
     async def in_loop(self, function: Callable[[], Result]) -> Result:
         """
-        Return what a function returns that runs between two ticks.
+        Return the result of a function that runs between two ticks.
 
         :raises SimulationError: the simulation ends.
         """
@@ -47,7 +47,7 @@ class Work:
 
     async def beside(self, change: Callable[[], Result]) -> Result:
         """
-        Return what a change of the world returns; changes are made in the order they came.
+        Return the result of a change of the world; changes are made in order of arrival.
 
         In it, ``wait_for_loop`` waits for what has to run between two ticks.
 
@@ -61,7 +61,7 @@ class Work:
         return await self._finished(future)
 
     def wait_for_loop(self, function: Callable[[], Result]) -> Result:
-        """Return what a function returns that runs between two ticks; only in a change."""
+        """Return the result of a function that runs between two ticks; only within a change."""
         return _result(self.loop.call(function))
 
     async def _finished(self, future: LoopFuture[Result]) -> Result:

@@ -47,7 +47,7 @@ _SHIPPED = ('armsim_ros',)
 
 class Worlds:
     """
-    Exchanges the world around the robots.
+    Replaces the world around the robots.
 
     :param node: the node that serves.
     :param work: makes changes beside the loop.
@@ -146,7 +146,7 @@ class Worlds:
         self._node.get_logger().info('the world is unloaded; the robots stand still')
 
     async def _exchange(self, world: LoadedWorld) -> None:
-        """Put a world in place of the present one; the old one stays where that fails."""
+        """Replace the current world; if that fails, the old one stays."""
         def change() -> None:
             taken = [thing.name for thing in world.things
                      if self._entities.is_robot(thing.name)]

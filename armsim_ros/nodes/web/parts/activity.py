@@ -24,7 +24,6 @@ class Activity:
     """
 
     def __init__(self, page: Page) -> None:
-        """Begin with nothing to do."""
         self._page = page
         self.what: Literal['', 'planning', 'executing'] = ''
         self._telling: asyncio.Task[Any] | None = None

@@ -50,7 +50,6 @@ class VisitorGoal:
     """One visitor's goal."""
 
     def __init__(self) -> None:
-        """Begin where the robot stands."""
         self.group = ''
         self.serial = 0
         """Rises with every new group: what was found out about the old one counts no more."""
@@ -76,7 +75,6 @@ class GoalPart(Part):
     """
 
     def __init__(self, page: Page, robot_part: RobotPart) -> None:
-        """Begin without goals."""
         super().__init__(page)
         self._robot_part = robot_part
         self._reach = Reach(page)

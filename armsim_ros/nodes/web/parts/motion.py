@@ -80,7 +80,6 @@ class MotionPart(Part):
     """
 
     def __init__(self, page: Page, watch: WatchPart, goals: GoalPart, paths: PathPart) -> None:
-        """Make the clients."""
         super().__init__(page)
         self._watch, self._goals, self._paths = watch, goals, paths
         self._stopper = Stopper(page.link)

@@ -54,7 +54,6 @@ class Plan:
 
     def __init__(self, group: str, trajectory: Any, curves: Curves,
                  start: dict[str, float]) -> None:
-        """Keep the parts."""
         self.group, self.trajectory, self.curves, self.start = group, trajectory, curves, start
 
     def at(self, time: float) -> dict[str, float]:
@@ -71,7 +70,6 @@ class PathPart(Part):
     """
 
     def __init__(self, page: Page, robot_part: RobotPart, goals: GoalPart) -> None:
-        """Begin without plans."""
         super().__init__(page)
         self._robot_part, self._goals = robot_part, goals
         self._plans: WeakKeyDictionary[Visitor, Plan] = WeakKeyDictionary()

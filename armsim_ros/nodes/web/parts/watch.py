@@ -54,7 +54,6 @@ class WatchPart(Part):
     """Asks every program, while somebody looks, whether it is there."""
 
     def __init__(self, page: Page) -> None:
-        """Make the clients."""
         super().__init__(page)
         self.managers: dict[str, list[Any]] = {}
         """Name of a controller manager -> its controllers, as it last told."""

@@ -32,7 +32,6 @@ class RobotDrawing:
 
     def __init__(self, scene: Any, path: str, robot: RobotModel, reader: ShapeReader,
                  color: Color | None = None, opacity: float | None = None) -> None:
-        """Draw it with all joints at 0."""
         self.robot = robot
         self.complaints: list[str] = []
         self._scene, self._reader = scene, reader

@@ -29,7 +29,6 @@ class ToolHandle:
     """
 
     def __init__(self, scene: Any, pulled: Callable[[Matrix], Awaitable[None]]) -> None:
-        """Draw it at the origin."""
         self._base = scene.add_frame('/goal', show_axes=False)
         handle = self._handle = scene.add_transform_controls(
             '/goal/handle', scale=_SIZE, line_width=3.0, depth_test=False, disable_sliders=True)
