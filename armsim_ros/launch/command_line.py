@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The words of ``armsim launch``."""
+"""The command line of ``armsim launch``."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ ENDINGS = ('launch.py', '_launch.py', 'launch.xml', 'launch.yaml', 'launch.yml',
 @dataclass
 class LaunchWords:
     """
-    What the user asked for.
+    The command line, parsed.
 
     :param arguments: in the order of the command line, the last of a name counts.
     """
@@ -63,7 +63,7 @@ class LaunchWords:
 
 def parse_words(words: Sequence[str]) -> LaunchWords:
     """
-    Read the words after ``launch``.
+    Parse the words after ``launch``.
 
     :raises UsageError: where they cannot be understood, or the file does not exist.
     """

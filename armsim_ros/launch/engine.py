@@ -28,7 +28,7 @@ from armsim_ros.launch.report import Report
 from armsim_ros.launch.runner import Runner
 from armsim_ros.launch.watchdog import watchdog
 
-#: So many processes may one launch start; more is a circle of exit handlers.
+#: The most processes of one launch; more means a loop of exit handlers.
 MOST_STARTS = 1000
 
 
@@ -62,10 +62,10 @@ class Engine:
         self._folder: Path | None = None
         context.engine = self
 
-    # What actions ask for.
+    # What actions request.
 
     def visit(self, entity: LaunchDescriptionEntity) -> None:
-        """Visit an entity and all that it returns, depth first."""
+        """Visit an entity and all that it returns, depth-first."""
         try:
             found = entity.visit(self.context)
         except Exception as error:
@@ -91,7 +91,7 @@ class Engine:
             lambda: self._visit_all(due(), scope)))
 
     def start_process(self, action: ExecuteLocal, spec: ProcessSpec) -> None:
-        """Let a process be started with all others of this batch."""
+        """Start a process together with the others of its batch."""
         self._starts += 1
         if self._starts > MOST_STARTS:
             raise StoppedError(f'{action.where}: more than {MOST_STARTS} processes were started; '
@@ -99,15 +99,15 @@ class Engine:
         self._batch.append((action, spec))
 
     def load_component(self, node: RosNode, container: str) -> None:
-        """Say that a component is not loaded: its container is not started either."""
+        """Log that a component is not loaded: its container is not started either."""
         self._report.unknown(f'{node.package}/{node.executable} is not installed and not started')
 
     def tell_unknown(self, text: str) -> None:
-        """Say what is missing."""
+        """Report an unknown name."""
         self._report.unknown(text)
 
     def tell_missing(self, error: MissingPackageError) -> None:
-        """Say that a package is nowhere, once."""
+        """Report a missing package, once."""
         self._report.missing_package(error)
 
     def log(self, level: str, text: str, logger: str = 'launch') -> None:
@@ -115,7 +115,7 @@ class Engine:
         self._report.log(level, text, logger)
 
     def run_coroutine(self, coroutine: Coroutine[Any, Any, Any]) -> None:
-        """Run a coroutine of the user's beside the rest."""
+        """Run a user's coroutine concurrently."""
         task = asyncio.get_running_loop().create_task(coroutine)
         self._tasks.add(task)
         task.add_done_callback(self._tasks.discard)
@@ -132,7 +132,7 @@ class Engine:
 
     def run(self, description: LaunchDescriptionEntity) -> int:
         """
-        Visit a description, and stay until all that it started has ended.
+        Visit a description and wait until everything it started has ended.
 
         :returns: 0; 1 where a required process failed.
         """
@@ -183,7 +183,7 @@ class Engine:
 
     def process_started(self, action: ExecuteLocal, name: str, pid: int,
                         spec: ProcessSpec) -> None:
-        """Tell the handlers of a start."""
+        """Emit the event of a started process."""
         action.started(name, pid, spec)
         self.emit(events.ProcessStarted(action=action, name=name, cmd=spec.command, pid=pid,
                                         cwd=spec.cwd, env=spec.environment))
@@ -191,7 +191,7 @@ class Engine:
     def process_ended(self, action: ExecuteLocal, name: str, pid: int, spec: ProcessSpec,
                       status: int, *, was_run: bool = True) -> None:
         """
-        Tell the handlers of an end.
+        Emit the event of an ended process.
 
         :param was_run: whether the process was there at all; the end of the launch does not
             depend on one that was not.
@@ -207,7 +207,7 @@ class Engine:
             self._jobs.append(lambda: self._handle_absent(event))
 
     def printed(self, action: ExecuteLocal, name: str, pid: int, text: bytes, fd: int) -> None:
-        """Tell the handlers of what a process printed."""
+        """Emit the event of a process's output."""
         if self.handlers:
             kind = events.ProcessStdout if fd == 1 else events.ProcessStderr
             self._handle(kind(action=action, name=name, pid=pid, text=text, fd=fd))

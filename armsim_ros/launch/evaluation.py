@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""One launch file from its words to its end: shown, run dry, or run."""
+"""One launch file: shown, dry-run, or run."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from armsim_ros.launch.report import Report
 from armsim_ros.launch.runner import DryRunner, Runner
 from armsim_ros.launch.watchdog import watchdog
 
-#: So deep are the includes read whose arguments are shown.
+#: How deep includes are read to show their arguments.
 _SHOWN_DEPTH = 6
 
 
@@ -43,14 +43,14 @@ class Launch:
         self._words = words
 
     def dry_run(self) -> int:
-        """Print what would be started and what is missing; 0, or 2 where something is."""
+        """Print what would be started and what is missing; return 0, or 2 if something is."""
         output = sys.stdout
 
         def write(line: str) -> None:
             print(line, file=output, flush=True)
 
         report = Report(dry=True, write=write)
-        # What the user's code prints is no line of the plan.
+        # The user's own output does not belong to the plan.
         with redirect_stdout(sys.stderr):
             self._evaluate(report, DryRunner(report, is_known))
         if not report.lines and not report.failures:
@@ -78,7 +78,7 @@ class Launch:
         return USAGE_STATUS if report.failures else 0
 
     def run(self) -> int:
-        """Run it; 0 after Ctrl-C or a good end, 1 after a failure, 2 for mistakes before."""
+        """Run it; return 0 after success or Ctrl-C, 1 after a failure, 2 after a mistake."""
         from armsim_ros.launch.real_runner import ProcessRunner
 
         report = Report(dry=False)

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What can go wrong with a launch file, each with the place in the user's own file."""
+"""Errors in launch files, with the line of the user's file."""
 
 from __future__ import annotations
 
@@ -28,14 +28,14 @@ class LaunchError(ArmsimError):
         super().__init__(f'{where}: {what}' if where else what)
 
     def at(self, where: Location | None) -> LaunchError:
-        """Return the same with a place, where it has none yet."""
+        """Return the same error with a place, if it has none yet."""
         if self.where is not None or where is None:
             return self
         return type(self)(self.what, where)
 
 
 class SubstitutionFailure(LaunchError):  # noqa: N818 - launch's own name
-    """A text of the launch file cannot be made."""
+    """A substitution cannot be performed."""
 
 
 class InvalidLaunchFileError(LaunchError):
@@ -44,7 +44,7 @@ class InvalidLaunchFileError(LaunchError):
 
 class MissingPackageError(KeyError):
     """
-    A package is nowhere; a KeyError, because users' files catch it as one.
+    A package is not found; a KeyError because launch files catch that.
 
     :param package: its name.
     """
@@ -85,7 +85,7 @@ class StoppedError(BaseException):
 
 def failure_of(error: BaseException, file: str) -> LaunchError:
     """
-    Return what a user's file raised, with its own file and line.
+    Return an exception of a user's file with its file and line.
 
     :param file: the launch file, where no other file of the user's is in the traceback.
     """
@@ -109,12 +109,12 @@ def failure_of(error: BaseException, file: str) -> LaunchError:
 
 
 def import_place(error: ImportError, file: str) -> Location:
-    """Return the line of the user's that imports what is not there."""
+    """Return the user's line that imports a missing module."""
     return user_place(error.__traceback__) or Location(file)
 
 
 def user_place(trace: TracebackType | None) -> Location | None:
-    """Return the innermost line of a traceback that is the user's, None without one."""
+    """Return the innermost line of a traceback in the user's code, None without one."""
     found = None
     for frame in traceback.extract_tb(trace):
         if _is_users(frame.filename):

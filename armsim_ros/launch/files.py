@@ -37,7 +37,7 @@ def read_launch_file(path: Path) -> LaunchDescription:
 
 
 def load_python_file(path: Path) -> ModuleType:
-    """Return a Python file as a module; its code runs, and nothing of it is kept."""
+    """Run a Python file and return it as a module, which is not cached."""
     name = re.sub(r'\W', '_', f'launch_file_{path.stem}')
     spec = spec_from_file_location(name, path, loader=SourceFileLoader(name, str(path)))
     assert spec is not None

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Packages and their programs, as launch files look for them."""
+"""Finds packages and their programs for launch files."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from armsim_ros.errors import ResourceError
 from armsim_ros.launch.failures import MissingPackageError
 from armsim_ros.packages import Packages
 
-#: Paths below a package that is nowhere begin so; many are never opened.
+#: Prefix of paths below a missing package; many are never opened.
 NOWHERE = Path('/nonexistent/share')
-#: Launch files of the originals that users include, with ours in their place.
+#: Launch files of the originals that users include, and ours in their place.
 STAND_INS = Path(__file__).resolve().parent / 'stand_ins'
 
 
 class Lookup:
     """
-    Finds packages, and remembers those that it did not find.
+    Finds packages and remembers the missing ones.
 
     :param packages: where to look.
     """
@@ -33,11 +33,11 @@ class Lookup:
         self.missing: dict[str, str] = {}
 
     def beside(self, file: Path) -> None:
-        """Look around a file, too."""
+        """Search around a file, too."""
         self.packages = self.packages.beside(file)
 
     def find(self, package: str) -> Path | None:
-        """Return the share folder of a package, or its sources; None where it is nowhere."""
+        """Return the share folder of a package, or its sources; None if it is not found."""
         found = self.packages.find(package)
         if found is None and (STAND_INS / package).is_dir():
             return STAND_INS / package
@@ -69,7 +69,7 @@ class Lookup:
 
     def program(self, package: str, name: str) -> Path | None:
         """
-        Return the executable file of a package's program, None where it is nowhere.
+        Return the executable file of a package's program, None if it is not found.
 
         What is installed comes before the sources.
         """
@@ -86,7 +86,7 @@ class Lookup:
 
 
 def missing_package_of(path: str | Path) -> str:
-    """Return the package of a path below one that is nowhere, '' of any other path."""
+    """Return the missing package of a path, '' for any other path."""
     parts = Path(path).parts
     start = len(NOWHERE.parts)
     return parts[start] if parts[:start] == NOWHERE.parts and len(parts) > start else ''
@@ -94,7 +94,7 @@ def missing_package_of(path: str | Path) -> str:
 
 def check_not_missing(path: str | Path) -> None:
     """
-    Refuse a file of a package that is nowhere.
+    Refuse a file of a missing package.
 
     :raises MissingPackageError: names the package.
     """
@@ -104,7 +104,7 @@ def check_not_missing(path: str | Path) -> None:
 
 
 def stand_in_of(path: Path) -> Path | None:
-    """Return ours for an original's launch file that is not built, None where we have none."""
+    """Return our stand-in for an original's launch file, None without one."""
     for package in path.parent.parts:
         found = STAND_INS / package / 'launch' / path.name
         if found.is_file():
@@ -147,7 +147,7 @@ def current_lookup() -> Lookup:
 
 @contextmanager
 def looking_with(lookup: Lookup) -> Iterator[Lookup]:
-    """Let the launch files that are evaluated look here."""
+    """Have launch files that are evaluated inside use this lookup."""
     token = _CURRENT.set(lookup)
     try:
         yield lookup
@@ -156,5 +156,5 @@ def looking_with(lookup: Lookup) -> Iterator[Lookup]:
 
 
 def make_lookup(path: Iterable[Path], near: Iterable[Path]) -> Lookup:
-    """Return a lookup that begins with some folders and files."""
+    """Return a lookup that starts from some folders and files."""
     return Lookup(Packages(path, near=near))

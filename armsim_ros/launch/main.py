@@ -41,14 +41,14 @@ def main(argv: Sequence[str] | None = None) -> int:
         return launch.dry_run()
     real = _real_ros2()
     if real:
-        # Where the real launch is installed, it runs the file; the overlay gives it ours.
+        # Where the real launch is installed, it runs the file; the overlay gives it our programs.
         folder = write_overlay(overlay_folder())
         os.execve(real, [real, 'launch', *words], environment_with(folder))
     return launch.run()
 
 
 def _real_ros2() -> str:
-    """Return the ros2 of a ROS installation that is sourced and has launch, '' without one."""
+    """Return ``ros2`` of a sourced ROS installation with launch, '' without one."""
     for entry in os.environ.get('AMENT_PREFIX_PATH', '').split(os.pathsep):
         marker = Path(entry, 'share/ament_index/resource_index/packages/ros2launch')
         program = Path(entry, 'bin', 'ros2')

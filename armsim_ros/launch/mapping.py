@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What a process of the launch file becomes here: ours, one of others, or part of ours."""
+"""Decides what a process becomes: a program of ours, a foreign one, or a part of ours."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from armsim_ros.packages import package_of, workspace_of
 
 _DUMPER = getattr(yaml, 'CSafeDumper', yaml.SafeDumper)
 _DESCRIPTION = 'robot_description'
-#: Parameter of ours: the simulation makes the transforms as soon as it knows its robot.
+#: Our own parameter: the simulation publishes transforms as soon as it knows its robot.
 DESCRIPTION_ONLY = 'armsim.description_only'
 #: Parameter of ours: the simulation's own broadcaster publishes, which no spawner starts.
 JOINT_STATES = 'armsim.joint_states'
@@ -40,12 +40,12 @@ _PROGRAMS = {
     ProgramRole.JOINT_STATES: 'joint_state_publisher',
     ProgramRole.STATIC_TRANSFORM: 'static_transform_publisher',
 }
-#: What the simulation does besides; there without a process of its own while it runs.
+#: Programs whose work the simulation does; they get no process of their own.
 _PARTS = (ProgramRole.WORLD, ProgramRole.BRIDGE, ProgramRole.DESCRIPTION, ProgramRole.JOINT_STATES)
 
 
 class Kind(Enum):
-    """What is done for a process."""
+    """What becomes of a process."""
 
     RUN = 'a process is started'
     PART = 'it is there while the simulation runs'
@@ -56,7 +56,7 @@ class Kind(Enum):
 @dataclass
 class Start:
     """
-    One process of a batch and what is done for it.
+    One process of a batch and what becomes of it.
 
     :param command: of a process that is started.
     :param is_simulation: whether it is the simulation.
@@ -90,7 +90,7 @@ class Mapping:
         self._tells_joints = False
 
     def decide(self, batch: Sequence[tuple[ExecuteLocal, ProcessSpec]]) -> list[Start]:
-        """Return what is done for the processes that stand together, in their order."""
+        """Return what becomes of the processes of a batch, in order."""
         roles = [role_of(spec) for _, spec in batch]
         for (_, spec), role in zip(batch, roles, strict=True):
             if role is ProgramRole.DESCRIPTION and spec.node is not None:
@@ -106,7 +106,7 @@ class Mapping:
                 for (action, spec), role in zip(batch, roles, strict=True)]
 
     def simulation_ended(self) -> None:
-        """Let another one be started."""
+        """Note that another simulation may be started."""
         self._simulated.clear()
         self._waiting.clear()
 
@@ -155,7 +155,7 @@ class Mapping:
                      is_simulation=role is ProgramRole.SIMULATION, is_ours=True)
 
     def _spawn(self, action: ExecuteLocal, spec: ProcessSpec) -> Start:
-        """Let the first robot that is spawned be the simulation's."""
+        """Give the first robot that is spawned to the simulation."""
         given = read_spawn_arguments(_words(spec))
         node = spec.node or RosNode('-', 'create')
         text = given.text or self._read(given.file) or node.merged().get(_DESCRIPTION) \
@@ -194,7 +194,7 @@ class Mapping:
         return Start(action, spec, Kind.RUN, command)
 
     def _ros_args(self, node: RosNode, extra: dict[str, Any]) -> list[str]:
-        """Return ``--ros-args`` with all that the launch file gives to a node."""
+        """Return ``--ros-args`` with everything that the launch file gives a node."""
         words = ['--ros-args', *node.ros_arguments]
         if node.name:
             words += ['-r', f'__node:={node.name}']

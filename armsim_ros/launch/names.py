@@ -28,7 +28,7 @@ _MOVEIT_LAUNCHES = ' '.join(f'moveit.launches:generate_{name}_launch' for name i
     'demo', 'move_group', 'moveit_rviz', 'rsp', 'setup_assistant', 'spawn_controllers',
     'static_virtual_joint_tfs', 'warehouse_db'))
 
-#: Module -> what it has, as ``file:Name,Name``; ``Name=Other`` is called Other there.
+#: Module -> its content as ``file:Name,Name``; ``Name=Other`` renames Name to Other.
 MODULES: Mapping[str, str] = {
     'launch': f'{_DESCRIPTION} context:LaunchContext entity:LaunchDescriptionEntity entity:Action '
               'entity:Substitution conditions:Condition events:Event event_handlers:EventHandler '
@@ -221,7 +221,7 @@ class _Finder(MetaPathFinder, Loader):
 @contextmanager
 def importable(lookup: Lookup) -> Iterator[None]:
     """
-    Let launch files be evaluated.
+    Make the modules of launch files importable.
 
     :param lookup: finds the packages that they name.
     """
@@ -235,7 +235,7 @@ def importable(lookup: Lookup) -> Iterator[None]:
     first = _First(finder, ours)
     before_path = list(sys.path)
     no_bytecode = sys.dont_write_bytecode
-    # Nothing of the user's code is kept.
+    # Nothing of the user's code is cached.
     sys.dont_write_bytecode = True
     sys.meta_path.insert(0, first)
     sys.meta_path.append(finder)
@@ -266,7 +266,7 @@ class _First(MetaPathFinder):
 
 
 def _is_real(name: str) -> bool:
-    """Return whether a module of this name can be imported without us."""
+    """Return whether a real module of this name can be imported."""
     try:
         spec = find_spec(name)
     except (ImportError, ValueError):

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The programs of the original stack that are replaced, by the names that launch files use."""
+"""The original programs that are replaced, by the names that launch files use."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ NODES: dict[tuple[str, str], ProgramRole] = {
     ('ros_gz_bridge', 'bridge_node'): ProgramRole.BRIDGE,
     ('ros_ign_bridge', 'parameter_bridge'): ProgramRole.BRIDGE,
 }
-#: First words of a command that is no node.
+#: First words of commands that are no nodes.
 COMMANDS: dict[tuple[str, ...], ProgramRole] = {
     ('gz', 'sim'): ProgramRole.WORLD,
     ('ign', 'gazebo'): ProgramRole.WORLD,
@@ -60,7 +60,7 @@ COMMANDS: dict[tuple[str, ...], ProgramRole] = {
 
 
 def role_of(spec: ProcessSpec) -> ProgramRole | None:
-    """Return what a process does that is replaced here, None of any other."""
+    """Return the role of a process that is replaced here, None for any other."""
     node = spec.node
     if node is not None:
         if node.executable.endswith('ros2_control_node'):

@@ -126,7 +126,7 @@ def _prefixes(without: Path | None) -> list[Path]:
 
 
 def _check(words: Sequence[str]) -> int:
-    """Print for each program of a launch file whose it is."""
+    """Print the origin of each program of a launch file."""
     from armsim_ros.launch.command_line import parse_words
     from armsim_ros.launch.evaluation import Launch
 

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""One process as the launch file wants it, all texts known."""
+"""One process of a launch file, with all substitutions performed."""
 
 from __future__ import annotations
 
@@ -85,7 +85,7 @@ class ProcessSpec:
 
 
 def parameter_names(node: RosNode) -> list[str]:
-    """Return the names of a node's parameters, of blocks and files theirs alone, each once."""
+    """Return the names of a node's parameters, each once."""
     found: dict[str, None] = {}
     for source in node.parameters:
         if isinstance(source, str):

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Starts the processes of a launch, prints what they print, and ends them together."""
+"""Starts the processes of a launch, forwards their output, and ends them together."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ _LONGEST_LINE = 1 << 20
 
 @dataclass
 class _Process:
-    """A process that runs."""
+    """A running process."""
 
     start: Start
     name: str
@@ -46,7 +46,7 @@ class _Process:
 
 class ProcessRunner:
     """
-    The runner of a launch that is not dry.
+    The runner of a real launch.
 
     :param report: prints.
     """
@@ -64,7 +64,7 @@ class ProcessRunner:
         self._interrupts = 0
 
     def open(self, engine: Engine) -> None:
-        """Take the signals over."""
+        """Install the signal handlers."""
         self._engine = engine
         self._mapping = Mapping(engine.keep_text)
         self._changed = asyncio.Event()
@@ -74,12 +74,12 @@ class ProcessRunner:
 
     @property
     def is_busy(self) -> bool:
-        """Whether a process runs, or ours stands in for one."""
+        """Whether a process runs, or the simulation stands in for one."""
         return bool(self._running or self._starting
                     or (self._parts and not self._stopping))
 
     def start(self, batch: Sequence[tuple[ExecuteLocal, ProcessSpec]]) -> None:
-        """Start processes that stand together."""
+        """Start the processes of a batch."""
         for one in self._mapping.decide(batch):
             if one.simulation is not None:
                 self._begin(one.simulation, 'simulation')
@@ -103,14 +103,14 @@ class ProcessRunner:
         return time.monotonic()
 
     async def wait(self, until: float | None) -> None:
-        """Wait for something to happen, or for a time [s]."""
+        """Wait for an event, at most for a time [s]."""
         left = None if until is None else max(0.0, until - self.now())
         with contextlib.suppress(asyncio.TimeoutError):
             await asyncio.wait_for(self._changed.wait(), left)
         self._changed.clear()
 
     def send_signal(self, event: Any) -> None:
-        """Send a signal to the processes that an event means."""
+        """Send a signal to the processes that an event matches."""
         number = getattr(event, 'signal', signal.SIGINT)
         number = signal.Signals[number] if isinstance(number, str) else signal.Signals(number)
         for one in list(self._running.values()):
@@ -134,7 +134,7 @@ class ProcessRunner:
                                   one, signal.SIGKILL)
 
     async def close(self) -> None:
-        """Leave no process behind."""
+        """Kill the remaining processes."""
         for number in _STOP_SIGNALS:
             self._loop.remove_signal_handler(number)
         for one in self._running.values():
@@ -204,7 +204,7 @@ class ProcessRunner:
 
     async def _watch(self, one: _Process) -> None:
         status = await one.process.wait()
-        # What the process left in its group would hold its pipes open.
+        # Processes left in its group would hold its pipes open.
         with contextlib.suppress(ProcessLookupError, PermissionError):
             os.killpg(one.pid, signal.SIGKILL)
         await asyncio.wait(one.tasks, timeout=1.0)
@@ -229,7 +229,7 @@ class ProcessRunner:
         self._changed.set()
 
     def _simulation_ended(self, status: int) -> None:
-        """End what was part of it; a failure ends the launch, which has nothing left to move."""
+        """End what was part of it; a failure ends the launch, which has no robot left."""
         self._mapping.simulation_ended()
         for name, (action, spec) in self._parts.items():
             self._engine.process_ended(action, name, 0, spec, 0)

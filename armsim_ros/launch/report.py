@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What a user is told of a launch: processes, what is missing, mistakes."""
+"""Reports a launch to the user: processes, missing programs and packages, mistakes."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from armsim_ros.launch.failures import (
 )
 from armsim_ros.launch.process_spec import ProcessSpec
 
-#: Programs with a window; that they are missing is no loss.
+#: Programs with a window, which may be missing.
 GUI_PROGRAMS = frozenset({
     'rviz2', 'rviz', 'rqt', 'rqt_gui', 'rqt_robot_steering', 'rqt_joint_trajectory_controller',
     'joint_state_publisher_gui', 'rqt_image_view', 'rqt_reconfigure', 'plotjuggler',
@@ -27,7 +27,7 @@ GUI_PROGRAMS = frozenset({
 
 class Report:
     """
-    Prints, and counts what was lacking.
+    Prints, and counts what is missing.
 
     :param dry: whether nothing is started: the plan goes to standard output, all else to
         standard error.
@@ -42,24 +42,24 @@ class Report:
         self._lost: set[str] = set()
 
     def process(self, spec: ProcessSpec) -> None:
-        """Tell of a process that would be started."""
+        """Report a process that would be started."""
         self._plan(spec.dry_line())
 
     def not_installed(self, spec: ProcessSpec) -> None:
-        """Tell of a process that cannot be started."""
+        """Report a process that cannot be started."""
         program = spec.label.rpartition('/')[2]
         self.unknown(f'{spec.label} is not installed and not started',
                      is_loss=program not in GUI_PROGRAMS)
 
     def unknown(self, text: str, *, is_loss: bool = True) -> None:
-        """Tell of what is not known here."""
+        """Report an unknown name."""
         if self.dry:
             self._plan(f'unknown: {text}')
         else:
             self.log('WARNING' if is_loss else 'INFO', f'unknown: {text}')
 
     def missing_package(self, error: MissingPackageError) -> None:
-        """Tell of a package that is nowhere and that may not be needed, once."""
+        """Report a missing package that may not be needed, once."""
         line = f'missing package: {error.package}'
         if self.dry:
             self._plan(line)
@@ -75,7 +75,7 @@ class Report:
         print(f'[{level}] [{logger}]: {text}', file=stream, flush=True)
 
     def failure(self, error: BaseException, file: str) -> None:
-        """Tell what keeps a launch file from being evaluated."""
+        """Report what keeps a launch file from being evaluated."""
         if isinstance(error, EOFError):
             print(file=sys.stderr)  # the question stands there without an end of line
         for line in failure_lines(error, file):
@@ -90,7 +90,7 @@ class Report:
 
     def keeps_going(self, error: Exception, entity: Any, context: Any) -> bool:
         """
-        Tell of a failure, and return whether to go on after the entity that failed.
+        Report a failure and return whether to go on after the entity that failed.
 
         Only a dry run does, to name all that is missing. What depends on what was lost is not
         told again.
@@ -117,7 +117,7 @@ class Report:
 
 
 def failure_lines(error: BaseException, file: str) -> list[str]:
-    """Return what a user reads of a failure, one line for each thing."""
+    """Return the lines of a failure's report."""
     if isinstance(error, MissingArgumentsError):
         return error.lines()
     if isinstance(error, MissingPackageError):

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What the event loop needs of whoever starts the processes; the dry run's."""
+"""The interface of what starts processes, and the runner of dry runs."""
 
 from __future__ import annotations
 
@@ -18,39 +18,39 @@ Batch = Sequence[tuple[ExecuteLocal, ProcessSpec]]
 
 
 class Runner(Protocol):
-    """Starts processes and knows what time it is."""
+    """Starts processes and keeps the time."""
 
     is_dry: bool
 
     @property
     def is_busy(self) -> bool:
-        """Whether anything runs that may still do something."""
+        """Whether anything is running that may still cause events."""
 
     def open(self, engine: Engine) -> None:
-        """Begin; tells the engine of starts and ends."""
+        """Begin; the engine is told of starts and ends."""
 
     def start(self, batch: Batch) -> None:
-        """Start processes that stand together."""
+        """Start the processes of a batch."""
 
     def now(self) -> float:
         """Return the time [s]."""
 
     async def wait(self, until: float | None) -> None:
-        """Wait for something to happen, or for a time [s]."""
+        """Wait for an event, at most for a time [s]."""
 
     def send_signal(self, event: Any) -> None:
-        """Send a signal to the processes that an event means."""
+        """Send a signal to the processes that an event matches."""
 
     def stop(self) -> None:
         """Begin to end all processes."""
 
     async def close(self) -> None:
-        """Leave no process behind."""
+        """Kill the remaining processes."""
 
 
 class DryRunner:
     """
-    Starts nothing: processes end at once, and a time has passed when nothing else is to do.
+    Starts nothing: processes end at once, and time passes only when nothing else is left.
 
     :param report: takes a line for each process.
     :param is_known: whether a process would be started here.
@@ -67,11 +67,11 @@ class DryRunner:
         self._engine: Engine | None = None
 
     def open(self, engine: Engine) -> None:
-        """Remember whom to tell."""
+        """Remember the engine."""
         self._engine = engine
 
     def start(self, batch: Batch) -> None:
-        """Print each process and let it end."""
+        """Print each process and report its end."""
         assert self._engine is not None
         for action, spec in batch:
             self._started += 1

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The words of ros_gz_sim's create and gazebo_ros's spawn_entity.py."""
+"""The command lines of ros_gz_sim's create and gazebo_ros's spawn_entity.py."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class SpawnArguments:
 
     @property
     def by_topic(self) -> bool:
-        """Whether the description comes by topic or parameter."""
+        """Whether the description comes from a topic or parameter."""
         return bool(self.topic) or not (self.file or self.text)
 
     def placement(self) -> dict[str, list[float]]:
@@ -38,7 +38,7 @@ class SpawnArguments:
 
 
 def read_spawn_arguments(words: Sequence[str]) -> SpawnArguments:
-    """Read the words; what is not known is passed over, as the originals do."""
+    """Parse the command line; unknown words are skipped, as in the originals."""
     found = SpawnArguments()
     rest = iter(words)
     for word in rest:

@@ -17,20 +17,20 @@ from armsim_ros.errors import Location, USAGE_STATUS
 from armsim_ros.launch.api.entity import calling_place
 from armsim_ros.launch.failures import StoppedError
 
-#: So much of a processor may the code of a launch file take without a break [s].
+#: Processor time that a launch file's code may take without a break [s].
 LONGEST_EVALUATION = 30.0
-#: So much longer may it take by the clock, where it waits or the machine is busy.
+#: Factor by which it may take longer in wall time, waiting or on a busy machine.
 _PATIENCE = 4.0
-#: Code that catches everything is asked this often before the process ends.
+#: How often code that catches everything is interrupted before the process ends.
 _TRIES = 5
 
 
 @contextmanager
 def watchdog(seconds: float = LONGEST_EVALUATION) -> Iterator[None]:
     """
-    Let what is inside take no longer than a time.
+    Limit the time of the code inside.
 
-    :param seconds: of the processor; four times as much by the clock [s].
+    :param seconds: of processor time; four times as much of wall time [s].
     :raises StoppedError: in the code that runs then, with its line.
     """
     if threading.current_thread() is not threading.main_thread():

@@ -26,7 +26,7 @@ class XacroCommand:
 
 
 def as_xacro(words: Sequence[str]) -> XacroCommand | None:
-    """Return what xacro is asked for, None where the command is another."""
+    """Return the xacro command in these words, None for any other command."""
     rest = list(words)
     if rest[:3] == ['ros2', 'run', 'xacro']:
         rest = rest[3:]
@@ -50,7 +50,7 @@ def as_xacro(words: Sequence[str]) -> XacroCommand | None:
 
 def run_xacro(command: XacroCommand, where: Location | None) -> str:
     """
-    Return the robot description that a xacro file makes.
+    Return the robot description of a xacro file.
 
     :param where: the line of the launch file.
     :raises SubstitutionFailure: where it makes none; the text names the xacro file.
@@ -73,7 +73,7 @@ def run_xacro(command: XacroCommand, where: Location | None) -> str:
 
 
 def missing_in(text: str) -> str:
-    """Return the package that a message of the package lookup names, '' where it names none."""
+    """Return the package that an error message of the lookup names, '' without one."""
     _, found, rest = text.partition("package '")
     name, end, _ = rest.partition("' is not found")
     return name if found and end and "'" not in name else ''

@@ -1,3 +1,3 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The classes that launch files import; ``armsim_ros.launch.names`` says under which names."""
+"""The classes that launch files import, under the names of ``armsim_ros.launch.names``."""

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What launch files ask ament_index_python, answered for sources, too."""
+"""ament_index_python for launch files, which finds source packages too."""
 
 from __future__ import annotations
 

@@ -32,11 +32,11 @@ class Condition(Placed):
         return self._predicate is None or bool(self._predicate(context))
 
     def _predicate_func(self, context: LaunchContext) -> bool:
-        """Return whether it holds; launch files call what is private in the original."""
+        """Return whether it holds; some launch files call this private name of the original."""
         return self.evaluate(context)
 
     def describe(self) -> str:
-        """Return it for people."""
+        """Return a description for messages."""
         return type(self).__name__
 
 
@@ -54,7 +54,7 @@ def evaluate_condition_expression(context: LaunchContext, expression: SomeText) 
 
 class IfCondition(Condition):
     """
-    Holds where a text says so.
+    Holds if a text is true.
 
     :param predicate_expression: gives true, false, 1 or 0.
     """
@@ -65,28 +65,28 @@ class IfCondition(Condition):
         describe_text(predicate_expression)
 
     def evaluate(self, context: LaunchContext) -> bool:
-        """Return what the text says."""
+        """Return whether the text is true."""
         try:
             return evaluate_condition_expression(context, self._expression)
         except LaunchError as failure:
             raise failure.at(self.where) from None
 
     def describe(self) -> str:
-        """Return it for people."""
+        """Return a description for messages."""
         return f'{type(self).__name__}({describe_text(self._expression)})'
 
 
 class UnlessCondition(IfCondition):
-    """Holds where a text says the contrary."""
+    """Holds if a text is false."""
 
     def evaluate(self, context: LaunchContext) -> bool:
-        """Return the contrary of what the text says."""
+        """Return whether the text is false."""
         return not super().evaluate(context)
 
 
 class LaunchConfigurationEquals(Condition):
     """
-    Holds where a configuration has a value.
+    Holds if a configuration has a given value.
 
     :param launch_configuration_name: of the configuration.
     :param expected_value: None for: it is not set.
@@ -106,7 +106,7 @@ class LaunchConfigurationEquals(Condition):
 
 
 class LaunchConfigurationNotEquals(LaunchConfigurationEquals):
-    """Holds where a configuration has another value."""
+    """Holds if a configuration does not have a given value."""
 
     def evaluate(self, context: LaunchContext) -> bool:
         """Compare."""

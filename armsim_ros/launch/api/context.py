@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What a running launch knows: configurations, environment, event handlers."""
+"""The state of a running launch: configurations, environment, event handlers."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ class LaunchContext:
         self._configurations.append(dict(self.launch_configurations))
 
     def pop_launch_configurations(self) -> None:
-        """End a scope: the configurations are those of its begin."""
+        """End a scope, restoring the configurations from before it."""
         self.launch_configurations = self._configurations.pop()
 
     def push_environment(self) -> None:
@@ -99,13 +99,13 @@ class LaunchContext:
     # Events.
 
     def register_event_handler(self, handler: Any, append: bool = False) -> None:
-        """Let a handler see the events from now on."""
+        """Register a handler for events from now on."""
         if self.engine is not None:
             self.engine.capture_scope(handler)
             self.engine.handlers.insert(len(self.engine.handlers) if append else 0, handler)
 
     def unregister_event_handler(self, handler: Any) -> None:
-        """Let a handler see no more events."""
+        """Unregister a handler."""
         if self.engine is not None and handler in self.engine.handlers:
             self.engine.handlers.remove(handler)
 

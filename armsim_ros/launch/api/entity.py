@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What everything in a launch description is made of: entity, action, substitution."""
+"""The base classes of a launch description: entity, action, substitution."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _OWN_FOLDER = str(Path(__file__).resolve().parent.parent) + os.sep
 
 
 def calling_place() -> Location | None:
-    """Return the line of the launch file, or other code of the user's, that is being run."""
+    """Return the line of the launch file, or of the user's other code, that is being run."""
     frame = sys._getframe(1)
     while frame is not None:
         name = frame.f_code.co_filename
@@ -34,7 +34,7 @@ def calling_place() -> Location | None:
 
 
 class Placed:
-    """Remembers the line of the launch file that made it, also where a subclass forgets to."""
+    """Remembers the line of the launch file that made it."""
 
     where: Location | None = None
 
@@ -53,7 +53,7 @@ class Substitution(Placed):
         raise NotImplementedError(f'{type(self).__name__} has no perform()')
 
     def describe(self) -> str:
-        """Return what the text would be, for people."""
+        """Return a description of the text for messages."""
         return f"{type(self).__name__}('')"
 
 
@@ -62,28 +62,28 @@ SomeText = Union[str, 'os.PathLike[str]', Substitution,
 
 
 class LaunchDescriptionEntity(Placed):
-    """Whatever may stand in a launch description."""
+    """Anything that a launch description may contain."""
 
     def visit(self, context: LaunchContext) -> Iterable[LaunchDescriptionEntity] | None:
-        """Do its work and return what is to be visited next."""
+        """Execute it and return the entities to visit next."""
         raise NotImplementedError(f'{type(self).__name__} has no visit()')
 
     def describe(self) -> str:
-        """Return its name for people."""
+        """Return its name for messages."""
         return type(self).__name__
 
     def describe_sub_entities(self) -> list[LaunchDescriptionEntity]:
-        """Return what is visited after it, whatever the arguments."""
+        """Return the entities that are always visited after it."""
         return []
 
     def describe_conditional_sub_entities(
         self,
     ) -> list[tuple[str, Iterable[LaunchDescriptionEntity]]]:
-        """Return what may be visited after it."""
+        """Return the entities that may be visited after it."""
         return []
 
     def get_asyncio_future(self) -> None:
-        """Return None: what has to be waited for is the event loop's affair."""
+        """Return None: the event loop keeps track of what to wait for."""
         return None
 
 
@@ -109,7 +109,7 @@ class Action(LaunchDescriptionEntity):
         return cls, {} if condition is None else {'condition': condition}
 
     def visit(self, context: LaunchContext) -> Iterable[LaunchDescriptionEntity] | None:
-        """Execute it where its condition holds."""
+        """Execute it if its condition holds."""
         condition = self.condition
         if condition is not None:
             holds = (condition.evaluate(context) if hasattr(condition, 'evaluate')

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What is done when something happens."""
+"""Event handlers."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from armsim_ros.launch.api.utilities import normalize_to_list_of_entities
 
 class EventHandler:
     """
-    Returns entities when an event comes that it waits for.
+    Returns entities for each event that it matches.
 
     :param matcher: whether an event is such a one.
     :param entities: what is visited then.
@@ -32,25 +32,25 @@ class EventHandler:
         self.handle_once = handle_once
 
     def matches(self, event: Any) -> bool:
-        """Return whether it waits for the event."""
+        """Return whether the handler is for the event."""
         return bool(self._matcher(event))
 
     def handle(self, event: Any, context: LaunchContext) -> Iterable[Any] | None:
-        """Return what is visited now."""
+        """Return the entities to visit."""
         if self.handle_once:
             context.unregister_event_handler(self)
         context.extend_locals({'event': event})
         return _result(self._entities, event, context)
 
     def actions_described(self) -> list[LaunchDescriptionEntity]:
-        """Return what may be visited, as far as it is known before."""
+        """Return the entities that may be visited, as far as they are known in advance."""
         if self._entities is None or _is_function(self._entities):
             return []
         return normalize_to_list_of_entities([self._entities])
 
 
 class BaseEventHandler(EventHandler):
-    """The same by its older name."""
+    """The same under its older name."""
 
 
 class _OfTarget(EventHandler):
@@ -154,7 +154,7 @@ class OnShutdown(EventHandler):
 
 class OnProcessIO(_OfTarget):
     """
-    Waits for what processes print.
+    Waits for the output of processes.
 
     :param on_stdout: a function of the event.
     :param on_stderr: a function of the event.
@@ -177,7 +177,7 @@ class OnProcessIO(_OfTarget):
 
 
 def on_process_io_matching(pattern: str) -> Callable[[Any], bool]:
-    """Return a function that tells whether a process has printed something like a pattern."""
+    """Return a predicate for output of a process that matches a pattern."""
     wanted = re.compile(pattern)
     return lambda event: bool(wanted.search(event.text.decode(errors='replace')))
 

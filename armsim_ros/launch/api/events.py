@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What happens while a launch runs."""
+"""Events of a launch."""
 
 from __future__ import annotations
 
@@ -138,7 +138,7 @@ class ProcessStderr(ProcessIO):
 
 class ProcessTargetedEvent(Event):
     """
-    A wish to some processes.
+    An event that is addressed to some processes.
 
     :param process_matcher: returns whether an action's process is meant.
     """
@@ -150,14 +150,14 @@ class ProcessTargetedEvent(Event):
 
 
 class ShutdownProcess(ProcessTargetedEvent):
-    """Processes are to end."""
+    """Processes are to be shut down."""
 
     name = 'launch.events.process.ShutdownProcess'
 
 
 class SignalProcess(ProcessTargetedEvent):
     """
-    Processes are to get a signal.
+    A signal is to be sent to processes.
 
     :param signal_number: a number or name.
     """
@@ -203,7 +203,7 @@ class StateTransition(Event):
 
 
 def matches_action(action: Any) -> Callable[[Any], bool]:
-    """Return a choice of one action."""
+    """Return a matcher of one action's process."""
     return lambda other: other is action
 
 
@@ -211,15 +211,15 @@ matches_executable = matches_action
 
 
 def matches_name(name: str) -> Callable[[Any], bool]:
-    """Return a choice of processes by name."""
+    """Return a matcher of processes by name."""
     return lambda action: str(getattr(action, 'name', '')).startswith(name)
 
 
 def matches_pid(pid: int) -> Callable[[Any], bool]:
-    """Return a choice of a process by number."""
+    """Return a matcher of a process by its id."""
     return lambda action: getattr(getattr(action, 'process_details', None), 'pid', 0) == pid
 
 
 def matches_node_name(node_name: str) -> Callable[[Any], bool]:
-    """Return a choice of nodes by name."""
+    """Return a matcher of nodes by name."""
     return lambda action: getattr(action, 'node_name', '') == node_name

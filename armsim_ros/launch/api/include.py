@@ -21,14 +21,14 @@ from armsim_ros.launch.api.utilities import (
 from armsim_ros.launch.failures import LaunchError, MissingArgumentsError, StoppedError
 from armsim_ros.launch.lookup import check_not_missing, stand_in_of
 
-#: So deep may launch files include each other, and so often may one be on the way to itself.
+#: How deep includes may be nested, and how often a file may include itself on the way.
 DEEPEST_INCLUDE = 40
 MOST_REPEATS = 8
 
 
 class LaunchDescriptionSource(Placed):
     """
-    Where a description comes from.
+    The source of a launch description.
 
     :param launch_description: the description, where it is there already.
     :param location: of the file.
@@ -44,7 +44,7 @@ class LaunchDescriptionSource(Placed):
 
     @property
     def location(self) -> str:
-        """The location for people."""
+        """The location, for messages."""
         return '' if self._location is None else describe_text(self._location)
 
     def path(self, context: LaunchContext) -> str:
@@ -125,7 +125,7 @@ class IncludeLaunchDescription(Action):
 
     @property
     def launch_description_source(self) -> LaunchDescriptionSource:
-        """Where the description comes from."""
+        """The source of the description."""
         return self._source
 
     @property
@@ -134,11 +134,11 @@ class IncludeLaunchDescription(Action):
         return self._arguments
 
     def describe(self) -> str:
-        """Return it for people."""
+        """Return a description for messages."""
         return f'IncludeLaunchDescription({self._source.location})'
 
     def execute(self, context: LaunchContext) -> list[LaunchDescriptionEntity]:
-        """Return the file's entities, between begin and end of its place."""
+        """Return the file's entities, between EnterFile and LeaveFile."""
         values: list[LaunchDescriptionEntity] = []
         given: list[str] = []
         for name, value in self._arguments:
@@ -173,7 +173,7 @@ class IncludeLaunchDescription(Action):
 
 class EnterFile(Action):
     """
-    From here on another launch file is visited.
+    Begins the entities of an included launch file.
 
     :param path: of the file.
     """
@@ -194,7 +194,7 @@ class EnterFile(Action):
 
 
 class LeaveFile(Action):
-    """From here on the launch file is visited that included the other."""
+    """Ends the entities of an included launch file."""
 
     def execute(self, context: LaunchContext) -> None:
         """End the scope."""
@@ -203,7 +203,7 @@ class LeaveFile(Action):
 
 def check_depth(context: LaunchContext, path: str) -> None:
     """
-    Stop files that include themselves.
+    Stop recursive includes.
 
     :raises StoppedError: with the chain of files.
     """

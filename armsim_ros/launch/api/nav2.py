@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""nav2_common's substitutions, which arms' launch files use for parameter files."""
+"""nav2_common's substitutions for parameter files."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _DUMPER = getattr(yaml, 'CSafeDumper', yaml.SafeDumper)
 
 
 class _NewFile(Substitution):
-    """The path of a file that is made of another."""
+    """The path of a file that is generated from another."""
 
     def __init__(self, source_file: SomeText, condition: Any = None) -> None:
         self._source, self._condition = source_file, condition
@@ -47,7 +47,7 @@ class _NewFile(Substitution):
 
 class ReplaceString(_NewFile):
     """
-    The path of a file in which texts are replaced.
+    The path of a copy of a file with strings replaced.
 
     :param source_file: the file that is read.
     :param replacements: text -> what stands in its place.
@@ -67,7 +67,7 @@ class ReplaceString(_NewFile):
 
 class RewrittenYaml(_NewFile):
     """
-    The path of a YAML file with other values.
+    The path of a copy of a YAML file with other values.
 
     :param source_file: the file that is read.
     :param param_rewrites: key, or path of keys with dots -> value.
@@ -142,7 +142,7 @@ class LaunchConfigAsBool(LaunchConfiguration):
         super().__init__(name)
 
     def perform(self, context: LaunchContext) -> str:
-        """Return the truth of its value."""
+        """Return its value as True or False."""
         return str(super().perform(context).strip().lower() in ('true', '1', 'yes', 'on'))
 
 

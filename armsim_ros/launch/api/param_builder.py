@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""launch_param_builder: parameters collected from files of a package."""
+"""launch_param_builder: parameters from a package's files."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def load_yaml(file_path: Any) -> Any:
 
 
 def load_xacro(file_path: Any, mappings: Mapping[str, Any] | None = None) -> str:
-    """Return the text that a xacro file makes."""
+    """Return the output of xacro for a file."""
     if not Path(file_path).is_file():
         raise ParameterBuilderFileNotFoundError(f"file '{file_path}' does not exist")
     words = {name: str(value) for name, value in (mappings or {}).items()}
@@ -55,7 +55,7 @@ def load_xacro(file_path: Any, mappings: Mapping[str, Any] | None = None) -> str
 
 
 def get_path(file_path: Any) -> Path:
-    """Return it as a path."""
+    """Return a value as a path."""
     return Path(file_path)
 
 
@@ -71,7 +71,7 @@ class ParameterBuilder:
         self._parameters: dict[str, Any] = {}
 
     def yaml(self, file_path: Any, parameter_namespace: str | None = None) -> Self:
-        """Add a YAML file; the blocks of nodes in it are taken off."""
+        """Add a YAML file, without the node names around its parameters."""
         content = load_yaml(self._package_path / file_path) or {}
         for block in _blocks_of_nodes(content):
             content = {**{key: value for key, value in content.items()
@@ -87,7 +87,7 @@ class ParameterBuilder:
 
     def xacro_parameter(self, parameter_name: str, file_path: Any,
                         mappings: Mapping[str, Any] | None = None) -> Self:
-        """Add what a xacro file makes as one parameter."""
+        """Add the output of xacro for a file as one parameter."""
         self._parameters[parameter_name] = load_xacro(self._package_path / file_path, mappings)
         return self
 

@@ -24,7 +24,7 @@ from armsim_ros.launch.process_spec import ProcessSpec, program_of
 
 class Executable:
     """
-    What a process runs.
+    The command of a process and its environment.
 
     :param cmd: its words, each a text, a substitution, or several in a row.
     """
@@ -71,7 +71,7 @@ class ExecuteLocal(Action):
 
     @property
     def process_description(self) -> Executable:
-        """What it runs."""
+        """The process's command and environment."""
         return self._executable
 
     @property
@@ -87,7 +87,7 @@ class ExecuteLocal(Action):
 
     @property
     def ends_launch(self) -> bool:
-        """Whether its end is the end of the launch."""
+        """Whether the launch ends with it."""
         return not callable(self._on_exit) and any(
             isinstance(one, Shutdown) for one in normalize_to_list_of_entities(
                 [self._on_exit] if self._on_exit is not None else ()))
@@ -95,13 +95,13 @@ class ExecuteLocal(Action):
     def describe_conditional_sub_entities(
         self,
     ) -> list[tuple[str, Iterable[LaunchDescriptionEntity]]]:
-        """Return what is done at its end."""
+        """Return the actions for its exit."""
         if self._on_exit is None or callable(self._on_exit):
             return []
         return [('its end', normalize_to_list_of_entities([self._on_exit]))]
 
     def describe(self) -> str:
-        """Return it for people."""
+        """Return a description for messages."""
         words = [' + '.join(one.describe() for one in word) for word in self._executable.cmd]
         return f"{type(self).__name__}(cmd=[{', '.join(words)}])"
 
@@ -113,7 +113,7 @@ class ExecuteLocal(Action):
 
     def spec(self, context: LaunchContext) -> ProcessSpec:
         """
-        Return the process with all texts known.
+        Return the process with all substitutions performed.
 
         :raises LaunchError: where an option has a value that it cannot have.
         """
@@ -145,7 +145,7 @@ class ExecuteLocal(Action):
         )
 
     def ended(self, context: LaunchContext, event: Any) -> list[LaunchDescriptionEntity]:
-        """Return what is to be done at its end."""
+        """Return the actions for its exit."""
         self.return_code = event.returncode
         wanted = self._on_exit
         if callable(wanted) and not isinstance(wanted, LaunchDescriptionEntity):
@@ -153,7 +153,7 @@ class ExecuteLocal(Action):
         return normalize_to_list_of_entities([wanted]) if wanted is not None else []
 
     def started(self, name: str, pid: int, spec: ProcessSpec) -> None:
-        """Keep what is known of its process now."""
+        """Store the details of its process."""
         self.process_details = SimpleNamespace(
             name=name, cmd=spec.command, pid=pid, cwd=spec.cwd, env=spec.environment)
 
@@ -190,7 +190,7 @@ class ExecuteLocal(Action):
 
 class ExecuteProcess(ExecuteLocal):
     """
-    Starts a process of a command.
+    Starts a command as a process.
 
     :param cmd: its words, each a text, a substitution, or several in a row.
     """

@@ -37,7 +37,7 @@ class ComposableNode(Placed):
         self.condition = condition
 
     def node(self, context: LaunchContext) -> RosNode | None:
-        """Return it with all texts known, None where its condition does not hold."""
+        """Return it with all substitutions performed, None if its condition does not hold."""
         if self.condition is not None and not self.condition.evaluate(context):
             return None
         own = context.launch_configurations
@@ -60,7 +60,7 @@ class ComposableLifecycleNode(ComposableNode):
 
 class LoadComposableNodes(Action):
     """
-    Loads components into a container that runs.
+    Loads components into a running container.
 
     :param target_container: the container, or its name.
     :param composable_node_descriptions: the components.
@@ -75,7 +75,7 @@ class LoadComposableNodes(Action):
         self._target = target_container
 
     def execute(self, context: LaunchContext) -> None:
-        """Let the engine load each."""
+        """Have the engine load each component."""
         if context.engine is None:
             return
         for one in _flat(self._nodes):

@@ -14,14 +14,14 @@ from armsim_ros.launch.api.ros_parameters import evaluate_parameters, ParameterF
 from armsim_ros.launch.api.utilities import describe_text, perform_text
 from armsim_ros.launch.process_spec import ProcessSpec, RosNode
 
-#: Names of configurations that hold what groups give to the nodes inside them.
+#: Configurations that hold the settings of groups for the nodes inside them.
 NAMESPACE_KEY = 'ros_namespace'
 PARAMETERS_KEY = 'global_params'
 REMAPPINGS_KEY = 'ros_remaps'
 
 
 class RosExecutable:
-    """A program of a package; the same by the name of launch_ros's descriptions."""
+    """A program of a package, under the name of launch_ros's descriptions."""
 
 
 class Node(ExecuteProcess):
@@ -91,7 +91,7 @@ class Node(ExecuteProcess):
         return self._expanded is not None and bool(self._expanded.name)
 
     def describe(self) -> str:
-        """Return it for people."""
+        """Return a description for messages."""
         package = describe_text(self._package) if self._package is not None else "''"
         return f'Node(package={package}, executable={describe_text(self._program)})'
 
@@ -144,7 +144,7 @@ class LifecycleNode(Node):
 
 
 class ExecutableInPackageNode(Node):
-    """The same by another name."""
+    """The same under another name."""
 
 
 class PushRosNamespace(Action):

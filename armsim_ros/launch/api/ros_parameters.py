@@ -91,7 +91,7 @@ class ParameterFile(Placed):
 
 
 class ParameterDescription(ParameterValue):
-    """The same by an older name."""
+    """The same under an older name."""
 
 
 def evaluate_parameters(context: LaunchContext, parameters: Any) -> list[ParameterSource]:

@@ -13,12 +13,12 @@ from armsim_ros.launch.api.entity import Action
 
 
 class RosTimer(TimerAction):
-    """Actions that come later; simulated time runs as fast as the clock unless it is told to."""
+    """Actions after a delay; simulated time is taken to run as fast as the wall clock."""
 
 
 class LifecycleTransition(Action):
     """
-    Leads lifecycle nodes through transitions.
+    Requests transitions of lifecycle nodes.
 
     :param lifecycle_node_names: the nodes.
     :param transition_ids: the transitions in order.
@@ -33,6 +33,6 @@ class LifecycleTransition(Action):
         self._transitions = list(transition_ids)
 
     def execute(self, context: LaunchContext) -> None:
-        """Say that nothing is done: no program of ours is a lifecycle node."""
+        """Log that nothing is done: none of our programs is a lifecycle node."""
         if context.engine is not None:
             context.engine.tell_unknown('transitions of lifecycle nodes are not requested')

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Texts made of substitutions, and texts as typed values."""
+"""Text from substitutions, and typed values from text."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _FALSE = ('false', '0', 'off', 'no')
 
 class TextSubstitution(Substitution):
     """
-    A text that is known already.
+    A plain text.
 
     :param text: the text.
     """
@@ -60,7 +60,7 @@ def normalize_to_list_of_substitutions(subs: SomeText | Iterable[Any]) -> list[S
 
 
 def perform_substitutions(context: LaunchContext, subs: Iterable[Substitution]) -> str:
-    """Return the texts of substitutions in one."""
+    """Return the concatenated texts of substitutions."""
     return ''.join(context.perform_substitution(one) for one in subs)
 
 
@@ -83,13 +83,13 @@ def normalize_to_list_of_entities(
 
 
 def describe_text(text: SomeText | Iterable[Any]) -> str:
-    """Return what a text would be, for people."""
+    """Return a description of a text for messages."""
     return ' + '.join(one.describe() for one in normalize_to_list_of_substitutions(text))
 
 
 def to_bool(text: str, what: str) -> bool:
     """
-    Return the truth that a text says.
+    Return a text as a boolean.
 
     :param what: the expression's kind, for the message.
     :raises LaunchError: for any other text.
@@ -104,7 +104,7 @@ def to_bool(text: str, what: str) -> bool:
 
 def as_yaml_value(text: str) -> Any:
     """
-    Return the value that a text is in YAML: number, truth, list or the text itself.
+    Return a text's value in YAML: number, boolean, list or the text itself.
 
     What YAML cannot read, or reads as a block of keys, is the text.
     """
@@ -154,14 +154,14 @@ def coerce(text: Any, kind: Any) -> Any:
 
 
 def create_future(_loop: Any) -> None:
-    """Return None: futures are the event loop's affair."""
+    """Return None: the event loop keeps track of what to wait for."""
     return None
 
 
 def entities_of_result(result: Any, where: Location | None
                        ) -> list[LaunchDescriptionEntity] | None:
     """
-    Return what a function of the user's returned, as a list of entities.
+    Return the result of a user's function as a list of entities.
 
     :param where: the line of the action that called the function.
     :raises LaunchError: where it is none.
@@ -191,5 +191,5 @@ def is_a(value: Any, kind: type) -> bool:
 
 
 def is_a_subclass(value: Any, kind: type) -> bool:
-    """Return whether a value is a class below another."""
+    """Return whether a value is a subclass of another."""
     return isinstance(value, type) and issubclass(value, kind)

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What a user's package may add to XML and YAML files: actions and substitutions by name."""
+"""Actions and substitutions that users' packages add to XML and YAML files."""
 
 from __future__ import annotations
 

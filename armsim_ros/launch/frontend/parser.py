@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""From the elements of XML and YAML files to actions."""
+"""Builds actions from the elements of XML and YAML files."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ Entity = LaunchDescriptionEntity
 
 
 class Parser:
-    """Makes actions of elements; one parser for one file."""
+    """Builds the actions of one file."""
 
-    #: What a user's package adds: name -> class or function.
+    #: What users' packages add: name -> class or function.
     actions: ClassVar[dict[str, Any]] = {}
     substitutions: ClassVar[dict[str, Any]] = {}
 
@@ -332,7 +332,7 @@ def _truth(element: Element, name: str, default: bool) -> bool:
 
 
 def _words(text: Any) -> list[str]:
-    """Return the words of a command; those in brackets and quotes stay together."""
+    """Return the words of a command; brackets and quotes keep words together."""
     words: list[str] = []
     letters: list[str] = []
     depth = 0

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""ROS 1 launch files: their elements in the words of ROS 2."""
+"""ROS 1 launch files, translated into elements of ROS 2."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def is_ros1(root: Element) -> bool:
 
 def translate(root: Element) -> Element:
     """
-    Return the elements with what ROS 2 has in their place.
+    Return the elements translated into those of ROS 2.
 
     Parameters of the parameter server become those of all nodes after them; files of parameters
     likewise. ``required`` becomes ``on_exit="shutdown"``.

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Texts with ``$(name argument ...)`` in them."""
+"""Parses texts with ``$(name argument ...)``."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def _command(words: Sequence[Argument]) -> Substitution:
     return programs.Command(_joined(words))
 
 
-#: Name -> what makes the substitution of its arguments.
+#: Name -> function that makes the substitution from its arguments.
 KINDS: dict[str, Callable[[Sequence[Argument]], Substitution]] = {
     'var': _var,
     'arg': _var,

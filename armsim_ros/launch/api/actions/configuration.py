@@ -58,7 +58,7 @@ class DeclareLaunchArgument(Action):
         return cls, kwargs
 
     def describe(self) -> str:
-        """Return it for people."""
+        """Return a description for messages."""
         return f"DeclareLaunchArgument('{self.name}')"
 
     def execute(self, context: LaunchContext) -> None:
@@ -75,7 +75,7 @@ class DeclareLaunchArgument(Action):
 
 class _SetAction(Action):
     """
-    Sets something that has a name.
+    Sets a named value.
 
     :param name: its name.
     :param value: its value.
@@ -93,12 +93,12 @@ class _SetAction(Action):
         self._values(context)[name] = perform_substitutions(context, self._value)
 
     def describe(self) -> str:
-        """Return it for people."""
+        """Return a description for messages."""
         return f'{type(self).__name__}({describe_text(self._name)})'
 
     @staticmethod
     def _values(context: LaunchContext) -> dict[str, str]:
-        """Return where it is set."""
+        """Return the dictionary that holds the value."""
         raise NotImplementedError
 
 
@@ -174,7 +174,7 @@ class PopEnvironment(Action):
 
 
 class ResetEnvironment(Action):
-    """Gives processes the environment that the launch began with."""
+    """Restores the environment that the launch began with."""
 
     def execute(self, context: LaunchContext) -> None:
         """Reset it."""
@@ -204,7 +204,7 @@ class UnsetEnvironmentVariable(Action):
 
 class AppendEnvironmentVariable(Action):
     """
-    Adds to an environment variable of the processes.
+    Appends to an environment variable of the processes.
 
     :param name: of the variable.
     :param value: what is added.

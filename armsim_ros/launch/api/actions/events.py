@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Actions that wait for events and make them, and end the launch."""
+"""Actions that wait for events, emit them, or end the launch."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ Entities = list[LaunchDescriptionEntity]
 
 class TimerAction(Action):
     """
-    Actions that come later.
+    Actions that are executed after a delay.
 
     :param period: [s].
     :param actions: what is done then.
@@ -44,15 +44,15 @@ class TimerAction(Action):
 
     @property
     def actions(self) -> Entities:
-        """What is done then."""
+        """The delayed actions."""
         return self._actions
 
     def cancel(self) -> None:
-        """Let it not happen."""
+        """Cancel the timer."""
         self._cancelled = True
 
     def execute(self, context: LaunchContext) -> None:
-        """Begin to count."""
+        """Start the timer."""
         period = self.period
         if not isinstance(period, (int, float)):
             text = perform_text(context, period)
@@ -70,7 +70,7 @@ class TimerAction(Action):
 
 class RegisterEventHandler(Action):
     """
-    Lets a handler see events.
+    Registers an event handler.
 
     :param event_handler: the handler.
     """
@@ -91,14 +91,14 @@ class RegisterEventHandler(Action):
     def describe_conditional_sub_entities(
         self,
     ) -> list[tuple[str, Iterable[LaunchDescriptionEntity]]]:
-        """Return what the handler may do."""
+        """Return the actions that the handler may return."""
         describe = getattr(self._handler, 'actions_described', None)
         return [('an event', describe())] if describe is not None else []
 
 
 class UnregisterEventHandler(Action):
     """
-    Lets a handler see no more events.
+    Unregisters an event handler.
 
     :param event_handler: the handler.
     """
@@ -114,7 +114,7 @@ class UnregisterEventHandler(Action):
 
 class EmitEvent(Action):
     """
-    Lets an event happen.
+    Emits an event.
 
     :param event: the event.
     """
@@ -124,7 +124,7 @@ class EmitEvent(Action):
         self.event = event
 
     def execute(self, context: LaunchContext) -> None:
-        """Queue it."""
+        """Queue the event."""
         context.emit_event_sync(self.event)
 
 

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Actions that hold others, or come from a function of the user's."""
+"""Actions that hold others, or come from the user's own function."""
 
 from __future__ import annotations
 
@@ -51,17 +51,17 @@ class GroupAction(Action):
         return self._actions
 
     def describe_sub_entities(self) -> Entities:
-        """Return the actions where nothing stops them."""
+        """Return the actions if the group has no condition."""
         return self._actions if self.condition is None else []
 
     def describe_conditional_sub_entities(
         self,
     ) -> list[tuple[str, Iterable[LaunchDescriptionEntity]]]:
-        """Return the actions where a condition may stop them."""
+        """Return the actions if the group has a condition."""
         return [] if self.condition is None else [('a condition', self._actions)]
 
     def execute(self, context: LaunchContext) -> Entities:
-        """Return the actions between begin and end of the scope."""
+        """Return the actions between the begin and the end of the scope."""
         settings: Entities = [SetLaunchConfiguration(name, value)
                               for name, value in self._configurations.items()]
         if not self._scoped:
@@ -72,7 +72,7 @@ class GroupAction(Action):
 
 
 class _Forget(Action):
-    """Removes all configurations but some."""
+    """Removes all configurations except some."""
 
     def __init__(self, kept: set[Any]) -> None:
         super().__init__()
@@ -86,7 +86,7 @@ class _Forget(Action):
 
 class OpaqueFunction(Action):
     """
-    A function of the user's.
+    A function of the user, called when it is visited.
 
     :param function: is called with the context, ``args`` and ``kwargs``; may return entities.
     """
@@ -111,7 +111,7 @@ class OpaqueFunction(Action):
 
 class OpaqueCoroutine(Action):
     """
-    A coroutine of the user's.
+    A coroutine of the user, run by the event loop.
 
     :param coroutine: is called with the context, ``args`` and ``kwargs``.
     """
@@ -127,7 +127,7 @@ class OpaqueCoroutine(Action):
         self._ignore_context = ignore_context
 
     def execute(self, context: LaunchContext) -> None:
-        """Let the event loop run it."""
+        """Have the event loop run it."""
         first = () if self._ignore_context else (context,)
         if context.engine is not None:
             context.engine.run_coroutine(self._coroutine(*first, *self._args, **self._kwargs))

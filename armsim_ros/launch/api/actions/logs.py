@@ -39,22 +39,22 @@ class LogInfo(Action):
 
 
 class Log(LogInfo):
-    """Prints a line of a level."""
+    """Logs a line at a level."""
 
 
 class LogDebug(LogInfo):
-    """Prints a line for those who search for faults."""
+    """Logs a line at debug level."""
 
     level = 'DEBUG'
 
 
 class LogWarning(LogInfo):
-    """Prints a warning."""
+    """Logs a warning."""
 
     level = 'WARNING'
 
 
 class LogError(LogInfo):
-    """Prints an error."""
+    """Logs an error."""
 
     level = 'ERROR'

@@ -57,7 +57,7 @@ class MoveItConfigs:
 
 class MoveItConfigsBuilder(ParameterBuilder):
     """
-    Collects the parameters of a package; what is not asked for is taken from its usual file.
+    Collects a package's parameters, from the usual files unless others are named.
 
     :param robot_name: of the robot.
     :param robot_description: name of the parameter with the URDF; the others begin with it.
@@ -102,7 +102,7 @@ class MoveItConfigsBuilder(ParameterBuilder):
         return self
 
     def robot_description_kinematics(self, file_path: Any = None) -> Self:
-        """Read the inverse kinematics' settings."""
+        """Read the settings of inverse kinematics."""
         self._configs.robot_description_kinematics = self._files.robot_description_kinematics(
             file_path)
         return self
@@ -130,7 +130,7 @@ class MoveItConfigsBuilder(ParameterBuilder):
         publish_robot_description: bool = False,
         publish_robot_description_semantic: bool = False,
     ) -> Self:
-        """Say what of the planning scene is published."""
+        """Set which parts of the planning scene are published."""
         self._configs.planning_scene_monitor = {
             'publish_planning_scene': publish_planning_scene,
             'publish_geometry_updates': publish_geometry_updates,
@@ -159,7 +159,7 @@ class MoveItConfigsBuilder(ParameterBuilder):
         return self
 
     def to_moveit_configs(self) -> MoveItConfigs:
-        """Return the parameters; what was not asked for is read now."""
+        """Return the parameters, reading the usual files of those that were not set."""
         made = self._configs
         for name in ('robot_description', 'robot_description_semantic',
                      'robot_description_kinematics', 'planning_pipelines',

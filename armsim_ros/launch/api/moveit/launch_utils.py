@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Small helpers of MoveIt's launch files."""
+"""Helpers of MoveIt's launch files."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from armsim_ros.launch.xacro_command import run_xacro, XacroCommand
 
 class Xacro(Substitution):
     """
-    What a xacro file makes.
+    The output of xacro for a file.
 
     :param file_path: of the file.
     :param mappings: its arguments.
@@ -55,7 +55,7 @@ def add_debuggable_node(
     condition_name: str = 'debug', commands_file: str | None = None,
     extra_debug_args: Iterable[str] | None = None, **kwargs: Any,
 ) -> None:
-    """Add a node, and the same inside a debugger for where an argument asks for it."""
+    """Add a node, and the same node in a debugger for when an argument asks for it."""
     wanted = LaunchConfiguration(condition_name)
     ld.add_action(Node(package=package, executable=executable,
                        condition=UnlessCondition(wanted), **kwargs))

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Texts that are true or false: comparisons and what combines them."""
+"""Boolean substitutions: comparisons and combinations of them."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from armsim_ros.launch.api.utilities import as_yaml_value, perform_text
 
 class _Combination(Substitution):
     """
-    The truth of several texts.
+    A combination of several booleans.
 
     :param values: each true or false; one by one or as one sequence.
     """
@@ -34,37 +34,37 @@ class _Combination(Substitution):
 
 
 class AndSubstitution(_Combination):
-    """True where all are."""
+    """True if all are."""
 
     def _holds(self, truths: Sequence[bool]) -> bool:
         return all(truths)
 
 
 class OrSubstitution(_Combination):
-    """True where one is."""
+    """True if any is."""
 
     def _holds(self, truths: Sequence[bool]) -> bool:
         return any(truths)
 
 
 class NotSubstitution(_Combination):
-    """True where it is not."""
+    """True if the other is false."""
 
     def _holds(self, truths: Sequence[bool]) -> bool:
         return not truths[0]
 
 
 class AllSubstitution(AndSubstitution):
-    """True where all are."""
+    """True if all are."""
 
 
 class AnySubstitution(OrSubstitution):
-    """True where one is."""
+    """True if any is."""
 
 
 class EqualsSubstitution(Substitution):
     """
-    True where two values are equal, as truths, numbers or texts.
+    True if two values are equal, as booleans, numbers or strings.
 
     :param left: a text, number, truth or None.
     """
@@ -88,7 +88,7 @@ class EqualsSubstitution(Substitution):
 
 
 class NotEqualsSubstitution(EqualsSubstitution):
-    """True where two values differ."""
+    """True if two values differ."""
 
     def perform(self, context: LaunchContext) -> str:
         """Compare."""

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Paths, and the texts of files."""
+"""Substitutions of paths and of the content of files."""
 
 from __future__ import annotations
 
@@ -34,11 +34,11 @@ class PathJoinSubstitution(Substitution):
         return os.path.join(*(perform_substitutions(context, part) for part in self._parts))
 
     def __truediv__(self, other: SomeText) -> PathJoinSubstitution:
-        """Return the path with one part more."""
+        """Return the path with one more part."""
         return PathJoinSubstitution([*self._parts, normalize_to_list_of_substitutions(other)])
 
     def describe(self) -> str:
-        """Return it for people."""
+        """Return a description for messages."""
         return f"PathJoin({', '.join(map(describe_text, self._parts))})"
 
 
@@ -63,7 +63,7 @@ class ThisLaunchFile(Substitution):
         return context.current_file
 
     def describe(self) -> str:
-        """Return it for people."""
+        """Return a description for messages."""
         return 'ThisLaunchFile()'
 
 
@@ -79,7 +79,7 @@ class ThisLaunchFileDir(ThisLaunchFile):
         return PathJoinSubstitution([self, other])
 
     def describe(self) -> str:
-        """Return it for people."""
+        """Return a description for messages."""
         return 'ThisLaunchFileDir()'
 
 
@@ -95,7 +95,7 @@ class LaunchLogDir(Substitution):
 
 class FileContent(Substitution):
     """
-    The text in a file.
+    The content of a file.
 
     :param path: of the file.
     """

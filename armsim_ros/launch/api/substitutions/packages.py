@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Texts that name packages and their programs."""
+"""Substitutions of packages and their programs."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ class FindPackage(Substitution):
         return PathJoinSubstitution([self, other])
 
     def describe(self) -> str:
-        """Return it for people."""
+        """Return a description for messages."""
         return f'{type(self).__name__}(pkg={describe_text(self.package)})'
 
 

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Texts that programs and expressions give."""
+"""Substitutions of programs' output and of expressions."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class FindExecutable(Substitution):
         self._name = normalize_to_list_of_substitutions(name)
 
     def perform(self, context: LaunchContext) -> str:
-        """Return its path; xacro's bare name, which runs inside this process."""
+        """Return its path; for xacro, which runs inside this process, its bare name."""
         name = perform_substitutions(context, self._name)
         found = find_program(name, context)
         if found is not None:
@@ -51,7 +51,7 @@ class FindExecutable(Substitution):
         raise SubstitutionFailure(f"program '{name}' is not installed (looked in PATH)")
 
     def describe(self) -> str:
-        """Return it for people."""
+        """Return a description for messages."""
         return f'FindExec({describe_text(self._name)})'
 
 
@@ -63,7 +63,7 @@ def find_program(name: str, context: LaunchContext) -> str | None:
 
 class Command(Substitution):
     """
-    What a command prints; xacro runs inside this process.
+    The output of a command; xacro runs inside this process.
 
     :param command: the command line.
     :param on_stderr: what to do where it prints an error: fail, ignore, warn, capture.
@@ -74,7 +74,7 @@ class Command(Substitution):
         self._on_stderr = on_stderr
 
     def perform(self, context: LaunchContext) -> str:
-        """Return what it prints."""
+        """Return the command's output."""
         line = perform_substitutions(context, self._command)
         try:
             words = shlex.split(line)
@@ -103,13 +103,13 @@ class Command(Substitution):
         return done.stdout + (done.stderr if handling == 'capture' else '')
 
     def describe(self) -> str:
-        """Return it for people."""
+        """Return a description for messages."""
         return f'Command({describe_text(self._command)})'
 
 
 class PythonExpression(Substitution):
     """
-    What a Python expression gives.
+    The value of a Python expression.
 
     :param expression: the expression.
     :param python_modules: whose names it may use; math always.
@@ -137,7 +137,7 @@ class PythonExpression(Substitution):
                 f"expression '{_short(text)}': {type(error).__name__}: {error}") from None
 
     def describe(self) -> str:
-        """Return it for people."""
+        """Return a description for messages."""
         return f'PythonExpr({describe_text(self._expression)})'
 
 

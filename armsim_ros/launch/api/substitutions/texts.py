@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Texts of configurations, environment and scope."""
+"""Substitutions of configurations, environment and scope."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class LaunchConfiguration(Substitution):
                                   + (f'; {hint}' if hint else ''))
 
     def describe(self) -> str:
-        """Return it for people."""
+        """Return a description for messages."""
         return f'LaunchConfig({describe_text(self.variable_name)})'
 
 
@@ -74,13 +74,13 @@ class EnvironmentVariable(Substitution):
         raise SubstitutionFailure(f"environment variable '{name}' is not set")
 
     def describe(self) -> str:
-        """Return it for people."""
+        """Return a description for messages."""
         return f'EnvVar({describe_text(self._name)})'
 
 
 class StringJoinSubstitution(Substitution):
     """
-    Texts with a delimiter between them.
+    Several texts joined by a delimiter.
 
     :param substitutions: the texts.
     """
@@ -97,7 +97,7 @@ class StringJoinSubstitution(Substitution):
 
 class AnonName(Substitution):
     """
-    A name that no other has; the same for the same text.
+    A unique name, the same for the same text.
 
     :param name: its begin.
     """
@@ -194,7 +194,7 @@ class IfElseSubstitution(Substitution):
 
 
 def parts_of(values: Sequence[Any]) -> list[SomeText]:
-    """Return texts that were given one by one, or as one sequence."""
+    """Return parts that were given one by one or as one sequence."""
     if len(values) == 1 and isinstance(values[0], (list, tuple)):
         return list(values[0])
     return list(values)

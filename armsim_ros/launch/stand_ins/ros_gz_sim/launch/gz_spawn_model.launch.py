@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Puts a model into the simulation."""
+"""Spawns a model in the simulation."""
 
 from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument
