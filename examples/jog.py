@@ -26,6 +26,7 @@ from geometry_msgs.msg import TwistStamped
 from moveit_msgs.msg import ServoStatus
 from moveit_msgs.srv import ServoCommandType
 import rclpy
+from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
 from sensor_msgs.msg import JointState
 
@@ -46,6 +47,7 @@ class Jogger:
         self.jogs = node.create_publisher(JointJog, '/servo_node/delta_joint_cmds', 10)
         self.types = node.create_client(ServoCommandType, '/servo_node/switch_command_type')
         self.type = None
+        self.ask_again = 0.0
         self.joints = []
         self.said = ''
         self.direction = 1.0
@@ -64,10 +66,19 @@ class Jogger:
         self.joints = sorted(message.name)
 
     def choose(self, kind):
-        """Have servo follow a type of commands."""
-        if kind != self.type and self.types.service_is_ready():
+        """Have servo follow a type of commands; ask again where no answer comes."""
+        now = time.monotonic()
+        if kind == self.type or now < self.ask_again:
+            return
+        self.ask_again = now + 1.0
+        answer = self.types.call_async(ServoCommandType.Request(command_type=kind))
+        answer.add_done_callback(lambda done: self.chosen(kind, done.result().success))
+
+    def chosen(self, kind, success):
+        """Remember which type servo follows."""
+        self.ask_again = 0.0
+        if success:
             self.type = kind
-            self.types.call_async(ServoCommandType.Request(command_type=kind))
 
     def press(self, key):
         """Send one command for a key."""
@@ -99,6 +110,9 @@ def main():
     jogger = Jogger(node, arguments.frame, arguments.joint_states)
     if not jogger.types.wait_for_service(10.0):
         sys.exit('jog: there is no servo_node; start bringup with servo:=true')
+    # Where time is simulated, commands bear that time: servo drops what is old.
+    simulated = node.count_publishers('/clock') > 0
+    node.set_parameters([Parameter('use_sim_time', value=simulated)])
     print(__doc__.partition('servo:=true')[2].partition('jog.py')[2])
     before = termios.tcgetattr(sys.stdin)
     key, pressed = '', 0.0
