@@ -14,7 +14,7 @@ from armsim_ros.nodes.move_group.execution import trajectory_execution
 from armsim_ros.nodes.move_group.execution.execution import ExecutionOutcome, ExecutionWatch
 from armsim_ros.nodes.move_group.execution.trajectory_execution import TrajectoryExecutionManager
 from armsim_ros.planning.scene.planning_scene import PlanningScene
-from armsim_ros.trajectory import JointTrajectory
+from armsim_ros.trajectory import JointTrajectory, TrajectoryPoint
 
 START = (0.0, 0.0, 0.0, 0.0, 0.0)
 INWARD = {'left': (-1.4, 0.8, 0.0, 0.0, 0.0), 'right': (1.4, 0.8, 0.0, 0.0, 0.0)}
@@ -173,6 +173,18 @@ def test_arms_that_would_meet(execution):
     assert "'left_" in second.outcome.message
     assert "'right_" in second.outcome.message
     assert first.outcome is None
+
+
+@pytest.mark.parametrize('arm', ['left', 'right'])
+def test_what_cannot_be_run_is_told_at_once(execution, arm):
+    """Points that do not fit their joints wait for nobody, stop nobody, and meet nobody."""
+    first = Job(execution.queued(motion('left', START, OUTWARD['left']), ExecutionWatch()))
+    whole = motion(arm, START, OUTWARD[arm])
+    short = [TrajectoryPoint(row[:-1]) for row in whole.positions]
+    unfit = JointTrajectory.of_points(whole.joint_names, whole.times, short)
+    Job(execution.queued(unfit, ExecutionWatch()))
+    assert len(Execution.made) == 2
+    assert (first.outcome, Execution.made[0].replaced) == (None, False)
 
 
 def test_stop_ends_all(execution):
