@@ -205,10 +205,12 @@ class KinematicModel:
 
         :raises PlanningError: INVALID_LINK_NAME for an unknown link.
         """
-        frame = self.frame_index(link)
+        joint, fixed = self.link_joint(link)
+        if joint == 0:  # Pinocchio's universe: no joint moves it
+            return fixed.copy()
         data = self.data
         pin.forwardKinematics(self.model, data, q)
-        pose: Matrix = pin.updateFramePlacement(self.model, data, frame).homogeneous
+        pose: Matrix = pin.updateFramePlacement(self.model, data, self._frame[link]).homogeneous
         return pose
 
     def link_poses(self, q: Vector, links: Iterable[str]) -> list[Matrix]:

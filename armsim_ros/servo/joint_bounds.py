@@ -39,7 +39,7 @@ class JointBounds:
         :param share: of the velocity limits; below 0.01 all of them.
         """
         bound = self.velocity * (share if share >= 0.01 else 1.0)
-        excess = float(np.max(np.abs(velocity) / bound, initial=0.0))
+        excess = _greatest(np.abs(velocity) / bound)
         return velocity / excess if excess > 1.0 else velocity
 
     def limit_position(
@@ -74,7 +74,7 @@ class JointBounds:
     def accelerate(self, now: Vector, wanted: Vector, period: float) -> Vector:
         """Return the velocities (m,) one cycle later; all joints come nearer by one factor."""
         change = wanted - now
-        excess = float(np.max(np.abs(change) / (self.acceleration * period), initial=0.0))
+        excess = _greatest(np.abs(change) / (self.acceleration * period))
         return now + change / excess if excess > 1.0 else wanted
 
     def brake_in_time(self, q: Vector, now: Vector, velocity: Vector, period: float) -> Vector:
@@ -99,4 +99,9 @@ class JointBounds:
 
     def braking_time(self, velocity: Vector) -> float:
         """Return how long the joints take to come to rest together [s]."""
-        return float(np.max(np.abs(velocity) / self.acceleration, initial=0.0))
+        return _greatest(np.abs(velocity) / self.acceleration)
+
+
+def _greatest(values: Vector) -> float:
+    """Return the greatest of values that are not negative, 0 of none."""
+    return float(np.maximum.reduce(values, initial=0.0))

@@ -42,6 +42,22 @@ def condition(jacobian: Matrix) -> tuple[float, Vector]:
     return math.sqrt(float(values[-1]) / smallest), left[:, place]
 
 
+def surely_below(jacobian: Matrix, bound: float) -> bool:
+    """
+    Return True only where the condition number is not above a bound; quicker than to know it.
+
+    Frobenius norms of a matrix and its inverse are no smaller than its greatest eigenvalue and
+    the inverse of its smallest one.
+    """
+    few = jacobian.shape[1] < len(jacobian)
+    squares = jacobian.T @ jacobian if few else jacobian @ jacobian.T
+    try:
+        inverse = np.linalg.inv(squares)
+    except np.linalg.LinAlgError:
+        return False
+    return bool(np.vdot(squares, squares) * np.vdot(inverse, inverse) <= bound**4)
+
+
 def singularity_factor(
     q: Vector,
     twist: Vector,
@@ -58,6 +74,8 @@ def singularity_factor(
     :param jacobian_at: (m,) -> (6, m), for other positions.
     :returns: 0 to 1, and what to say where it is less than 1.
     """
+    if surely_below(jacobian, thresholds.lower):
+        return 1.0, None
     number, direction = condition(jacobian)
     if number <= thresholds.lower:
         return 1.0, None

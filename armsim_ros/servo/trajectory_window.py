@@ -9,6 +9,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from armsim_ros.arrays import Matrix, Vector
 from armsim_ros.servo.stream import ServoStream, StreamState
 from armsim_ros.trajectory import JointTrajectory
 
@@ -75,32 +76,33 @@ class TrajectoryWindow:
         while len(self._points) > FEWEST and self._points[1][0] <= now_ns - _SLACK_NS:
             self._points.popleft()
 
-    def trajectory(self) -> JointTrajectory | None:
+    def trajectory(self, *, accelerations: bool = False) -> JointTrajectory | None:
         """
         Return all points but the newest, whose velocity is not known before the next one.
 
         The last velocity is 0, so that the arm comes to rest where nothing follows. The first
         command of a stream goes out at once, though: it leads to rest anyhow. None where there
         is no command yet.
+
+        :param accelerations: whether to tell of them, too.
         """
         if len(self._points) < FEWEST:
             return self._first()
         stamps = np.array([stamp for stamp, _ in self._points], dtype=np.int64)
         times = (stamps - stamps[0]) * 1e-9
         positions = np.array([state.sent for _, state in self._points])
-        slopes = np.diff(positions, axis=0) / np.diff(times)[:, None]
-        velocities = np.zeros_like(positions)
+        slopes = _slopes(times, positions)
+        velocities = np.zeros((len(times) - 1, positions.shape[1]))
         before, after = slopes[:-1], slopes[1:]
         smaller = np.where(np.abs(before) < np.abs(after), before, after)
-        velocities[1:-1] = np.where(before * after > 0.0, smaller, 0.0)
-        velocities = velocities[:-1]
+        velocities[1:-1] = np.where(before * after > 0.0, smaller, 0.0)[:-1]
         times = times[:-1]
-        velocities[-1] = 0.0
-        accelerations = np.zeros_like(velocities)
-        if len(times) > 2:
-            accelerations[1:-1] = np.diff(velocities, axis=0)[:-1] / np.diff(times)[:-1, None]
+        changes = None
+        if accelerations:
+            changes = np.zeros_like(velocities)
+            changes[1:-1] = _slopes(times, velocities)[:-1]
         return JointTrajectory(
-            self._joint_names, times, positions[:-1], velocities, accelerations,
+            self._joint_names, times, positions[:-1], velocities, changes,
             stamp_ns=int(stamps[0]))
 
     def _first(self) -> JointTrajectory | None:
@@ -111,3 +113,9 @@ class TrajectoryWindow:
         return JointTrajectory(
             self._joint_names, np.array([0.0, (due - start) * 1e-9]),
             np.array([begin.sent, end.sent]), still, still, stamp_ns=start)
+
+
+def _slopes(times: Vector, values: Matrix) -> Matrix:
+    """Return how fast values (k, m) change from one time (k,) to the next (k - 1, m)."""
+    slopes: Matrix = (values[1:] - values[:-1]) / (times[1:] - times[:-1])[:, None]
+    return slopes

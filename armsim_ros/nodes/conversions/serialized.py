@@ -4,10 +4,11 @@
 
 from __future__ import annotations
 
+from array import array
 from collections.abc import Sequence
 from typing import Any
 
-from builtin_interfaces.msg import Time
+from builtin_interfaces.msg import Duration, Time
 import numpy as np
 from numpy.typing import NDArray
 from rclpy.serialization import serialize_message
@@ -21,51 +22,81 @@ _MARK_NS = 0x51B2_43D7 * NANOSECONDS + 0x1A2C_3E4F
 
 class SerializedMessage:
     """
-    A message of which only stamps and numbers change.
+    A message of which only stamps, durations and numbers change.
 
     To turn a message of many parts into what is sent costs some ten times as much as to send it.
     Where the parts are is found out once, by marks.
 
     :param message: all else of it stays as it is.
     :param stamps: its stamps, which are equal.
-    :param numbers: owner and name of the 64 bit floating point fields that change.
+    :param numbers: owner and name of the 64 bit floating point fields that change, or of whole
+        arrays of them, which keep their length.
+    :param durations: its durations that change, each for itself.
     """
 
     def __init__(
-        self, message: Any, stamps: Sequence[Time], numbers: Sequence[tuple[Any, str]]
+        self, message: Any, stamps: Sequence[Time], numbers: Sequence[tuple[Any, str]],
+        durations: Sequence[Duration] = (),
     ) -> None:
         for stamp in stamps:
             fill_time(stamp, _MARK_NS)
-        marks = np.pi * 1e-200 * (1.0 + np.arange(len(numbers)))
-        for (owner, name), mark in zip(numbers, marks.tolist(), strict=True):
-            setattr(owner, name, mark)
+        spans = [_MARK_NS + (k + 1) * (NANOSECONDS + 1) for k in range(len(durations))]
+        for duration, span in zip(durations, spans, strict=True):
+            fill_time(duration, span)
+        marks: list[float] = []
+        for owner, name in numbers:
+            value = getattr(owner, name)
+            begin = len(marks)
+            marks += [np.pi * 1e-200 * (1.0 + begin + k)
+                      for k in range(len(value) if isinstance(value, array) else 1)]
+            setattr(owner, name, (
+                array('d', marks[begin:]) if isinstance(value, array) else marks[begin]))
         data: bytes = serialize_message(message)
-        self._bytes = np.frombuffer(bytearray(data), np.uint8)
-        self._stamps = _places(data, _stamp(_MARK_NS), len(stamps))
-        self._numbers = np.concatenate(
-            [np.empty((0, 8), np.intp), *(_places(data, mark.tobytes(), 1) for mark in marks)])
+        # Numbers are aligned behind the header of 4 bytes.
+        room = np.zeros(-(-(4 + len(data)) // 8), np.float64)
+        self._eights, self._fours = room, room.view(np.uint32)
+        self._bytes = room.view(np.uint8)[4 : 4 + len(data)]
+        self._bytes[:] = np.frombuffer(data, np.uint8)
+        self._numbers = np.array(
+            [_places(data, np.float64(mark).tobytes(), 1, 8)[0] for mark in marks], np.intp)
+        self._stamps, self._durations = (
+            np.array(places, np.intp)[:, None] + np.arange(2) for places in (
+                _places(data, _stamps(_MARK_NS).tobytes(), len(stamps), 4),
+                [_places(data, _stamps(span).tobytes(), 1, 4)[0] for span in spans],
+            )
+        )  # fmt: skip
 
     def set_numbers(self, values: Vector) -> None:
         """Write all numbers (n,), in their order."""
-        self._bytes[self._numbers] = np.asarray(values, float).view(np.uint8).reshape(-1, 8)
+        self._eights[self._numbers] = values
+
+    def set_durations(self, values_ns: NDArray[np.int64]) -> None:
+        """Write all durations (k,) [ns], in their order."""
+        self._fours[self._durations] = _stamps(values_ns)
 
     def at(self, time_ns: int) -> bytes:
         """Return what is to be sent at a time [ns]."""
-        self._bytes[self._stamps] = np.frombuffer(_stamp(time_ns), np.uint8)
+        self._fours[self._stamps] = _stamps(time_ns)
         return self._bytes.tobytes()
 
 
-def _stamp(time_ns: int) -> bytes:
-    return np.array(divmod(time_ns, NANOSECONDS), np.uint32).tobytes()
+def _stamps(times_ns: int | NDArray[np.int64]) -> NDArray[np.uint32]:
+    """Return a time (2,) or several (k, 2) [ns] as seconds and nanoseconds."""
+    return np.array(divmod(times_ns, NANOSECONDS), np.uint32).T
 
 
-def _places(data: bytes, mark: bytes, count: int) -> NDArray[np.intp]:
-    """Return where the bytes of a mark are that is there so many times: (count, bytes)."""
+def _places(data: bytes, mark: bytes, count: int, size: int) -> list[int]:
+    """
+    Return where a mark is that is there so many times, the header's 4 bytes taken as 8.
+
+    :param size: of what is counted and aligned [bytes].
+    """
     begins, begin = [], data.find(mark)
     while begin >= 0:
-        begins.append(begin)
+        begins.append(begin + 4)
         begin = data.find(mark, begin + 1)
-    if len(begins) != count:
+    if len(begins) != count or any(begin % size for begin in begins):
         raise ValueError(
-            f'the middleware serializes {count} equal fields so that {len(begins)} are found')
-    return np.array(begins, np.intp)[:, None] + np.arange(len(mark))
+            f'the middleware serializes {count} equal fields so that {len(begins)} are found, '
+            f'or not every {size} bytes')
+    return [begin // size for begin in begins]

@@ -48,13 +48,14 @@ class CommandTopics:
         self._inbox = inbox
         self._now_ns = now_ns
         self._warned = False
-        self.subscriptions = [
-            node.poll(TwistStamped, parameters.cartesian_command_in_topic, self._twist,
-                      qos.COMMAND),
-            node.poll(JointJogMessage, parameters.joint_command_in_topic, self._jog,
-                      qos.COMMAND),
-            node.poll(PoseStamped, parameters.pose_command_in_topic, self._pose, qos.COMMAND),
-        ]  # fmt: skip
+        self.subscriptions = {
+            CommandType.TWIST: node.poll(
+                TwistStamped, parameters.cartesian_command_in_topic, self._twist, qos.COMMAND),
+            CommandType.JOINT_JOG: node.poll(
+                JointJogMessage, parameters.joint_command_in_topic, self._jog, qos.COMMAND),
+            CommandType.POSE: node.poll(
+                PoseStamped, parameters.pose_command_in_topic, self._pose, qos.COMMAND),
+        }  # fmt: skip
 
     def _twist(self, message: TwistStamped) -> None:
         self._take(CommandType.TWIST, message, _read_twist)

@@ -4,19 +4,20 @@
 
 from __future__ import annotations
 
+from array import array
 from collections.abc import Callable
 
+import numpy as np
 from std_msgs.msg import Float64MultiArray
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from armsim_ros.config.servo import ARRAY, ServoParameters
 from armsim_ros.nodes import qos
-from armsim_ros.nodes.conversions.time import fill_time
-from armsim_ros.nodes.conversions.trajectory import fill_point
+from armsim_ros.nodes.conversions.serialized import SerializedMessage
 from armsim_ros.nodes.polling_node import PollingNode
 from armsim_ros.servo.stream import Cycle, ServoStream
 from armsim_ros.servo.trajectory_window import TrajectoryWindow
-from armsim_ros.trajectory import TrajectoryPoint
+from armsim_ros.trajectory import JointTrajectory as Trajectory
 
 
 class JointCommands:
@@ -40,8 +41,9 @@ class JointCommands:
         self._publisher = node.create_publisher(kind, topic, qos.STATE)
         self._window = TrajectoryWindow(names, round(parameters.max_expected_latency * 1e9))
         self._period_ns = round(parameters.publish_period * 1e9)
-        self._message = JointTrajectory(joint_names=list(names))
-        self._points: list[JointTrajectoryPoint] = []
+        self._names = names
+        #: Fields and number of the points -> the message that has them.
+        self._messages: dict[tuple[tuple[str, ...], int], SerializedMessage] = {}
 
     @property
     def heard(self) -> bool:
@@ -70,19 +72,35 @@ class JointCommands:
             self._publisher.publish(Float64MultiArray(data=values.tolist()))
             return
         self._window.add(cycle_ns, stream.state)
-        trajectory = self._window.trajectory()
+        trajectory = self._window.trajectory(
+            accelerations=parameters.publish_joint_accelerations)
         if trajectory is None:
             return
-        sent = [what for what in ('positions', 'velocities', 'accelerations')
-                if getattr(parameters, f'publish_joint_{what}')]
-        message = self._message
-        fill_time(message.header.stamp, trajectory.stamp_ns)
-        while len(self._points) < len(trajectory):
-            self._points.append(JointTrajectoryPoint())
-        message.points = self._points[: len(trajectory)]
-        for target, point, time in zip(
-            message.points, trajectory.points(), trajectory.times.tolist(), strict=True
-        ):
-            values = {what: getattr(point, what) for what in sent}
-            fill_point(target, TrajectoryPoint(**values), time)
-        self._publisher.publish(message)
+        fields = tuple(name for name, wanted in (
+            ('positions', parameters.publish_joint_positions),
+            ('velocities', parameters.publish_joint_velocities),
+            ('accelerations', parameters.publish_joint_accelerations),
+        ) if wanted)  # fmt: skip
+        self._publisher.publish(self._serialized(trajectory, fields))
+
+    def _serialized(self, trajectory: Trajectory, fields: tuple[str, ...]) -> bytes:
+        """Return a trajectory as it is sent."""
+        shape = fields, len(trajectory)
+        message = self._messages.get(shape)
+        if message is None:
+            message = self._messages[shape] = self._make(*shape)
+        message.set_numbers(np.hstack([getattr(trajectory, name) for name in fields]).ravel())
+        message.set_durations(np.rint(trajectory.times * 1e9).astype(np.int64))
+        return message.at(trajectory.stamp_ns)
+
+    def _make(self, fields: tuple[str, ...], count: int) -> SerializedMessage:
+        numbers = array('d', [0.0] * len(self._names))
+        points = [
+            JointTrajectoryPoint(**dict.fromkeys(fields, numbers)) for _ in range(count)
+        ]
+        message = JointTrajectory(joint_names=list(self._names), points=points)
+        return SerializedMessage(
+            message, [message.header.stamp],
+            [(point, name) for point in points for name in fields],
+            [point.time_from_start for point in points],
+        )  # fmt: skip

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from moveit_msgs.msg import ServoStatus as ServoStatusMessage
+from rclpy.serialization import serialize_message
 
 from armsim_ros.nodes import qos
 from armsim_ros.nodes.polling_node import PollingNode
@@ -16,8 +17,8 @@ class StatusTopic:
 
     def __init__(self, node: PollingNode, topic: str) -> None:
         self._publisher = node.create_publisher(ServoStatusMessage, topic, qos.STATE)
-        self._message = ServoStatusMessage()
         self._finding: Finding | None = None
+        self._serialized = b''
 
     @property
     def heard(self) -> bool:
@@ -28,6 +29,6 @@ class StatusTopic:
         """Publish a finding; who comes later gets the last one."""
         if finding != self._finding:
             self._finding = finding
-            self._message.code = int(finding.code)
-            self._message.message = finding.message
-        self._publisher.publish(self._message)
+            self._serialized = serialize_message(
+                ServoStatusMessage(code=int(finding.code), message=finding.message))
+        self._publisher.publish(self._serialized)

@@ -4,11 +4,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 import threading
 import time
 import traceback
+
+from rclpy.subscription import Subscription
 
 from armsim_ros.config.servo import ServoParameters
 from armsim_ros.nodes.polling_node import PollingNode
@@ -26,6 +28,9 @@ from armsim_ros.sim.realtime import prioritize_thread
 
 #: All topics are looked at so often; those of commands in every cycle [Hz].
 _LOOKS = 10.0
+#: While the arm is streamed to, once in so many cycles: the joints that others move, and what
+#: may end the stream in favour of others or is only to be complained about.
+_JOINTS_EVERY, _OTHERS_EVERY = 2, 4
 #: A stream that stands for so long looks again where the controller is [s].
 _PATIENCE = 0.3
 #: So many cycles that were missed are made up for; more make the motion slower for a moment.
@@ -63,10 +68,6 @@ class Streaming:
         self._stream_ns = 0
         self._quiet = 0
         self._changes: list[tuple[ServoParameters, ServoStream]] = []
-        self._always = (*self.commands.subscriptions, self.controller.own)
-        self._streaming = (
-            *self._always, *self.controller.subscriptions, *self.states.subscriptions
-        )
 
     def start(self) -> None:
         """Start the thread."""
@@ -92,13 +93,17 @@ class Streaming:
         self.stream.warm_up(self.states.q, self.parameters)
         period = self.parameters.publish_period
         looks = max(1, round(1.0 / (_LOOKS * period)))
-        awaited = self.node.waiter(*self.commands.subscriptions)
+        awaited = self.node.waiter(*self.commands.subscriptions.values())
         due = time.monotonic()
         cycle = 0
         try:
             while not self._stop.is_set():
                 looks_now = cycle % looks == 0 or self.clock.parted
-                self._catch_up(all_of_them=looks_now)
+                if looks_now:
+                    self.node.catch_up()
+                    self.clock.look()
+                else:
+                    self.node.catch_up(*self._due(cycle))
                 if looks_now or not self._rests():
                     self._cycle()
                 cycle += 1
@@ -118,15 +123,18 @@ class Streaming:
             if not self._stop.is_set():
                 self.failure = traceback.format_exc()
 
-    def _catch_up(self, *, all_of_them: bool) -> None:
-        """Read what has come in: commands always, where the joints are while it matters."""
-        if all_of_them:
-            self.node.catch_up()
-            self.clock.look()
-        elif self.stream.streaming:
-            self.node.catch_up(*self._streaming)
-        else:
-            self.node.catch_up(*self._always)
+    def _due(self, cycle: int) -> Iterator[Subscription]:
+        """Yield what to read in a cycle; each topic costs time, also where nothing has come."""
+        streaming = self.stream.streaming
+        others_due = cycle % _OTHERS_EVERY == 0 or not streaming
+        yield self.controller.own
+        for kind, subscription in self.commands.subscriptions.items():
+            if kind is self.inbox.type or others_due:
+                yield subscription
+        if streaming and others_due:
+            yield from self.controller.subscriptions
+        if streaming and cycle % _JOINTS_EVERY == 0:
+            yield from self.states.subscriptions
 
     def _rests(self) -> bool:
         """Whether there is nothing to do and nobody to be told so."""

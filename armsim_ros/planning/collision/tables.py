@@ -9,6 +9,7 @@ from typing import Any
 
 import coal
 import numpy as np
+from numpy.typing import NDArray
 import pinocchio as pin
 
 from armsim_ros.arrays import Mask, Matrix, Vector
@@ -50,11 +51,15 @@ class BroadPhase:
         self._pairs = pairs
         self._margins = margins
         self._active: Mask | None = None
+        #: (pairs,) which of them are active.
+        self._looked_at = np.zeros(0, dtype=bool)
         self._geometry: Any = None
         self._geometry_data: Any = None
         self._manager: Any = None
         self._data: Any = None
-        self._spheres: tuple[list[Vector], Vector] | None = None
+        self._spheres: tuple[list[int], NDArray[np.intp], Matrix] | None = None
+        #: (pairs,) sums of the radii of the spheres around two shapes [m].
+        self._radii = np.zeros(0)
         self._pair_table = np.zeros((0, 2), dtype=np.intp)
 
     def _build(self) -> None:
@@ -91,6 +96,7 @@ class BroadPhase:
         """Move a shape to another pose (4, 4) on its joint."""
         joint, _, shape = self._shapes[number]
         self._shapes[number] = joint, pose, shape
+        self._spheres = None
         if self._manager is not None:
             self._geometry.geometryObjects[number].placement = pin.SE3(pose)
 
@@ -100,6 +106,7 @@ class BroadPhase:
             self._build()
         if active is not self._active:
             self._geometry_data.setActiveCollisionPairs(self._geometry, active)
+            self._looked_at = np.array(self._geometry_data.activeCollisionPairs, dtype=bool)
             self._active = active
 
     def hit(self, q: Vector) -> bool:
@@ -146,28 +153,37 @@ class BroadPhase:
         geometry, data = self._geometry, self._geometry_data
         pin.updateGeometryPlacements(self._model, self._data, geometry, data, q)
         if self._spheres is None:
-            shapes = [item.geometry for item in geometry.geometryObjects]
-            for shape in shapes:
-                shape.computeLocalAABB()
-            self._spheres = (
-                [np.array(shape.aabb_center) for shape in shapes],
-                np.array([float(shape.aabb_radius) for shape in shapes]),
-            )
-            pairs = [(pair.first, pair.second) for pair in geometry.collisionPairs]
-            self._pair_table = np.array(pairs, dtype=np.intp).reshape(-1, 2)
-        local, radii = self._spheres
-        centres = np.array([
-            data.oMg[number].act(centre) for number, centre in enumerate(local)
-        ]).reshape(-1, 3)  # fmt: skip
+            self._spheres = self._bound_shapes()
+        joints, places, centres = self._spheres
+        poses = np.array([self._data.oMi[joint].homogeneous for joint in joints])
+        centres = (poses.reshape(-1, 4, 4)[places] @ centres)[:, :3, 0]
         first, second = self._pair_table.T
-        apart = np.linalg.norm(centres[first] - centres[second], axis=1)
-        active = np.array(data.activeCollisionPairs, dtype=bool)
+        ways = centres[first] - centres[second]
+        apart = np.einsum('ij,ij->i', ways, ways) < (self._radii + within) ** 2
         found = []
-        for k in np.flatnonzero(active & (apart < radii[first] + radii[second] + within)):
+        for k in np.flatnonzero(self._looked_at & apart):
             distance = float(pin.computeDistance(geometry, data, int(k)).min_distance)
             if distance < within:
                 found.append((int(first[k]), int(second[k]), distance))
         return found
+
+    def _bound_shapes(self) -> tuple[list[int], NDArray[np.intp], Matrix]:
+        """
+        Put a sphere around each of g shapes, and note the pairs of shapes.
+
+        :returns: the joints that carry shapes, which of those carries each shape (g,), and the
+            centres (g, 4, 1) of the spheres on them.
+        """
+        pairs = [(pair.first, pair.second) for pair in self._geometry.collisionPairs]
+        self._pair_table = np.array(pairs, dtype=np.intp).reshape(-1, 2)
+        centres, radii = np.ones((len(self._shapes), 4, 1)), np.zeros(len(self._shapes))
+        for number, (_, pose, shape) in enumerate(self._shapes):
+            shape.computeLocalAABB()
+            centres[number, :3, 0] = pose[:3, :3] @ shape.aabb_center + pose[:3, 3]
+            radii[number] = shape.aabb_radius
+        self._radii = radii[self._pair_table].sum(axis=1)
+        joints, places = np.unique([joint for joint, _, _ in self._shapes], return_inverse=True)
+        return [int(joint) for joint in joints], places, centres
 
     def pose(self, number: int) -> Matrix:
         """Return a shape's pose (4, 4) in the model frame at the last query."""

@@ -2,13 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """Messages that are serialized once and changed in place."""
 
+from array import array
+
 from geometry_msgs.msg import PoseStamped, TwistStamped, Vector3
 import numpy as np
 import pytest
 from rclpy.serialization import deserialize_message
+from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from armsim_ros.nodes.conversions.serialized import SerializedMessage
-from armsim_ros.nodes.conversions.time import time_from_ns
+from armsim_ros.nodes.conversions.time import ns_from_time, time_from_ns
 
 NOW_NS = 1_700_000_000_123_456_789
 
@@ -28,6 +31,24 @@ def test_it_is_what_the_middleware_would_send(frame: str) -> None:
         message.header.stamp = time_from_ns(time_ns)
         sent = deserialize_message(serialized.at(time_ns), PoseStamped)
         assert repr(sent) == repr(message)  # NaN is not equal to itself
+
+
+def test_arrays_and_durations() -> None:
+    """Whole arrays and durations change as well, each in its own place."""
+    points = [JointTrajectoryPoint(positions=array('d', [0.0] * 3)) for _ in range(2)]
+    message = JointTrajectory(joint_names=['a', 'bc', 'd'], points=points)
+    serialized = SerializedMessage(
+        message, [message.header.stamp], [(point, 'positions') for point in points],
+        [point.time_from_start for point in points],
+    )  # fmt: skip
+    values, spans = np.arange(6.0), np.array([1, 12_345_678_901])
+    serialized.set_numbers(values)
+    serialized.set_durations(spans)
+    sent = deserialize_message(serialized.at(NOW_NS), JointTrajectory)
+    assert ns_from_time(sent.header.stamp) == NOW_NS
+    told = np.concatenate([point.positions for point in sent.points])
+    np.testing.assert_array_equal(told, values)
+    assert [ns_from_time(point.time_from_start) for point in sent.points] == spans.tolist()
 
 
 def test_what_was_sent_before_stays_as_it_was() -> None:

@@ -45,7 +45,7 @@ class Cycles:
             node=SimpleNamespace(catch_up=lambda *subscriptions: None),
             clock=SimpleNamespace(now_ns=lambda: self.now, parted=False),
             inbox=self.inbox,
-            commands=SimpleNamespace(subscriptions=()),
+            commands=SimpleNamespace(subscriptions={}),
             states=SimpleNamespace(q=made.q, missing=(), subscriptions=()),
             controller=self.controller,
             stream=made.stream,
