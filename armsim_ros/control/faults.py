@@ -36,6 +36,7 @@ class FaultInjector(HardwareInterface):
         self.effort_bound = hardware.effort_bound
         self.other_commands = hardware.other_commands
         self.given_states = hardware.given_states
+        self.given_states_of_parts = hardware.given_states_of_parts
         self._hardware = hardware
         self.wake: Callable[[], object] = lambda: None
         self._faults: dict[str, JointFault] = {}

@@ -130,6 +130,8 @@ class HardwareInterface(ABC):
         self.references: dict[str, float] = {}
         #: Other states that controllers set, such as the pace of trajectories -> value.
         self.given_states: dict[str, float] = {}
+        #: The same of each robot that shares this hardware; the others do not see them.
+        self.given_states_of_parts: list[dict[str, float]] = []
 
     @property
     @abstractmethod

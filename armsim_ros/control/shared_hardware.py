@@ -31,7 +31,8 @@ class SharedHardware:
         Return the view of one robot.
 
         :param joint_names: movable joints that follow each other in the hardware.
-        :param foreign: sensors and gpios of the other robots, which this one does not show.
+        :param foreign: sensors and gpios of the other robots, which this one neither shows nor
+            commands.
         :raises SimulationError: they do not.
         """
         return HardwarePart(self, tuple(joint_names), frozenset(foreign))
@@ -76,7 +77,7 @@ class HardwarePart(HardwareInterface):
         self.effort_bound = whole.effort_bound[place]
         self.plan = whole.plan.window(place)
         self.other_commands = whole.other_commands
-        self.given_states = whole.given_states
+        whole.given_states_of_parts.append(self.given_states)
         self._shared = shared
         self._command_interfaces = {name: whole.command_interfaces[name] for name in joint_names}
         self._state_interfaces = {name: whole.state_interfaces[name] for name in joint_names}
@@ -94,8 +95,13 @@ class HardwarePart(HardwareInterface):
     @property
     def other_states(self) -> Mapping[str, float]:
         """Interface of a sensor or gpio -> its value, but for those of the other robots."""
-        return {name: value for name, value in self._shared.hardware.other_states.items()
-                if name.rpartition('/')[0] not in self._foreign}  # fmt: skip
+        shown = {name: value for name, value in self._shared.hardware.other_states.items()
+                 if name.rpartition('/')[0] not in self._foreign}  # fmt: skip
+        return {**shown, **self.given_states}
+
+    def commands_of(self, owner: str) -> tuple[str, ...]:
+        """Return what a joint, sensor, gpio or controller's joint of the robot can do."""
+        return () if owner in self._foreign else super().commands_of(owner)
 
     def perform_command_mode_switch(self, claimed: Mapping[str, frozenset[str]]) -> None:
         """Take over a change of claims of this robot."""

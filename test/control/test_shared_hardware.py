@@ -47,6 +47,25 @@ def test_a_part_hides_what_others_own(whole):
     assert dict(part.other_states) == {'l_wrist/force.x': 1.0, 'sun/light': 3.0}
 
 
+def test_what_a_controller_sets_is_its_robots(whole):
+    """The pace that slows one robot's trajectories is none of the other's."""
+    shared = SharedHardware(FaultInjector(whole))
+    left, right = shared.part(('l1', 'l2')), shared.part(('r1', 'r2'))
+    left.given_states['speed_scaling/speed_scaling_factor'] = 0.0
+    right.given_states['speed_scaling/speed_scaling_factor'] = 1.0
+    assert left.other_states == {'speed_scaling/speed_scaling_factor': 0.0}
+    assert right.other_states == {'speed_scaling/speed_scaling_factor': 1.0}
+    assert whole.given_states_of_parts == [left.given_states, right.given_states]
+
+
+def test_gpios_of_another_robot_cannot_be_commanded(whole):
+    """A robot's own can, and those that belong to nobody."""
+    whole.other_commands.update({'l_lamp/on': 0.0, 'r_lamp/on': 0.0, 'sun/on': 0.0})
+    part = SharedHardware(whole).part(('l1', 'l2'), {'r_lamp'})
+    assert part.commands_of('l_lamp') == part.commands_of('sun') == ('on',)
+    assert part.commands_of('r_lamp') == ()
+
+
 def test_claims_of_the_others_stay(whole):
     """Each part says only what it claims itself; the hardware hears of all."""
     shared = SharedHardware(whole)

@@ -78,7 +78,7 @@ class SimulationState:
     :param grippers: suction cup -> its state.
     :param commands: (8, n) commands and feed-forward of all joints.
     :param other_commands: of sensors and gpios.
-    :param given_states: that controllers set.
+    :param given_states: that controllers set, of the whole and of each robot in it.
     :param written: the commands that were taken over last.
     :param time: steps done, and time before the first of them [ns].
     """
@@ -90,7 +90,7 @@ class SimulationState:
     grippers: Mapping[str, Mapping[str, Any]]
     commands: Matrix
     other_commands: Mapping[str, float]
-    given_states: Mapping[str, float]
+    given_states: tuple[Mapping[str, float], ...]
     written: tuple[bytes, int]
     time: tuple[int, int]
 
@@ -103,6 +103,7 @@ class SavableSimulation:
     vacuum_grippers: dict[str, VacuumGripper]
     other_commands: dict[str, float]
     given_states: dict[str, float]
+    given_states_of_parts: list[dict[str, float]]
     _inputs: Matrix
     _written: tuple[bytes, int]
     _plant: Plant
@@ -116,7 +117,8 @@ class SavableSimulation:
             {name: self.world.pose(name) for name in objects if objects[name].mass is None},
             self._plant.save(), self._servo.save(),
             {name: one.save() for name, one in self.vacuum_grippers.items()},
-            self._inputs.copy(), dict(self.other_commands), dict(self.given_states),
+            self._inputs.copy(), dict(self.other_commands),
+            tuple(dict(one) for one in (self.given_states, *self.given_states_of_parts)),
             self._written, (self.clock.steps, self.clock.start_ns),
         )  # fmt: skip
 
@@ -139,5 +141,10 @@ class SavableSimulation:
             gripper.restore(saved.grippers[name])
         self._inputs[:], self._written = saved.commands, saved.written
         self.other_commands.update(saved.other_commands)
-        self.given_states = dict(saved.given_states)
+        # In place: controllers hold on to them.
+        for given, values in zip(
+            (self.given_states, *self.given_states_of_parts), saved.given_states, strict=True
+        ):
+            given.clear()
+            given.update(values)
         self.clock.steps, self.clock.start_ns = saved.time
