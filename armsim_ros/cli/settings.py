@@ -7,6 +7,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 import math
+import os
 from pathlib import Path
 
 import yaml
@@ -133,9 +134,23 @@ def _mode(arguments: ProgramArguments) -> dict[str, object]:
     if seed or arguments.mode == LOCKSTEP:
         overrides['ompl.planning_seed'] = int(seed or 0)
     if arguments.record:
+        _check_recording(arguments.record)
         overrides['simulation.recorder.file'] = arguments.record
         overrides['simulation.recorder.seconds'] = LONGEST_RECORD
     return overrides
+
+
+def _check_recording(file: str) -> None:
+    """Refuse at the start what could not be written at the end of the run."""
+    path = Path(file).expanduser().absolute()
+    place = next(one for one in (path, *path.parents) if one.exists())
+    if path.is_dir() or (place != path and not place.is_dir()):
+        wrong = f"'{place}' is a {'folder' if path.is_dir() else 'file'}"
+    elif not os.access(place, os.W_OK):
+        wrong = f"'{place}' cannot be written"
+    else:
+        return
+    raise UsageError(f'record:={file}: {wrong}; name a file in a folder of yours')
 
 
 def _given_overrides(text: str) -> dict[str, object]:
