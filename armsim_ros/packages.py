@@ -270,17 +270,6 @@ class Packages:
         return list(dict.fromkeys([*given, *trees, *shares]))
 
 
-def find_package(name: str, *, path: Iterable[Path] = (), near: Iterable[Path] = ()) -> Path:
-    """
-    Return the folder with a package's files; for several packages, keep one :class:`Packages`.
-
-    :param path: see :class:`Packages`.
-    :param near: see :class:`Packages`.
-    :raises ResourceError: where no place has it.
-    """
-    return Packages(path, near=near).folder(name)
-
-
 def split_path(text: str) -> tuple[Path, ...]:
     """Return the folders of a ``DIR:DIR`` text."""
     return tuple(Path(part).expanduser() for part in text.split(os.pathsep) if part)

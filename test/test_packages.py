@@ -5,7 +5,7 @@
 import pytest
 
 from armsim_ros.errors import ResourceError
-from armsim_ros.packages import find_package, package_name, Packages, packages_below
+from armsim_ros.packages import package_name, Packages, packages_below
 
 
 @pytest.fixture
@@ -36,10 +36,10 @@ def test_a_package_of_the_same_workspace_is_found_from_a_file(package, tmp_path)
     """The workspace around the file that the user named is searched, six folders deep."""
     named = package('ws/src/repo/config_package')
     wanted = package('ws/src/a/b/c/d/e/wanted_folder', 'wanted')
-    assert find_package('wanted', near=[named / 'config' / 'robot.urdf.xacro']) == wanted
+    assert Packages(near=[named / 'config' / 'robot.urdf.xacro']).folder('wanted') == wanted
     package('ws/src/a/b/c/d/e/f/too_deep')
     with pytest.raises(ResourceError):
-        find_package('too_deep', near=[named])
+        Packages(near=[named]).folder('too_deep')
 
 
 def test_the_workspace_around_the_working_folder_counts(package, monkeypatch, tmp_path):
@@ -47,9 +47,9 @@ def test_the_workspace_around_the_working_folder_counts(package, monkeypatch, tm
     wanted = package('ws/src/wanted')
     (tmp_path / 'ws/src/else').mkdir()
     monkeypatch.chdir(tmp_path / 'ws/src/else')
-    assert find_package('wanted') == wanted
+    assert Packages().folder('wanted') == wanted
     monkeypatch.chdir(tmp_path / 'ws')
-    assert find_package('wanted') == wanted
+    assert Packages().folder('wanted') == wanted
 
 
 @pytest.mark.parametrize('share', ['install/wanted/share/wanted', 'install/share/wanted'])
@@ -57,7 +57,7 @@ def test_an_installation_of_the_workspace_is_found(share, package, tmp_path):
     """Colcon installs merged, or one folder a package."""
     installed = tmp_path / 'ws' / share
     installed.mkdir(parents=True)
-    assert find_package('wanted', near=[package('ws/src/named')]) == installed
+    assert Packages(near=[package('ws/src/named')]).folder('wanted') == installed
 
 
 def test_what_colcon_does_not_see_is_not_found(package, tmp_path):
@@ -75,15 +75,15 @@ def test_a_given_folder_wins_over_the_workspace(package, tmp_path):
     named = package('ws/src/named')
     package('ws/src/wanted')
     given = package('given/repo/wanted')
-    assert find_package('wanted', path=[tmp_path / 'given'], near=[named]) == given
-    assert find_package('wanted', path=[given], near=[named]) == given
+    assert Packages([tmp_path / 'given'], near=[named]).folder('wanted') == given
+    assert Packages([given], near=[named]).folder('wanted') == given
 
 
 def test_checkouts_beside_each_other_find_each_other(package):
     """Two repositories in one folder need no workspace."""
     named = package('clones/robot_moveit/moveit_config')
     wanted = package('clones/robot/description')
-    assert find_package('description', near=[named / 'config' / 'a.srdf']) == wanted
+    assert Packages(near=[named / 'config' / 'a.srdf']).folder('description') == wanted
 
 
 def test_links_that_go_round_in_a_loop_end(package, tmp_path):

@@ -39,21 +39,6 @@ def matrix_from_rpy(rpy: ArrayLike) -> Matrix:
     )
 
 
-def rpy_from_matrix(matrix: ArrayLike) -> Matrix:
-    """
-    Return roll, pitch, yaw (3,) [rad] of a rotation; yaw is 0 where pitch is +-pi/2.
-
-    :param matrix: (3, 3) or (4, 4).
-    """
-    m = np.asarray(matrix, dtype=np.float64)
-    pitch = math.atan2(-m[2, 0], math.hypot(m[0, 0], m[1, 0]))
-    if math.hypot(m[0, 0], m[1, 0]) > 1e-9:
-        return np.array(
-            [math.atan2(m[2, 1], m[2, 2]), pitch, math.atan2(m[1, 0], m[0, 0])]
-        )
-    return np.array([math.atan2(-m[1, 2], m[1, 1]), pitch, 0.0])
-
-
 def matrix_from_quat_xyzw(quat_xyzw: ArrayLike) -> Matrix:
     """
     Return the rotation of a quaternion, which is normalized first.

@@ -5,7 +5,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-import math
 from typing import Any, Literal
 
 from pydantic import Field, field_validator, model_validator
@@ -245,11 +244,6 @@ class JointTrajectoryControllerParameters(Settings):
     def speed_source(self) -> str:
         """The state interface that the pace is read from, '' where it is not."""
         return self.speed_scaling.state_interface
-
-    @property
-    def monitor_period(self) -> float:
-        """Time between two feedback messages [s]."""
-        return 1.0 / self.action_monitor_rate if self.action_monitor_rate else math.inf
 
 
 class ScaledJointTrajectoryControllerParameters(JointTrajectoryControllerParameters):

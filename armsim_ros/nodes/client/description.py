@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 import math
 
@@ -16,15 +16,11 @@ from armsim_ros.model.description.urdf_geometry import Scale
 from armsim_ros.model.geometry import Mesh
 from armsim_ros.model.robot_model import Joint, JointType, PlanningGroup, RobotModel, SemanticModel
 from armsim_ros.model.transforms import (
-    inverse_pose,
     Matrix,
     matrix_from_axis_angle,
     matrix_from_quat_xyzw,
     pose_from_parts,
 )
-
-#: Reads the description's mesh addresses; the shapes hold what it returns.
-MeshPlace = Callable[[str, Scale], Mesh]
 
 
 def describe(urdf: str, srdf: str = '') -> RobotModel:
@@ -85,12 +81,6 @@ def link_pose(robot: RobotModel, link: str, positions: Mapping[str, float]) -> M
         pose = joint_pose(joint, positions.get(joint.name, 0.0)) @ pose
         link = joint.parent
     return pose
-
-
-def relative_pose(robot: RobotModel, frame: str, link: str, positions: Mapping[str, float]
-                  ) -> Matrix:
-    """Return where a link stands in another, (4, 4)."""
-    return inverse_pose(link_pose(robot, frame, positions)) @ link_pose(robot, link, positions)
 
 
 def tip_of(group: PlanningGroup) -> str:

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 from moveit_msgs.msg import (
     DisplayTrajectory,
@@ -71,11 +71,6 @@ def display_trajectory_message(
     return DisplayTrajectory(
         model_id=model_id, trajectory=list(trajectories), trajectory_start=start
     )
-
-
-def positions_of(message: RobotState) -> Mapping[str, float]:
-    """Return joint -> position [rad or m] of a robot state message."""
-    return dict(zip(message.joint_state.name, message.joint_state.position, strict=False))
 
 
 def _workspace(message: WorkspaceMessage) -> WorkspaceParameters:

@@ -74,8 +74,6 @@ class RobotPart(Part):
         self.drawing: RobotDrawing | None = None
         self.edges: dict[str, tuple[str, Matrix, Matrix]] = {}
         """Child frame -> parent frame, position (3,), quaternion xyzw (4,)."""
-        self.moved_at = -math.inf
-        """When a link was last seen to move, in the event loop's time [s]."""
         self._dark: WeakKeyDictionary[Visitor, bool] = WeakKeyDictionary()
         self._texts = {'urdf': '', 'srdf': ''}
         self._news, self._semantic_came = asyncio.Event(), asyncio.Event()
@@ -128,7 +126,6 @@ class RobotPart(Part):
                 news[stamped.child_frame_id] = stamped
         if not news:
             return
-        moved = False
         with self.page.door.viser.atomic():
             for child, stamped in news.items():
                 xyz, xyzw = stamped.transform.translation, stamped.transform.rotation
@@ -136,9 +133,7 @@ class RobotPart(Part):
                 quaternion = np.array((xyzw.x, xyzw.y, xyzw.z, xyzw.w))
                 self.edges[child] = (stamped.header.frame_id, position, quaternion)
                 if self.drawing is not None:
-                    moved |= self.drawing.set_link(child, position, quaternion[[3, 0, 1, 2]])
-        if moved:
-            self.moved_at = asyncio.get_running_loop().time()
+                    self.drawing.set_link(child, position, quaternion[[3, 0, 1, 2]])
 
     def pose_of(self, frame: str) -> Matrix:
         """Return where a frame stands in the outermost one that tf knows, (4, 4)."""

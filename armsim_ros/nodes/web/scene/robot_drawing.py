@@ -61,15 +61,11 @@ class RobotDrawing:
         """Put the root link somewhere; (3,) [m] and (4,)."""
         self.set_link(self.robot.root_link, xyz, wxyz)
 
-    def set_link(self, link: str, xyz: Matrix, wxyz: Matrix) -> bool:
-        """
-        Put a link somewhere in its parent's frame; unknown links are left out.
-
-        :returns: whether it has moved.
-        """
+    def set_link(self, link: str, xyz: Matrix, wxyz: Matrix) -> None:
+        """Put a link somewhere in its parent's frame; unknown links are left out."""
         frame = self._frames.get(link)
         if frame is None:
-            return False
+            return
         before = self._shown.get(link)
         moved = turned = True
         if before is not None:
@@ -81,7 +77,6 @@ class RobotDrawing:
             frame.wxyz = wxyz
         if moved or turned:
             self._shown[link] = (xyz, wxyz)
-        return moved or turned
 
     def set_joints(self, positions: Mapping[str, float]) -> None:
         """Move joints; those that mimic one follow [rad or m]."""

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -124,20 +124,6 @@ def thinned(count: int, most: int) -> NDArray[np.int64]:
     if count <= most:
         return np.arange(count)
     return np.unique(np.linspace(0, count - 1, most).round().astype(np.int64))
-
-
-def beyond_limits(curves: Curves, limits: Mapping[str, Mapping[str, float | None]]
-                  ) -> list[str]:
-    """Return in words which joints leave their limits of velocity and acceleration."""
-    found = []
-    for index, joint in enumerate(curves.joints):
-        for kind, table in (('velocity', curves.velocities),
-                            ('acceleration', curves.accelerations)):
-            most = limits.get(joint, {}).get(kind)
-            peak = float(np.abs(table[:, index]).max())
-            if most is not None and peak > 1.001 * most:
-                found.append(f'{joint}: {kind} {peak:.3g} is above {most:.3g}')
-    return found
 
 
 def _given(rows: Sequence[Sequence[float]], shape: tuple[int, ...]) -> Array | None:

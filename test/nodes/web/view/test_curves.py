@@ -5,7 +5,7 @@
 import numpy as np
 import pytest
 
-from armsim_ros.nodes.web.view.curves import beyond_limits, curves_of, MOST_POINTS, Trace
+from armsim_ros.nodes.web.view.curves import curves_of, MOST_POINTS, Trace
 
 
 def test_between_two_points_the_curve_is_smooth():
@@ -37,14 +37,6 @@ def test_points_that_do_not_fit_are_refused(times, positions):
     """A plan of a stranger's planner may be anything."""
     with pytest.raises(ValueError):
         curves_of(['a'], times, positions)
-
-
-def test_what_leaves_a_limit_is_named():
-    """With joint, kind and both numbers."""
-    curves = curves_of(['a', 'b'], [0.0, 1.0], [[0.0, 0.0], [1.0, 1.0]], [[0.5, 2.0]] * 2,
-                       [[0.0, 0.0]] * 2)
-    limits = {'a': {'velocity': 1.0, 'acceleration': None}, 'b': {'velocity': 1.0}}
-    assert beyond_limits(curves, limits) == ['b: velocity 2 is above 1']
 
 
 def test_a_trace_counts_time_from_its_first_report():
