@@ -16,7 +16,12 @@ class Settings(BaseModel):
     """A block of settings; it never changes after it was read."""
 
     model_config = ConfigDict(
-        frozen=True, extra='forbid', arbitrary_types_allowed=True, validate_default=True
+        frozen=True,
+        extra='forbid',
+        arbitrary_types_allowed=True,
+        validate_default=True,
+        # A robot has a few of the many blocks; the others are not made ready at each start.
+        defer_build=True,
     )
 
 

@@ -17,6 +17,6 @@ def main(argv: Sequence[str] | None = None) -> int:
     :param argv: the words after the program's name; those of this process where None.
     :returns: 0 after a signal, 2 after a mistake of the user's, 1 after a failure.
     """
-    # Nothing is drawn here, and MuJoCo would not be imported where this cannot draw.
-    os.environ.pop('MUJOCO_GL', None)
+    # Nothing is drawn here: MuJoCo need not look for what draws, nor refuse what cannot.
+    os.environ['MUJOCO_GL'] = 'disable'
     return serve('armsim_ros.nodes.simulation.program', 'SimulationProgram', argv)
