@@ -108,17 +108,17 @@ class InverseDynamics:
             velocity, acceleration = self._spread(velocity), self._spread(acceleration)
         steps, joints = acceleration.shape
         inertia, bias = self._nodes(position[::stride], velocity[::stride])
-        share = (np.arange(stride) / stride)[:, None]
-        forces = (bias[:-1, None] + share * (bias[1:] - bias[:-1])[:, None]).reshape(steps, joints)
+        # (stride, joint, node): long rows for numpy, and no matrix of all steps.
+        share = (np.arange(stride) / stride)[:, None, None]
+        changes = acceleration.reshape(-1, stride, joints).transpose(2, 1, 0).copy()[:, :, None]
         padded = np.concatenate((inertia, np.zeros((len(inertia), 1))), axis=1)
-        # (joint, node, joint): the matrix is symmetric.
-        nodes = padded.T[self._full].transpose(0, 2, 1)
-        between = nodes[:, :-1, None] + share * (nodes[:, 1:] - nodes[:, :-1])[:, :, None]
-        between = between.reshape(joints, steps, joints)
-        between *= acceleration.T[:, :, None]
-        # One by one, in an order that does not depend on how many steps there are.
-        for part in between:
+        forces = _between(bias.T.copy(), share)
+        # The matrix is symmetric; its columns come one by one, however many steps there are.
+        for nodes, change in zip(padded.T[self._full], changes, strict=True):
+            part = _between(nodes, share)
+            part *= change
             forces += part
+        forces = forces.transpose(2, 0, 1).reshape(steps, joints)
         return self._borne(forces, velocity[:-1], acceleration), inertia
 
     def _nodes(self, position: Matrix, velocity: Matrix) -> tuple[Matrix, Matrix]:
@@ -187,6 +187,13 @@ class InverseDynamics:
     def expand(self, values: Vector) -> Vector:
         """Return positions of all movable joints from those of the active ones."""
         return self._expand @ values + self._offset
+
+
+def _between(nodes: Matrix, share: Matrix) -> Matrix:
+    """Return values (stride, n, k) on the ways from node to node (n, k + 1)."""
+    ways: Matrix = share * (nodes[:, 1:] - nodes[:, :-1])
+    ways += nodes[:, :-1]
+    return ways
 
 
 def stride_of(steps: int) -> int:
