@@ -5,13 +5,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 import math
 
 import numpy as np
 
-from armsim_ros.arrays import Vector
+from armsim_ros.arrays import Matrix, Vector
 from armsim_ros.errors import MoveItErrorCode, PlanningError
 from armsim_ros.model.robot_model import JointType
 from armsim_ros.planning.cartesian.curves import CurveFollower, Line
@@ -39,72 +38,50 @@ _MIN_PART = 1e-5
 _FARTHEST = 1.5
 
 
-@dataclass(slots=True, eq=False)
 class CartesianPath:
     """
-    Joint states along a Cartesian path, as far as it goes.
+    Joint states along straight lines and even rotations, as far as inverse kinematics goes.
 
-    :param states: (m,) of the group; the first is the start.
-    :param places: how much of the path each state has covered, in waypoints.
+    :param follower: takes the frame from pose to pose.
+    :param validity: judges every state and the motions between them.
+    :param start: (m,) of the group.
     :param total: number of waypoints.
-    :param reason: why it ends early, '' where it does not.
+    :param step: largest motion [m] of any point between two checks.
     """
 
-    states: list[Vector]
-    places: list[float]
-    total: int
-    reason: str = ''
+    def __init__(
+        self, follower: CurveFollower, validity: StateValidity, start: Vector, total: int,
+        step: float,
+    ) -> None:
+        self._follower = follower
+        self._validity = validity
+        self._total = total
+        self._step = step
+        #: (m,) each; the first is the start.
+        self.states = [start]
+        #: How much of the path each state has covered, in waypoints.
+        self.places = [0.0]
+        #: Why it ends early, '' where it does not.
+        self.reason = ''
 
     @property
     def fraction(self) -> float:
         """Covered part of the path, 0..1."""
-        return min(1.0, self.places[-1] / self.total) if self.total else 0.0
+        return min(1.0, self.places[-1] / self._total)
 
-    def starts(self, place: float) -> list[Vector]:
-        """Return where the state at the next place may be near: straight on, or the last one."""
-        last = self.states[-1]
-        if len(self.states) < 2:
-            return [last]
-        rate = (place - self.places[-1]) / max(self.places[-1] - self.places[-2], _MIN_PART)
-        if rate > _FARTHEST:
-            return [last]
-        return [last + rate * (last - self.states[-2]), last]
-
-    def cut(self, count: int, reason: str) -> None:
-        """Keep the first states only."""
-        del self.states[count:]
-        del self.places[count:]
-        self.reason = reason
-
-
-class CartesianInterpolator:
-    """
-    Follows straight lines and even rotations with inverse kinematics.
-
-    :param follower: takes the frame from pose to pose.
-    :param validity: judges every state and the motions between them.
-    """
-
-    def __init__(self, follower: CurveFollower, validity: StateValidity) -> None:
-        self._follower = follower
-        self._validity = validity
-
-    def follow(
-        self, start: Vector, waypoints: tuple[Vector, ...], max_step: float, step: float, *,
-        relative: bool = False,
-    ) -> CartesianPath:
+    def follow(self, waypoints: Sequence[Matrix], max_step: float, *, relative: bool) -> None:
         """
-        Return the path from a start (m,) through poses (4, 4) in the model frame.
+        Add states through poses (4, 4) in the model frame.
 
-        :param step: largest motion [m] of any point between two checks.
+        :param max_step: between two states [m].
         :param relative: each pose is relative to the pose before it.
         """
-        path = CartesianPath([start], [0.0], len(waypoints))
-        wrong = '' if self._validity.free(start) else self._validity.why_not(start)
+        wrong = '' if self._validity.free(self.states[0]) else (
+            self._validity.why_not(self.states[0]))
         if wrong:
-            path.reason = f'the start state is not valid: {wrong}'
-            return path
-        here = self._follower.pose(start)
+            self.reason = f'the start state is not valid: {wrong}'
+            return
+        here = self._follower.pose(self.states[0])
         for number, waypoint in enumerate(waypoints):
             target = here @ waypoint if relative else waypoint
             segment = Line(here, target)
@@ -114,82 +91,78 @@ class CartesianInterpolator:
             ) + 1
             for part in range(parts):
                 self._validity.poll()
-                self._advance(path, segment, number, part / parts, (part + 1) / parts, step)
-                if path.reason:
-                    return path
+                self._advance(segment, number, part / parts, (part + 1) / parts)
+                if self.reason:
+                    return
             here = target
-        return path
 
-    def _advance(
-        self, path: CartesianPath, segment: Line, number: int, low: float, high: float,
-        step: float,
-    ) -> None:
+    def _advance(self, segment: Line, number: int, low: float, high: float) -> None:
         """Add the state at part ``high`` of a segment, and others before it where needed."""
-        last = path.states[-1]
-        values, result = self._follower.solve(
-            segment.pose(high), *path.starts(number + high))
-        where = f'waypoint {number + 1}, {high:.0%} of its segment'
-        if values is None:
-            if high - low > _MIN_PART * 64.0:
-                self._halves(path, segment, number, low, high, step)
-            else:
-                path.reason = f'{where}: {result.message}'
-            return
-        if not self._straight(last, values, segment.pose(0.5 * (low + high))):
-            if high - low > _MIN_PART:
-                self._halves(path, segment, number, low, high, step)
-            else:
-                path.reason = f'{where}: the joints would have to jump'
-            return
-        if not self._validity.motion_free(last, values, step):
-            path.reason = f'{where}: {self._validity.why_not(values) or "something is in between"}'
-            return
-        path.states.append(values)
-        path.places.append(number + high)
-
-    def _halves(
-        self, path: CartesianPath, segment: Line, number: int, low: float, high: float,
-        step: float,
-    ) -> None:
+        last = self.states[-1]
+        values, result = self._follower.solve(segment.pose(high), *self._starts(number + high))
         middle = 0.5 * (low + high)
-        self._advance(path, segment, number, low, middle, step)
-        if not path.reason:
-            self._advance(path, segment, number, middle, high, step)
+        shortest, wrong = _MIN_PART, ''
+        if values is None:
+            shortest, wrong = 64.0 * _MIN_PART, result.message
+        elif not self._straight(last, values, segment.pose(middle)):
+            wrong = 'the joints would have to jump'
+        if wrong and high - low > shortest:
+            self._advance(segment, number, low, middle)
+            if not self.reason:
+                self._advance(segment, number, middle, high)
+            return
+        if values is not None and not wrong and not self._validity.motion_free(
+            last, values, self._step
+        ):
+            wrong = self._validity.why_not(values) or 'something is in between'
+        if values is None or wrong:
+            self.reason = f'waypoint {number + 1}, {high:.0%} of its segment: {wrong}'
+            return
+        self.states.append(values)
+        self.places.append(number + high)
 
-    def _straight(self, first: Vector, second: Vector, wanted: Vector) -> bool:
+    def _starts(self, place: float) -> list[Vector]:
+        """Return where the state at the next place may be near: straight on, or the last one."""
+        last = self.states[-1]
+        if len(self.states) < 2:
+            return [last]
+        rate = (place - self.places[-1]) / max(self.places[-1] - self.places[-2], _MIN_PART)
+        if rate > _FARTHEST:
+            return [last]
+        return [last + rate * (last - self.states[-2]), last]
+
+    def _straight(self, first: Vector, second: Vector, wanted: Matrix) -> bool:
         """Return whether the joint motion's middle lies on the Cartesian path."""
         off, turned = self._follower.distance(0.5 * (first + second), wanted)
         return off <= _POSITION_PRECISION and turned <= _ROTATION_PRECISION
 
+    def cut_at_jump(self, request: CartesianRequest, joint_types: Sequence[JointType]) -> None:
+        """
+        End before the first joint step that is larger than the request allows.
 
-def cut_at_jump(
-    path: CartesianPath, request: CartesianRequest, joint_types: tuple[JointType, ...]
-) -> None:
-    """
-    End a path before the first joint step that is larger than the request allows.
+        The relative threshold compares joint motion per distance covered with its mean.
 
-    The relative threshold compares joint motion per distance covered with its mean.
-
-    :param joint_types: of the group's variables.
-    """
-    if len(path.states) < 2:
-        return
-    steps = np.array([b - a for a, b in pairwise(path.states)])
-    covered = np.maximum(np.diff(path.places), 1e-12)
-    rates = np.linalg.norm(steps, axis=1) / covered
-    limits = np.array([
-        request.prismatic_jump_threshold if kind is JointType.PRISMATIC
-        else request.revolute_jump_threshold for kind in joint_types
-    ])
-    limits = np.where(limits > 0.0, limits, math.inf)
-    jumps = np.any(np.abs(steps) > limits, axis=1)
-    if request.jump_threshold > 0.0:
-        mean = float(np.sum(rates * covered) / np.sum(covered))
-        jumps |= rates > request.jump_threshold * mean * (1.0 + 1e-9)
-    if jumps.any():
-        first = int(np.argmax(jumps))
-        largest = float(np.max(np.abs(steps[first])))
-        path.cut(first + 1, f'a joint would jump by {largest:.4f}, more than the threshold')
+        :param joint_types: of the group's variables.
+        """
+        if len(self.states) < 2:
+            return
+        steps = np.diff(self.states, axis=0)
+        covered = np.maximum(np.diff(self.places), 1e-12)
+        rates = np.linalg.norm(steps, axis=1) / covered
+        limits = np.array([
+            request.prismatic_jump_threshold if kind is JointType.PRISMATIC
+            else request.revolute_jump_threshold for kind in joint_types
+        ])
+        limits = np.where(limits > 0.0, limits, math.inf)
+        jumps = np.any(np.abs(steps) > limits, axis=1)
+        if request.jump_threshold > 0.0:
+            mean = float(np.sum(rates * covered) / np.sum(covered))
+            jumps |= rates > request.jump_threshold * mean * (1.0 + 1e-9)
+        if jumps.any():
+            first = int(np.argmax(jumps))
+            largest = float(np.max(np.abs(steps[first])))
+            del self.states[first + 1:], self.places[first + 1:]
+            self.reason = f'a joint would jump by {largest:.4f}, more than the threshold'
 
 
 MAX_DEVIATION = 0.002
@@ -263,21 +236,19 @@ def _followed(
         )
     relative = bool(request.frame_id) and request.frame_id == name
     waypoints = request.waypoints
-    if not relative:
-        base = scene.frame_pose(request.frame_id, scene.q)
-        waypoints = tuple(base @ waypoint for waypoint in waypoints)
     if relative:
         moves = [Line(np.eye(4), waypoint) for waypoint in waypoints]
     else:
+        base = scene.frame_pose(request.frame_id, scene.q)
+        waypoints = tuple(base @ waypoint for waypoint in waypoints)
         here = scene.frame_pose(frame.link) @ frame.offset
         moves = [Line(first, last) for first, last in pairwise((here, *waypoints))]
-    interpolator = CartesianInterpolator(CurveFollower(context, validity, frame), validity)
-    path = interpolator.follow(
-        context.model.extract(scene.q, group), waypoints,
-        _step(context, request.max_step, moves), context.settings.fine_step, relative=relative,
-    )
+    path = CartesianPath(
+        CurveFollower(context, validity, frame), validity, context.model.extract(scene.q, group),
+        len(waypoints), context.settings.fine_step)
+    path.follow(waypoints, _step(context, request.max_step, moves), relative=relative)
     joints = context.model.robot.joints
-    cut_at_jump(path, request, tuple(joints[name].type for name in validity.joint_names))
+    path.cut_at_jump(request, [joints[name].type for name in validity.joint_names])
     return path
 
 

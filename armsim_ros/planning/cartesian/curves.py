@@ -4,8 +4,8 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 import math
-from typing import Protocol
 
 import numpy as np
 
@@ -29,92 +29,77 @@ _COLINEAR = 1e-5
 _RADIUS_TOLERANCE = 1e-2
 
 
-class Curve(Protocol):
-    """A path of poses over a place 0..1, at even speed."""
+class Curve(ABC):
+    """
+    A path of poses over a place 0..1, at even speed; the orientation turns evenly.
 
-    @property
-    def length(self) -> float:
-        """Length of the path of the point [m]."""
+    :param first: (4, 4).
+    :param last: (4, 4).
+    """
 
-    @property
-    def angle(self) -> float:
-        """Turn from the first orientation to the last [rad]."""
+    #: Length of the path of the point [m].
+    length: float
 
-    def pose(self, place: float) -> Vector:
+    def __init__(self, first: Matrix, last: Matrix) -> None:
+        self._rotation = first[:3, :3]
+        turn = rotation_vector(self._rotation.T @ last[:3, :3])
+        #: Turn from the first orientation to the last [rad].
+        self.angle = float(np.linalg.norm(turn))
+        self._velocity: Vector = self._rotation @ turn
+
+    def pose(self, place: float) -> Matrix:
         """Return the pose (4, 4) at a place."""
+        rotation = self._rotation
+        if self.angle >= 1e-12:
+            axis = self._velocity / self.angle
+            rotation = matrix_from_axis_angle(axis, place * self.angle) @ rotation
+        return pose_from_parts(self._point(place)[0], rotation)
 
     def twist(self, place: float) -> Vector:
         """Return linear and angular velocity (6,) over the place, in the model frame."""
+        return np.concatenate([self._point(place)[1], self._velocity])
+
+    @abstractmethod
+    def _point(self, place: float) -> tuple[Vector, Vector]:
+        """Return position (3,) and its change (3,) over the place."""
 
 
-class _Rotation:
-    """An even rotation from one orientation to another."""
+class Line(Curve):
+    """A straight line between two poses (4, 4)."""
 
-    def __init__(self, first: Vector, last: Vector) -> None:
-        self._first = first[:3, :3]
-        turn = rotation_vector(self._first.T @ last[:3, :3])
-        self.angle = float(np.linalg.norm(turn))
-        self.velocity: Vector = self._first @ turn
-
-    def at(self, place: float) -> Vector:
-        if self.angle < 1e-12:
-            return self._first
-        axis = self.velocity / self.angle
-        rotated: Vector = matrix_from_axis_angle(axis, place * self.angle) @ self._first
-        return rotated
-
-
-class Line:
-    """
-    A straight line between two poses.
-
-    :param first: (4, 4).
-    :param last: (4, 4).
-    """
-
-    def __init__(self, first: Vector, last: Vector) -> None:
+    def __init__(self, first: Matrix, last: Matrix) -> None:
+        super().__init__(first, last)
         self._origin = first[:3, 3]
         self._way: Vector = last[:3, 3] - first[:3, 3]
-        self._turn = _Rotation(first, last)
+        self.length = float(np.linalg.norm(self._way))
 
-    @property
-    def length(self) -> float:
-        """Distance of the ends [m]."""
-        return float(np.linalg.norm(self._way))
-
-    @property
-    def angle(self) -> float:
-        """Turn between the ends [rad]."""
-        return self._turn.angle
-
-    def pose(self, place: float) -> Vector:
-        """Return the pose (4, 4) at a place 0..1."""
-        return pose_from_parts(self._origin + place * self._way, self._turn.at(place))
-
-    def twist(self, place: float) -> Vector:
-        """Return linear and angular velocity (6,), the same at every place."""
-        return np.concatenate([self._way, self._turn.velocity])
+    def _point(self, place: float) -> tuple[Vector, Vector]:
+        return self._origin + place * self._way, self._way
 
 
-class Arc:
+class Arc(Curve):
     """
-    An arc of a circle between two poses.
+    An arc of a circle between two poses (4, 4).
 
-    :param first: (4, 4).
-    :param last: (4, 4).
     :param center: (3,) of the circle.
     :param normal: (3,) axis about which the point turns to the right-hand side.
     :param sweep: [rad] above 0.
     """
 
     def __init__(
-        self, first: Vector, last: Vector, center: Vector, normal: Vector, sweep: float
+        self, first: Matrix, last: Matrix, center: Vector, normal: Vector, sweep: float
     ) -> None:
+        super().__init__(first, last)
         self._center = center
         self._x: Vector = first[:3, 3] - center
         self._y: Vector = np.cross(normal, self._x)
         self._sweep = sweep
-        self._turn = _Rotation(first, last)
+        self.length = float(np.linalg.norm(self._x)) * sweep
+
+    def _point(self, place: float) -> tuple[Vector, Vector]:
+        cos, sin = math.cos(place * self._sweep), math.sin(place * self._sweep)
+        return (self._center + cos * self._x + sin * self._y,
+                self._sweep * (cos * self._y - sin * self._x))
 
     @classmethod
     def around(cls, first: Vector, last: Vector, center: Vector) -> Arc:
@@ -163,28 +148,6 @@ class Arc:
             2.0 * math.pi
         )
         return cls(first, last, center, axis, sweep)
-
-    @property
-    def length(self) -> float:
-        """Length of the arc [m]."""
-        return float(np.linalg.norm(self._x)) * self._sweep
-
-    @property
-    def angle(self) -> float:
-        """Turn of the orientation between the ends [rad]."""
-        return self._turn.angle
-
-    def pose(self, place: float) -> Vector:
-        """Return the pose (4, 4) at a place 0..1."""
-        angle = place * self._sweep
-        point = self._center + math.cos(angle) * self._x + math.sin(angle) * self._y
-        return pose_from_parts(point, self._turn.at(place))
-
-    def twist(self, place: float) -> Vector:
-        """Return linear and angular velocity (6,) at a place."""
-        angle = place * self._sweep
-        linear = self._sweep * (math.cos(angle) * self._y - math.sin(angle) * self._x)
-        return np.concatenate([linear, self._turn.velocity])
 
 
 def _error(text: str) -> PlanningError:
