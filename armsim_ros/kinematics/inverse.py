@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 import math
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +21,19 @@ from armsim_ros.model.transforms import inverse_pose
 
 #: Solutions that differ by less in every joint [rad or m] count as one.
 DISTINCT = 0.05
+
+
+Answer = TypeVar('Answer')
+
+
+def end_of(tries: Generator[None, None, Answer]) -> Answer:
+    """Run a search to its end and return its answer."""
+    while True:
+        try:
+            next(tries)
+        except StopIteration as end:
+            answer: Answer = end.value
+            return answer
 
 
 class InverseKinematics:
@@ -90,15 +104,9 @@ class InverseKinematics:
             0 the answer is in the seed's own basin, which is searched with patience.
         :raises PlanningError: INVALID_LINK_NAME for an unknown link.
         """
-        tries = self.tries(
+        return end_of(self.tries(
             targets, seed, is_valid=is_valid, rng=rng, clock=clock, deadline=deadline,
-            max_starts=max_starts)
-        while True:
-            try:
-                next(tries)
-            except StopIteration as end:
-                result: IKResult = end.value
-                return result
+            max_starts=max_starts))
 
     def tries(
         self,
@@ -295,4 +303,4 @@ def _turning(kinematics: KinematicModel, indices: NDArray[np.int64]) -> NDArray[
     return np.array(wide, dtype=np.int64)
 
 
-__all__ = ['IKFailure', 'IKResult', 'IKTarget', 'InverseKinematics']
+__all__ = ['IKFailure', 'IKResult', 'IKTarget', 'InverseKinematics', 'end_of']

@@ -10,6 +10,7 @@ import threading
 
 from armsim_ros.arrays import Vector
 from armsim_ros.errors import MoveItErrorCode, PlanningError
+from armsim_ros.kinematics.inverse import end_of
 from armsim_ros.log import Log
 from armsim_ros.planning.budget import Budget
 from armsim_ros.planning.cartesian.cartesian_path import plan_cartesian
@@ -167,13 +168,7 @@ class MotionPlanner:
         self, request: IKRequest, scene: PlanningScene, *, clock: Callable[[], float]
     ) -> IKResponse:
         """Return joint positions that put links where they are wanted."""
-        turns = self.ik_in_turns(request, scene, clock=clock)
-        while True:
-            try:
-                next(turns)
-            except StopIteration as end:
-                response: IKResponse = end.value
-                return response
+        return end_of(self.ik_in_turns(request, scene, clock=clock))
 
     def ik_in_turns(
         self, request: IKRequest, scene: PlanningScene, *, clock: Callable[[], float]

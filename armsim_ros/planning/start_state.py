@@ -38,7 +38,8 @@ def requested_scene(
     """
     Return a scene of a request's own with its start state, joints inside their limits.
 
-    :raises PlanningError: INVALID_ROBOT_STATE or START_STATE_INVALID.
+    :raises PlanningError: INVALID_ROBOT_STATE; START_STATE_INVALID with the joint, its value and
+        its limits.
     """
     settings = context.settings
     started = scene.with_start_state(start, strict=settings.strict_start_state)
@@ -47,14 +48,7 @@ def requested_scene(
 
 
 def _bounded_start(scene: PlanningScene, max_bounds_error: float, log: Log) -> Vector:
-    """
-    Return the scene's state with every joint inside its limits.
-
-    :param scene: its state is the start.
-    :param max_bounds_error: largest distance [rad or m] beyond a limit that is repaired.
-    :returns: (n,).
-    :raises PlanningError: START_STATE_INVALID with the joint, its value and its limits.
-    """
+    """Return the scene's state (n,) with every joint inside its limits, a little repaired."""
     model = scene.kinematic_model
     q = scene.q.copy()
     for name in scene.robot.active_joints:

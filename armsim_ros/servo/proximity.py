@@ -50,7 +50,9 @@ class Proximity:
         :param ahead: (n,) the robot when it has come to rest after the next step.
         :returns: 0 to 1, and what to say where it is less than 1.
         """
-        if not self._checker.maybe_in_collision(ahead, self._group, self._scene_threshold):
+        if not self._checker.in_collision(
+            ahead, self._group, self._scene_threshold, exact=False
+        ):
             return 1.0, None
         near = [
             pair

@@ -14,9 +14,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from armsim_ros.errors import PlanningError
+from armsim_ros.execution.meeting import meeting
 from armsim_ros.model.cell_loading import load_cell
 from armsim_ros.planning.collision.collision_model import CollisionChecker
-from armsim_ros.planning.collision.motion_proof import meeting
 from armsim_ros.stack import ArmSim
 from armsim_ros.trajectory import JointTrajectory
 from benchmarks.options import Options

@@ -4,12 +4,11 @@
 
 from __future__ import annotations
 
-from collections import OrderedDict
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
 from enum import Enum
+from functools import lru_cache
 import hashlib
-import threading
 from typing import Any
 
 import coal
@@ -35,36 +34,22 @@ from armsim_ros.planning.scene.objects import AttachedObject, CollisionObject
 #: Half the thickness [m] that the bounding box of a flat mesh gets: Pinocchio's managers take a
 #: shape whose box has no volume for nothing.
 LEAST_THICKNESS = 1e-6
-#: Prepared meshes that are kept; the least used go first.
+#: Meshes of each kind that are kept prepared; the least used go first.
 KEPT_MESHES = 256
 
 
-class _MeshCache:
-    """Bounding volume hierarchies and convex hulls by content."""
+@dataclass(frozen=True, slots=True)
+class _MeshContent:
+    """A mesh; it equals all others with the same digest of vertices and triangles."""
 
-    def __init__(self) -> None:
-        self._items: OrderedDict[tuple[str, str], Any] = OrderedDict()
-        self._lock = threading.Lock()
+    digest: bytes
+    mesh: Mesh = field(compare=False)
 
-    def get(self, kind: str, mesh: Mesh, build: Callable[[], Any]) -> Any:
-        key = (kind, _digest(mesh))
-        with self._lock:
-            if key in self._items:
-                self._items.move_to_end(key)
-                return self._items[key]
-            made = self._items[key] = build()
-            while len(self._items) > KEPT_MESHES:
-                self._items.popitem(last=False)
-            return made
-
-
-_cache = _MeshCache()
-
-
-def _digest(mesh: Mesh) -> str:
-    digest = hashlib.sha256(np.ascontiguousarray(mesh.vertices, dtype=np.float64).tobytes())
-    digest.update(np.ascontiguousarray(mesh.triangles, dtype=np.int64).tobytes())
-    return digest.hexdigest()
+    @classmethod
+    def of(cls, mesh: Mesh) -> _MeshContent:
+        digest = hashlib.sha256(np.ascontiguousarray(mesh.vertices, dtype=np.float64).tobytes())
+        digest.update(np.ascontiguousarray(mesh.triangles, dtype=np.int64).tobytes())
+        return cls(digest.digest(), mesh)
 
 
 def exact_shape(geometry: Geometry) -> Any:
@@ -75,7 +60,7 @@ def exact_shape(geometry: Geometry) -> Any:
     not touch it.
     """
     if isinstance(geometry, Mesh):
-        return _cache.get('triangles', geometry, lambda: _triangles(geometry))
+        return _triangles(_MeshContent.of(geometry))
     if isinstance(geometry, Box):
         return coal.Box(*geometry.size)
     if isinstance(geometry, Sphere):
@@ -94,11 +79,13 @@ def exact_shape(geometry: Geometry) -> Any:
 def hull_shape(geometry: Geometry) -> Any:
     """Return the convex hull of a mesh, or the exact shape of anything else or of a flat mesh."""
     if isinstance(geometry, Mesh):
-        return _cache.get('hull', geometry, lambda: _hull(geometry))
+        return _hull(_MeshContent.of(geometry))
     return exact_shape(geometry)
 
 
-def _triangles(mesh: Mesh) -> Any:
+@lru_cache(KEPT_MESHES)
+def _triangles(content: _MeshContent) -> Any:
+    mesh = content.mesh
     vertices = np.ascontiguousarray(mesh.vertices, dtype=np.float64)
     low, high = vertices.min(axis=0), vertices.max(axis=0)
     flat = high - low < LEAST_THICKNESS
@@ -115,12 +102,14 @@ def _triangles(mesh: Mesh) -> Any:
     return model
 
 
-def _hull(mesh: Mesh) -> Any:
+@lru_cache(KEPT_MESHES)
+def _hull(content: _MeshContent) -> Any:
+    mesh = content.mesh
     used = np.asarray(mesh.vertices, dtype=np.float64)[np.unique(mesh.triangles)]
     centred = used - used.mean(axis=0)
     extent = np.linalg.svd(centred, compute_uv=False)
     if len(used) < 4 or extent[2] < 1e-6 * max(float(extent[0]), 1e-9):
-        return _triangles(mesh)  # a flat mesh has no hull with a volume
+        return _triangles(content)  # a flat mesh has no hull with a volume
     points = coal.StdVec_Vec3s()
     points.extend(list(used))
     return coal.ConvexBase.convexHull(points, True, 'Qt')
@@ -237,17 +226,12 @@ def only_moved(
     before: CollisionObject | AttachedObject, after: CollisionObject | AttachedObject
 ) -> bool:
     """Return whether an object differs from what it was by poses at most."""
-    if isinstance(before, AttachedObject) and isinstance(after, AttachedObject):
-        return (
-            before.link_name == after.link_name and before.touch_links == after.touch_links
-            and only_moved(before.object, after.object)
-        )
-    return (
-        isinstance(before, CollisionObject) and isinstance(after, CollisionObject)
-        and len(before.shapes) == len(after.shapes)
-        and all(old.geometry is new.geometry
-                for old, new in zip(before.shapes, after.shapes, strict=True))
-    )
+    def parts(item: CollisionObject | AttachedObject) -> tuple[object, ...]:
+        if isinstance(item, AttachedObject):
+            return item.link_name, item.touch_links, *parts(item.object)
+        return tuple(id(shape.geometry) for shape in item.shapes)
+
+    return parts(before) == parts(after)
 
 
 def _placed(

@@ -65,7 +65,7 @@ class SceneTables:
 
     Each table has all shapes of the robot and of what it carries, and a part of the world; the
     first one also checks the robot against itself. What only moves is placed anew; a table that
-    holds other shapes or follows other rules than before is made anew.
+    holds other shapes or follows other rules or padding than before is made anew.
 
     :param kinematics: the robot.
     :param content: what they hold at first.
@@ -101,13 +101,12 @@ class SceneTables:
             table = self.tables[number] if number < len(self.tables) else None
             held = {shape.body.name for shape in (*carried, *standing)}
             if (
-                table is None or table.shapes != [*carried, *standing]
+                table is None or content.link_padding != before.link_padding
+                or table.shapes != [*carried, *standing]
                 or not held.isdisjoint(names) or any(held.issuperset(pair) for pair in pairs)
             ):
                 table = CollisionTables(
                     self._kinematics, carried, standing, content, among=number == 0)
-            elif content.link_padding != before.link_padding:
-                table.set_padding(content)
             tables.append(table)
         self.tables = tables
 
@@ -169,27 +168,19 @@ class CollisionChecker:
     # ---------------------------------------------------------------- questions
 
     def in_collision(
-        self, q: Vector, group: str | None = None, clearance: float = 0.0
+        self, q: Vector, group: str | None = None, clearance: float = 0.0, exact: bool = True
     ) -> bool:
         """
-        Return whether a state touches anything that it may not touch; exact.
+        Return whether a state touches anything that it may not touch.
 
         :param q: (n,) robot state.
         :param group: look only at links that this group moves, and at what they carry.
         :param clearance: [m] nearer than this counts as touching.
+        :param exact: judge by the shapes; else meshes of the robot count as their hulls, and
+            only False is sure.
         :raises PlanningError: INVALID_GROUP_NAME for an unknown group.
         """
-        return self.judge(group, clearance)(q)
-
-    def maybe_in_collision(
-        self, q: Vector, group: str | None = None, clearance: float = 0.0
-    ) -> bool:
-        """
-        Return False only where a state is surely free; meshes of the robot count as hulls.
-
-        Parameters are those of :meth:`in_collision`.
-        """
-        return self.judge(group, clearance, exact=False)(q)
+        return self.judge(group, clearance, exact)(q)
 
     def judge(
         self, group: str | None = None, clearance: float = 0.0, exact: bool = True
@@ -198,13 +189,11 @@ class CollisionChecker:
         Return the quickest form of a question about many states, to be asked at once.
 
         It holds until another question or an edit. Parameters are those of :meth:`in_collision`.
-
-        :param exact: :meth:`in_collision`; else :meth:`maybe_in_collision`.
         """
         judges = []
         for tables in self._followed():
             if tables.rigid_hit(group):
-                return _always
+                return lambda q: True
             judges.append(tables.judge(group, clearance, exact))
         if len(judges) == 1:
             return judges[0]
@@ -239,19 +228,19 @@ class CollisionChecker:
         exact: Exactly, clearance: float, poll: Poll,
     ) -> Mask:
         """Return what one table says to :meth:`may_collide`."""
-        def near(which: Mask | slice, surely: bool) -> Mask:
-            return tables.near(
-                states[which], reach[which], self._motion.relative, group, surely, clearance,
-                poll)
+        def near(which: Mask, within: Matrix | None, surely: bool) -> Mask:
+            found = which.copy()
+            found[which] = tables.near(
+                states[which], None if within is None else within[which], self._motion.relative,
+                group, surely, clearance, poll)
+            return found
 
-        found = near(slice(None), surely=False)
+        found = near(np.ones(len(states), dtype=bool), reach, surely=False)
         if exact is Exactly.NEVER or tables.hull is None:
             return found
-        asked = found.copy()
-        if exact is Exactly.WHERE_HULLS_TOUCH:
-            asked[found] = tables.touched(states[found], group, clearance, poll)
-        found[asked] = near(asked, surely=True)
-        return found
+        asked = found if exact is Exactly.ALWAYS else near(found, None, surely=False)
+        result: Mask = (found & ~asked) | near(asked, reach, surely=True)
+        return result
 
     def contacts(
         self, q: Vector, group: str | None = None, max_contacts: int | None = None
@@ -356,7 +345,3 @@ def _contact(tables: CollisionTables, first: int, second: int) -> Contact:
         normal = np.array(best.normal, dtype=np.float64).reshape(3)
         depth = tables.margin(first, second) - float(best.penetration_depth)
     return Contact(a.name, b.name, a.type, b.type, position, normal, depth)
-
-
-def _always(_q: Vector) -> bool:
-    return True

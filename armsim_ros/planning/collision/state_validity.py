@@ -121,12 +121,10 @@ class StateValidity:
         return self._free(self.full(values), exact, clearance)
 
     def _free(self, q: Vector, exact: bool, clearance: float) -> bool:
-        if self._avoid_collisions:
-            touches = (
-                self._checker.in_collision if exact else self._checker.maybe_in_collision
-            )
-            if touches(q, self.group, clearance):
-                return False
+        if self._avoid_collisions and self._checker.in_collision(
+            q, self.group, clearance, exact
+        ):
+            return False
         return self.path_constraints is None or self.path_constraints.satisfied(q)
 
     def full_states(self, values: Matrix) -> Matrix:
@@ -230,16 +228,11 @@ class StateValidity:
     def touching(self, values: Vector) -> str:
         """Return the pairs that collide in a state (m,), as a phrase, or ''."""
         contacts = self.contacts(values)
-        deepest: dict[tuple[str, str], float] = {}
-        for contact in contacts:
-            pair = (contact.body1, contact.body2)
-            deepest[pair] = max(deepest.get(pair, 0.0), float(contact.depth))
-        listed = sorted(deepest.items(), key=lambda item: -item[1])
         text = ', '.join(
-            f"'{one}' with '{other}' ({depth * 1000.0:.1f} mm deep)"
-            for (one, other), depth in listed[:4]
+            f"'{each.body1}' with '{each.body2}' ({each.depth * 1000.0:.1f} mm deep)"
+            for each in contacts[:4]
         )
-        more = f' and {len(listed) - 4} more pairs' if len(listed) > 4 else ''
+        more = f' and {len(contacts) - 4} more pairs' if len(contacts) > 4 else ''
         return f'{text}{more}'
 
 

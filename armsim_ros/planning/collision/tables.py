@@ -109,13 +109,8 @@ class BroadPhase:
             self._looked_at = np.array(self._geometry_data.activeCollisionPairs, dtype=bool)
             self._active = active
 
-    def hit(self, q: Vector) -> bool:
-        """Return whether any active pair touches; ends at the first."""
-        found: bool = pin.computeCollisions(self._model, self._data, self._manager, q, True)
-        return found
-
     def judge(self) -> Callable[[Vector], bool]:
-        """Return :meth:`hit` in its quickest form, of use until the shapes change."""
+        """Return whether any active pair touches, as a question of use until the shapes change."""
         collide = pin.computeCollisions
         model, data, manager = self._model, self._data, self._manager
         return lambda q: collide(model, data, manager, q, True)
@@ -199,7 +194,7 @@ class CollisionTables:
     """
     Numbered shapes, which pairs of them are required, and the broad phases over them.
 
-    Made once for its shapes and for the rules; only poses and padding can be set after that.
+    Made once for its shapes and for the rules; only poses can be set after that.
 
     :param kinematics: the robot.
     :param carried: the shapes of the robot and of what it carries.
@@ -256,11 +251,6 @@ class CollisionTables:
 
     # ---------------------------------------------------------------- edits
 
-    def set_padding(self, content: SceneContent) -> None:
-        """Take over the padding of a content."""
-        self._margins = {0.0: margins(self.shapes, content)}
-        self._rigid_hits = {}
-
     def place(self, key: BodyKey, shapes: Sequence[PlacedShape]) -> None:
         """Take over the shapes of a body, which have moved on their joint."""
         for number, shape in zip(self._numbers.get(key, ()), shapes, strict=False):
@@ -303,47 +293,37 @@ class CollisionTables:
         return lambda q: maybe(q) and surely(q)
 
     def near(
-        self, states: Matrix, reach: Matrix, relative: Matrix, group: str | None, exact: bool,
-        clearance: float, poll: Poll,
+        self, states: Matrix, reach: Matrix | None, relative: Matrix, group: str | None,
+        exact: bool, clearance: float, poll: Poll,
     ) -> Mask:
         """
         Return in which states a pair of shapes may come into touch within reach.
 
         :param states: (k, n) robot states.
-        :param reach: (k, n) motion of every joint [rad or m].
+        :param reach: (k, n) motion of every joint [rad or m]; None for none.
         :param relative: (joints, joints, n) motion of what one joint carries against what
             another one does [m/rad or m/m], 0 for the world.
         :param exact: judge by the shapes themselves, not by hulls.
         :param clearance: [m] that shall be left.
         :param poll: called now and then; raises what ends the request.
         """
+        found = np.zeros(len(states), dtype=bool)
         count = len(self.shapes)
         if not count:
-            return np.zeros(len(states), dtype=bool)
-        stage = self.ready(exact, group)
+            return found
+        stage = self.ready(exact, group, clearance)
         hit = stage.judge()
         weights = relative[self._joints[:, None], self._joints].reshape(count * count, -1).T
         kept = self._margins[0.0] + clearance
-        found = np.zeros(len(states), dtype=bool)
         for begin in range(0, len(states), POLLED_STATES[exact]):
             poll()
             part = slice(begin, begin + POLLED_STATES[exact])
-            margins = (reach[part] @ weights).reshape(-1, count, count) + kept
-            for k, margin in enumerate(margins, begin):
-                stage.set_margins(margin)
-                found[k] = hit(states[k])
-        return found
-
-    def touched(
-        self, states: Matrix, group: str | None, clearance: float, poll: Poll
-    ) -> Mask:
-        """Return in which states (k, n) hulls touch; parameters are those of :meth:`near`."""
-        hit = self.ready(False, group, clearance).judge()
-        found = np.zeros(len(states), dtype=bool)
-        for k, q in enumerate(states):
-            if k % POLLED_STATES[False] == 0:
-                poll()
-            found[k] = hit(q)
+            margins = None if reach is None else (
+                (reach[part] @ weights).reshape(-1, count, count) + kept)
+            for k, q in enumerate(states[part]):
+                if margins is not None:
+                    stage.set_margins(margins[k])
+                found[begin + k] = hit(q)
         return found
 
     def rigid_hit(self, group: str | None) -> bool:

@@ -26,6 +26,7 @@ from armsim_ros.planning.request import (
     PositionConstraint,
 )
 from armsim_ros.planning.scene.planning_scene import PlanningScene
+from armsim_ros.planning.search.shortening import path_length
 from armsim_ros.planning.start_state import check_start
 from armsim_ros.planning.timing.limits import link_speed_limit
 from armsim_ros.planning.timing.path_timing import first_fault
@@ -131,14 +132,11 @@ def _pose_goal(
     turned = scene.frame_pose(orientation.frame_id, scene.q)[:3, :3] @ matrix_from_quat_xyzw(quat)
     offset = np.asarray(position.target_point_offset)
     pose = pose_from_parts(point_of(position, scene) - turned @ offset, turned)
-    result = context.inverse(group).solve(
-        [IKTarget(frame.link, pose, frame.offset)], scene.q,
-        is_valid=lambda q: not context.checker.in_collision(q, group),
-    )
+    inverse, target = context.inverse(group), IKTarget(frame.link, pose, frame.offset)
+    result = inverse.solve(
+        [target], scene.q, is_valid=lambda q: not context.checker.in_collision(q, group))
     if result.q is None:
-        result = context.inverse(group).solve(
-            [IKTarget(frame.link, pose, frame.offset)], scene.q
-        )
+        result = inverse.solve([target], scene.q)
     if result.q is None:
         raise PlanningError(
             MoveItErrorCode.NO_IK_SOLUTION,
@@ -233,8 +231,7 @@ def run_command(
             f'{command} goes its way whatever stands there: {fault}; give another goal, or plan '
             "around the obstacle with pipeline 'ompl'", 'ValidateSolution',
         )
-    length = float(np.sum(np.linalg.norm(np.diff(motion.positions, axis=0), axis=1)))
-    return motion.trajectory(validity.joint_names), length
+    return motion.trajectory(validity.joint_names), path_length(motion.positions)
 
 
 def _profile(
@@ -260,33 +257,24 @@ def _curve(
     if command == 'LIN':
         return Line(first, goal.pose)
     kept = request.path_constraints
+    helpers = kept.position_constraints
+    code, fault = MoveItErrorCode.INVALID_MOTION_PLAN, ''
     if kept.name not in ('center', 'interim'):
-        raise PlanningError(
-            MoveItErrorCode.INVALID_MOTION_PLAN,
-            f"path_constraints.name is '{kept.name}'; CIRC takes 'center' or 'interim' with one "
-            'position constraint', 'CIRC',
-        )
-    if len(kept.position_constraints) != 1:
-        raise PlanningError(
-            MoveItErrorCode.INVALID_GOAL_CONSTRAINTS,
-            f'path_constraints has {len(kept.position_constraints)} position constraints; CIRC '
-            'takes exactly one', 'CIRC',
-        )
-    helper = kept.position_constraints[0]
-    if helper.link_name and not scene.has_frame(helper.link_name):
-        raise PlanningError(
-            MoveItErrorCode.INVALID_LINK_NAME,
-            f"the link '{helper.link_name}' of the {kept.name} point is not known", 'CIRC',
-        )
-    if not helper.regions:
-        raise PlanningError(
-            MoveItErrorCode.INVALID_MOTION_PLAN,
-            f'the {kept.name} point has no pose: give one primitive pose', 'CIRC',
-        )
-    point = point_of(helper, scene)
-    if kept.name == 'center':
-        return Arc.around(first, goal.pose, point)
-    return Arc.through(first, goal.pose, point)
+        fault = (f"path_constraints.name is '{kept.name}'; CIRC takes 'center' or 'interim' with "
+                 'one position constraint')
+    elif len(helpers) != 1:
+        code = MoveItErrorCode.INVALID_GOAL_CONSTRAINTS
+        fault = f'path_constraints has {len(helpers)} position constraints; CIRC takes exactly one'
+    elif helpers[0].link_name and not scene.has_frame(helpers[0].link_name):
+        code = MoveItErrorCode.INVALID_LINK_NAME
+        fault = f"the link '{helpers[0].link_name}' of the {kept.name} point is not known"
+    elif not helpers[0].regions:
+        fault = f'the {kept.name} point has no pose: give one primitive pose'
+    if fault:
+        raise PlanningError(code, fault, 'CIRC')
+    point = point_of(helpers[0], scene)
+    arc = Arc.around if kept.name == 'center' else Arc.through
+    return arc(first, goal.pose, point)
 
 
 @dataclass(frozen=True, slots=True)

@@ -184,19 +184,17 @@ def _without_contradiction(
 
 
 def _check_sizes(update: AcmUpdate) -> None:
-    n = len(update.entry_names)
+    n, m = len(update.entry_names), len(update.default_entry_names)
     sizes = [len(row) for row in update.entry_values]
-    if len(sizes) != n or any(size != n for size in sizes):
-        shape = f'{len(sizes)} rows of {sorted(set(sizes))} values'
+    wrong = ''
+    if sizes != [n] * n:
+        wrong = (f'{n} entry_names but {len(sizes)} rows of {sorted(set(sizes))} values; it needs '
+                 f'{n} rows of {n} values')
+    elif m != len(update.default_entry_values):
+        wrong = (f'{m} default_entry_names but {len(update.default_entry_values)} '
+                 'default_entry_values')
+    if wrong:
         raise PlanningError(
             MoveItErrorCode.FAILURE,
-            f'the allowed collision matrix has {n} entry_names but {shape}; '
-            f'it needs {n} rows of {n} values; the matrix stays as it was',
-        )
-    names, values = len(update.default_entry_names), len(update.default_entry_values)
-    if names != values:
-        raise PlanningError(
-            MoveItErrorCode.FAILURE,
-            f'the allowed collision matrix has {names} default_entry_names but {values} '
-            'default_entry_values; the matrix stays as it was',
+            f'the allowed collision matrix has {wrong}; the matrix stays as it was',
         )

@@ -235,19 +235,14 @@ def no_path(problem: SearchProblem) -> PlanningError:
     count = len(problem.goals)
     goals = 'one goal configuration' if count == 1 else f'{count} goal configurations'
     where = np.round(problem.goals[0], 3).tolist()
+    code, text = MoveItErrorCode.PLANNING_FAILED, (
+        f'gave up before the allowed time was over; no path to {goals} (nearest {where}); try '
+        'the planner RRTConnect')
     if problem.budget.spent():
-        return PlanningError(
-            MoveItErrorCode.TIMED_OUT,
-            f'{problem.planner.name} found no path to {goals} (nearest {where}) within the '
-            'allowed time; raise allowed_planning_time, or check that no object blocks the way',
-            _SOURCE,
-        )
-    return PlanningError(
-        MoveItErrorCode.PLANNING_FAILED,
-        f'{problem.planner.name} gave up before the allowed time was over; no path to {goals} '
-        f'(nearest {where}); try the planner RRTConnect',
-        _SOURCE,
-    )
+        code, text = MoveItErrorCode.TIMED_OUT, (
+            f'found no path to {goals} (nearest {where}) within the allowed time; raise '
+            'allowed_planning_time, or check that no object blocks the way')
+    return PlanningError(code, f'{problem.planner.name} {text}', _SOURCE)
 
 
 Motion = tuple[Matrix, QuinticMotion]

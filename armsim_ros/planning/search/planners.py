@@ -220,8 +220,9 @@ def settings_of(choice: PlannerChoice, log: Log) -> dict[str, Any]:
             continue
         setter, convert = _SETTERS.get(key, ('', str))
         if not hasattr(kind, setter or '-'):
+            hint = nearest(key, (*_SETTERS, 'adaptive_domains', 'anytime', 'simplify_solutions'))
             log.warning(f"planner '{choice.name}' ({choice.type}) has no parameter '{key}': "
-                        f'ignored{_hint(key)}')
+                        f"ignored{hint and f'; {hint}'}")
             continue
         try:
             number = convert(value)
@@ -249,8 +250,3 @@ def make_planner(
     for setter, value in settings_of(choice, log).items():
         getattr(planner, setter)(value)
     return planner
-
-
-def _hint(key: str) -> str:
-    hint = nearest(key, (*_SETTERS, 'adaptive_domains', 'anytime', 'simplify_solutions'))
-    return f'; {hint}' if hint else ''

@@ -12,6 +12,7 @@ import numpy as np
 
 from armsim_ros.errors import MoveItErrorCode, PlanningError
 from armsim_ros.execution.controller_selection import controlled_joints, select_controllers
+from armsim_ros.execution.meeting import meeting
 from armsim_ros.execution.rules import check_points, check_start, continues
 from armsim_ros.nodes.move_group.context import Context
 from armsim_ros.nodes.move_group.execution.controller_handles import HANDLES
@@ -21,7 +22,6 @@ from armsim_ros.nodes.move_group.execution.execution import (
     ExecutionWatch,
 )
 from armsim_ros.planning.collision.collision_model import CollisionChecker
-from armsim_ros.planning.collision.motion_proof import meeting
 from armsim_ros.planning.scene.planning_scene import PlanningScene
 from armsim_ros.trajectory import JointTrajectory
 
