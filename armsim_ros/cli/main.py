@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from functools import partial
 import gc
 from importlib import import_module
+from io import TextIOWrapper
 import os
 import signal
 import sys
@@ -57,6 +58,8 @@ def run(program: str, argv: Sequence[str] | None = None) -> int:
     if program in ROBOT_PROGRAMS and {'-h', '--help'} & set(split_ros_args(words)[0]):
         _say(format_help(program, PROGRAMS[program]))
         return _say_xacro_help(program, words)
+    if isinstance(sys.stdout, TextIOWrapper):  # a locale may lack the degree sign
+        sys.stdout.reconfigure(errors='replace')
     add_own_prefix()
     announce_often()
 
@@ -84,6 +87,12 @@ def run(program: str, argv: Sequence[str] | None = None) -> int:
             raise
         _say(_missing_module(program, error.name), sys.stderr)
         return 1
+    except RuntimeError as error:
+        if 'log directory' not in str(error):
+            raise
+        _say(f'{program}: {str(error).partition(", at ")[0]}; set ROS_LOG_DIR to a folder that '
+             'can be written', sys.stderr)
+        return USAGE_STATUS
     except KeyboardInterrupt:
         return status(signal.SIGINT)
     finally:

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The door through which every program starts."""
 
+from io import BytesIO, TextIOWrapper
 import os
 from pathlib import Path
 import signal
@@ -84,6 +85,33 @@ def test_a_missing_package_is_named_with_the_remedy(program, capsys):
     message = capsys.readouterr().err
     assert "'rclpy'" in message
     assert 'make env' in message
+
+
+def test_a_log_that_cannot_be_written_is_told_with_the_remedy(program, capsys):
+    """Where ROS can make no folder for its log, as in a container without a home."""
+    def fail(argv):
+        raise RuntimeError("failed: Failed to create log directory '/x/log': 2, at a.cpp:154")
+
+    program.main = fail
+    assert door.run('simulation', []) == 2
+    message = capsys.readouterr().err
+    assert "'/x/log'" in message
+    assert 'ROS_LOG_DIR' in message
+    assert 'cpp' not in message
+
+
+def test_a_locale_without_a_character_stops_no_output(program, monkeypatch):
+    """What the terminal cannot show is a question mark."""
+    shown = BytesIO()
+    monkeypatch.setattr(sys, 'stdout', TextIOWrapper(shown, encoding='ascii'))
+
+    def degrees(argv):
+        print('30°', flush=True)
+        return 0
+
+    program.main = degrees
+    assert door.run('simulation', []) == 0
+    assert shown.getvalue() == b'30?\n'
 
 
 def test_a_missing_module_of_ours_is_no_mistake_of_the_user(program):
