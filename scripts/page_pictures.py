@@ -22,14 +22,14 @@ from playwright.sync_api import sync_playwright
 ROOT = Path(__file__).resolve().parent.parent
 sys.path[:0] = [str(ROOT), str(ROOT / 'test' / 'support')]
 
-from page_user import (  # noqa: E402
+from public_robots import public_urdf  # noqa: E402
+
+from armsim_ros.testing.clients.page_user import (  # noqa: E402
     launch_chromium,
     PageUser,
     printed_address,
     robot_is_seen,
 )
-from public_robots import public_urdf  # noqa: E402
-
 from armsim_ros.testing.clients.robot_user import READY  # noqa: E402
 from armsim_ros.testing.programs.domain import private_domain  # noqa: E402
 from armsim_ros.testing.programs.program import start_program  # noqa: E402

@@ -15,8 +15,13 @@ from pathlib import Path
 import re
 import time
 
-from page_user import chromium_path, launch_chromium, PageUser, printed_address, robot_is_seen
-
+from armsim_ros.testing.clients.page_user import (
+    chromium_path,
+    launch_chromium,
+    PageUser,
+    printed_address,
+    robot_is_seen,
+)
 from armsim_ros.testing.programs.program import Program
 from benchmarks.bringup import page_visitor
 from benchmarks.controllers.control_thread import goals_without_pause

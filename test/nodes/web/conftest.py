@@ -26,8 +26,9 @@ def served_page(fake_stack):
 @pytest.fixture(scope='module')
 def browser():
     """Start the machine's Chromium, and end it with the file: it has an event loop running."""
-    from page_user import launch_chromium
     from playwright.sync_api import sync_playwright
+
+    from armsim_ros.testing.clients.page_user import launch_chromium
 
     with sync_playwright() as programs:
         chromium = launch_chromium(programs)
@@ -38,7 +39,7 @@ def browser():
 @pytest.fixture(scope='module')
 def open_window(browser):
     """Return a function that opens the page at an address in a window of its own."""
-    from page_user import PageUser
+    from armsim_ros.testing.clients.page_user import PageUser
 
     def open_window(address):
         window = browser.new_context(viewport={'width': 800, 'height': 520})

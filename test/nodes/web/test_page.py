@@ -17,9 +17,8 @@ from sensor_msgs.msg import JointState
 pytest.importorskip('viser')
 pytest.importorskip('playwright')
 
-from page_user import changed, chromium_path, printed_address, reddish
-
 from armsim_ros.testing.clients.client_node import ClientNode
+from armsim_ros.testing.clients.page_user import changed, chromium_path, printed_address, reddish
 from armsim_ros.testing.clients.robot_user import READY, RobotUser
 from armsim_ros.testing.clients.trajectory_client import (
     CANCELED,
