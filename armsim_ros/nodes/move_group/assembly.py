@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from rclpy.executors import Executor
 
+from armsim_ros.counting_clock import CountingClock
 from armsim_ros.execution.controller_selection import coverage_report
 from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.model.cell import Cell
@@ -32,7 +33,6 @@ from armsim_ros.nodes.move_group.scene.transforms import Transforms
 from armsim_ros.nodes.move_group.ticker import Ticker
 from armsim_ros.nodes.move_group.worker import Worker
 from armsim_ros.nodes.polling_node import PollingNode
-from armsim_ros.planning.budget import CountingClock
 from armsim_ros.planning.planner import MotionPlanner, warm_up
 from armsim_ros.planning.settings import settings_from_config
 from armsim_ros.scene_sources.simulated_world import (

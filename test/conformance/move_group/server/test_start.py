@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator
 import math
 from pathlib import Path
 import shutil
+import time
 
 from lone_server import LoneServer, PlayedArm
 from move_group_bench import name_of
@@ -285,8 +286,7 @@ def test_under_a_namespace(lone: Callable[..., LoneServer]) -> None:
 
 def wait_for_service(server: LoneServer, name: str) -> None:
     """Wait until a service is known."""
-    for _ in range(500):
-        if name in {found for found, _ in server.client.node.get_service_names_and_types()}:
-            return
+    deadline = time.monotonic() + 30.0
+    while name not in {found for found, _ in server.client.node.get_service_names_and_types()}:
+        assert time.monotonic() < deadline, f'no service {name}'
         server.client.in_executor(lambda: None)
-    raise AssertionError(f'no service {name}')
