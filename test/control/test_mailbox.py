@@ -29,3 +29,12 @@ def test_two_threads_take_each_request_once():
         with ThreadPoolExecutor(2) as pool:
             halves = list(pool.map(lambda _: mailbox.take_all(), range(2)))
         assert sorted(halves[0] + halves[1]) == list(range(200))
+
+
+def test_a_full_mailbox_keeps_the_newest():
+    """Of a stream that nobody takes, the oldest goes."""
+    mailbox = Mailbox(lambda: None, capacity=2)
+    for request in range(5):
+        mailbox.post(request)
+    assert mailbox.take_all() == [3, 4]
+    assert not mailbox

@@ -41,6 +41,15 @@ def test_follows_references_by_name(loop):
     np.testing.assert_allclose(made.hardware.state.position, [0.1, 0.3], atol=1e-3)
 
 
+def test_references_between_two_updates(loop):
+    """Each message counts, also where another one comes before the next update."""
+    made, controller = loop()
+    assert controller.receive(['a'], [0.1], []) == ''
+    assert controller.receive(['b'], [0.2], []) == ''
+    made.run(1.0)
+    np.testing.assert_allclose(made.hardware.state.position, [0.1, 0.2], atol=1e-3)
+
+
 def test_names_may_be_left_away(loop):
     """Without names the values are in the order of the degrees of freedom."""
     made, controller = loop()
