@@ -4,17 +4,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 import hashlib
 import json
-import os
 from pathlib import Path
 import shutil
 import subprocess
 import sys
 import tempfile
 
-from environment.failure import pip_failure, SetupError
+from environment.failure import SetupError
+from environment.installer import Installer
 from environment.interfaces import InterfaceWheel
 from environment.machine import (
     ask_interpreter,
@@ -44,6 +44,7 @@ class EnvironmentBuilder:
         self._venv = venv
         self._python = venv / 'bin' / 'python'
         self._record = venv / 'armsim_env.json'
+        self._installer = Installer(venv)
         self._done: dict[str, str] = {}
         if self._python.exists() and self._record.is_file():
             try:
@@ -72,19 +73,21 @@ class EnvironmentBuilder:
         wheel = InterfaceWheel(self._root, interpreter, ros)
         needs_wheel = wheel.is_needed() and self._done.get('interfaces') != wheel.key
         log = self._log('interfaces')
-        self._install_requirements('tools', _TOOLS)
+        self._install('tools', _TOOLS, self._installer.pip)
+        # Of the packages of a ROS installation uv knows nothing.
+        install = self._installer.quick if ros is None else self._installer.pip
         try:
             if needs_wheel and wheel.cached() is None:
                 self._say('compiling the ROS interface packages beside it (a minute or two, once)')
                 wheel.start(self._python, log)
-            self._install_requirements('packages', [
+            self._install('packages', [
                 *requirements(self._root), *requirements(self._root, 'web'),
-                *(requirements(self._root, 'ros') if ros is None else ())])
+                *(requirements(self._root, 'ros') if ros is None else ())], install)
             for extra in extras:
-                self._install_requirements(extra, requirements(self._root, extra))
+                self._install(extra, requirements(self._root, extra), install)
             if needs_wheel:
                 file = wheel.cached() or wheel.finish(log)
-                self._pip('install the ROS interface packages', [
+                self._installer.pip('install the ROS interface packages', [
                     '--force-reinstall', '--no-deps', str(file)])
                 self._note('interfaces', wheel.key)
         finally:
@@ -115,12 +118,13 @@ class EnvironmentBuilder:
         self._done = {}
         self._note('interpreter', json.dumps(vars(interpreter)))
 
-    def _install_requirements(self, stage: str, wanted: Iterable[str]) -> None:
+    def _install(self, stage: str, wanted: Iterable[str],
+                 install: Callable[[str, Sequence[str]], None]) -> None:
         lines = sorted(wanted)
         if self._done.get(stage) == _key(lines):
             return
         self._say(f'installing {stage} from the Python package index')
-        self._pip(f'install {stage}', lines)
+        install(f'install {stage}', lines)
         self._note(stage, _key(lines))
 
     def _install_sources(self) -> None:
@@ -132,20 +136,10 @@ class EnvironmentBuilder:
         with tempfile.TemporaryDirectory(prefix='armsim_ros-') as name:
             copy = Path(name)
             copy_files(self._root, [*PACKAGE_SOURCES, _ROS2_RUN], copy)
-            self._pip('install armsim_ros', ['--no-deps', '--no-build-isolation', '--no-index',
-                                             str(copy), str(copy / _ROS2_RUN)])
+            self._installer.pip('install armsim_ros', [
+                '--no-deps', '--no-build-isolation', '--no-index', str(copy),
+                str(copy / _ROS2_RUN)])
         self._note('sources', key)
-
-    def _pip(self, task: str, words: Sequence[str]) -> None:
-        log = self._log('pip')
-        with open(log, 'a+', encoding='utf-8', errors='replace') as stream:
-            start = stream.seek(0, os.SEEK_END)
-            status = subprocess.run([self._python, '-m', 'pip', 'install', *words],
-                                    stdin=subprocess.DEVNULL, stdout=stream,
-                                    stderr=subprocess.STDOUT, env=clean_environment()).returncode
-            stream.seek(start)
-            if status != 0:
-                raise pip_failure(task, stream.read(), log)
 
     def _note(self, stage: str, key: str) -> None:
         self._done[stage] = key

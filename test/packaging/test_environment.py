@@ -9,6 +9,7 @@ import sys
 import env
 from environment import command, machine
 from environment.failure import pip_failure, SetupError
+from environment.installer import Installer, uv_options
 from environment.interfaces import InterfaceWheel
 from environment.sources import content_hash, copy_files, requirements
 import pytest
@@ -93,6 +94,40 @@ def test_a_failed_pip_is_explained(output, said):
     assert text.startswith('cannot install packages')
     assert said in text
     assert '/x/pip.log' in text
+
+
+def test_uv_looks_where_pip_looks():
+    """Mirrors, folders and certificates of pip's configuration are uv's, the nearest one wins."""
+    options, variables = uv_options("""\
+:env:.cert='/etc/ca.pem'
+:env:.find-links='/wheels'
+global.index-url='https://mirror/simple'
+global.extra-index-url='https://a/simple\\nhttps://b/simple'
+global.find-links='/old'
+global.no-index='false'
+install.index-url='https://other/simple'
+list.format='columns'
+""")
+    assert options == [
+        '--index-strategy', 'unsafe-best-match', '--default-index', 'https://other/simple',
+        '--index', 'https://a/simple', '--index', 'https://b/simple', '--find-links', '/wheels']
+    assert variables == {'SSL_CERT_FILE': '/etc/ca.pem'}
+
+
+def test_what_uv_does_not_do_pip_explains(tmp_path, monkeypatch):
+    """The reason in the message is pip's, with uv or without."""
+    monkeypatch.setenv('PIP_NO_INDEX', '1')
+    monkeypatch.setenv('PIP_FIND_LINKS', str(tmp_path))
+    (tmp_path / 'bin').mkdir()
+    (tmp_path / 'bin/python').symlink_to(sys.executable)
+    for installed in (True, False):
+        if installed:
+            (tmp_path / 'bin/uv').write_text('#!/bin/sh\nexit 1\n')
+            (tmp_path / 'bin/uv').chmod(0o755)
+        else:
+            (tmp_path / 'bin/uv').unlink()
+        with pytest.raises(SetupError, match='there is no no-such-package>=7 for this Python'):
+            Installer(tmp_path).quick('install it', ['no-such-package>=7'])
 
 
 def test_a_place_that_cannot_be_written_is_one_message(tmp_path, capsys, monkeypatch):

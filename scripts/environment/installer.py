@@ -1,0 +1,118 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""How packages come into the environment: by uv, which is quick, or by pip."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator, Sequence
+import os
+from pathlib import Path
+import subprocess
+
+from environment.failure import pip_failure, SetupError
+from environment.machine import clean_environment
+
+_UV = 'uv>=0.5'
+#: What of pip's configuration uv takes under which name; a list has one option for each value.
+_OPTIONS = {
+    'index-url': '--default-index',
+    'extra-index-url': '--index',
+    'find-links': '--find-links',
+    'no-index': '--no-index',
+    'constraint': '--constraints',
+    'trusted-host': '--allow-insecure-host',
+}
+_SWITCHES = {'no-index'}
+#: The same for what uv reads from its environment.
+_VARIABLES = {'cert': 'SSL_CERT_FILE', 'client-cert': 'SSL_CLIENT_CERT',
+              'proxy': 'ALL_PROXY', 'timeout': 'UV_HTTP_TIMEOUT'}
+
+
+class Installer:
+    """
+    Installs into one environment.
+
+    :param venv: the environment's folder; pip's log is kept there.
+    """
+
+    def __init__(self, venv: Path) -> None:
+        self._python = venv / 'bin' / 'python'
+        self._uv = venv / 'bin' / 'uv'
+        self._log = venv / 'pip.log'
+
+    def pip(self, task: str, words: Sequence[str | Path]) -> None:
+        """
+        Let pip install.
+
+        :param task: what is to be done, as the end of "cannot ...".
+        :param words: options and requirements.
+        :raises SetupError: where that fails.
+        """
+        with open(self._log, 'a+', encoding='utf-8', errors='replace') as stream:
+            start = stream.seek(0, os.SEEK_END)
+            status = subprocess.run([self._python, '-m', 'pip', 'install', *words],
+                                    stdin=subprocess.DEVNULL, stdout=stream,
+                                    stderr=subprocess.STDOUT, env=clean_environment()).returncode
+            stream.seek(start)
+            if status != 0:
+                raise pip_failure(task, stream.read(), self._log)
+
+    def quick(self, task: str, requirements: Sequence[str]) -> None:
+        """
+        Let uv install from where pip's configuration says; what it cannot do, pip does.
+
+        :param task: what is to be done, as the end of "cannot ...".
+        :param requirements: of packages.
+        :raises SetupError: where pip fails too, with pip's reason.
+        """
+        try:
+            if not self._uv.exists():
+                self.pip('install uv', ['--only-binary', ':all:', _UV])
+            if self._run_uv(requirements):
+                return
+        except SetupError:
+            pass  # There is no uv for this platform or in this index.
+        self.pip(task, requirements)
+
+    def _run_uv(self, requirements: Sequence[str]) -> bool:
+        listed = subprocess.run([self._python, '-m', 'pip', 'config', 'list'], text=True,
+                                stdout=subprocess.PIPE, env=clean_environment()).stdout
+        options, variables = uv_options(listed)
+        with open(self._log, 'a', encoding='utf-8', errors='replace') as stream:
+            return subprocess.run(
+                [self._uv, 'pip', 'install', '--python', self._python, *options, *requirements],
+                stdin=subprocess.DEVNULL, stdout=stream, stderr=subprocess.STDOUT,
+                env={**clean_environment(), **variables}).returncode == 0
+
+
+def uv_options(listed: str) -> tuple[list[str], dict[str, str]]:
+    """
+    Return the options and the environment that make uv look where pip looks.
+
+    :param listed: what ``pip config list`` prints: ``section.name='value'`` in each line, the
+        sections in the order in which they override each other.
+    """
+    settings = dict(_settings(listed))
+    # As pip does: the best version of all indexes, not the first index that knows the name.
+    options = ['--index-strategy', 'unsafe-best-match']
+    for name, option in _OPTIONS.items():
+        if name in _SWITCHES:
+            options += [option] if settings.get(name, '').lower() in {'1', 'true', 'yes'} else []
+        else:
+            for value in settings.get(name, '').split():
+                options += [option, value]
+    return options, {variable: settings[name] for name, variable in _VARIABLES.items()
+                     if name in settings}
+
+
+def _settings(listed: str) -> Iterator[tuple[str, str]]:
+    """Yield what applies to pip install: the command's own after what is for all commands."""
+    rank = {'global': 0, 'install': 1, ':env:': 2}
+    found = []
+    for line in listed.splitlines():
+        key, _, value = line.partition('=')
+        section, _, name = key.rpartition('.')
+        if section in rank:
+            found.append((rank[section], name, str(ast.literal_eval(value))))
+    yield from ((name, value) for _, name, value in sorted(found, key=lambda one: one[0]))
