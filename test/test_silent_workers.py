@@ -18,7 +18,7 @@ CONFTEST = """
 from silent_workers import SilentWorkers
 
 def pytest_configure(config):
-    config.pluginmanager.register(SilentWorkers(longest=5.0))
+    config.pluginmanager.register(SilentWorkers(longest=3.0))
 """
 
 
@@ -30,7 +30,8 @@ def test_a_stopped_worker_is_told_of_and_replaced(pytester, monkeypatch):
     pytester.makepyfile(test_stopped=TESTS, test_other='def test_other(): pass')
 
     result = pytester.runpytest_subprocess(
-        '-n', '2', '--dist', 'loadfile', '-p', 'no:armsim', timeout=120)
+        '-n', '2', '--dist', 'loadfile', '-p', 'no:armsim',
+        '-p', 'no:hypothesispytest', timeout=120)
 
     result.assert_outcomes(passed=6, failed=1)
-    result.stderr.fnmatch_lines(['no worker has reported for 5 s*test_stopped_once?2?*'])
+    result.stderr.fnmatch_lines(['no worker has reported for 3 s*test_stopped_once?2?*'])

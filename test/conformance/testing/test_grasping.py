@@ -16,23 +16,6 @@ statement = pytest.mark.statement
 
 HAND = Path(__file__).parents[2] / 'support' / 'robots' / 'hand'
 
-IN_PROCESSES = f"""
-import pytest
-
-
-@pytest.mark.armsim(robot={str(HAND)!r}, mode='process')
-def test_holds(arm):
-    arm.spawn('post', (0.03, 0.03, 0.03), (0.0, 0.0, 1.12))
-    arm.spawn('cube', (0.05, 0.05, 0.05), (0.0, 0.0, 1.16), mass=0.3)
-    arm.grasp(10.0)
-    arm.delete('post')
-    arm.wait(0.5)
-    assert arm.entity('cube')[2, 3] > 1.15
-    arm.release()
-    arm.wait(0.5)
-    assert arm.entity('cube')[2, 3] < 1.0
-"""
-
 
 def new_arm(robot, **overrides):
     """Return an arm stepped by the test."""
@@ -99,9 +82,3 @@ def test_an_arm_without_a_hand_says_so():
     """The sentence tells what the arm would need."""
     with pytest.raises(ControllerError, match='no suction cup, and no named state'):
         new_arm('elfin').grasp()
-
-
-@statement('G3', 'G6')
-def test_a_running_stack_grasps_alike(run_tests):
-    """In mode process, by the gripper's action: what is held stays up, what is let go falls."""
-    run_tests(IN_PROCESSES).assert_outcomes(passed=1)

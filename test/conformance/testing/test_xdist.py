@@ -51,7 +51,7 @@ def test_has_programs_of_its_own(arm, ros_domain, number):
     if {hangs}:
         threading.Event().wait()
     turned = dict.fromkeys(arm.joints, 0.1 * (number + 1))
-    arm.follow([(1.0, turned)])
+    arm.follow([(0.5, turned)])
     assert_reached(arm, turned)
 """
 
@@ -105,14 +105,13 @@ def test_forty_tests_on_two_workers_leave_nothing(run_tests, pytester, two_domai
 
 @pytest.mark.timeout(900)
 @statement('G5')
-def test_killed_and_interrupted_workers_leave_nothing(pytester, monkeypatch, two_domains):
+def test_killed_and_interrupted_workers_leave_nothing(pytester, strangers_pytest, two_domains):
     """Programs and domain of a worker go with it when it is killed, all go with Ctrl-C."""
-    monkeypatch.setenv('PYTHONPATH', str(Path(__file__).parents[3]))
     files = [Path(pytester.makepyfile(**{name: PROGRAMS.format(hangs=True)}))
              for name in ('test_first', 'test_second')]
     notes = [path.with_suffix('.pids') for path in files]
     command = [
-        sys.executable, '-m', 'pytest', '-p', 'no:cacheprovider', '-n2', '--dist=loadfile',
+        sys.executable, '-m', 'pytest', '-n2', '--dist=loadfile',
         '--max-worker-restart=0', f'--rootdir={pytester.path}', *map(str, files),
         f'--armsim-domains={two_domains[0]}-{two_domains[-1]}',
     ]
