@@ -30,6 +30,8 @@ NAMESPACE = '/sunday'
 ARM = 'arm_joint_controller'
 JOINTS = tuple(f'joint_{number}' for number in range(1, 7))
 PLACE = (0.0, 0.3, 1.5, 0.5, 1.0, 0.0)
+#: How fast the joints move between tests [rad/s].
+PACE = 1.5
 MANAGER = f'{NAMESPACE}/controller_manager'
 
 FORWARD_CONTROLLERS = """
@@ -125,6 +127,7 @@ class Streamed:
         self.domain, self.program, self.client = domain, program, client
         node = client.node
         self._lock = threading.Lock()
+        self._stamp = 0.0
         self._positions = np.zeros(6)
         self.reference: Record = Record([], [])
         self.measured: Record = Record([], [])
@@ -155,21 +158,23 @@ class Streamed:
         known = dict(zip(message.name, message.position, strict=True))
         with self._lock:
             self._positions = np.array([known[name] for name in JOINTS])
-            self._keep(self.measured, message, self._positions)
+            self._stamp = self._keep(self.measured, message, self._positions)
 
     def _state(self, message: JointTrajectoryControllerState) -> None:
         with self._lock:
             self._keep(self.reference, message, np.array(message.reference.positions))
 
-    def _status(self, message: ServoStatus) -> None:
+    def _status(self, message: ServoStatus, info: dict[str, int]) -> None:
         with self._lock:
-            self.status.stamps.append(time.monotonic())
+            # When it was sent: a late reader gets several at once.
+            self.status.stamps.append(1e-9 * info['source_timestamp'])
             self.status.values.append((message.code, message.message))
 
-    def _keep(self, record: Record, message: Any, values: Any) -> None:
+    def _keep(self, record: Record, message: Any, values: Any) -> float:
         stamp = message.header.stamp
         record.stamps.append(stamp.sec + 1e-9 * stamp.nanosec)
         record.values.append(values)
+        return record.stamps[-1]
 
     def forget(self) -> None:
         """Record anew."""
@@ -218,15 +223,17 @@ class Streamed:
         self.active = name
         return answer
 
-    def go(self, positions: Any, seconds: float = 1.5) -> None:
+    def go(self, positions: Any) -> None:
         """Move with the trajectory controller and wait."""
         point = JointTrajectoryPoint(positions=[float(value) for value in positions])
+        before = self.positions
+        distance = np.abs(before - positions).max()
+        seconds = 0.2 + distance / PACE
         point.time_from_start.sec = int(seconds)
         point.time_from_start.nanosec = int(1e9 * (seconds % 1.0))
         message = JointTrajectory(joint_names=list(JOINTS), points=[point])
-        before = self.positions
         self.trajectory.publish(message)
-        if np.abs(before - positions).max() > 2e-3:
+        if distance > 2e-3:
             self.stream_until(self.trajectory, message, self.has_moved(before, 1e-3), 'it moves')
         self.until(lambda: np.abs(self.positions - positions).max() < 2e-3, 'the arm is there')
 
@@ -287,12 +294,16 @@ class Streamed:
         """Return whether a status with one of the codes has the words, as a condition."""
         return lambda: any(words in text and code in codes for code, text in self.said())
 
-    def rest(self, seconds: float = 0.6) -> None:
-        """Wait until the arm rests."""
-        def still() -> bool:
-            before = self.positions
-            time.sleep(0.1)
-            return bool(np.abs(self.positions - before).max() < 1e-5)
+    def rest(self, seconds: float = 0.2) -> None:
+        """Wait until the arm has not moved for so long by its own stamps [s]."""
+        begin, place = 0.0, np.full(6, np.inf)
 
-        time.sleep(seconds)
-        self.until(still, 'the arm rests')
+        def rested() -> bool:
+            nonlocal begin, place
+            with self._lock:
+                stamp, now = self._stamp, self._positions
+            if np.abs(now - place).max() > 1e-5:
+                begin, place = stamp, now
+            return stamp - begin > seconds
+
+        self.until(rested, 'the arm rests')

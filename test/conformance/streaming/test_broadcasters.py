@@ -90,5 +90,5 @@ def test_senseless_factors(arm: Streamed, factor: float) -> None:
         arm.stream_until(
             publisher, SpeedScalingFactor(factor=factor),
             lambda: 'speed scaling factor' in arm.program.text[marker:], 'the reason is told')
-        arm.go(beside(0.1), 0.5)
-        arm.go(PLACE, 0.5)
+        arm.go(beside(0.1))
+        arm.go(PLACE)

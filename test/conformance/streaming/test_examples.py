@@ -84,7 +84,7 @@ def test_policy(arm: Streamed) -> None:
     """It switches over, moves the arm in its wave, and gives it back."""
     before = arm.positions
     with started(arm, 'policy.py', '--controller', '/sunday/position_stream', '--instead-of', ARM,
-                 '--seconds', '3', stderr=subprocess.PIPE) as program:  # fmt: skip
+                 '--seconds', '1.5', stderr=subprocess.PIPE) as program:  # fmt: skip
         arm.until(lambda: (arm.positions - before).min() > 0.05, 'all joints move', 60.0)
         _, text = program.communicate(timeout=60.0)
     assert (program.returncode, text) == (0, '')

@@ -72,7 +72,7 @@ def test_silence_stops_velocity(arm: Streamed) -> None:
     command = Float64MultiArray(data=[0.2, 0.0, 0.0, 0.0, 0.0, 0.0])
     arm.stream_until(arm.streams['velocity_stream'], command,
                      lambda: arm.positions[0] > 0.1, 'the arm moves')  # fmt: skip
-    arm.rest(1.0)
+    arm.rest()
     assert arm.positions[0] < 0.5
 
 

@@ -112,8 +112,8 @@ def test_other_clock(arm: Streamed) -> None:
     message = arm.make_twist((0, 0, -0.2))
     message.header.stamp.sec = int(time.time()) - 100
     arm.forget()
-    arm.twist.publish(message)
-    arm.until(arm.has_said('clock', -1), 'the status tells of the clock')
+    told = arm.has_said('clock', -1)
+    arm.until(lambda: arm.twist.publish(message) or told(), 'the status tells of the clock')
 
 
 @statement('SRV-12')
@@ -176,9 +176,8 @@ def test_other_controller(arm: Streamed) -> None:
 def test_status_rate(arm: Streamed) -> None:
     """The status comes every period; how exactly, benchmarks/streaming/streaming.py measures."""
     arm.forget()
-    begin = time.monotonic()
-    arm.until(lambda: len(arm.said()) > 100, 'a hundred and one have come', 30.0)
-    assert time.monotonic() - begin > 0.7
+    arm.until(lambda: len(arm.said()) > 100, 'a hundred and one have come')
+    assert arm.status.stamps[100] - arm.status.stamps[0] > 0.7
 
 
 @statement('SRV-16')
