@@ -19,6 +19,7 @@ import sys
 from tempfile import TemporaryDirectory
 from typing import Any
 
+from faster import FASTER
 import pytest
 
 from armsim_ros.testing.clients.client_node import ClientNode
@@ -92,6 +93,7 @@ def running_server(pytestconfig: pytest.Config) -> Iterator[Server]:
         return
     if command == shlex.split(OURS):
         command.append('scene_from_world:=false')  # the tests bring their own objects
+        command.append(FASTER)
     with (
         TemporaryDirectory() as home,
         private_domain() as domain,

@@ -24,6 +24,7 @@ from rclpy.signals import SignalHandlerOptions
 
 moveit2 = pytest.importorskip('pymoveit2.moveit2', reason='pymoveit2 is not installed')
 from arm_user import until  # noqa: E402
+from faster import FASTER  # noqa: E402
 from pymoveit2 import MoveIt2, MoveIt2Gripper, RobotDescription  # noqa: E402
 
 from armsim_ros.testing.clients.patient_action_client import PatientActionClient  # noqa: E402
@@ -31,7 +32,7 @@ from armsim_ros.testing.programs.domain import private_domain, ros_environment  
 from armsim_ros.testing.programs.program import Program  # noqa: E402
 
 GRIPPER_ARM = (f'{shlex.quote(sys.executable)} -m armsim_ros bringup robot:=ROBOT '
-               'scene_from_world:=false')
+               f'scene_from_world:=false {shlex.quote(FASTER)}')
 READY = 'You can start planning now!'
 
 

@@ -145,7 +145,7 @@ def test_a_path_constraint_holds_all_along(user: Any, planner: MoveIt2) -> None:
 def test_a_motion_is_cancelled(user: Any, arm: MoveIt2) -> None:
     """cancel_execution stops the arm; the next goal is reached again."""
     go(arm, state(user, 'home'))
-    arm.max_velocity = 0.1
+    arm.max_velocity = 0.03
     assert arm.move_to_configuration(state(user, 'left'))
     until(lambda: distance(arm, state(user, 'home')) > 0.02, 'motion')
     assert arm.cancel_execution()
@@ -163,7 +163,7 @@ def test_a_motion_is_cancelled(user: Any, arm: MoveIt2) -> None:
 def test_everything_stops_by_the_event(user: Any, planner: MoveIt2) -> None:
     """stop_all_trajectory_execution ends the motion of another client's goal."""
     go(planner, state(user, 'home'))
-    planner.max_velocity = 0.1
+    planner.max_velocity = 0.03
     assert planner.move_to_configuration(state(user, 'left'))
     until(lambda: distance(planner, state(user, 'home')) > 0.02, 'motion')
     user.arm().stop_all_trajectory_execution()

@@ -11,6 +11,7 @@ from typing import Any
 
 from action_msgs.msg import GoalStatus
 from control_msgs.action import GripperCommand
+from faster import FASTER
 from moveit_msgs.msg import ContactInformation
 import pytest
 from scene_user import Planner
@@ -69,7 +70,7 @@ class Fingers:
 @pytest.fixture(scope='module')
 def fingers() -> Iterator[Fingers]:
     """Run the hand for the tests of this file."""
-    with running_robot(f'robot:={HAND}', namespace='/hand') as user:
+    with running_robot(f'robot:={HAND}', FASTER, namespace='/hand') as user:
         yield Fingers(WorldUser(user.client, user.program, HAND))
 
 

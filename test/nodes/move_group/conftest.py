@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 import re
@@ -13,6 +13,7 @@ from typing import Any
 from xml.etree import ElementTree
 
 from action_msgs.msg import GoalStatus
+from faster import FASTER
 from moveit_msgs.action import ExecuteTrajectory, MoveGroup
 from moveit_msgs.msg import Constraints, JointConstraint, PlanningScene, RobotState
 from moveit_msgs.srv import ApplyPlanningScene, GetPlanningScene
@@ -137,23 +138,17 @@ def running(shared_in_folder: Callable[..., Stack]) -> Stack:
 
 
 @contextmanager
-def running_stack(*words: str) -> Iterator[Stack]:
-    """Run a stack, with these words for bringup, and a node beside it."""
+def running_stack() -> Iterator[Stack]:
+    """Run a stack and a node beside it."""
     with (
         private_domain() as domain,
         ClientNode(domain, 'move_group_tests') as client,
         Program.module(
-            'armsim_ros', 'bringup', 'scene_from_world:=false', *words,
+            'armsim_ros', 'bringup', 'scene_from_world:=false', FASTER,
             environment=ros_environment(domain)) as program,
     ):
         program.wait_for_line(re.escape(READY), 60.0)
         yield Stack(client, program)
-
-
-@pytest.fixture
-def another_stack() -> Callable[..., AbstractContextManager[Stack]]:
-    """Return what runs a stack of a test's own, with these words for bringup."""
-    return running_stack
 
 
 @pytest.fixture

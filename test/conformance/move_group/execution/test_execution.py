@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from copy import deepcopy
 from pathlib import Path
 import shutil
@@ -22,7 +22,7 @@ START = {f'joint_{k}': 0.1 * k for k in range(1, 7)}
 URDF = f"urdf:={find_robot('sunday').parent.parent / 'urdf' / 'sunday.urdf.xacro'}"
 TWO = """
 moveit_simple_controller_manager:
-  controller_names: [lower, upper, whole, hand]
+  controller_names: [lower, upper, whole, hand, absent]
   lower:
     type: FollowJointTrajectory
     action_ns: follow_joint_trajectory
@@ -39,22 +39,32 @@ moveit_simple_controller_manager:
   hand:
     type: GripperCommand
     joints: [joint_6]
+  absent:
+    type: FollowJointTrajectory
+    joints: [joint_2, joint_3]
 """
 
 
 @pytest.fixture(scope='module')
 def robot(tmp_path_factory: Any) -> Path:
-    """Give a folder of the default arm whose joints belong to several controllers."""
+    """
+    Give a folder of the default arm whose joints belong to several controllers.
+
+    It has no acceleration limits.
+    """
     folder = Path(tmp_path_factory.mktemp('robots')) / 'split'
     shutil.copytree(find_robot('sunday'), folder)
     (folder / 'controllers_gazebo.yaml').unlink()
     (folder / 'trajectory_execution.yaml').unlink()
     (folder / 'moveit_controllers.yaml').write_text(TWO, encoding='utf-8')
+    limits = folder / 'joint_limits.yaml'
+    kept = [line for line in limits.read_text().splitlines() if 'acceleration' not in line]
+    limits.write_text('\n'.join(kept))
     return folder
 
 
 class Stand:
-    """move_group, joint states and four controllers."""
+    """move_group, joint states and four of its five controllers."""
 
     def __init__(self, server: LoneServer) -> None:
         self.server = server
@@ -82,7 +92,7 @@ class Stand:
         """Return a trajectory of these joints, all where none is named."""
         self.arm.joint_states.clear()
         self.arm.joint_states.wait(3)
-        whole = self.arm.planned({name: value + 0.2 for name, value in START.items()})
+        whole = self.arm.planned({name: value + 0.1 for name, value in START.items()})
         keep = [k for k, name in enumerate(whole.joint_names) if not joints or name in joints]
         whole.joint_names = [whole.joint_names[k] for k in keep]
         for point in whole.points:
@@ -93,7 +103,7 @@ class Stand:
 
 
 @pytest.fixture(scope='module')
-def started(pytestconfig: pytest.Config, robot: Path) -> Any:
+def started(pytestconfig: pytest.Config, robot: Path) -> Iterator[Stand]:
     """Start the server once for the module."""
     command = pytestconfig.getoption('server_command', None)
     if command is not None and not command.endswith('armsim_ros bringup'):
@@ -117,6 +127,11 @@ def wait_for(condition: Callable[[], object]) -> None:
             return
         pause.wait(0.01)
     raise AssertionError('it never came to be so')
+
+
+def allowed(trajectory: Any) -> float:
+    """Return how long the upper controller may take [s]."""
+    return seconds(trajectory.points[-1].time_from_start) + 0.3
 
 
 LOWER = ('joint_1', 'joint_2', 'joint_3')
@@ -201,8 +216,7 @@ def test_a_controller_that_takes_too_long(stand: Stand) -> None:
     trajectory = stand.trajectory(*UPPER)
     ended = stand.arm.execute(trajectory)
     assert ended.code == 'TIMED_OUT'
-    allowed = seconds(trajectory.points[-1].time_from_start) + 0.3
-    assert f'{allowed:.2f} s' in ended.result.error_code.message
+    assert f'{allowed(trajectory):.2f} s' in ended.result.error_code.message
     assert stand.upper.cancelled.is_set()
 
 
@@ -211,10 +225,9 @@ def test_a_result_that_is_late(stand: Stand) -> None:
     """An arm that is where it should be has not failed: the result is waited for a little."""
     stand.upper.behaviour = 'late'
     trajectory = stand.trajectory(*UPPER)
-    allowed = seconds(trajectory.points[-1].time_from_start) + 0.3
     handle = stand.arm.send_execute(trajectory)
     with pytest.raises(AssertionError, match='no result'):
-        stand.arm.ended(handle, timeout=allowed + 0.3)
+        stand.arm.ended(handle, timeout=allowed(trajectory) + 0.3)
     stand.upper.release()
     assert stand.arm.ended(handle).code == 'SUCCESS'
 
@@ -225,9 +238,10 @@ def test_the_duration_monitor_can_be_switched_off(stand: Stand) -> None:
     name = 'trajectory_execution.execution_duration_monitoring'
     assert stand.arm.parameters.set(name, False) == ''
     stand.upper.behaviour = 'hold'
-    handle = stand.arm.send_execute(stand.trajectory(*UPPER))
+    trajectory = stand.trajectory(*UPPER)
+    handle = stand.arm.send_execute(trajectory)
     with pytest.raises(AssertionError, match='no result'):
-        stand.arm.ended(handle, timeout=2.0)
+        stand.arm.ended(handle, timeout=allowed(trajectory) + 0.5)
     stand.arm.cancel(handle)
     assert stand.arm.parameters.set(name, True) == ''
 
@@ -297,39 +311,25 @@ def test_controllers_are_parameters(stand: Stand) -> None:
     """The controllers can be looked up; what was not given has its default."""
     get = stand.arm.parameters.get
     manager = 'moveit_simple_controller_manager'
-    assert get(f'{manager}.controller_names') == ['lower', 'upper', 'whole', 'hand']
+    assert get(f'{manager}.controller_names') == ['lower', 'upper', 'whole', 'hand', 'absent']
     assert get(f'{manager}.whole.action_ns') == 'follow_joint_trajectory'
     assert get(f'{manager}.hand.action_ns') == 'gripper_cmd'
     assert get(f'{manager}.upper.allowed_goal_duration_margin') == 0.3
 
 
 @pytest.mark.statement('EXE-7')
-def test_a_controller_that_is_not_there(
-    lone: Callable[..., LoneServer], robot: Path
-) -> None:
+def test_a_controller_that_is_not_there(stand: Stand) -> None:
     """-4 within seconds, and the message names its action."""
-    server = lone(f'robot:={robot}', URDF)
-    arm = server.play(START).arm
-    trajectory = arm.planned({name: value + 0.1 for name, value in START.items()})
-    ended = arm.execute(trajectory)
+    ended = stand.arm.execute(stand.trajectory('joint_2', 'joint_3'))
     assert ended.code == 'CONTROL_FAILED'
-    assert 'follow_joint_trajectory' in ended.result.error_code.message
+    assert "'absent/follow_joint_trajectory'" in ended.result.error_code.message
 
 
 @pytest.mark.statement('BOOT-5', 'E12')
-def test_missing_acceleration_limits_do_not_hinder(
-    lone: Callable[..., LoneServer], robot: Path, tmp_path: Path
-) -> None:
+def test_missing_acceleration_limits_do_not_hinder(stand: Stand) -> None:
     """A default is assumed and told once, in one line that names the joints."""
-    folder = tmp_path / 'no_accelerations'
-    shutil.copytree(robot, folder)
-    limits = folder / 'joint_limits.yaml'
-    kept = [line for line in limits.read_text().splitlines() if 'acceleration' not in line]
-    limits.write_text('\n'.join(kept))
-    server = lone(f'robot:={folder}', URDF)
-    arm = server.play(START).arm
     for step in (0.1, 0.2):
-        arm.planned({name: value + step for name, value in START.items()})
-    lines = [line for line in server.program.output if 'no acceleration limit' in line]
+        stand.arm.planned({name: value + step for name, value in START.items()})
+    lines = [line for line in stand.server.program.output if 'no acceleration limit' in line]
     assert len(lines) == 1
     assert all(name in lines[0] for name in START)

@@ -4,9 +4,10 @@
 
 from __future__ import annotations
 
-import threading
+from collections.abc import Callable
 from typing import Any
 
+from arm_user import until
 from motions import SLOW, target, until_at_rest, until_moving
 from move_group_bench import ABORTED, CANCELED, SUCCEEDED
 import pytest
@@ -16,19 +17,14 @@ from wire import quiet_diff, robot_state
 from armsim_ros.testing.clients.client_node import ClientNode
 
 
-def stop(arm: Any, word: str = 'stop') -> None:
-    """Publish an event once its subscriber is there."""
-    publisher = arm.client.node.create_publisher(
-        String, arm.name('trajectory_execution_event'), 10
+@pytest.fixture(scope='module')
+def publish_event(running: Any) -> Callable[[str], None]:
+    """Give a function that publishes a word on trajectory_execution_event."""
+    publisher = running.client.node.create_publisher(
+        String, running.name('trajectory_execution_event'), 10
     )
-    pause = threading.Event()
-    for _ in range(500):
-        if publisher.get_subscription_count():
-            break
-        pause.wait(0.01)
-    publisher.publish(String(data=word))
-    pause.wait(0.3)
-    arm.client.in_executor(lambda: arm.client.node.destroy_publisher(publisher))
+    until(publisher.get_subscription_count, 'a subscriber of the event')
+    return lambda word: publisher.publish(String(data=word))
 
 
 @pytest.mark.statement('SEED-1', 'RVZ-7', 'RVZ-8', 'ACT-1', 'ACT-3', 'MGI-4')
@@ -146,14 +142,16 @@ def test_cancel_of_an_execution(home: Any) -> None:
 
 @pytest.mark.statement('ACT-8', 'SRV-72', 'E20', 'MGI-3', 'PM-6', 'RVZ-10')
 @pytest.mark.parametrize('action', ['move_action', 'execute_trajectory'])
-def test_the_stop_event(home: Any, action: str) -> None:
+def test_the_stop_event(
+    publish_event: Callable[[str], None], home: Any, action: str
+) -> None:
     """'stop' ends the motion of either action."""
     if action == 'move_action':
         handle = home.send_move(target(home), **SLOW)
     else:
         handle = home.send_execute(home.planned(target(home), **SLOW))
     until_moving(home)
-    stop(home)
+    publish_event('stop')
     ended = home.ended(handle)
     assert ended.code in ('PREEMPTED', 'CONTROL_FAILED')
     assert ended.status == ABORTED
@@ -161,11 +159,13 @@ def test_the_stop_event(home: Any, action: str) -> None:
 
 
 @pytest.mark.statement('SRV-72', 'IF-35')
-def test_other_events_and_needless_stops(home: Any, log: Any) -> None:
+def test_other_events_and_needless_stops(
+    publish_event: Callable[[str], None], home: Any, log: Any
+) -> None:
     """Another word is a warning, a stop of nothing does no harm."""
-    stop(home, 'sing')
+    publish_event('sing')
     log.wait_for_line("'sing' is not known")
-    stop(home)
+    publish_event('stop')
     assert home.move(home.near()).code == 'SUCCESS'
 
 
@@ -173,7 +173,7 @@ def test_other_events_and_needless_stops(home: Any, log: Any) -> None:
 def test_a_second_goal_while_the_first_moves(home: Any) -> None:
     """It plans and is then refused with -4; the first one arrives."""
     goal = target(home)
-    first = home.send_move(goal, **{**SLOW, 'max_velocity_scaling_factor': 0.15})
+    first = home.send_move(goal, **{**SLOW, 'max_velocity_scaling_factor': 0.07})
     until_moving(home)
     second = home.move(next(iter(home.states)))
     assert second.code == 'CONTROL_FAILED'

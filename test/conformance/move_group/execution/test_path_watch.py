@@ -31,7 +31,7 @@ def test_an_object_on_the_rest_of_the_path(home: Any) -> None:
 def test_an_object_beside_the_path(home: Any) -> None:
     """The motion goes on."""
     goal = target(home)
-    handle = home.send_move(goal, **{**SLOW, 'max_velocity_scaling_factor': 0.2})
+    handle = home.send_move(goal, **{**SLOW, 'max_velocity_scaling_factor': 0.08})
     until_moving(home)
     place = home.pose(goal)
     place.pose.position.x += 5.0
@@ -43,8 +43,8 @@ def test_an_object_beside_the_path(home: Any) -> None:
 def test_replanning(home: Any) -> None:
     """With replan the arm stops, plans again and arrives once the object is gone."""
     goal = target(home)
-    handle = home.send_move(goal, replan=True, replan_attempts=4, replan_delay=4.0,
-                            **{**SLOW, 'max_velocity_scaling_factor': 0.15})
+    handle = home.send_move(goal, replan=True, replan_attempts=4, replan_delay=2.5,
+                            **{**SLOW, 'max_velocity_scaling_factor': 0.08})
     until_moving(home)
     place = home.pose(goal)
     home.add(thing('late', place.header.frame_id, [box(0.02, 0.02, 0.02)], pose=place.pose))

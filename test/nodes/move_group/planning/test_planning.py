@@ -135,7 +135,7 @@ def test_a_pose_goal_is_reached(stack: Any) -> None:
 def test_an_executed_plan_can_be_cancelled(stack: Any) -> None:
     """ACT-5: cancelling a motion ends in canceled with PREEMPTED, and the arm stands still."""
     assert stack.move('home').status == SUCCEEDED
-    handle = stack.send_move('scan_face2', max_velocity_scaling_factor=0.1)
+    handle = stack.send_move('scan_face2', max_velocity_scaling_factor=0.03)
     start = stack.positions()
     while max(abs(stack.positions()[name] - start[name]) for name in start) < 0.02:
         pass
@@ -169,7 +169,7 @@ def test_a_search_can_be_cancelled(stack: Any) -> None:
 def test_execute_trajectory_runs_a_plan_and_stop_ends_it(stack: Any) -> None:
     """SRV-72: the event "stop" ends a motion; the plan can be made anew and executed."""
     assert stack.move('home').status == SUCCEEDED
-    slow = stack.move('scan_face2', plan_only=True, max_velocity_scaling_factor=0.1)
+    slow = stack.move('scan_face2', plan_only=True, max_velocity_scaling_factor=0.03)
     handle = stack.execute(slow.result.planned_trajectory)
     publisher = stack.client.node.create_publisher(String, '/trajectory_execution_event', 1)
     start = stack.positions()
