@@ -3,8 +3,8 @@
 PYTHON ?= python3
 VENV ?= .venv
 ARGS ?=
-# Tests that run at a time; 0 for one after the other.
-WORKERS ?= 2
+# Tests that run at a time, at most two of them with programs in real time; 0: one after the other.
+WORKERS ?= 3
 
 # An environment that exists keeps its Python unless one is named on the command line.
 this_python := $(if $(filter command environment,$(firstword $(origin PYTHON))),--this-python)

@@ -12,6 +12,7 @@ from machine import Machine
 import pytest
 from rendering import rendering_backend
 from silent_workers import SilentWorkers
+from spare_worker import SpareWorker
 
 from armsim_ros.cli.environment import FASTDDS_PROFILES
 from armsim_ros.cli.quiet_end import QuietEnd
@@ -53,6 +54,7 @@ def pytest_configure(config):
     config.stash[_END] = QuietEnd()
     config.pluginmanager.register(FailuresAtOnce(config))
     config.pluginmanager.register(SilentWorkers())
+    config.pluginmanager.register(SpareWorker(config, _is_real_time))
 
 
 @pytest.hookimpl(trylast=True)
@@ -74,14 +76,14 @@ def pytest_collection_modifyitems(items):
     """
     machine = Machine()
     for item in items:
-        if _is_real_time(item):
+        if _is_real_time(item.path):
             item.add_marker(pytest.mark.flaky(reruns=3, condition=machine.was_starved))
             item.stash[_MACHINE] = machine
-    items.sort(key=_is_real_time, reverse=True)
+    items.sort(key=lambda item: _is_real_time(item.path), reverse=True)
 
 
-def _is_real_time(item):
-    return any(folder in item.path.parents for folder in _REAL_TIME)
+def _is_real_time(path):
+    return any(folder in path.parents for folder in _REAL_TIME)
 
 
 @pytest.hookimpl(tryfirst=True)
