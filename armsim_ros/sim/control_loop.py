@@ -14,8 +14,9 @@ from armsim_ros.control.faults import Controllers
 from armsim_ros.control.mailbox import Mailbox
 from armsim_ros.errors import ControllerError, SimulationError
 from armsim_ros.sim.pacer import Alarm, Pacer, PaceStatistics
+from armsim_ros.sim.planned_flight import PlannedFlight
 from armsim_ros.sim.realtime import prioritize_thread
-from armsim_ros.sim.simulation import MOST_PLANNED, Simulation
+from armsim_ros.sim.simulation import Simulation
 
 Result = TypeVar('Result')
 
@@ -25,8 +26,6 @@ REQUESTS_PER_TICK = 8
 MOST_FREE_STEPS = 1000
 #: Physics steps between two looks at requests where no pace is kept.
 UNPACED_STEPS = 40
-#: Fewer updates are not worth a plan.
-LEAST_PLANNED = 3
 #: Wall time for which the loop dozes at most while nobody asks for anything [ns].
 LONGEST_DOZE_NS = 20_000_000
 #: Faults that are kept until somebody asks.
@@ -61,9 +60,9 @@ class ControlLoop:
     One tick is one physics step; the controllers run first where their period begins. Only the
     thread that ticks may touch simulation and clock; others hand it a function by ``call``.
 
-    While drives rest and no update matters, steps are done many at once, and ``run`` dozes until
-    the next of them that somebody observes, or until it is asked for something. That changes no
-    result: whoever looks sees an update made for him.
+    Where no update matters, or the controllers know their commands beforehand, steps are done
+    many at once, and ``run`` dozes until the next of them that somebody observes, or until it is
+    asked for something. That changes no result: whoever looks sees an update made for him.
 
     :param simulation: the plant.
     :param controllers: the controller manager.
@@ -97,7 +96,8 @@ class ControlLoop:
         self.clock.on_change = self._wake
         self._listeners: tuple[_Listener, ...] = ()
         self._faults: deque[str] = deque(maxlen=KEPT_FAULTS)
-        self._most_planned = MOST_PLANNED
+        self._flight = PlannedFlight(
+            simulation, controllers, self.steps_per_update, self._period)
         self.has_priority = False
         #: Called by the thread that ticks when all that listeners of a time hand over is there.
         self.on_handed_over: Callable[[], object] = lambda: None
@@ -157,9 +157,12 @@ class ControlLoop:
                 if left_out > 0:
                     updates = left_out // self.steps_per_update - glanced
                     self._controllers.skip(updates, self._period)
-            elif flown := self._fly(end - self.clock.steps):
-                stable = flown > 0
-            else:
+                continue
+            before = self.clock.steps
+            if self._step_in_period == 0:
+                limit = self._until_observed(end - before)
+                stable = self._move(lambda limit=limit: self._flight.fly(limit))
+            if stable and self.clock.steps == before:
                 if self._step_in_period == 0:
                     self._controllers.update(self.clock.now_ns, self._period)
                     self.simulation.write(self.steps_per_update)
@@ -200,20 +203,21 @@ class ControlLoop:
         while not stop.is_set():
             pacer.alarm.clear()
             self._look_early()
+            ticks = self._unobserved_ticks()
             self.on_handed_over()
-            if not (self.clock.wall_step_ns or self.clock.paused):
+            if ticks > 1:
+                ticks = pacer.doze(self._wall_step_ns(), ticks)
+                if ticks and not self.clock.paused:
+                    self.advance(ticks)
+                    continue
+                self._flight.land()
+                if self.clock.paused:
+                    self.tick()
+            elif not (self.clock.wall_step_ns or self.clock.paused):
                 self._serve()
                 if not self.clock.paused:
                     self.advance(UNPACED_STEPS)
                 pacer.breathe()
-                continue
-            ticks = self._unobserved_ticks()
-            if ticks > 1:
-                ticks = pacer.doze(self._wall_step_ns(), ticks)
-                if self.clock.paused:
-                    self.tick()
-                elif ticks:
-                    self.advance(ticks)
             else:
                 pacer.wait(self._wall_step_ns())
                 self.tick()
@@ -226,13 +230,24 @@ class ControlLoop:
 
     def _unobserved_ticks(self) -> int:
         """Return how many ticks can be made together when the last of them is due."""
-        if self._requests:
+        paced = self.clock.wall_step_ns or self.clock.paused
+        if self._requests or not paced:
             return 0
         longest = int(LONGEST_DOZE_NS // self._wall_step_ns())
         if self.clock.paused:
             return longest
-        free = self._free_steps(longest) if self.simulation.resting else 0
+        free = self._free_steps(longest)
+        if not free and self._step_in_period == 0:
+            free = self._flight.plan(self._until_observed(longest))
+            self._flight.look_early()
         return free + 1 if free else 0
+
+    def _until_observed(self, limit: int) -> int:
+        """Return the steps until a listener is called, at most the limit."""
+        now_ns, step_ns = self.clock.now_ns, self.clock.step_ns
+        for listener in self._listeners:
+            limit = min(limit, listener.steps_until_due(now_ns, step_ns))
+        return limit
 
     def _free_steps(self, limit: int) -> int:
         """
@@ -244,9 +259,7 @@ class ControlLoop:
         if limit < 2 or not simulation.ready_steps:
             return 0
         now_ns, step_ns = self.clock.now_ns, self.clock.step_ns
-        free = min(limit, MOST_FREE_STEPS) - 1
-        for listener in self._listeners:
-            free = min(free, listener.steps_until_due(now_ns, step_ns) - 1)
+        free = self._until_observed(min(limit, MOST_FREE_STEPS)) - 1
         steps = self.steps_per_update
         rest_of_period = -self._step_in_period % steps
         if not simulation.resting:
@@ -276,70 +289,20 @@ class ControlLoop:
         steps, now_ns = self.steps_per_update, self.clock.now_ns
         if self._step_in_period or limit <= steps or not self.simulation.resting:
             return False
-        for listener in self._listeners:
-            if listener.steps_until_due(now_ns, self.clock.step_ns) <= steps:
-                return False
+        if self._until_observed(limit) <= steps:
+            return False
         if not self._controllers.only_looks(now_ns):
             return False
         self._controllers.glance(now_ns, self._period)
         return True
 
-    def _fly(self, limit: int) -> int:
-        """
-        Do steps whose commands the controllers know beforehand.
-
-        Before each update it is looked at whether the joints are where they should be; the first
-        update that could be another one than planned is made. The last update before the limit,
-        and before a listener is called, is not among them.
-
-        :returns: steps done, 0 where there is no plan, -1 where the physics became unstable.
-        """
-        simulation, controllers, steps = self.simulation, self._controllers, self.steps_per_update
-        if self._step_in_period or limit <= LEAST_PLANNED * steps:
-            return 0
-        now_ns, step_ns = self.clock.now_ns, self.clock.step_ns
-        for listener in self._listeners:
-            limit = min(limit, listener.steps_until_due(now_ns, step_ns))
-        most = min((limit - 1) // steps, self._most_planned)
-        if most < LEAST_PLANNED or not simulation.can_plan(steps):
-            return 0
-        simulation.begin_plan()
-        planned = controllers.plan(most, now_ns, self._period)
-        if not planned:
-            return 0
-        simulation.take_plan(planned, steps)
-        begin = self.clock.steps
-        stable = self._guarded(lambda: self._follow_plan(planned))
-        flown = simulation.land()
-        controllers.land(flown)
-        # What cannot be foreseen, such as a joint that is held up, is not planned far ahead.
-        self._most_planned = min(2 * flown + LEAST_PLANNED, MOST_PLANNED)
-        done = self.clock.steps - begin
-        self._step_in_period = done % steps
-        if not stable:
-            simulation.recover()
-            return -1
-        return done
-
-    def _follow_plan(self, planned: int) -> None:
-        """Do the steps of planned updates until one could be another one than planned."""
-        controllers = self._controllers
-        done = controllers.next_look(0, planned)
-        going_on = self.simulation.fly(done)
-        while going_on and done < planned and controllers.look(done):
-            done = controllers.next_look(done + 1, planned)
-            going_on = self.simulation.fly(done)
-
     def _step(self, count: int) -> bool:
         """Do physics steps in one go; return False where the physics became unstable."""
-        begin = self.clock.steps
-        stable = self._guarded(lambda: self.simulation.step(count))
-        done = self._step_in_period + self.clock.steps - begin
-        self._step_in_period = done % self.steps_per_update
-        return stable
+        return self._move(lambda: self.simulation.step(count))
 
-    def _guarded(self, move: Callable[[], object]) -> bool:
+    def _move(self, move: Callable[[], object]) -> bool:
         """Move time on; return False, and pause, where the physics became unstable."""
+        begin = self.clock.steps
         try:
             move()
         except SimulationError as error:
@@ -347,6 +310,9 @@ class ControlLoop:
             self.clock.paused = True
             self._faults.append(f'{error}. The simulation is paused in the last stable state')
             return False
+        finally:
+            done = self._step_in_period + self.clock.steps - begin
+            self._step_in_period = done % self.steps_per_update
         return True
 
     def _wake(self) -> None:

@@ -4,6 +4,7 @@
 
 import threading
 
+from invented_time import invented_pacer
 import numpy as np
 import pytest
 
@@ -211,45 +212,10 @@ def test_a_fault_in_many_steps_is_told_as_in_single_ones(arm, settings, controll
     assert told[0] == told[1]
 
 
-class InventedAlarm:
-    """An alarm that goes off at a time of the invented clock, if at all."""
-
-    def __init__(self, clock):
-        self.clock, self.at = clock, None
-
-    def wait(self, timeout):
-        end = self.clock.now + round(timeout * 1e9)
-        goes_off = self.at is not None and self.at <= end
-        self.clock.now = max(self.clock.now, self.at) if goes_off else end
-        return goes_off
-
-    def set(self):
-        self.at = self.clock.now
-
-    def clear(self):
-        if self.at is not None and self.at <= self.clock.now:
-            self.at = None
-
-
-class InventedClock:
-    """Time that passes only by sleeping."""
-
-    now = 0
-
-    def __call__(self):
-        return self.now
-
-    def sleep(self, seconds):
-        self.now += round(seconds * 1e9)
-
-
 def test_a_request_ends_a_doze_and_is_served_at_the_next_tick(simulation, controllers):
     """While nobody looks the loop sleeps; what is asked for is done within a millisecond."""
-    clock = InventedClock()
-    alarm = InventedAlarm(clock)
-    loop = ControlLoop(
-        simulation, controllers, 1000, pacer=Pacer(clock=clock, sleep=clock.sleep, alarm=alarm)
-    )
+    pacer, clock, alarm = invented_pacer()
+    loop = ControlLoop(simulation, controllers, 1000, pacer=pacer)
     loop.advance(3)
     controllers.due_ns = 10**12
     stop = threading.Event()
@@ -275,11 +241,8 @@ def test_a_request_ends_a_doze_and_is_served_at_the_next_tick(simulation, contro
 
 def test_what_only_looks_is_made_in_the_tick_of_its_time(simulation, controllers):
     """At rest, states that are due are read when their time has come, not at the next tick."""
-    clock, stop, looked = InventedClock(), threading.Event(), []
-    loop = ControlLoop(
-        simulation, controllers, 1000,
-        pacer=Pacer(clock=clock, sleep=clock.sleep, alarm=InventedAlarm(clock)),
-    )  # fmt: skip
+    (pacer, clock, _), stop, looked = invented_pacer(), threading.Event(), []
+    loop = ControlLoop(simulation, controllers, 1000, pacer=pacer)
     loop.advance(3)
     begin, controllers.due_ns = simulation.time_ns, 20_000_000
     controllers.only_looks = lambda time_ns: True

@@ -1,0 +1,128 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Motions in the wall clock's pace, whose ticks are made together where nobody looks."""
+
+import threading
+
+from invented_time import invented_pacer
+import numpy as np
+import pytest
+
+from armsim_ros.control.action_goal import GoalStatus
+from armsim_ros.control.trajectory.tolerances import JointTolerance
+from armsim_ros.sim.control_loop import ControlLoop
+from armsim_ros.stack import ArmSim
+from armsim_ros.testing.arms.built_cell import built_cell
+from armsim_ros.trajectory import JointTrajectory
+
+#: Time between two looks at the arm [ns].
+LOOK_NS = 10_000_000
+MOTION = JointTrajectory(
+    tuple(f'joint_{i}' for i in range(1, 7)), np.array([0.3, 0.6]),
+    np.array([[0.1] * 6, [0.3] * 6]), np.array([[0.5] * 6, [0.0] * 6]),
+)  # fmt: skip
+
+
+class PacedArm:
+    """An arm whose loop keeps the pace of an invented wall clock."""
+
+    def __init__(self, rate=1000):
+        self.sim = ArmSim(built_cell('sunday', None, {'controller_manager.update_rate': rate}))
+        self.pacer, self.clock, self.alarm = invented_pacer()
+        self.loop = ControlLoop(
+            self.sim.simulation, self.sim.manager, rate, pacer=self.pacer)
+        self.sim.step(20)
+        self.controller = self.sim.manager.controllers['arm_joint_controller']
+        self.begin_ns = self.sim.simulation.time_ns
+        self.looked = lambda time_ns: None
+
+    def run(self, ticks):
+        """Let so many ticks' time pass, looking at the arm from time to time."""
+        stop = threading.Event()
+
+        def look(time_ns):
+            self.looked(time_ns)
+            if time_ns >= self.begin_ns + ticks * 1_000_000:
+                stop.set()
+
+        self.loop.every(LOOK_NS, look)
+        self.loop.run(stop)
+
+
+@pytest.fixture(params=[1000, 250, 100])
+def arm(request):
+    """Return an arm with controllers at some rate."""
+    return PacedArm(request.param)
+
+
+def outcome(sim, goal):
+    """Return all that a motion leaves behind."""
+    return goal.status, goal.result, sim.time, sim.digest()
+
+
+def test_a_paced_motion_equals_single_steps_and_takes_few_naps(arm):
+    """How the wall clock's time is slept through changes no bit."""
+    goal = arm.controller.send_goal(MOTION).goal
+    arm.run(1000)
+    single = PacedArm(arm.sim.settings.controller_manager.update_rate)
+    expected = single.controller.send_goal(MOTION).goal
+    while single.sim.time < arm.sim.time:
+        single.sim.step()
+    assert goal.status is GoalStatus.SUCCEEDED
+    assert outcome(arm.sim, goal) == outcome(single.sim, expected)
+    assert arm.clock.naps < 300
+
+
+def test_who_asks_in_the_middle_of_a_motion_is_answered_at_the_next_tick(arm):
+    """Nothing is done before its time, and the motion goes on as if nobody had asked."""
+    goal = arm.controller.send_goal(MOTION).goal
+    simulation, served = arm.sim.simulation, []
+
+    def ask_in_a_while():
+        if len(served) < 20:
+            asked = arm.clock.now + 1_400_000
+            arm.loop.call(lambda: served.append(
+                (arm.clock.now - asked, simulation.time_ns - arm.begin_ns - arm.clock.now)))
+            arm.alarm.at = asked
+
+    # What ends a nap lies in the mailbox when it begins: the loop does not look there meanwhile.
+    arm.alarm.on_nap = ask_in_a_while
+    arm.run(1000)
+    single = PacedArm(arm.sim.settings.controller_manager.update_rate)
+    expected = single.controller.send_goal(MOTION).goal
+    single.sim.run_until(arm.sim.time)
+    assert len(served) == 20
+    assert all(0 <= late <= 1_000_000 for late, _ in served)
+    assert all(-1_000_000 <= ahead <= 0 for _, ahead in served)
+    assert outcome(arm.sim, goal) == outcome(single.sim, expected)
+
+
+def test_states_are_read_when_their_time_has_come_while_the_arm_moves():
+    """A sample waits for no tick that comes after it."""
+    arm, late = PacedArm(), []
+    broadcaster = arm.sim.manager.controllers['joint_state_controller']
+    arm.controller.send_goal(MOTION)
+    while broadcaster.poll() is not None:
+        pass
+    broadcaster.listen(
+        lambda: late.append(arm.clock.now - (broadcaster.poll().time_ns - arm.begin_ns)))
+    arm.run(500)
+    assert len(late) >= 24
+    assert set(late[1:]) == {0}
+
+
+def test_a_path_tolerance_ends_a_paced_goal_at_its_tick():
+    """A joint that is pushed away aborts the goal at the same tick as with single steps."""
+    ends = []
+    for paced in (True, False):
+        arm = PacedArm()
+        goal = arm.controller.send_goal(
+            MOTION, [JointTolerance('joint_2', position=0.001)]).goal
+        arm.sim.simulation.apply_wrench('link_3', force=(60.0, 0.0, 60.0))
+        if paced:
+            arm.run(400)
+        else:
+            arm.sim.run_until(ends[0][2])
+        ends.append(outcome(arm.sim, goal))
+    assert ends[0][0] is GoalStatus.ABORTED
+    assert ends[0] == ends[1]
