@@ -7,6 +7,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable
 from concurrent.futures import Future
+from functools import partial
 import threading
 from typing import Any, TypeVar
 
@@ -152,16 +153,12 @@ class ControlLoop:
             if glanced:
                 free = max(self._free_steps(end - self.clock.steps), self.steps_per_update)
             if free > 0:
-                left_out = free - (-self._step_in_period % self.steps_per_update)
-                stable = self._step(free)
-                if left_out > 0:
-                    updates = left_out // self.steps_per_update - glanced
-                    self._controllers.skip(updates, self._period)
+                stable = self._coast(free, glanced)
                 continue
             before = self.clock.steps
             if self._step_in_period == 0:
                 limit = self._until_observed(end - before)
-                stable = self._move(lambda limit=limit: self._flight.fly(limit))
+                stable = self._move(partial(self._flight.fly, limit))
             if stable and self.clock.steps == before:
                 if self._step_in_period == 0:
                     self._controllers.update(self.clock.now_ns, self._period)
@@ -202,13 +199,13 @@ class ControlLoop:
         pacer.start()
         while not stop.is_set():
             pacer.alarm.clear()
-            self._look_early()
-            ticks = self._unobserved_ticks()
+            paused = self.clock.paused
+            free = self._unobserved_steps()
             self.on_handed_over()
-            if ticks > 1:
-                ticks = pacer.doze(self._wall_step_ns(), ticks)
-                if ticks and not self.clock.paused:
-                    self.advance(ticks)
+            if free:
+                ticks = pacer.doze(self._wall_step_ns(), free + 1)
+                if ticks and not (paused or self.clock.paused):
+                    self._catch_up(ticks, free)
                     continue
                 self._flight.land()
                 if self.clock.paused:
@@ -224,12 +221,18 @@ class ControlLoop:
         for _, future in self._requests.take_all():
             future.cancel()
 
+    def _catch_up(self, ticks: int, free: int) -> None:
+        """Make ticks whose time has come; so many steps before them were known to be free."""
+        if ticks > free and not self._flight.planned:
+            ticks -= free if self._coast(free) else ticks
+        self.advance(ticks)
+
     def _wall_step_ns(self) -> float:
         """Return the wall time of a tick [ns]; of a pause without a pace, that of a step."""
         return self.clock.wall_step_ns or self.clock.step_ns
 
-    def _unobserved_ticks(self) -> int:
-        """Return how many ticks can be made together when the last of them is due."""
+    def _unobserved_steps(self) -> int:
+        """Return how many steps can be made together with the tick after them, when it is due."""
         paced = self.clock.wall_step_ns or self.clock.paused
         if self._requests or not paced:
             return 0
@@ -237,10 +240,13 @@ class ControlLoop:
         if self.clock.paused:
             return longest
         free = self._free_steps(longest)
-        if not free and self._step_in_period == 0:
-            free = self._flight.plan(self._until_observed(longest))
-            self._flight.look_early()
-        return free + 1 if free else 0
+        if free or self._step_in_period:
+            return free
+        if self._look_early():
+            return self._free_steps(longest)
+        free = self._flight.plan(self._until_observed(longest))
+        self._flight.look_early()
+        return free
 
     def _until_observed(self, limit: int) -> int:
         """Return the steps until a listener is called, at most the limit."""
@@ -272,13 +278,15 @@ class ControlLoop:
         updates = -((update_ns - due_ns) // (steps * step_ns)) if due_ns > update_ns else 0
         return rest_of_period + min(updates, (free - rest_of_period) // steps) * steps
 
-    def _look_early(self) -> None:
-        """Have states read that are due now, at rest not in the next tick, which is later."""
+    def _look_early(self) -> bool:
+        """Have states read that are due now, at rest, not in the next tick, which is later."""
         now_ns, controllers = self.clock.now_ns, self._controllers
-        if self._step_in_period or self.clock.paused or not self.simulation.resting:
-            return
-        if controllers.next_update(now_ns) <= now_ns and controllers.only_looks(now_ns):
+        if not self.simulation.resting or controllers.next_update(now_ns) > now_ns:
+            return False
+        due = controllers.only_looks(now_ns)
+        if due:
             controllers.look_early(now_ns, self._period)
+        return due
 
     def _glance(self, limit: int) -> bool:
         """
@@ -296,9 +304,18 @@ class ControlLoop:
         self._controllers.glance(now_ns, self._period)
         return True
 
+    def _coast(self, steps: int, glanced: bool = False) -> bool:
+        """Do steps that need no update, except one that was a glance; return as ``_step``."""
+        left_out = steps - (-self._step_in_period % self.steps_per_update)
+        stable = self._step(steps)
+        if left_out > 0:
+            updates = left_out // self.steps_per_update - glanced
+            self._controllers.skip(updates, self._period)
+        return stable
+
     def _step(self, count: int) -> bool:
         """Do physics steps in one go; return False where the physics became unstable."""
-        return self._move(lambda: self.simulation.step(count))
+        return self._move(partial(self.simulation.step, count))
 
     def _move(self, move: Callable[[], object]) -> bool:
         """Move time on; return False, and pause, where the physics became unstable."""

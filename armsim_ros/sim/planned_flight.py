@@ -32,7 +32,8 @@ class PlannedFlight:
         self._controllers = controllers
         self._steps = steps
         self._period = period
-        self._planned = 0
+        #: Updates of the open plan, 0 where there is none.
+        self.planned = 0
         self._most_planned = MOST_PLANNED
 
     def plan(self, limit: int) -> int:
@@ -47,14 +48,14 @@ class PlannedFlight:
         if most < LEAST_PLANNED or not simulation.can_plan(steps):
             return 0
         simulation.begin_plan()
-        self._planned = self._controllers.plan(most, simulation.time_ns, self._period)
-        if self._planned:
-            simulation.take_plan(self._planned, steps)
-        return self._planned * steps
+        self.planned = self._controllers.plan(most, simulation.time_ns, self._period)
+        if self.planned:
+            simulation.take_plan(self.planned, steps)
+        return self.planned * steps
 
     def look_early(self) -> None:
         """Have states read that are due now; the steps of the plan come later."""
-        if self._planned and self._controllers.next_look(0, self._planned) == 0:
+        if self.planned and self._controllers.next_look(0, self.planned) == 0:
             self._controllers.look(0)
 
     def fly(self, limit: int) -> None:
@@ -67,9 +68,9 @@ class PlannedFlight:
         :param limit: physics steps that may be done.
         :raises SimulationError: the physics became unstable.
         """
-        if not (self._planned or self.plan(limit)):
+        if not (self.planned or self.plan(limit)):
             return
-        updates = min(self._planned, (limit - 1) // self._steps)
+        updates = min(self.planned, (limit - 1) // self._steps)
         try:
             self._follow(updates)
         finally:
@@ -80,8 +81,8 @@ class PlannedFlight:
     def land(self) -> int:
         """End the open plan, if there is one; return how many of its updates were done."""
         flown = 0
-        if self._planned:
-            self._planned = 0
+        if self.planned:
+            self.planned = 0
             flown = self._simulation.land()
             self._controllers.land(flown)
         return flown

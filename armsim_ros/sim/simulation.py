@@ -34,7 +34,7 @@ from armsim_ros.sim.drives.servo import Servo
 from armsim_ros.sim.grippers.vacuum_gripper import VacuumGripper
 from armsim_ros.sim.interfaces import offered_commands, offered_states
 from armsim_ros.sim.links import SimulatedLinks
-from armsim_ros.sim.physics.contacts import BodyContact, contacts
+from armsim_ros.sim.physics.contacts import BodyContact, contacts, touching
 from armsim_ros.sim.physics.mujoco_model import build_plant, Ground
 from armsim_ros.sim.physics.plant import Plant
 from armsim_ros.sim.physics.saved_state import SavableSimulation
@@ -167,9 +167,7 @@ class Simulation(SimulatedLinks, SavableSimulation, HardwareInterface):
         :returns: (n, 2) bodies, whose names are in ``body_names``, and (n,) overlaps [m],
             negative where there is still a gap.
         """
-        model, data = self._plant.model, self._plant.data
-        found = data.contact
-        return model.geom_bodyid[found.geom[: data.ncon]], -found.dist[: data.ncon]
+        return touching(self._plant.model, self._plant.data)
 
     @property
     def body_names(self) -> tuple[str, ...]:

@@ -375,7 +375,7 @@ class ControllerManager:
         events = self.events.drain()
         for controller in self.controllers.values():
             events += controller.poll_events()
-        return sorted(events, key=lambda event: event.time_ns)
+        return sorted(events, key=lambda event: event.time_ns) if events else events
 
     def _serve(self) -> None:
         if not self._structure.acquire(blocking=False):

@@ -7,6 +7,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
+from armsim_ros.arrays import Vector
+
+_NOTHING = np.empty((0, 2), dtype=np.int32), np.empty(0)
+
 
 @dataclass(frozen=True, slots=True)
 class BodyContact:
@@ -29,3 +36,11 @@ def contacts(model: Any, data: Any) -> tuple[BodyContact, ...]:
         first, second = (model.body(owner).name for owner in owners)
         found.append(BodyContact((first, second), -float(contact.dist)))
     return tuple(sorted(found, key=lambda contact: -contact.depth))
+
+
+def touching(model: Any, data: Any) -> tuple[NDArray[np.int32], Vector]:
+    """Return bodies (n, 2) and overlaps (n,) [m] of the contacts of the last step."""
+    if not data.ncon:
+        return _NOTHING
+    found = data.contact
+    return model.geom_bodyid[found.geom[: data.ncon]], -found.dist[: data.ncon]
