@@ -49,6 +49,7 @@ class KinematicModel:
         self._mimics = mimic_rules(robot)
         self._threads = threading.local()
         self._groups: dict[str, Indices] = {}
+        self._slices: dict[str, slice | Indices] = {}
         self._gradients: dict[str, Matrix] = {}
         self._cache: dict[Hashable, Any] = {}
         self._cache_lock = threading.RLock()
@@ -128,7 +129,15 @@ class KinematicModel:
             names = self.robot.semantic.groups[group].active_joints
             found = np.array([self._indices[name] for name in names], dtype=np.int64)
             self._groups[group] = found
+            first = int(found[0]) if len(found) else 0
+            beside = np.array_equal(found, np.arange(first, first + len(found)))
+            self._slices[group] = slice(first, first + len(found)) if beside else found
         return found
+
+    def _slots(self, group: str) -> slice | Indices:
+        """Return what :meth:`group_indices` does, as a slice where it is one: that is quicker."""
+        found = self._slices.get(group)
+        return self.group_indices(group) if found is None else found
 
     def extract(self, q: Vector, group: str) -> Vector:
         """Return the group's active variables (m,) of q."""
@@ -137,7 +146,7 @@ class KinematicModel:
     def insert(self, q: Vector, group: str, values: ArrayLike) -> Vector:
         """Return a copy of q with the group's active variables (m,) set and mimic applied."""
         result = q.copy()
-        result[self.group_indices(group)] = values
+        result[self._slots(group)] = values
         for index, master, multiplier, offset in self._mimics:
             result[index] = multiplier * result[master] + offset
         return result

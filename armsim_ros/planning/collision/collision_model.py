@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
 from enum import Enum
 import math
@@ -25,7 +25,7 @@ from armsim_ros.planning.collision.bodies import (
     shape_poses,
 )
 from armsim_ros.planning.collision.contacts import BodyType, Contact, PairDistance
-from armsim_ros.planning.collision.tables import CollisionTables
+from armsim_ros.planning.collision.tables import CollisionTables, Judge
 from armsim_ros.planning.scene.content import SceneContent
 from armsim_ros.planning.scene.objects import AttachedObject, CollisionObject
 from armsim_ros.planning.scene.planning_scene import PlanningScene
@@ -153,6 +153,9 @@ class CollisionChecker:
         content = scene.content
         self._tables = SceneTables(self._kinematics, content)
         self._motion = self._bounds(content)
+        #: The judge that was made last and what it was asked, until anything else is.
+        self._judge: Judge = _always
+        self._judged: tuple[str | None, float, bool] | None = None
 
     @property
     def scene(self) -> PlanningScene:
@@ -184,16 +187,24 @@ class CollisionChecker:
 
     def judge(
         self, group: str | None = None, clearance: float = 0.0, exact: bool = True
-    ) -> Callable[[Vector], bool]:
+    ) -> Judge:
         """
         Return the quickest form of a question about many states, to be asked at once.
 
-        It holds until another question or an edit. Parameters are those of :meth:`in_collision`.
+        It holds until another question or an edit; so long it is the same one at every call.
+        Parameters are those of :meth:`in_collision`.
         """
+        asked = group, clearance, exact
+        if asked != self._judged or self._scene.content is not self._tables.content:
+            self._judge = self._made_judge(group, clearance, exact)
+            self._judged = asked
+        return self._judge
+
+    def _made_judge(self, group: str | None, clearance: float, exact: bool) -> Judge:
         judges = []
         for tables in self._followed():
             if tables.rigid_hit(group):
-                return lambda q: True
+                return _always
             judges.append(tables.judge(group, clearance, exact))
         if len(judges) == 1:
             return judges[0]
@@ -311,6 +322,7 @@ class CollisionChecker:
 
     def _followed(self) -> list[CollisionTables]:
         """Return the tables, with what the scene has changed since the last query."""
+        self._judged = None
         content, before = self._scene.content, self._tables.content
         if content is not before:
             self._tables.follow(content)
@@ -321,6 +333,11 @@ class CollisionChecker:
     def _bounds(self, content: SceneContent) -> DisplacementBounds:
         return DisplacementBounds(
             self._kinematics, load_points(self._kinematics, content.attached.values()))
+
+
+def _always(q: Vector) -> bool:
+    """Return True: shapes touch that no joint moves apart."""
+    return True
 
 
 def _in_order(tables: CollisionTables, *numbers: int) -> list[int]:

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from functools import cached_property, lru_cache
 import math
@@ -17,6 +17,7 @@ from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.planning.budget import nothing, Poll, POLLED_STATES
 from armsim_ros.planning.collision.collision_model import CollisionChecker, Exactly
 from armsim_ros.planning.collision.contacts import Contact
+from armsim_ros.planning.collision.tables import Judge
 from armsim_ros.planning.constraints import ConstraintSet
 
 SEARCH_STEP = 0.15
@@ -195,7 +196,7 @@ class StateValidity:
                     return False
         return True
 
-    def _judge(self, exact: bool, clearance: float) -> Callable[[Vector], bool]:
+    def _judge(self, exact: bool, clearance: float) -> Judge:
         """Return the quickest judge of full states, which says what is blocked."""
         if not self._avoid_collisions or self.path_constraints is not None:
             return lambda q: not self._free(q, exact, clearance)

@@ -219,6 +219,32 @@ def test_flat_mesh_has_no_hull_and_still_collides(make_robot):
     assert checker.in_collision(scene.q, exact=False)
 
 
+@pytest.mark.parametrize('offset', [0.0, 1e-9, 1e-6, 1e-3])
+def test_shapes_about_nearly_one_centre_touch(mesh_kinematics, offset):
+    """However the inner one is turned: there GJK's first direction says next to nothing."""
+    scene = PlanningScene(mesh_kinematics)
+    checker = CollisionChecker(scene)
+    rng = np.random.default_rng(7)
+    for _ in range(40):
+        at = np.array([0.6, 0.0, 0.0]) + offset * rng.normal(size=3)
+        scene.apply_object(thing('core', Box((0.1, 0.2, 0.3)), at, rng.uniform(-3, 3, 3)))
+        assert checker.in_collision(scene.q, exact=False)
+        assert checker.in_collision(scene.q)
+
+
+def test_a_judge_holds_until_something_else_is_asked(scene):
+    """It is the same one for the same question, and knows edits and other clearances."""
+    checker = CollisionChecker(scene)
+    judge = checker.judge('arm', 0.02)
+    assert checker.judge('arm', 0.02) is judge
+    assert not judge(scene.q)
+    scene.apply_object(thing('near', Sphere(0.1), (0.6, 0.135, 0.0)))
+    assert checker.judge('arm', 0.02)(scene.q)
+    assert not checker.judge('arm', 0.0)(scene.q)
+    assert checker.distance(scene.q) == pytest.approx(0.01, abs=1e-6)
+    assert checker.judge('arm', 0.02)(scene.q)
+
+
 def test_checker_outlives_everything_that_was_given_to_it(make_robot):
     """Nobody else needs to keep scene, model or meshes alive."""
     checker = CollisionChecker(PlanningScene(KinematicModel(make_robot())))
