@@ -9,7 +9,8 @@ through waypoints, which nobody needs here.
 
 from __future__ import annotations
 
-import logging
+import math
+from typing import Any
 
 import numpy as np
 
@@ -17,10 +18,13 @@ from armsim_ros.arrays import Vector
 from armsim_ros.later_imports import imported_later
 
 with imported_later('matplotlib', 'matplotlib.pyplot', 'scipy.interpolate'):
-    from toppra.algorithm import ParameterizationReturnCode, TOPPRA
     from toppra.constraint import DiscretizationType, LinearConstraint
+    from toppra.solverwrapper.cy_seidel_solverwrapper import seidelWrapper
 
-logging.getLogger('toppra').setLevel(logging.CRITICAL)
+#: Squared speed is made so much lower, of it or of 1, that rounding leaves it allowed at the
+#: next stage; and where a stage has no solution for it, to try again.
+_RELATIVE_LOSS, _LOSS, _RETREAT = 1e-4, 1e-8, 1e-3
+_TRIES = 11
 
 
 class _PathView:
@@ -81,12 +85,44 @@ def fastest_path_speed(
     :returns: (k + 1,), or None where nothing keeps the limits.
     """
     constraint = _StageConstraint(grid, first, last, curvature, fastest, acceleration)
-    solver = TOPPRA(
-        [constraint], _PathView(first.shape[1], float(grid[-1])), gridpoints=grid,
-        solver_wrapper='seidel', parametrizer='ParametrizeConstAccel',
-    )
-    solver.compute_parameterization(0.0, 0.0)
-    if solver.problem_data.return_code != ParameterizationReturnCode.Ok:
-        return None
-    speed: Vector = np.asarray(solver.problem_data.sd_vec, dtype=np.float64)
-    return speed if bool(np.all(np.isfinite(speed))) else None
+    solver = seidelWrapper(
+        [constraint], _PathView(first.shape[1], float(grid[-1])), grid, solve_lp1d=True)
+    solver.setup_solver()
+    squares = _forward(solver, np.diff(grid), _backward(solver, len(first)))
+    solver.close_solver()
+    return np.sqrt(squares) if bool(np.all(np.isfinite(squares))) else None
+
+
+def _backward(solver: Any, stages: int) -> Vector:
+    """Return the highest squared speed (stages + 1,) from which the end can be met at rest."""
+    highest = np.zeros(stages + 1)
+    objective = np.array([1e-9, -1.0])
+    for stage in range(stages - 1, -1, -1):
+        if math.isnan(highest[stage + 1]):
+            highest[stage] = math.nan
+            continue
+        # Standing still is always allowed, so the lowest speeds are 0.
+        highest[stage] = solver.solve_stagewise_optim(
+            stage, None, objective, math.nan, math.nan, 0.0, highest[stage + 1])[1]
+    return highest
+
+
+def _forward(solver: Any, spans: Vector, highest: Vector) -> Vector:
+    """Return the squared speeds (stages + 1,) of the quickest way below the highest ones."""
+    squares = np.zeros(len(highest))
+    for stage, span in enumerate(spans):
+        objective = np.array([-2.0 * span, -1.0])
+        for _ in range(_TRIES):
+            here = squares[stage]
+            rate = solver.solve_stagewise_optim(
+                stage, None, objective, here, here, 0.0, highest[stage + 1])[0]
+            if not math.isnan(rate):
+                break
+            squares[stage] = max(here - _LOSS, (1.0 - _RETREAT) * here)
+        else:
+            squares[stage + 1:] = math.nan
+            break
+        reached = here + 2.0 * span * rate
+        reached = max(reached - _LOSS, (1.0 - _RELATIVE_LOSS) * reached)
+        squares[stage + 1] = min(highest[stage + 1], max(0.0, reached))
+    return squares
