@@ -12,7 +12,13 @@ import shlex
 import sys
 from typing import Any
 
-from controller_manager_msgs.srv import ListControllers
+from controller_manager_msgs.srv import (
+    ConfigureController,
+    ListControllers,
+    LoadController,
+    SwitchController,
+    UnloadController,
+)
 import pytest
 import yaml
 
@@ -28,6 +34,14 @@ from controller_bench import Bench, TrajectoryController
 ROBOTS = Path(__file__).parent / 'robots'
 NAMESPACE = '/bench'
 START_TIMEOUT = 60.0
+#: Services of the manager that most tests call.
+USED = {
+    'list_controllers': ListControllers,
+    'load_controller': LoadController,
+    'configure_controller': ConfigureController,
+    'switch_controller': SwitchController,
+    'unload_controller': UnloadController,
+}
 TRAJECTORY = 'joint_trajectory_controller/JointTrajectoryController'
 
 
@@ -79,8 +93,9 @@ def serve(config: Any, robot: str, namespace: str, *arguments: str) -> Iterator[
 def wait_until_up(bench: Bench) -> None:
     """Wait for the manager; a program that does not come up is shown."""
     try:
-        service = bench.name('controller_manager/list_controllers')
-        bench.client.call(service, ListControllers, timeout=START_TIMEOUT)
+        services = {bench.name(f'controller_manager/{name}'): kind for name, kind in USED.items()}
+        bench.client.connect(services, START_TIMEOUT)
+        bench.manager.states()
     except AssertionError as error:
         text = bench.program.text if bench.program is not None else ''
         pytest.exit(f'the server did not come up: {error}\n{text}', 1)

@@ -89,6 +89,14 @@ class Sample:
     accelerations: tuple[float, ...]
 
 
+def stands(state: JointTrajectoryControllerState) -> bool:
+    """Return whether all joints stand at the reference."""
+    velocities = (*state.feedback.velocities, *state.reference.velocities)
+    return all(abs(e) < 2e-3 for e in state.error.positions) and all(
+        abs(v) < 1e-2 for v in velocities
+    )
+
+
 class TrajectoryController(TrajectoryClient):
     """
     One trajectory controller of the bench.
@@ -136,18 +144,15 @@ class TrajectoryController(TrajectoryClient):
 
     def home(self) -> None:
         """Bring all joints to 0, where they are not there yet."""
-        if max(map(abs, self.newest().reference.positions)) > 1e-9:
+        state = self.newest()
+        if max(map(abs, state.reference.positions)) > 1e-9:
             self.go([0.0] * len(self.joints))
-        self.settle()
+        elif not stands(state):
+            self.settle()
 
     def settle(self) -> None:
         """Wait until all joints stand at the reference."""
-        self.next_state(
-            lambda s: (
-                all(abs(e) < 2e-3 for e in s.error.positions)
-                and all(abs(v) < 1e-2 for v in (*s.feedback.velocities, *s.reference.velocities))
-            )
-        )
+        self.next_state(stands)
 
     def newest(self) -> JointTrajectoryControllerState:
         """Return a state from now on."""
@@ -274,14 +279,14 @@ class Bench:
         return controller
 
     def trajectory_controller(self, name: str) -> TrajectoryController:
-        """Return the client of a trajectory controller, in whatever state that is."""
+        """Return the client of a trajectory controller that is configured."""
         if name not in self._controllers:
             # Every endpoint slows this process' executor down: keep few.
             while len(self._controllers) >= KEPT:
                 self._controllers.pop(next(iter(self._controllers))).close()
-            full = self.name(name)
-            joints = ParameterClient(self.client, full).get('joints')
-            self._controllers[name] = TrajectoryController(self.client, full, joints)
+            states = self.manager.controllers()[name].required_state_interfaces
+            joints = [one.removesuffix('/position') for one in states if one.endswith('/position')]
+            self._controllers[name] = TrajectoryController(self.client, self.name(name), joints)
         return self._controllers[name]
 
     def forget(self, name: str) -> None:

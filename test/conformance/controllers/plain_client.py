@@ -13,6 +13,7 @@ from collections import Counter
 from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
 import multiprocessing
+from pathlib import Path
 import sys
 import time
 
@@ -187,7 +188,7 @@ def preempt_by_second_client(client: Client) -> None:
 
 def topic_against_action(client: Client) -> None:
     """Check that a message during a goal moves the arm elsewhere, and that the goal ends."""
-    handle = client.moving(client.send(client.trajectory((2.0, [2.0, 2.0]))))
+    handle = client.moving(client.send(client.trajectory((1.0, [2.0, 2.0]))))
     client.publisher.publish(client.trajectory((0.2, [0.3, 0.1])))
     status, _, text = client.result(handle)
     assert status in (SUCCEEDED, CANCELED), text
@@ -249,7 +250,8 @@ def burst(client: Client) -> None:
     """Check that 500 goals of four clients have one end each and refused ones move nothing."""
     client.there([0.0, 0.0])
     client.farthest = 0.0
-    context = multiprocessing.get_context('spawn')
+    context = multiprocessing.get_context('forkserver')
+    context.set_forkserver_preload([Path(__file__).stem])
     arguments = (client.controller, client.manager, client.joints, BURST // CLIENTS)
     with ProcessPoolExecutor(CLIENTS, context) as pool:
         running = [pool.submit(one_of_the_burst, *arguments) for _ in range(CLIENTS)]

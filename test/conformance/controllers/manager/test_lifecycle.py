@@ -160,9 +160,10 @@ def test_integrators_are_cleared(
         'integral', joints=['drive_1', 'drive_2'], command_interfaces=['velocity'], gains=gains
     )
     assert bench.manager.configure('integral')
-    c = bench.use('integral')
+    c = bench.use('integral', home=False)
     fault('drive_1', 'blocked', True)
-    goal = c.goal(c.to([c.newest().reference.positions[0] + 0.5, 0.0], 0.2))
+    first, second = c.newest().reference.positions
+    goal = c.goal(c.to([first + 0.5, second], 0.2))
     c.next_state(lambda s: s.output.velocities[0] > 3.0)
     bench.activate()
     goal.result()

@@ -5,7 +5,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from pathlib import Path
+from contextlib import contextmanager
+from dataclasses import dataclass
 import shlex
 import signal
 
@@ -23,7 +24,7 @@ ROS_2 = """
 {key}:
   ros__parameters:
     type: joint_trajectory_controller/JointTrajectoryController
-    joints: [axis_1, axis_2]
+    joints: [{joint}]
     command_interfaces: [position]
     state_interfaces: [position, velocity]
     constraints: {{goal_time: 2.5}}
@@ -32,23 +33,42 @@ ROS_1 = """
 bench:
   {key}:
     type: position_controllers/JointTrajectoryController
-    joints: [axis_1, axis_2]
+    joints: [{joint}]
     constraints: {{goal_time: 2.5}}
 """
 Start = Callable[..., Program]
+#: How long a spawner may take [s].
+TIMEOUT = 60.0
 
 
-@pytest.fixture
-def start(bench: Bench, pytestconfig: pytest.Config) -> Iterator[Start]:
-    """Give a function that starts the spawner; what it loaded is gone after the test."""
+@dataclass(frozen=True)
+class Spawned:
+    """
+    What a spawner has left behind.
+
+    :param states: controller -> state when it and those beside it had ended.
+    :param goal_time: of the first of its controllers, None where it was not loaded [s].
+    """
+
+    status: int
+    text: str
+    states: dict[str, str]
+    goal_time: float | None
+
+
+@contextmanager
+def spawners(bench: Bench, command: str) -> Iterator[Start]:
+    """Give a function that starts the spawner; what it loaded is gone afterwards."""
     bench.activate()
     before = bench.manager.states()
-    command = shlex.split(pytestconfig.getoption('spawner_command'))
     programs: list[Program] = []
 
-    def start_spawner(*words: str, manager: str = bench.name('controller_manager')) -> Program:
+    manager = ('-c', bench.name('controller_manager'))
+
+    def start_spawner(*words: str) -> Program:
         programs.append(Program(
-            [*command, *words, '-c', manager], environment=ros_environment(bench.domain)
+            [*shlex.split(command), *words, *(() if '-c' in words else manager)],
+            environment=ros_environment(bench.domain),
         ))
         return programs[-1]
 
@@ -62,34 +82,84 @@ def start(bench: Bench, pytestconfig: pytest.Config) -> Iterator[Start]:
             assert bench.manager.unload(name)
 
 
+def side_by_side(bench: Bench, start: Start, *calls: tuple[str, ...]) -> list[Spawned]:
+    """Run spawners at the same time; return what each of them has left behind."""
+    programs = [start(*words) for words in calls]
+    statuses = [program.wait(TIMEOUT) for program in programs]
+    states = bench.manager.states()
+    goal_times = [
+        ParameterClient(bench.client, bench.name(words[0])).get('constraints.goal_time')
+        if words[0] in states else None
+        for words in calls
+    ]  # fmt: skip
+    return [
+        Spawned(status, program.text, states, goal_time)
+        for status, program, goal_time in zip(statuses, programs, goal_times, strict=True)
+    ]
+
+
+@pytest.fixture(scope='module')
+def command(pytestconfig: pytest.Config) -> str:
+    """Return the words that start the spawner."""
+    return str(pytestconfig.getoption('spawner_command'))
+
+
 @pytest.fixture
-def file(tmp_path: Path) -> Callable[[str], str]:
+def start(bench: Bench, command: str) -> Iterator[Start]:
+    """Give a function that starts the spawner; what it loaded is gone after the test."""
+    with spawners(bench, command) as start_spawner:
+        yield start_spawner
+
+
+@pytest.fixture(scope='module')
+def file(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], str]:
     """Give a function that writes a parameter file and returns its path."""
 
     def write(text: str) -> str:
-        path = tmp_path / 'controllers.yaml'
+        path = tmp_path_factory.mktemp('spawner') / 'controllers.yaml'
         path.write_text(text, encoding='utf-8')
         return str(path)
 
     return write
 
 
+@pytest.fixture(scope='module')
+def of_files(bench: Bench, command: str, file: Callable[[str], str]) -> dict[str, Spawned]:
+    """Spawn one controller of each kind of file."""
+    texts = {
+        'spawned_full': ROS_2.format(key='/bench/spawned_full', joint='axis_1'),
+        'spawned_wild': ROS_2.format(key='/**/spawned_wild', joint='axis_2'),
+        'spawned_ros_1': ROS_1.format(key='spawned_ros_1', joint='wheel_1'),
+    }
+    with spawners(bench, command) as start:
+        calls = [(name, '-p', file(text)) for name, text in texts.items()]
+        return dict(zip(texts, side_by_side(bench, start, *calls), strict=True))
+
+
 @statement('P11', 'P2')
 @upstream('spawner_test_type_in_params_file', 'spawner_test_with_wildcard_entries')
-@pytest.mark.parametrize(
-    ('name', 'text'),
-    [('spawned_full', ROS_2.format(key='/bench/spawned_full')),
-     ('spawned_wild', ROS_2.format(key='/**/spawned_wild')),
-     ('spawned_ros_1', ROS_1.format(key='spawned_ros_1'))],
-)
-def test_a_controller_of_a_file(
-    bench: Bench, start: Start, file: Callable[[str], str], name: str, text: str
-) -> None:
+@pytest.mark.parametrize('name', ['spawned_full', 'spawned_wild', 'spawned_ros_1'])
+def test_a_controller_of_a_file(of_files: dict[str, Spawned], name: str) -> None:
     """Type and parameters come from the file; the controller is active, the status 0."""
-    program = start(name, '-p', file(text))
-    assert program.wait(30.0) == 0, program.text
-    assert bench.manager.states()[name] == 'active'
-    assert ParameterClient(bench.client, bench.name(name)).get('constraints.goal_time') == 2.5
+    spawned = of_files[name]
+    assert spawned.status == 0, spawned.text
+    assert spawned.states[name] == 'active'
+    assert spawned.goal_time == 2.5
+
+
+@pytest.fixture(scope='module')
+def in_two_steps(
+    bench: Bench, command: str, file: Callable[[str], str]
+) -> dict[str, tuple[Spawned, Spawned]]:
+    """Spawn controllers half, then with a second call as a whole."""
+    flags = {'spawned_unconfigured': '--load-only', 'spawned_inactive': '--inactive'}
+    joints = dict(zip(flags, ('axis_1', 'axis_2'), strict=True))
+    paths = {name: file(ROS_2.format(key=f'/**/{name}', joint=joints[name])) for name in flags}
+    with spawners(bench, command) as start:
+        first = side_by_side(
+            bench, start, *((name, flag, '-p', paths[name]) for name, flag in flags.items()))
+        again = side_by_side(bench, start, *((name, '-p', paths[name]) for name in flags))
+    return dict(zip(flags, zip(first, again, strict=True), strict=True))
 
 
 @statement('P11')
@@ -97,52 +167,60 @@ def test_a_controller_of_a_file(
     ('flag', 'state'), [('--load-only', 'unconfigured'), ('--inactive', 'inactive')]
 )
 def test_less_than_active(
-    bench: Bench, start: Start, file: Callable[[str], str], flag: str, state: str
+    in_two_steps: dict[str, tuple[Spawned, Spawned]], flag: str, state: str
 ) -> None:
     """--load-only and --inactive stop earlier; a second call warns and goes on from there."""
     name = f'spawned_{state}'
-    path = file(ROS_2.format(key=f'/**/{name}'))
-    program = start(name, flag, '-p', path)
-    assert program.wait(30.0) == 0, program.text
-    assert bench.manager.states()[name] == state
-    again = start(name, '-p', path)
-    assert again.wait(30.0) == 0, again.text
-    assert bench.manager.states()[name] == 'active'
+    first, again = in_two_steps[name]
+    assert first.status == 0, (flag, first.text)
+    assert first.states[name] == state
+    assert again.status == 0, again.text
+    assert again.states[name] == 'active'
     assert 'loaded already' in again.text or 'already loaded' in again.text
+
+
+@pytest.fixture(scope='module')
+def failures(bench: Bench, command: str, file: Callable[[str], str]) -> dict[str, Spawned]:
+    """Run spawners that cannot do what they are asked for."""
+    bare = file(ROS_2.format(key='spawned_bare', joint='axis_1'))
+    calls = {
+        'unknown': ('nobody',),
+        'no_file': ('arm', '-p', '/does/not/exist.yaml'),
+        'second_unknown': ('arm', 'nobody'),
+        'bare': ('spawned_bare', '-p', bare),
+        'no_manager': (
+            'arm', '--controller-manager-timeout', '1.0', '-c', '/nowhere/controller_manager'
+        ),
+    }
+    with spawners(bench, command) as start:
+        return dict(zip(calls, side_by_side(bench, start, *calls.values()), strict=True))
 
 
 @statement('P11')
 @upstream('spawner_test_with_params_file_unknown_namespace')
-def test_a_bare_name_is_no_key_in_a_namespace(
-    bench: Bench, start: Start, file: Callable[[str], str]
-) -> None:
+def test_a_bare_name_is_no_key_in_a_namespace(failures: dict[str, Spawned]) -> None:
     """With a namespace the key of the file needs it, or a wildcard: status 1."""
-    program = start('spawned_bare', '-p', file(ROS_2.format(key='spawned_bare')))
-    assert program.wait(30.0) == 1, program.text
-    assert 'spawned_bare' not in bench.manager.states()
+    assert failures['bare'].status == 1, failures['bare'].text
+    assert 'spawned_bare' not in failures['bare'].states
 
 
 @statement('P11')
 @pytest.mark.parametrize(
-    'words',
-    [('nobody',), ('arm', '-p', '/does/not/exist.yaml'), ('arm', 'nobody')],
+    ('case', 'word'),
+    [('unknown', 'nobody'), ('no_file', '/does/not/exist.yaml'), ('second_unknown', 'nobody')],
     ids=['unknown', 'no_file', 'second_unknown'],
 )
-def test_failures_have_status_1(bench: Bench, start: Start, words: tuple[str, ...]) -> None:
+def test_failures_have_status_1(failures: dict[str, Spawned], case: str, word: str) -> None:
     """A controller that nobody describes, a file that is not there: status 1, and a word on it."""
-    program = start(*words)
-    assert program.wait(30.0) == 1, program.text
-    assert words[-1] in program.text
+    assert failures[case].status == 1, failures[case].text
+    assert word in failures[case].text
 
 
 @statement('P11')
 @upstream('spawner_with_no_manager')
-def test_without_a_manager(start: Start) -> None:
+def test_without_a_manager(failures: dict[str, Spawned]) -> None:
     """Without a manager it gives up after its timeout with status 1."""
-    program = start(
-        'arm', '--controller-manager-timeout', '1.0', manager='/nowhere/controller_manager'
-    )
-    assert program.wait(30.0) == 1, program.text
+    assert failures['no_manager'].status == 1, failures['no_manager'].text
 
 
 @statement('P11')
@@ -150,7 +228,7 @@ def test_without_a_manager(start: Start) -> None:
 def test_several_as_a_group(bench: Bench, start: Start) -> None:
     """--activate-as-group activates all in one switch."""
     program = start('arm', 'velocity_drives', '--activate-as-group', '--switch-timeout', '5')
-    assert program.wait(30.0) == 0, program.text
+    assert program.wait(TIMEOUT) == 0, program.text
     states = bench.manager.states()
     assert states['arm'] == states['velocity_drives'] == 'active'
 
@@ -161,9 +239,10 @@ def test_unload_on_kill(
     bench: Bench, start: Start, file: Callable[[str], str]
 ) -> None:
     """With -u it stays; at its end the controller is deactivated and unloaded."""
-    program = start('spawned_lent', '-u', '-p', file(ROS_2.format(key='/**/spawned_lent')))
-    program.wait_for_line('(?i)wait', 30.0)
+    path = file(ROS_2.format(key='/**/spawned_lent', joint='axis_1'))
+    program = start('spawned_lent', '-u', '-p', path)
+    program.wait_for_line('(?i)wait', TIMEOUT)
     assert bench.manager.states()['spawned_lent'] == 'active'
     program.signal(signal.SIGINT)
-    program.wait(15.0)
+    program.wait(TIMEOUT)
     assert 'spawned_lent' not in bench.manager.states()

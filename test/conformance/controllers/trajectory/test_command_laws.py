@@ -10,6 +10,7 @@ from itertools import pairwise
 from controller_bench import Bench, nanoseconds, PERIOD, point, seconds, TrajectoryController
 import pytest
 
+from armsim_ros.testing.clients.parameter_client import ParameterClient
 from armsim_ros.testing.clients.trajectory_client import CANCELED, SUCCEEDED
 
 statement = pytest.mark.statement
@@ -144,7 +145,7 @@ def test_velocity_ff_of_ros_1(bench: Bench, load: Callable[..., bool]) -> None:
         command_interfaces=['velocity'],
         velocity_ff={'drive_1': 0.75},
     )
-    parameters = bench.trajectory_controller('ros1_drives').parameters
+    parameters = ParameterClient(bench.client, bench.name('ros1_drives'))
     assert parameters.get('gains.drive_1.ff_velocity_scale') == 0.75
 
 

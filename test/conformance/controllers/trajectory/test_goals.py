@@ -23,9 +23,10 @@ statement = pytest.mark.statement
 upstream = pytest.mark.upstream
 
 
-@pytest.fixture
-def other(bench: Bench, arm: TrajectoryController) -> Iterator[TrajectoryClient]:
+@pytest.fixture(scope='module')
+def other(bench: Bench) -> Iterator[TrajectoryClient]:
     """Give a second client in a participant of its own, with discovery behind it."""
+    arm = bench.use('arm')
     with ClientNode(bench.domain, 'other_client') as node:
         client = TrajectoryClient(node, arm.controller)
         client.wait_for_server()

@@ -11,6 +11,8 @@ from typing import Any
 from controller_bench import Bench, TrajectoryController
 import pytest
 
+from armsim_ros.testing.clients.parameter_client import ParameterClient
+
 statement = pytest.mark.statement
 upstream = pytest.mark.upstream
 Load = Callable[..., bool]
@@ -71,7 +73,7 @@ def test_defaults(arm: TrajectoryController, name: str, default: Any, read_only:
 def test_defaults_of_gains(bench: Bench, name: str, default: Any, read_only: bool) -> None:
     """gains.<joint>.* have the defaults of Jazzy."""
     bench.activate('velocity_drives')
-    parameters = bench.trajectory_controller('velocity_drives').parameters
+    parameters = ParameterClient(bench.client, bench.name('velocity_drives'))
     assert parameters.get(f'gains.drive_1.{name}') == default
     assert parameters.describe(f'gains.drive_1.{name}').read_only is read_only
 
@@ -161,7 +163,7 @@ def test_parameters_of_ros_1_are_tolerated(bench: Bench, load: Load) -> None:
         hold_trajectory_duration=0.5, verbose=True, velocity_ff={'axis_1': 1.0},
     )
     assert bench.manager.configure('of_ros_1')
-    parameters = bench.trajectory_controller('of_ros_1').parameters
+    parameters = ParameterClient(bench.client, bench.name('of_ros_1'))
     assert parameters.get('state_publish_rate') == 25.0
     assert parameters.get('stop_trajectory_duration') == 0.5
 
