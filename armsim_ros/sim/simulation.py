@@ -262,21 +262,15 @@ class Simulation(SimulatedLinks, SavableSimulation, HardwareInterface):
         :raises SimulationError: as ``step``.
         """
         servo, plan, steps = self._servo, self.plan, self._planned_steps
-        whole, culprit = True, ''
-        while whole and not culprit and self._flown < updates:
-            leg = min(updates - self._flown, servo.planned_steps // steps)
-            done, culprit = self._plant.follow(
-                servo.planned(leg * steps),
-                steps,
-                plan.expected[self._flown : self._flown + leg],
-                plan.weights,
-            )
-            servo.pass_steps(done)
-            self.clock.advance(done)
-            self._flown += done // steps
-            whole = done == leg * steps
-        self._end_steps(0, culprit)
-        return whole
+        if updates <= self._flown:
+            return True
+        wanted = (updates - self._flown) * steps
+        done, culprit = self._plant.follow(
+            *servo.planned(wanted), steps, plan.expected[self._flown : updates], plan.weights)
+        servo.pass_steps(done)
+        self._flown += done // steps
+        self._end_steps(done, culprit)
+        return done == wanted
 
     def land(self) -> int:
         """End the plan; return how many of its updates were done."""
@@ -299,7 +293,7 @@ class Simulation(SimulatedLinks, SavableSimulation, HardwareInterface):
         plant, servo = self._plant, self._servo
         if count > 1 and not servo.resting:
             nowhere = self.plan.expected[:1]
-            done, culprit = plant.follow(servo.planned(count), count, nowhere, self._unchecked)
+            done, culprit = plant.follow(*servo.planned(count), count, nowhere, self._unchecked)
             servo.pass_steps(done)
             self._end_steps(done, culprit)
             return

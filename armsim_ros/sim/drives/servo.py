@@ -212,20 +212,20 @@ class Servo(Restorable):
 
     @property
     def planned_steps(self) -> int:
-        """Steps whose inputs are known, while the actuators' gains stay."""
-        end = next((row for row in self._tunings if row > self._row), len(self._inputs))
-        return end - self._row
+        """Steps whose inputs are known."""
+        return len(self._inputs) - self._row
 
-    def planned(self, steps: int) -> Matrix:
-        """Return the inputs (k, n) of the next steps, which are known."""
-        if (damping := self._tunings.pop(self._row, None)) is not None:
-            self._damping, self._counted = damping, self._counts[self._row]
-            self._tune(self._stiffness, damping)
-        return self._inputs[self._row : self._row + steps]
+    def planned(self, steps: int) -> tuple[Matrix, Mapping[int, Vector]]:
+        """Return inputs (k, n) of the next steps, and d (n,) of the actuators from some on."""
+        begin, end = self._row, self._row + steps
+        tunings = {row - begin: d for row, d in self._tunings.items() if begin <= row < end}
+        return self._inputs[begin:end], tunings
 
     def pass_steps(self, steps: int) -> None:
-        """Take note of steps that were done with the planned inputs."""
+        """Take note of steps that were done as planned."""
         self._row += steps
+        for row in [row for row in self._tunings if row < self._row]:
+            self._damping, self._counted = self._tunings.pop(row), self._counts[row]
 
     def next_inputs(self, position: Vector, velocity: Vector) -> Vector:
         """

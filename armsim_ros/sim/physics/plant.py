@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 import copy
 from typing import Any, NamedTuple
 
@@ -21,6 +21,8 @@ from armsim_ros.sim.physics.saved_state import PlantState
 from armsim_ros.sim.physics.stability import Checkpoints, keep_physics_quiet, unstable_element
 from armsim_ros.sim.physics.state_transfer import StateTransfer
 
+#: Steps that are done once more at most, but for a control period, to find an unstable one.
+KEPT_STEPS = 10
 #: All that the future of the physics depends on, but for what is asleep.
 _WHOLE = int(mujoco.mjtState.mjSTATE_INTEGRATION)
 
@@ -115,21 +117,24 @@ class Plant:
         return 1, culprit
 
     def follow(
-        self, inputs: Matrix, steps: int, expected: Matrix, weights: Vector
+        self, inputs: Matrix, tunings: Mapping[int, Vector], steps: int, expected: Matrix,
+        weights: Vector,
     ) -> tuple[int, str]:
         """
         Do a physics step with each row of inputs, as long as the joints are where they should be.
 
         :param inputs: (k * steps, m) of the drives [N*m or N].
+        :param tunings: first row of a control period -> damping (m,) from it on, see ``tune``.
         :param steps: in a control period; whether to go on is looked at before each of them.
         :param expected: (k, n) where the joints should be then [rad or m].
         :param weights: (n,) 1 by how far from it they may be, see ``UpdatePlan``.
         :returns: as ``step``.
         """
         model, data = self.model, self.data
-        step, stable, control = mujoco.mj_step, self._checkpoints.stable, self._inputs
+        step, stable, control = mujoco.mj_step, self._checkpoints.stable, self._inputs_bytes
         qpos, qvel, qpos_at = self._qpos, self._qvel, self._qpos_at
         checked = bool(weights.any())
+        rows, size = inputs.tobytes(), len(control)
         done, kept, culprit = 0, 0, ''
         mujoco.mj_getState(model, data, self._before, _WHOLE)
         for reference in expected:
@@ -137,8 +142,13 @@ class Plant:
                 share = (reference - qpos[qpos_at]) * weights
                 if not share.dot(share) < 1.0:
                     break
-            for row in inputs[done : done + steps]:
-                control[:] = row
+            if done in tunings or done - kept >= KEPT_STEPS:
+                kept = done
+                mujoco.mj_getState(model, data, self._before, _WHOLE)
+            if done in tunings:
+                self.tune(self._gains[:, 0], tunings[done])
+            for at in range(done * size, (done + steps) * size, size):
+                control[:] = rows[at : at + size]
                 step(model, data)
             done += steps
             if not stable(qvel):
@@ -322,6 +332,7 @@ class Plant:
         self._qpos, self._qvel, self._qacc = data.qpos, data.qvel, data.qacc
         drives = len(self._given)
         self._inputs, self._force = data.ctrl[:drives], data.actuator_force[:drives]
+        self._inputs_bytes = memoryview(self._inputs).cast('B')
         limited = model.actuator_forcelimited[:drives].astype(np.bool_)
         self._efforts = np.where(limited, model.actuator_forcerange[:drives, 1], np.inf)
         self._bind_bounds()
