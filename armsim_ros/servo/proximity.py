@@ -5,16 +5,45 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import dataclass
 import math
 
-from armsim_ros.arrays import Vector
+import numpy as np
+
+from armsim_ros.arrays import Matrix, Vector
 from armsim_ros.planning.collision.collision_model import CollisionChecker
 from armsim_ros.planning.collision.contacts import BodyType, PairDistance
 from armsim_ros.servo.status import Finding, ServoStatus
 
+ROOM = 0.1
+"""What is farther from its threshold than this is not looked at singly [m]."""
 _STEEPNESS = math.log(1000.0)
 _GAIN = 1e-7
 """A motion gains distance that gains more than this [m]."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ClearStates:
+    """
+    States that are known to be clear because one of them was looked at.
+
+    No pair can come nearer than the joints move what they carry.
+
+    :param q: (n,) the state that was looked at.
+    :param edits: of the scene, up to then.
+    :param weights: (k, n) motion of bodies against each other [m/rad or m/m].
+    :param room: (k,) from their distance to the threshold [m].
+    """
+
+    q: Vector
+    edits: int
+    weights: Matrix
+    room: Vector
+
+    def include(self, q: Vector, edits: int) -> bool:
+        """Return whether a state (n,) is one of them."""
+        return edits == self.edits and bool(
+            (self.weights @ np.abs(q - self.q) < self.room).all())
 
 
 class Proximity:
@@ -39,6 +68,8 @@ class Proximity:
         self._group = group
         self._self_threshold = self_threshold
         self._scene_threshold = scene_threshold
+        self._clear: ClearStates | None = None
+        self._slowed = False
 
     def factor(self, q: Vector, ahead: Vector) -> tuple[float, Finding | None]:
         """
@@ -50,15 +81,10 @@ class Proximity:
         :param ahead: (n,) the robot when it has come to rest after the next step.
         :returns: 0 to 1, and what to say where it is less than 1.
         """
-        if not self._checker.in_collision(
-            ahead, self._group, self._scene_threshold, exact=False
-        ):
+        edits = self._checker.edits
+        if self._clear is not None and self._clear.include(ahead, edits):
             return 1.0, None
-        near = [
-            pair
-            for pair in self._checker.pair_distances(ahead, self._scene_threshold, self._group)
-            if pair.distance < self._threshold(pair)
-        ]
+        near = self._near(ahead, edits)
         if not near:
             return 1.0, None
         within = 2.0 * self._scene_threshold
@@ -79,6 +105,30 @@ class Proximity:
             return 0.0, Finding(ServoStatus.HALT_FOR_COLLISION, culprit.phrase)
         detail = f'{culprit.phrase}, {1000.0 * culprit.distance:.1f} mm apart'
         return worst, Finding(ServoStatus.DECELERATE_FOR_COLLISION, detail)
+
+    def _near(self, q: Vector, edits: int) -> list[PairDistance]:
+        """Return the pairs that slow down in a state (n,); and note which states are clear."""
+        room = 0.0 if self._slowed else ROOM
+        pairs = self._checker.pair_distances(
+            q, self._scene_threshold + room, self._group, exact=False)
+        near = [pair for pair in pairs if self._slows(pair)]
+        relative = self._checker.relative_motion
+        moving = [pair for pair in pairs if pair.joints[0] != pair.joints[1]]
+        weights = [relative[pair.joints] for pair in moving]
+        rooms = [pair.distance - self._threshold(pair) for pair in moving]
+        self._clear = None if near else ClearStates(
+            q, edits, np.array([relative.max(axis=(0, 1)), *weights]), np.array([room, *rooms]))
+        if near and self._checker.has_hulls:
+            pairs = self._checker.pair_distances(q, self._scene_threshold, self._group)
+            near = [pair for pair in pairs if self._slows(pair)]
+        self._slowed = bool(near)
+        return near
+
+    def _slows(self, pair: PairDistance) -> bool:
+        """Return whether two bodies are too near; those on one joint only where they touch."""
+        apart = pair.joints[0] != pair.joints[1] and pair.distance >= self._threshold(pair)
+        rigid = pair.joints[0] == pair.joints[1] and pair.distance > 0.0
+        return not (apart or rigid)
 
     def _threshold(self, pair: PairDistance) -> float:
         world = BodyType.WORLD_OBJECT in pair.types

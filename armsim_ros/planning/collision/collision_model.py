@@ -75,6 +75,8 @@ class SceneTables:
         self._kinematics = kinematics
         self._bodies: dict[BodyKey, tuple[Source, list[PlacedShape]]] = {}
         self.content = content
+        #: How many contents were taken over that mattered.
+        self.edits = 0
         self.tables: list[CollisionTables] = []
         self._make(content)
 
@@ -82,6 +84,7 @@ class SceneTables:
         """Take over another content; what is the same is left alone."""
         before, self.content = self.content, content
         if any(getattr(content, part) is not getattr(before, part) for part in PARTS):
+            self.edits += 1
             self._make(before)
 
     def _make(self, before: SceneContent) -> None:
@@ -289,7 +292,7 @@ class CollisionChecker:
         return smallest
 
     def pair_distances(
-        self, q: Vector, within: float, group: str | None = None
+        self, q: Vector, within: float, group: str | None = None, exact: bool = True
     ) -> list[PairDistance]:
         """
         Return the distance of every two near shapes whose bodies may not touch.
@@ -301,13 +304,30 @@ class CollisionChecker:
         found = []
         widest = max(self._scene.link_padding.values(), default=0.0)
         for tables in self._followed():
-            tables.ready(True, group)
-            for first, second, distance in tables.exact.near(q, within + widest):
+            stage = tables.ready(exact, group)
+            for first, second, distance in stage.near(q, within + widest):
                 first, second = _in_order(tables, first, second)
-                a, b = tables.shapes[first].body, tables.shapes[second].body
-                apart = distance - tables.margin(first, second)
-                found.append(PairDistance((a.name, b.name), (a.type, b.type), apart))
+                one, other = tables.shapes[first], tables.shapes[second]
+                found.append(PairDistance(
+                    (one.body.name, other.body.name), (one.body.type, other.body.type),
+                    (one.joint, other.joint), distance - tables.margin(first, second)))
         return found
+
+    @property
+    def edits(self) -> int:
+        """How many edits of the scene that matter to collisions it has followed up to now."""
+        self._followed()
+        return self._tables.edits
+
+    @property
+    def has_hulls(self) -> bool:
+        """Whether there are hulls that are not the shapes themselves."""
+        return any(tables.hull is not None for tables in self._followed())
+
+    @property
+    def relative_motion(self) -> Matrix:
+        """How far joints move what others carry, see ``DisplacementBounds.relative``."""
+        return self._motion.relative
 
     def displacement_bound(self, q1: Vector, q2: Vector, group: str | None = None) -> float:
         """

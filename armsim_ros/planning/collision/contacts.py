@@ -57,11 +57,13 @@ class PairDistance:
 
     :param names: of their bodies, links first, objects of the world last.
     :param types: of their bodies.
+    :param joints: Pinocchio's numbers of the joints that carry them.
     :param distance: [m], padding taken off; not positive where they touch.
     """
 
     names: tuple[str, str]
     types: tuple[BodyType, BodyType]
+    joints: tuple[int, int]
     distance: float
 
     @property
