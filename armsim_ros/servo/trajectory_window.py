@@ -6,8 +6,10 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from armsim_ros.arrays import Matrix, Vector
 from armsim_ros.servo.stream import ServoStream, StreamState
@@ -17,8 +19,31 @@ FEWEST = 3
 """With less points than these nothing is held back."""
 _SLACK_NS = 20_000_000
 """So long may a message take to the controller [ns]."""
-_REACH_NS = 10_000_000
-"""What is due sooner, a message comes too late to change [ns]."""
+_REACH_NS = 3_000_000
+"""
+What is due sooner, a message comes too late to change [ns].
+
+One that takes longer leads aside by what braking changes meanwhile, less than 0.1 mrad.
+"""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class WindowPoints:
+    """
+    The points of a window, as they are sent.
+
+    :param stamp_ns: of the first one [ns].
+    :param spans_ns: (k,) from the first one to each, integers [ns].
+    :param positions: (k, m) [rad or m].
+    :param velocities: (k, m) [rad/s or m/s].
+    :param accelerations: (k, m) [rad/s^2 or m/s^2], if they were asked for.
+    """
+
+    stamp_ns: int
+    spans_ns: NDArray[np.int64]
+    positions: Matrix
+    velocities: Matrix
+    accelerations: Matrix | None
 
 
 class TrajectoryWindow:
@@ -76,7 +101,7 @@ class TrajectoryWindow:
         while len(self._points) > FEWEST and self._points[1][0] <= now_ns - _SLACK_NS:
             self._points.popleft()
 
-    def trajectory(self, *, accelerations: bool = False) -> JointTrajectory | None:
+    def points(self, *, accelerations: bool = False) -> WindowPoints | None:
         """
         Return all points but the newest, whose velocity is not known before the next one.
 
@@ -89,30 +114,36 @@ class TrajectoryWindow:
         if len(self._points) < FEWEST:
             return self._first()
         stamps = np.array([stamp for stamp, _ in self._points], dtype=np.int64)
-        times = (stamps - stamps[0]) * 1e-9
+        spans = stamps - stamps[0]
+        times = spans * 1e-9
         positions = np.array([state.sent for _, state in self._points])
         slopes = _slopes(times, positions)
         velocities = np.zeros((len(times) - 1, positions.shape[1]))
         before, after = slopes[:-1], slopes[1:]
         smaller = np.where(np.abs(before) < np.abs(after), before, after)
         velocities[1:-1] = np.where(before * after > 0.0, smaller, 0.0)[:-1]
-        times = times[:-1]
         changes = None
         if accelerations:
             changes = np.zeros_like(velocities)
-            changes[1:-1] = _slopes(times, velocities)[:-1]
-        return JointTrajectory(
-            self._joint_names, times, positions[:-1], velocities, changes,
-            stamp_ns=int(stamps[0]))
+            changes[1:-1] = _slopes(times[:-1], velocities)[:-1]
+        return WindowPoints(int(stamps[0]), spans[:-1], positions[:-1], velocities, changes)
 
-    def _first(self) -> JointTrajectory | None:
+    def trajectory(self) -> JointTrajectory | None:
+        """Return the same as a trajectory for a controller, without accelerations."""
+        found = self.points()
+        if found is None:
+            return None
+        times = found.spans_ns.astype(np.float64) * 1e-9
+        return JointTrajectory(
+            self._joint_names, times, found.positions, found.velocities, stamp_ns=found.stamp_ns)
+
+    def _first(self) -> WindowPoints | None:
         if len(self._points) < 2:
             return None
         (start, begin), (due, end) = self._points
         still = np.zeros((2, len(begin.sent)))
-        return JointTrajectory(
-            self._joint_names, np.array([0.0, (due - start) * 1e-9]),
-            np.array([begin.sent, end.sent]), still, still, stamp_ns=start)
+        return WindowPoints(
+            start, np.array([0, due - start]), np.array([begin.sent, end.sent]), still, still)
 
 
 def _slopes(times: Vector, values: Matrix) -> Matrix:

@@ -5,7 +5,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
 
 from armsim_ros.arrays import Vector
 from armsim_ros.config.servo import ServoNodeSettings, ServoParameters
@@ -75,7 +74,7 @@ class ServoedArm:
         self._window.add(now, self.stream.state)
         trajectory = self._window.trajectory()
         if trajectory is not None:
-            reason = self.controller.set_trajectory(replace(trajectory, accelerations=None))
+            reason = self.controller.set_trajectory(trajectory)
             if reason:
                 raise RuntimeError(f'the controller drops what servo sends: {reason}')
         self.sim.step(self._steps)

@@ -16,8 +16,7 @@ from armsim_ros.nodes import qos
 from armsim_ros.nodes.conversions.serialized import SerializedMessage
 from armsim_ros.nodes.polling_node import PollingNode
 from armsim_ros.servo.stream import Cycle, ServoStream
-from armsim_ros.servo.trajectory_window import TrajectoryWindow
-from armsim_ros.trajectory import JointTrajectory as Trajectory
+from armsim_ros.servo.trajectory_window import TrajectoryWindow, WindowPoints
 
 
 class JointCommands:
@@ -72,26 +71,26 @@ class JointCommands:
             self._publisher.publish(Float64MultiArray(data=values.tolist()))
             return
         self._window.add(cycle_ns, stream.state)
-        trajectory = self._window.trajectory(
-            accelerations=parameters.publish_joint_accelerations)
-        if trajectory is None:
+        points = self._window.points(accelerations=parameters.publish_joint_accelerations)
+        if points is None:
             return
         fields = tuple(name for name, wanted in (
             ('positions', parameters.publish_joint_positions),
             ('velocities', parameters.publish_joint_velocities),
             ('accelerations', parameters.publish_joint_accelerations),
         ) if wanted)  # fmt: skip
-        self._publisher.publish(self._serialized(trajectory, fields))
+        self._publisher.publish(self._serialized(points, fields))
 
-    def _serialized(self, trajectory: Trajectory, fields: tuple[str, ...]) -> bytes:
+    def _serialized(self, points: WindowPoints, fields: tuple[str, ...]) -> bytes:
         """Return a trajectory as it is sent."""
-        shape = fields, len(trajectory)
+        shape = fields, len(points.spans_ns)
         message = self._messages.get(shape)
         if message is None:
             message = self._messages[shape] = self._make(*shape)
-        message.set_numbers(np.hstack([getattr(trajectory, name) for name in fields]).ravel())
-        message.set_durations(np.rint(trajectory.times * 1e9).astype(np.int64))
-        return message.at(trajectory.stamp_ns)
+        message.set_numbers(
+            np.concatenate([getattr(points, name) for name in fields], axis=1).ravel())
+        message.set_durations(points.spans_ns)
+        return message.at(points.stamp_ns)
 
     def _make(self, fields: tuple[str, ...], count: int) -> SerializedMessage:
         numbers = array('d', [0.0] * len(self._names))
