@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import ExitStack
+from functools import partial
 import traceback
 from typing import Any
 
@@ -44,11 +45,14 @@ class PollingNode(GuardedNode):
     of them the state, and the time, of that moment.
 
     :param name: of the node.
+    :param clock_when_asked: follow ``/clock`` only from ``follow_clock`` on.
     :param options: those of ``rclpy.node.Node``.
     """
 
-    def __init__(self, name: str, **options: Any) -> None:
+    def __init__(self, name: str, *, clock_when_asked: bool = False, **options: Any) -> None:
         self._polled: tuple[Subscription, ...] = ()
+        self._clock_when_asked = clock_when_asked
+        self._subscribe_to_clock: Callable[[], Subscription] | None = None
         self._outside = OutsideExecutors()
         super().__init__(name, **options)
 
@@ -76,11 +80,19 @@ class PollingNode(GuardedNode):
 
     def create_subscription(
         self, msg_type: Any, topic: str, callback: Any, qos_profile: Any, **options: Any
-    ) -> Subscription:
+    ) -> Subscription | None:
         """Subscribe; to ``/clock``, as the node's time source does, without waking anybody."""
         if topic == CLOCK_TOPIC:
-            return self.poll(msg_type, topic, callback, qos_profile)
+            self._subscribe_to_clock = partial(
+                self.poll, msg_type, topic, callback, qos_profile)
+            return None if self._clock_when_asked else self._subscribe_to_clock()
         return super().create_subscription(msg_type, topic, callback, qos_profile, **options)
+
+    def follow_clock(self) -> None:
+        """Subscribe to ``/clock`` where that was left for later and time is simulated."""
+        if self._clock_when_asked and self._subscribe_to_clock is not None:
+            self._clock_when_asked = False
+            self._subscribe_to_clock()
 
     def waiter(self, *subscriptions: Subscription) -> Callable[[float], bool]:
         """
@@ -107,6 +119,11 @@ class PollingNode(GuardedNode):
         """Take a subscription away, of either sort."""
         self._polled = tuple(each for each in self._polled if each is not subscription)
         return bool(super().destroy_subscription(subscription))
+
+    @property
+    def polled(self) -> tuple[Subscription, ...]:
+        """What ``catch_up`` reads."""
+        return self._polled
 
     def catch_up(self, *subscriptions: Subscription) -> None:
         """

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+import math
 
 from armsim_ros.servo.commands import Command, CommandType, InvalidCommandError
 
@@ -85,6 +86,10 @@ class CommandInbox:
         if self._command is not None and now_ns >= self._expires_ns:
             self._command = None
         return self._command
+
+    def left(self, now_ns: int) -> float:
+        """Return how long the command still holds [s]; infinite where there is none."""
+        return math.inf if self._command is None else (self._expires_ns - now_ns) * 1e-9
 
     @property
     def silent(self) -> bool:

@@ -75,25 +75,28 @@ class ServoNode:
             cell.settings.planning_parameters.joint_state_topics
             or (cell.settings.joint_states_topic, DEFAULT_JOINT_STATES)
         )  # fmt: skip
-        self._frames = Transforms(self)
+        self._frames = Transforms(self, moving=False)
         self._follower = SceneFollower(
             node, self.scene, parameters.monitored_planning_scene_topic,
             serves=parameters.is_primary_planning_scene_monitor,
         )  # fmt: skip
+        controller = ControllerWatch(node, topic, stream.target.names)
         self._streaming = Streaming(
             node=node,
             clock=clock,
             inbox=inbox,
-            commands=CommandTopics(node, inbox, parameters, clock.now_ns),
+            commands=CommandTopics(
+                node, inbox, parameters, clock.now_ns, self._frame_named),
             states=JointPositions(node, kinematics, tuple(topics)),
-            controller=ControllerWatch(node, topic, stream.target.names),
+            controller=controller,
             stream=stream,
             output=JointCommands(node, topic, stream.target.names, parameters),
             status=StatusTopic(node, parameters.status_topic),
             parameters=parameters,
             ready=lambda: node.get_logger().info(READY),
         )
-        self._services = CommandServices(node, inbox, self._streaming.pause)
+        self._services = CommandServices(
+            node, inbox, self._streaming.pause, controller.follow_state)
         self._kinematics = kinematics
 
     @property
@@ -120,6 +123,11 @@ class ServoNode:
         if text not in self._warned:
             self._warned.add(text)
             self.node.get_logger().warning(text)
+
+    def _frame_named(self, frame: str) -> None:
+        """Follow ``/tf`` from the first command on whose frame is not the robot's own."""
+        if frame not in self.robot.links and frame != self.robot.model_frame:
+            self._frames.follow_moving()
 
     def _settings(
         self, node: PollingNode, robot: RobotSettings, kinematics: KinematicModel

@@ -9,7 +9,7 @@ import time
 from armsim_ros.nodes.polling_node import PollingNode
 
 _SAME_NS = 60_000_000
-"""Clocks that are no farther apart are one clock [ns]; /clock itself is a step behind."""
+"""Clocks that are no farther apart are one clock [ns]; what tells of them is a step behind."""
 
 
 class StreamClock:
@@ -17,25 +17,35 @@ class StreamClock:
     The node's time.
 
     A simulation that runs in real time keeps the wall clock's time; then the wall clock is
-    read, which is finer than /clock. Otherwise, as in a pause, /clock is.
+    read, which is finer than /clock. Otherwise, as in a pause, /clock is, which is subscribed
+    to only then: stamps of joint states show as well that time is what it seems.
 
-    :param node: follows /clock if it is to.
+    :param node: whose time it is.
     """
 
     def __init__(self, node: PollingNode) -> None:
         self._node = node
+        self._stamp_ns = 0
         self._simulated = bool(node.get_parameter('use_sim_time').value)
         #: Whether simulated time and the wall clock have parted.
         self.parted = False
 
-    def look(self) -> None:
-        """Compare the clocks; the node has just caught up with /clock."""
-        if self._simulated:
-            simulated = self._node.get_clock().now().nanoseconds
-            self.parted = abs(simulated - time.time_ns()) > _SAME_NS
+    def look(self, stamp_ns: int) -> None:
+        """
+        Compare the clocks; the node has just caught up with its topics.
+
+        :param stamp_ns: the newest stamp of joint states, 0 where none has come.
+        """
+        self._stamp_ns = stamp_ns
+        if self._simulated and stamp_ns:
+            self.parted = abs(self._simulated_ns() - time.time_ns()) > _SAME_NS
+            if self.parted:
+                self._node.follow_clock()
 
     def now_ns(self) -> int:
         """Return the time [ns]."""
-        if self.parted:
-            return int(self._node.get_clock().now().nanoseconds)
-        return time.time_ns()
+        return self._simulated_ns() if self.parted else time.time_ns()
+
+    def _simulated_ns(self) -> int:
+        """Return the time of /clock, or of joint states where that is later."""
+        return max(int(self._node.get_clock().now().nanoseconds), self._stamp_ns)

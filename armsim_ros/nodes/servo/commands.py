@@ -35,6 +35,7 @@ class CommandTopics:
     Reads commands into the inbox.
 
     :param now_ns: tells the time [ns].
+    :param frame_named: called with the frame of each twist and pose.
     """
 
     def __init__(
@@ -43,10 +44,12 @@ class CommandTopics:
         inbox: CommandInbox,
         parameters: ServoParameters,
         now_ns: Callable[[], int],
+        frame_named: Callable[[str], None],
     ) -> None:
         self._node = node
         self._inbox = inbox
         self._now_ns = now_ns
+        self._frame_named = frame_named
         self._warned = False
         self.subscriptions = {
             CommandType.TWIST: node.poll(
@@ -58,6 +61,7 @@ class CommandTopics:
         }  # fmt: skip
 
     def _twist(self, message: TwistStamped) -> None:
+        self._frame_named(message.header.frame_id)
         self._take(CommandType.TWIST, message, _read_twist)
 
     def _jog(self, message: JointJogMessage) -> None:
@@ -69,6 +73,7 @@ class CommandTopics:
         self._take(CommandType.JOINT_JOG, message, _read_jog)
 
     def _pose(self, message: PoseStamped) -> None:
+        self._frame_named(message.header.frame_id)
         self._take(CommandType.POSE, message, _read_pose)
 
     def _take(self, kind: CommandType, message: Any, read: Callable[[Any], Command]) -> None:
@@ -81,12 +86,15 @@ class CommandServices:
     ``switch_command_type``, ``pause_servo``, and Humble's ``start_servo``, ``stop_servo``.
 
     :param pause: called with whether to pause.
+    :param chosen: called when commands may be followed from now on.
     """
 
     def __init__(
-        self, node: PollingNode, inbox: CommandInbox, pause: Callable[[bool], None]
+        self, node: PollingNode, inbox: CommandInbox, pause: Callable[[bool], None],
+        chosen: Callable[[], None],
     ) -> None:
         self._inbox = inbox
+        self._chosen = chosen
         self._pause = pause
         self._node = node
         self.paused = False
@@ -100,6 +108,7 @@ class CommandServices:
     ) -> ServoCommandType.Response:
         try:
             self._inbox.choose(CommandType(request.command_type))
+            self._chosen()
             response.success = True
         except ValueError:
             allowed = ', '.join(f'{kind.value} {kind.name}' for kind in CommandType)
@@ -123,6 +132,7 @@ class CommandServices:
 
     def _start(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         self._inbox.topic_chooses = True
+        self._chosen()
         self._set(False)
         response.success, response.message = True, 'Servoing enabled'
         return response

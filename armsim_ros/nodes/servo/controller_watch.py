@@ -5,12 +5,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+import time
 
 from action_msgs.msg import GoalStatus, GoalStatusArray
 from control_msgs.msg import JointTrajectoryControllerState
 from controller_manager_msgs.msg import ControllerManagerActivity
 import numpy as np
 from rclpy.qos import QoSProfile
+from rclpy.subscription import Subscription
 
 from armsim_ros.arrays import Vector
 from armsim_ros.nodes import qos
@@ -22,6 +24,8 @@ _BUSY = (GoalStatus.STATUS_ACCEPTED, GoalStatus.STATUS_EXECUTING, GoalStatus.STA
 PLANNING = ('/move_action', '/execute_trajectory', '/sequence_move_group',
             '/execute_task_solution')  # fmt: skip
 _FRESH_NS = 200_000_000
+#: It takes no longer than this from a subscription to the first state [s].
+_FIRST = 0.5
 
 
 class ActionWatch:
@@ -52,15 +56,14 @@ class ControllerWatch:
     def __init__(self, node: PollingNode, topic: str, joints: Sequence[str]) -> None:
         self.controller = topic.rpartition('/')[0]
         namespace, _, self._name = self.controller.rpartition('/')
+        self._state_topic = f'{self.controller}/controller_state'
         self._joints = tuple(joints)
         self._state: JointTrajectoryControllerState | None = None
         self._node = node
         #: As controller_manager tells it; '' while it has told nothing.
         self.lifecycle = ''
-        self._states = node.poll(
-            JointTrajectoryControllerState, f'{self.controller}/controller_state',
-            self._keep, QoSProfile(depth=1, reliability=qos.COMMAND.reliability),
-        )  # fmt: skip
+        self._states: Subscription | None = None
+        self._followed_since = 0.0
         self._own = ActionWatch(node, f'{self.controller}/follow_joint_trajectory')
         self._plans = [ActionWatch(node, name) for name in PLANNING]
         node.create_subscription(
@@ -88,8 +91,27 @@ class ControllerWatch:
             return ''
         return f"controller '{self.controller}' is {self.lifecycle}"
 
+    def follow_state(self) -> None:
+        """Follow the controller's state; commands may come from now on."""
+        if self._states is None:
+            self._followed_since = time.monotonic()
+            self._states = self._node.poll(
+                JointTrajectoryControllerState, self._state_topic, self._keep,
+                QoSProfile(depth=1, reliability=qos.COMMAND.reliability))
+
+    @property
+    def awaited(self) -> bool:
+        """Whether the controller's first state is still on its way."""
+        return (
+            self._state is None
+            and time.monotonic() - self._followed_since < _FIRST
+            and self._node.count_publishers(self._state_topic) > 0
+        )
+
     def reference(self, now_ns: int) -> Vector | None:
         """Return where the controller wants the joints now (m,) [rad or m], None if unknown."""
+        if self._states is None:
+            return None
         self._node.catch_up(self._states)
         state = self._state
         if state is None or abs(now_ns - ns_from_time(state.header.stamp)) > _FRESH_NS:

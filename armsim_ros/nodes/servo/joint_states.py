@@ -13,6 +13,7 @@ from sensor_msgs.msg import JointState
 from armsim_ros.arrays import Vector
 from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.nodes import qos
+from armsim_ros.nodes.conversions.time import ns_from_time
 from armsim_ros.nodes.polling_node import PollingNode
 
 
@@ -31,6 +32,8 @@ class JointPositions:
         self._missing = set(kinematics.robot.active_joints)
         #: (n,) [rad or m].
         self.q: Vector = kinematics.default()
+        #: Of the newest message [ns].
+        self.stamp_ns = 0
         profile = QoSProfile(depth=4, reliability=qos.COMMAND.reliability)
         self.subscriptions = [
             node.poll(JointState, topic, self._receive, profile) for topic in topics
@@ -50,3 +53,4 @@ class JointPositions:
         if self._missing:
             self._missing -= set(message.name)
         self.q = self._kinematics.apply_mimic(q)
+        self.stamp_ns = ns_from_time(message.header.stamp)

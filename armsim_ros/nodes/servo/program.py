@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from contextlib import ExitStack
+from typing import Any, ClassVar
 
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
@@ -18,6 +19,7 @@ class ServoProgram(ExecutorProgram):
     """Streams in a thread of its own; services are answered in this one."""
 
     NODE = 'servo_node'
+    NODE_OPTIONS: ClassVar[dict[str, Any]] = {'clock_when_asked': True}
 
     def _serve(
         self, executor: SingleThreadedExecutor, node: Node, afterwards: ExitStack

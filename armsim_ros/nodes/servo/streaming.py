@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+import math
 import threading
 import time
 import traceback
@@ -26,7 +27,7 @@ from armsim_ros.servo.status import Finding, NOTHING, ServoStatus, weightiest
 from armsim_ros.servo.stream import Cycle, ServoStream
 from armsim_ros.sim.realtime import prioritize_thread
 
-#: All topics are looked at so often; those of commands in every cycle [Hz].
+#: All topics are looked at so often while anybody listens; those of commands in every cycle [Hz].
 _LOOKS = 10.0
 #: While the arm is streamed to, once in so many cycles: the joints that others move, and what
 #: may end the stream in favour of others or is only to be complained about.
@@ -96,32 +97,45 @@ class Streaming:
         awaited = self.node.waiter(*self.commands.subscriptions.values())
         due = time.monotonic()
         cycle = 0
+        busy = True
         try:
             while not self._stop.is_set():
-                looks_now = cycle % looks == 0 or self.clock.parted
-                if looks_now:
-                    self.node.catch_up()
-                    self.clock.look()
-                else:
-                    self.node.catch_up(*self._due(cycle))
-                if looks_now or not self._rests():
-                    self._cycle()
-                cycle += 1
-                due = max(due + period, time.monotonic() - _MADE_UP * period)
-                if self.stream.streaming or not self.inbox.silent:
-                    time.sleep(max(0.0, due - time.monotonic()))
-                    continue
-                # A command that finds the arm at rest is taken up when it comes.
-                rests = self._rests() and not self.clock.parted
-                due += (1.0 / _LOOKS - period) * rests
-                if awaited(due - time.monotonic()):
+                if self._rests():
+                    # What comes in meanwhile stays with the middleware, which keeps the newest.
+                    busy = awaited(1.0 / _LOOKS)
+                    if not busy:
+                        continue
                     due = time.monotonic()
                     cycle = 0
-                elif rests:
+                if cycle % looks == 0 or (busy and self.clock.parted):
+                    self._look()
+                elif busy:
+                    self.node.catch_up(*self._due(cycle))
+                self._cycle()
+                cycle += 1
+                due = max(due + period, time.monotonic() - _MADE_UP * period)
+                busy = self.stream.streaming or not self.inbox.silent
+                if busy:
+                    # The cycle that finds a command too old does not wait for its turn.
+                    left = math.inf
+                    if not self.clock.parted:
+                        left = self.inbox.left(self.clock.now_ns())
+                    time.sleep(max(0.0, min(due - time.monotonic(), left)))
+                elif awaited(due - time.monotonic()):
+                    # A command that finds the arm at rest is taken up when it comes.
+                    busy = True
+                    due = time.monotonic()
                     cycle = 0
         except Exception:  # noqa: BLE001 - whatever it is, the program must say it and end
             if not self._stop.is_set():
                 self.failure = traceback.format_exc()
+
+    def _look(self) -> None:
+        """Read all topics; commands last, as the clock tells what their stamps mean."""
+        commands = tuple(self.commands.subscriptions.values())
+        self.node.catch_up(*(each for each in self.node.polled if each not in commands))
+        self.clock.look(self.states.stamp_ns)
+        self.node.catch_up(*commands)
 
     def _due(self, cycle: int) -> Iterator[Subscription]:
         """Yield what to read in a cycle; each topic costs time, also where nothing has come."""
@@ -224,6 +238,8 @@ class Streaming:
             return False
         reference = self.controller.reference(now)
         if reference is None:
+            if self.controller.awaited:
+                return False
             self.node.catch_up(*self.states.subscriptions)
             reference = self.states.q[self.stream.target.indices]
         self.stream.start(reference)

@@ -33,7 +33,7 @@ class Cycles:
         self.inbox = CommandInbox(100_000_000)
         self.controller = SimpleNamespace(
             own=None, subscriptions=(), goal_runs=False, plan_runs=False, inactive='',
-            reference=lambda now: self.reference.copy(),
+            reference=lambda now: self.reference, awaited=False,
         )  # fmt: skip
         self.reference = np.array(ELBOW_UP)
         self.output = SimpleNamespace(
@@ -165,6 +165,16 @@ def test_pose_that_is_reached_already(cycles):
     cycles.inbox.choose(CommandType.POSE)
     cycles.run(PoseTarget('link_6', np.eye(4)), 20)
     assert 'No warnings: pose reached' in cycles.messages
+
+
+def test_the_controller_is_asked_first(cycles):
+    """A command waits for the controller's first state, so as to begin at its reference."""
+    reference, cycles.reference, cycles.controller.awaited = cycles.reference, None, True
+    cycles.run(twist((0, 0, -0.3)), 5)
+    assert not cycles.sent
+    cycles.reference, cycles.controller.awaited = reference + 0.1, False
+    cycles.run(twist((0, 0, -0.3)), 1)
+    assert np.abs(cycles.sent[0] - cycles.reference).max() < 1e-3
 
 
 def test_pause(cycles):

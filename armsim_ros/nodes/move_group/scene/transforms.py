@@ -9,6 +9,7 @@ from typing import Any, Protocol
 
 from rclpy.qos import QoSProfile
 from rclpy.serialization import deserialize_message
+from rclpy.subscription import Subscription
 from tf2_msgs.msg import TFMessage
 
 from armsim_ros.errors import PlanningError
@@ -54,20 +55,29 @@ class Transforms:
     is known too.
 
     :param context: whose scene gets to know the frames.
+    :param moving: follow ``/tf`` from the beginning, not only when ``follow_moving`` asks for it.
     """
 
-    def __init__(self, context: FrameHost) -> None:
+    def __init__(self, context: FrameHost, *, moving: bool = True) -> None:
         self._context = context
+        self._moving: Subscription | None = None
         self._roots = {context.robot.root_link, context.robot.model_frame}
         self._told: dict[str, FixedFrame] = {}
         static = QoSProfile(
             depth=100, reliability=qos.LATCHED.reliability, durability=qos.LATCHED.durability
         )
-        moving = QoSProfile(
-            depth=DEPTH, reliability=qos.COMMAND.reliability, durability=qos.COMMAND.durability
-        )
-        context.node.poll(TFMessage, '/tf', self._receive_moving, moving, raw=True)
         context.subscribe(TFMessage, '/tf_static', self._receive, static)
+        if moving:
+            self.follow_moving()
+
+    def follow_moving(self) -> None:
+        """Follow ``/tf``, too."""
+        if self._moving is None:
+            profile = QoSProfile(
+                depth=DEPTH, reliability=qos.COMMAND.reliability,
+                durability=qos.COMMAND.durability)
+            self._moving = self._context.node.poll(
+                TFMessage, '/tf', self._receive_moving, profile, raw=True)
 
     def _receive_moving(self, serialized: bytes) -> None:
         """Take a message of /tf; most hold only the robot's links and are not unpacked."""
