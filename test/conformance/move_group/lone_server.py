@@ -33,9 +33,13 @@ class LoneServer:
 
     :param words: its command line.
     :param wait: whether to wait for the ready line.
+    :param namespace: of the node.
     """
 
-    def __init__(self, *words: str, wait: bool = True) -> None:
+    def __init__(self, *words: str, wait: bool = True, namespace: str = '') -> None:
+        if namespace:
+            words = (*words, '--ros-args', '-r', f'__ns:={namespace}', '--')
+        self._namespace = namespace
         self._stack = ExitStack()
         self.domain = self._stack.enter_context(private_domain())
         self.program: Program = self._stack.enter_context(
@@ -45,10 +49,14 @@ class LoneServer:
         self._arms: dict[str, ArmBench] = {}
         if wait:
             try:
-                self.program.wait_for_line(READY, 60.0)
+                self.wait_until_ready()
             except AssertionError:
                 self._stack.close()
                 raise
+
+    def wait_until_ready(self) -> None:
+        """Wait for the ready line."""
+        self.program.wait_for_line(READY, 60.0)
 
     def play(
         self, joints: Mapping[str, float], topic: str = '/sunday/joint_states', **options: Any
@@ -56,7 +64,7 @@ class LoneServer:
         """Publish joint states from now on, and give the client's view of the arm."""
         played = PlayedArm(self.client, joints, topic, **options)
         if topic not in self._arms:
-            self._arms[topic] = ArmBench(self.client, '', topic)
+            self._arms[topic] = ArmBench(self.client, self._namespace, topic)
         played.arm = self._arms[topic]
         return played
 

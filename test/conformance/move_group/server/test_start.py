@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 import math
 from pathlib import Path
 import shutil
@@ -21,15 +22,46 @@ from armsim_ros.resources import find_robot
 
 START = {f'joint_{k}': 0.1 * k for k in range(1, 7)}
 URDF = f"urdf:={find_robot('sunday').parent.parent / 'urdf' / 'sunday.urdf.xacro'}"
+NAMESPACE = '/kitchen'
+#: The bare server never hears of the others.
+FIRST = {name: START[name] for name in list(START)[:4]}
 GOAL = {name: value + 0.1 for name, value in START.items()}
 
 
+@dataclass(frozen=True)
+class Servers:
+    """
+    Servers with configurations of their own; those that lack something come up later.
+
+    :param usual: it has parameters and capabilities.
+    :param bare: it has no controllers.
+    :param mistaken: its SRDF has mistakes, its controller manager is not ours, it has a namespace.
+    """
+
+    usual: LoneServer
+    bare: LoneServer
+    mistaken: LoneServer
+
+
 @pytest.fixture(scope='module')
-def started(pytestconfig: pytest.Config) -> Iterator[LoneServer]:
-    """Start a server with parameters and capabilities of its own."""
+def servers(
+    pytestconfig: pytest.Config, tmp_path_factory: pytest.TempPathFactory
+) -> Iterator[Servers]:
+    """Start the servers."""
     command = pytestconfig.getoption('server_command', None)
     if command is not None and not command.endswith('armsim_ros bringup'):
         pytest.skip('needs a server of its own with parameters of its own')
+    bare = robot_without(tmp_path_factory, 'controllers_gazebo.yaml', 'kinematics.yaml')
+    mistaken = robot_without(tmp_path_factory)
+    srdf = mistaken / 'sunday.srdf'
+    text = srdf.read_text(encoding='utf-8').replace('<robot name="sunday">',
+                                                    '<robot name="monday">')
+    srdf.write_text(text.replace('</robot>', '<disable_collisions link1="no_link" '
+                                 'link2="link_1" reason="Never"/></robot>'), encoding='utf-8')
+    (mistaken / 'manager.yaml').write_text(
+        'moveit_controller_manager: moveit_ros_control_interface/Ros2ControlManager\n',
+        encoding='utf-8',
+    )
     with LoneServer(
         '--ros-args',
         '-p', 'disable_capabilities:=move_group/MoveGroupKinematicsService move_group/Nonsense',
@@ -40,8 +72,41 @@ def started(pytestconfig: pytest.Config) -> Iterator[LoneServer]:
         '-p', 'monitor_dynamics:=true',
         '-p', "joint_state_topics:=['/elsewhere/joint_states', '/joint_states']",
         '--',
-    ) as server:
-        yield server
+    ) as usual, LoneServer(
+        f'robot:={bare}', URDF, wait=False
+    ) as second, LoneServer(
+        f'robot:={mistaken}', URDF, wait=False, namespace=NAMESPACE
+    ) as third:
+        yield Servers(usual, second, third)
+
+
+def robot_without(tmp_path_factory: pytest.TempPathFactory, *names: str) -> Path:
+    """Return a folder of the default arm without some files."""
+    folder = Path(tmp_path_factory.mktemp('robots')) / 'bare'
+    shutil.copytree(find_robot('sunday'), folder)
+    for name in names:
+        (folder / name).unlink()
+    return folder
+
+
+@pytest.fixture
+def started(servers: Servers) -> LoneServer:
+    """Give the server with parameters and capabilities."""
+    return servers.usual
+
+
+@pytest.fixture
+def bare(servers: Servers) -> LoneServer:
+    """Give the server without controllers."""
+    servers.bare.wait_until_ready()
+    return servers.bare
+
+
+@pytest.fixture
+def mistaken(servers: Servers) -> LoneServer:
+    """Give the server with mistakes, in a namespace."""
+    servers.mistaken.wait_until_ready()
+    return servers.mistaken
 
 
 @pytest.fixture
@@ -183,60 +248,48 @@ def test_partial_messages_merge(started: LoneServer, played: PlayedArm) -> None:
 
 
 @pytest.mark.statement('CSM-2')
-def test_missing_joints_are_named(lone: Callable[..., LoneServer]) -> None:
+def test_missing_joints_are_named(bare: LoneServer) -> None:
     """Incomplete states: a warning with the missing joints, and plans all the same."""
-    server = lone()
-    played = server.play({name: START[name] for name in list(START)[:4]})
+    played = bare.play(FIRST)
     played.arm.joint_states.wait(1)
     assert name_of(played.arm.plan(GOAL).error_code) == 'SUCCESS'
-    server.program.wait_for_line('incomplete.*joint_5, joint_6')
+    bare.program.wait_for_line('incomplete.*joint_5, joint_6')
+    played.silence()
 
 
 @pytest.mark.statement('CSM-6', 'IF-30a', 'MGI-8')
-def test_unstamped_and_best_effort(lone: Callable[..., LoneServer]) -> None:
+def test_unstamped_and_best_effort(started: LoneServer) -> None:
     """Best-effort messages without stamp count with the time of their arrival."""
-    server = lone()
-    played = server.play(START, '/joint_states', stamped=False, qos=qos_profile_sensor_data)
+    played = started.play(START, '/joint_states', stamped=False, qos=qos_profile_sensor_data)
+    started.program.wait_for_line('have no stamp')
+    before = len(started.program.output)
     for _ in range(2):
         assert played.arm.planned(GOAL).points
-    server.program.wait_for_line('have no stamp')
-    assert 'no joint state newer' not in server.program.text
+    assert 'no joint state newer' not in ''.join(started.program.output[before:])
+    played.silence()
 
 
 @pytest.mark.statement('PAR-8')
-def test_clocks_that_differ_are_told(lone: Callable[..., LoneServer]) -> None:
+def test_clocks_that_differ_are_told(started: LoneServer, played: PlayedArm) -> None:
     """Stamps more than 10 s away: one warning that names the cure."""
-    server = lone()
-    played = server.play(START)
     played.shift = -100.0
     assert played.arm.planned(GOAL).points
-    server.program.wait_for_line('use_sim_time')
-    assert server.program.text.count('set use_sim_time on both') == 1
+    started.program.wait_for_line('use_sim_time')
+    assert started.program.text.count('set use_sim_time on both') == 1
 
 
 # ---------------------------------------------------------------- robots that lack something
 
 
-def robot_without(tmp_path: Path, *names: str) -> Path:
-    """Return a folder of the default arm without some files."""
-    folder = tmp_path / 'bare'
-    shutil.copytree(find_robot('sunday'), folder)
-    for name in names:
-        (folder / name).unlink()
-    return folder
-
-
 @pytest.mark.statement('SEED-9', 'BOOT-4')
-def test_what_lacks_is_told_at_the_start(
-    lone: Callable[..., LoneServer], tmp_path: Path
-) -> None:
+def test_what_lacks_is_told_at_the_start(bare: LoneServer) -> None:
     """Without controllers: the log says which joints lack one, and the YAML to add."""
-    folder = robot_without(tmp_path, 'controllers_gazebo.yaml', 'kinematics.yaml')
-    server = lone(f'robot:={folder}', URDF)
     for text in ("'manipulator' can be planned for but not moved", 'type: FollowJointTrajectory',
                  'joints: \\[joint_1, joint_2'):
-        server.program.wait_for_line(text)
-    assert server.play(START).arm.planned(GOAL).points
+        bare.program.wait_for_line(text)
+    played = bare.play(FIRST)
+    assert played.arm.planned(GOAL).points
+    played.silence()
 
 
 @pytest.mark.statement('BOOT-1')
@@ -249,38 +302,32 @@ def test_a_robot_that_is_not_there(lone: Callable[..., LoneServer]) -> None:
 
 
 @pytest.mark.statement('BOOT-2')
-def test_an_srdf_with_mistakes(lone: Callable[..., LoneServer], tmp_path: Path) -> None:
+def test_an_srdf_with_mistakes(mistaken: LoneServer) -> None:
     """Another name and unknown links are told, and the rest counts."""
-    folder = robot_without(tmp_path)
-    path = folder / 'sunday.srdf'
-    text = path.read_text(encoding='utf-8').replace('<robot name="sunday">',
-                                                    '<robot name="monday">')
-    path.write_text(text.replace('</robot>', '<disable_collisions link1="no_link" '
-                                 'link2="link_1" reason="Never"/></robot>'), encoding='utf-8')
-    server = lone(f'robot:={folder}', URDF)
-    assert server.play(START).arm.planned(GOAL).points
+    for text in ('monday', 'no_link'):
+        mistaken.program.wait_for_line(text)
+    played = mistaken.play(START)
+    assert played.arm.planned(GOAL).points
+    played.silence()
 
 
 @pytest.mark.statement('SEED-4')
-def test_another_controller_manager(lone: Callable[..., LoneServer], tmp_path: Path) -> None:
+def test_another_controller_manager(mistaken: LoneServer) -> None:
     """Any plugin's name is accepted."""
-    folder = robot_without(tmp_path)
-    (folder / 'manager.yaml').write_text(
-        'moveit_controller_manager: moveit_ros_control_interface/Ros2ControlManager\n',
-        encoding='utf-8',
-    )
-    server = lone(f'robot:={folder}', URDF)
-    assert server.play(START).arm.planned(GOAL).points
+    played = mistaken.play(START)
+    manager = played.arm.parameters.get('moveit_controller_manager')
+    assert manager == 'moveit_ros_control_interface/Ros2ControlManager'
+    assert played.arm.planned(GOAL).points
+    played.silence()
 
 
 @pytest.mark.statement('IF-0', 'IF-26')
-def test_under_a_namespace(lone: Callable[..., LoneServer]) -> None:
+def test_under_a_namespace(mistaken: LoneServer) -> None:
     """All relative names follow the node's namespace."""
-    server = lone('--ros-args', '-r', '__ns:=/kitchen', '--')
-    names = {name for name, _ in server.client.node.get_service_names_and_types()}
+    names = {name for name, _ in mistaken.client.node.get_service_names_and_types()}
     for name in ('plan_kinematic_path', 'compute_ik', 'move_group/list_parameters',
                  'move_action/_action/send_goal'):
-        wait_for_service(server, f'/kitchen/{name}')
+        wait_for_service(mistaken, f'{NAMESPACE}/{name}')
     assert '/plan_kinematic_path' not in names
 
 
