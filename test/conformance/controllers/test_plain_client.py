@@ -31,9 +31,9 @@ STATEMENTS = {
 @pytest.fixture(scope='module')
 def printed(bench: Bench) -> dict[str, str]:
     """Run all scenarios in a process of their own; return what was printed of each."""
-    bench.use('arm')
+    bench.use('plain')
     script = str(Path(__file__).with_name('plain_client.py'))
-    words = [bench.name('arm'), bench.name('controller_manager'), 'axis_1', 'axis_2']
+    words = [bench.name('plain'), bench.name('controller_manager'), 'axis_1', 'axis_2']
     program = Program([sys.executable, script, *words], environment=ros_environment(bench.domain))
     with program:
         program.wait(300.0)
