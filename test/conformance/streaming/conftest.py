@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from pathlib import Path
 import shutil
 import sys
@@ -49,7 +49,8 @@ def running(folder: Path) -> Iterator[Streamed]:
             with ClientNode(domain, 'streaming_user') as client:
                 # Where the start took long, simulated time is behind the wall clock.
                 client.node.set_parameters([Parameter('use_sim_time', value=True)])
-                client.collect('/clock', Clock).wait(2)
+                with closing(client.collect('/clock', Clock)) as clock:
+                    clock.wait(2)
                 yield Streamed(domain, program, client)
         finally:
             program.stop()

@@ -77,7 +77,7 @@ sunday:
     admittance:
       selected_axes: [false, false, false, false, false, false]
       mass: [5.0, 5.0, 5.0, 0.5, 0.5, 0.5]
-      damping_ratio: [2.0, 2.0, 2.0, 2.0, 2.0, 2.0]
+      damping_ratio: [1.0, 1.0, 1.0, 1.0, 1.0, 1.0]
       stiffness: [200.0, 200.0, 200.0, 20.0, 20.0, 20.0]
   lamps:
     type: gpio_controllers/GpioCommandController

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import closing
 import math
 
 from control_msgs.msg import SpeedScalingFactor
@@ -36,8 +37,8 @@ def broadcasters(stack: Streamed) -> Iterator[None]:
 def test_wrench(arm: Streamed) -> None:
     """The weight beyond the wrist comes in its axes, unfiltered and filtered."""
     for topic in ('wrench', 'wrench_filtered'):
-        messages = arm.client.collect(f'{NAMESPACE}/wrench/{topic}', WrenchStamped)
-        message = messages.wait(3)[-1]
+        with closing(arm.client.collect(f'{NAMESPACE}/wrench/{topic}', WrenchStamped)) as messages:
+            message = messages.wait(3)[-1]
         assert message.header.frame_id == 'link_6'
         force = message.wrench.force
         assert 0.1 < math.hypot(force.x, force.y, force.z) < 50.0
@@ -47,7 +48,8 @@ def test_wrench(arm: Streamed) -> None:
 @statement('BRO-2')
 def test_imu(arm: Streamed) -> None:
     """At rest the acceleration is what holds the link up."""
-    message = arm.client.collect(f'{NAMESPACE}/imu/imu', Imu).wait(3)[-1]
+    with closing(arm.client.collect(f'{NAMESPACE}/imu/imu', Imu)) as messages:
+        message = messages.wait(3)[-1]
     acceleration = message.linear_acceleration
     assert message.header.frame_id == 'link_3'
     assert math.hypot(acceleration.x, acceleration.y, acceleration.z) == pytest.approx(9.8, 0.01)
@@ -57,11 +59,13 @@ def test_imu(arm: Streamed) -> None:
 @statement('BRO-2')
 def test_pose(arm: Streamed) -> None:
     """The pose comes on its topic and on /tf, under the sensor's name."""
-    poses = arm.client.collect(f'{NAMESPACE}/tcp/pose', PoseStamped)
-    transforms = arm.client.collect('/tf', TFMessage, QoSProfile(depth=100))
-    place = poses.wait(3)[-1].pose.position
-    found = transforms.wait_for(
-        lambda message: any(one.child_frame_id == 'tool' for one in message.transforms))
+    with (
+        closing(arm.client.collect(f'{NAMESPACE}/tcp/pose', PoseStamped)) as poses,
+        closing(arm.client.collect('/tf', TFMessage, QoSProfile(depth=100))) as transforms,
+    ):
+        place = poses.wait(3)[-1].pose.position
+        found = transforms.wait_for(
+            lambda message: any(one.child_frame_id == 'tool' for one in message.transforms))
     (transform,) = [one for one in found.transforms if one.child_frame_id == 'tool']
     assert transform.header.frame_id == 'base_link'
     there = transform.transform.translation
@@ -73,7 +77,8 @@ def test_pose(arm: Streamed) -> None:
 @statement('UR-2')
 def test_speed(arm: Streamed) -> None:
     """Full speed is 100 percent; its interface is listed."""
-    message = arm.client.collect(f'{NAMESPACE}/speed/speed_scaling', Float64).wait(3)[-1]
+    with closing(arm.client.collect(f'{NAMESPACE}/speed/speed_scaling', Float64)) as messages:
+        message = messages.wait(3)[-1]
     assert message.data == 100.0
     answer = arm.client.call(f'{MANAGER}/list_hardware_interfaces', ListHardwareInterfaces)
     states = {one.name for one in answer.state_interfaces}

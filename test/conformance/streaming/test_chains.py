@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import closing
 from typing import Any
 
 from control_msgs.msg import (
@@ -122,14 +123,17 @@ def test_own_topic_is_ignored(chain: Streamed) -> None:
 @statement('CHN-2')
 def test_pid_by_itself(loop: Streamed) -> None:
     """References come by topic, the state tells of them, feed-forward has its service."""
-    states = loop.client.collect(f'{NAMESPACE}/loop/controller_state', MultiDOFStateStamped)
     goal = beside(0.2)
     command = MultiDOFCommand(dof_names=list(JOINTS), values=goal.tolist())
-    with loop.publisher(MultiDOFCommand, f'{NAMESPACE}/loop/reference') as publisher:
+    topic = f'{NAMESPACE}/loop/controller_state'
+    with (
+        loop.publisher(MultiDOFCommand, f'{NAMESPACE}/loop/reference') as publisher,
+        closing(loop.client.collect(topic, MultiDOFStateStamped)) as states,
+    ):
         loop.stream_until(
             publisher, command, lambda: np.abs(loop.positions - goal).max() < 5e-3,
             'the arm is there')
-    message = states.wait_for(lambda one: abs(one.dof_states[0].reference - goal[0]) < 1e-9)
+        message = states.wait_for(lambda one: abs(one.dof_states[0].reference - goal[0]) < 1e-9)
     assert [one.name for one in message.dof_states] == list(JOINTS)
     answer = loop.client.call(
         f'{NAMESPACE}/loop/set_feedforward_control', SetBool, SetBool.Request(data=False))
@@ -166,7 +170,8 @@ def test_references_pass(soft: Streamed) -> None:
 @statement('CHN-3')
 def test_yields_to_its_own_weight(soft: Streamed) -> None:
     """What hangs beyond the sensor pulls the arm down as far as the spring lets it."""
-    states = soft.client.collect(f'{NAMESPACE}/soft/status', AdmittanceControllerState)
+    # The newest alone: they are large, and come in every update.
+    states = soft.client.collect(f'{NAMESPACE}/soft/status', AdmittanceControllerState, 1)
     weight = -states.wait(30)[-1].wrench_base.wrench.force.z
     before = soft.positions
     yield_along(soft, [False, False, True, False, False, False])
@@ -179,4 +184,5 @@ def test_yields_to_its_own_weight(soft: Streamed) -> None:
         soft.until(lambda: np.abs(soft.positions - before - offset).max() < 5e-3,
                    'the arm has yielded')  # fmt: skip
     finally:
+        states.close()
         yield_along(soft, [False] * 6)
