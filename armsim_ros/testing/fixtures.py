@@ -10,7 +10,6 @@ import pytest
 
 from armsim_ros.testing.clients.client_node import ClientNode
 from armsim_ros.testing.programs.domain import private_domain
-from armsim_ros.testing.programs.program import Program, start_program
 
 
 @pytest.fixture(scope='module')
@@ -25,10 +24,3 @@ def client(ros_domain: int) -> Iterator[ClientNode]:
     """Give a node on the module's domain."""
     with ClientNode(ros_domain) as node:
         yield node
-
-
-@pytest.fixture(scope='module')
-def simulation(ros_domain: int) -> Iterator[Program]:
-    """Run the simulation of the default robot for one module of tests."""
-    with start_program('simulation', ros_domain) as program:
-        yield program

@@ -19,7 +19,8 @@ def test_a_generated_robot_follows_trajectories_and_plans(robot, tmp_path):
             else public_urdf(robot))
     target = tmp_path / robot
     generate_config(urdf, target, states=1000)
-    with running_robot(f'robot:={target}') as user:
+    quick = 'overrides:={"simulation.real_time_factor": 2.0}'
+    with running_robot(f'robot:={target}', quick) as user:
         ready = user.move_group.named_states()['arm', 'ready']
         goal = dict(ready)
         goal[next(iter(goal))] += 0.2  # about the upright axis: no nearer to the floor

@@ -2,4 +2,4 @@
 # SPDX-License-Identifier: Apache-2.0
 """Fixtures that run the real programs on a private domain."""
 
-from armsim_ros.testing.fixtures import client, ros_domain, simulation  # noqa: F401
+from armsim_ros.testing.fixtures import client, ros_domain  # noqa: F401

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The simulation as a process: its start, its end, its refusals."""
 
+from collections.abc import Iterator
 from pathlib import Path
 import shutil
 import signal
@@ -22,19 +23,54 @@ from armsim_ros.testing.clients.trajectory_client import (
     trajectory_message,
     TrajectoryClient,
 )
-from armsim_ros.testing.programs.program import start_program
+from armsim_ros.testing.programs.program import Program, start_program
 
 
-@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+@pytest.fixture(scope='module')
+def two(ros_domain: int) -> Iterator[dict[str, Program]]:
+    """Run two simulations of one domain, each in a namespace of its own."""
+    with (
+        start_program('simulation', ros_domain, 'namespace:=left') as left,
+        start_program('simulation', ros_domain, 'namespace:=right') as right,
+    ):
+        for program in (left, right):
+            program.wait_for_line('simulation of .* runs', 60.0)
+        yield {'left': left, 'right': right}
+
+
+@pytest.mark.usefixtures('two')
+def test_a_namespace_of_its_own(client: ClientNode) -> None:
+    """The controllers live where the argument says."""
+    for namespace in ('left', 'right'):
+        client.collect(f'/{namespace}/joint_states', JointState).wait(2, timeout=60.0)
+
+
+@pytest.mark.usefixtures('two')
+def test_managers_in_several_namespaces(client: ClientNode) -> None:
+    """P8: two robots in one domain; each manager and controller serves its own namespace."""
+    names = [f'joint_{i}' for i in range(1, 7)]
+    arm = TrajectoryClient(client, '/left/arm_joint_controller')
+    goal = arm.send(trajectory_message(names, [(1.0, [0.2] * 6)]))
+    assert goal.accepted()
+    other = ControllerManagerClient(client, '/right/controller_manager')
+    assert other.switch(deactivate=['arm_joint_controller']).ok
+    assert goal.result().status == SUCCEEDED
+    one = ControllerManagerClient(client, '/left/controller_manager')
+    assert one.states()['arm_joint_controller'] == 'active'
+    assert other.states()['arm_joint_controller'] == 'inactive'
+
+
+@pytest.mark.parametrize(
+    ('namespace', 'number'), [('left', signal.SIGINT), ('right', signal.SIGTERM)])
 def test_a_signal_ends_it_with_status_0(
-    ros_domain: int, client: ClientNode, number: signal.Signals
+    two: dict[str, Program], namespace: str, number: signal.Signals
 ) -> None:
     """A running simulation leaves within a second, without a traceback."""
-    with start_program('simulation', ros_domain) as program:
-        client.collect('/sunday/joint_states', JointState).wait(5)
-        program.signal(number)
-        assert program.wait(1.5) == 0
-        assert 'Traceback' not in program.text
+    program = two[namespace]
+    assert program.process.poll() is None
+    program.signal(number)
+    assert program.wait(1.5) == 0
+    assert 'Traceback' not in program.text
 
 
 def test_a_second_one_under_the_same_name_is_refused(
@@ -63,12 +99,6 @@ def test_a_manager_of_that_name_on_the_domain_is_found(
             assert 'Traceback' not in program.text
     finally:
         other.destroy_node()
-
-
-def test_a_namespace_of_its_own(ros_domain: int, client: ClientNode) -> None:
-    """The controllers live where the argument says."""
-    with start_program('simulation', ros_domain, 'namespace:=other'):
-        client.collect('/other/joint_states', JointState).wait(1, timeout=60.0)
 
 
 def test_a_paused_start_serves_until_it_is_unpaused(
@@ -147,25 +177,3 @@ def test_an_unknown_argument(ros_domain: int) -> None:
     with start_program('simulation', ros_domain, 'robt:=sunday') as program:
         assert program.wait(10.0) == 2
         assert "did you mean 'robot'?" in program.text
-
-
-def test_managers_in_several_namespaces(ros_domain: int, client: ClientNode) -> None:
-    """P8: two robots in one domain; each manager and controller serves its own namespace."""
-    names = [f'joint_{i}' for i in range(1, 7)]
-    with (
-        start_program('simulation', ros_domain, 'namespace:=left') as left,
-        start_program('simulation', ros_domain, 'namespace:=right') as right,
-    ):
-        left.wait_for_line('simulation of .* runs', 60.0)
-        right.wait_for_line('simulation of .* runs', 60.0)
-        arm = TrajectoryClient(client, '/left/arm_joint_controller')
-        goal = arm.send(trajectory_message(names, [(1.0, [0.2] * 6)]))
-        assert goal.accepted()
-        other = ControllerManagerClient(client, '/right/controller_manager')
-        assert other.switch(deactivate=['arm_joint_controller']).ok
-        assert goal.result().status == SUCCEEDED
-        one = ControllerManagerClient(client, '/left/controller_manager')
-        assert one.states()['arm_joint_controller'] == 'active'
-        assert other.states()['arm_joint_controller'] == 'inactive'
-        for namespace in ('left', 'right'):
-            client.collect(f'/{namespace}/joint_states', JointState).wait(2)

@@ -186,11 +186,11 @@ def test_a_malformed_goal_is_refused_with_a_reason(
     trajectory: JointTrajectory,
 ) -> None:
     """D1 to D14: rejected, the reason is published and logged, nothing moves, the next works."""
-    go_to(arm, 0.0, 0.3)
+    go_to(arm, 0.0, 0.1)
     rejections.clear()
     lines = len(simulation.output)
     states.clear()
-    states.wait(5)
+    states.wait(3)
     before = positions(states)
     goal = arm.send(trajectory)
     assert not goal.accepted()
@@ -198,10 +198,10 @@ def test_a_malformed_goal_is_refused_with_a_reason(
     assert len(reason) > 10
     simulation.wait_for_line(r'\[ERROR\].*arm_joint_controller.*rejected', after=lines)
     states.clear()
-    states.wait(5)
+    states.wait(3)
     after = positions(states)
     assert max(abs(a - b) for a, b in zip(before, after, strict=True)) < 1e-4
-    go_to(arm, 0.01, 0.1)
+    go_to(arm, 0.01, 0.05)
 
 
 def test_a_refused_goal_does_not_disturb_the_running_one(arm: TrajectoryClient) -> None:
