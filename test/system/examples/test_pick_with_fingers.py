@@ -8,6 +8,7 @@ import subprocess
 import sys
 
 import pytest
+from sim_pace import faster
 
 from armsim_ros.testing.clients.robot_user import running_robot
 from armsim_ros.testing.programs.domain import private_domain, ros_environment
@@ -15,8 +16,6 @@ from armsim_ros.testing.programs.domain import private_domain, ros_environment
 EXAMPLE = Path(__file__).parents[3] / 'examples' / 'pick_with_fingers.py'
 
 
-#: Motions, which are most of it, take less time than the robot would.
-QUICK = 'overrides:={"simulation.real_time_factor": 1.5}'
 PLACES = ('--from', '0.42', '0.1', '0.3', '--to', '0.42', '-0.1', '0')
 STEPS = ('above the cube', 'fingers closed', 'lifted', 'carried', 'released', 'back')
 
@@ -25,7 +24,7 @@ STEPS = ('above the cube', 'fingers closed', 'lifted', 'carried', 'released', 'b
 def running_example(robot, namespace=''):
     """Yield a function that runs the example beside a robot on a floor."""
     with private_domain() as domain, running_robot(
-        f'robot:={robot}', 'world:=empty', QUICK, namespace=namespace, domain=domain
+        f'robot:={robot}', 'world:=empty', faster(1.5), namespace=namespace, domain=domain
     ):
         yield lambda *options: subprocess.run(
             [sys.executable, str(EXAMPLE), '--robot', robot, *options, '--patience', '60',

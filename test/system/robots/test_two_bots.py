@@ -7,6 +7,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from moveit_msgs.msg import MoveItErrorCodes
 import pytest
 from sensor_msgs.msg import JointState
+from sim_pace import faster
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
@@ -38,8 +39,7 @@ def of(side, positions):
 @pytest.fixture(scope='module')
 def left():
     """Run the stack, quicker than the wall clock, seen by a user of the left arm."""
-    with running_robot('robot:=two_bots', 'overrides:={"simulation.real_time_factor": 2.0}',
-                       namespace='/left') as user:
+    with running_robot('robot:=two_bots', faster(), namespace='/left') as user:
         yield user
 
 
