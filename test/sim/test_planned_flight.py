@@ -126,3 +126,19 @@ def test_a_path_tolerance_ends_a_paced_goal_at_its_tick():
         ends.append(outcome(arm.sim, goal))
     assert ends[0][0] is GoalStatus.ABORTED
     assert ends[0] == ends[1]
+
+
+def test_a_fault_in_a_planned_motion_is_told_as_in_single_steps():
+    """What becomes unstable on the way is found at the step where it happens."""
+    told = []
+    for count in (1, 3, 500):
+        arm = PacedArm()
+        arm.controller.send_goal(MOTION)
+        arm.sim.step(200)
+        simulation = arm.sim.simulation
+        simulation.apply_wrench('link_6', force=(4e5, 0.0, 0.0))
+        while not simulation.clock.paused:
+            arm.loop.advance(count)
+        told.append((arm.loop.poll_faults(), arm.sim.time, arm.sim.digest()))
+    assert 'unstable' in told[0][0][0]
+    assert told[0] == told[1] == told[2]
