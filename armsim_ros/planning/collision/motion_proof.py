@@ -84,7 +84,8 @@ def first_blocked(
         near = validity.may_collide(states, reach, _exactly(longest), clearance)
         lows, middles, highs = lows[near], middles[near], highs[near]
         last = longest <= SHORTEST_PIECE
-        if last or longest > HULL_PIECE:
+        # A look at the states themselves on the way: what is blocked is mostly seen there.
+        if last or HULL_PIECE < longest <= 2.0 * HULL_PIECE:
             found = blocked(middles)
         if last:
             break

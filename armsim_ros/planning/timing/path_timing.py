@@ -76,13 +76,14 @@ def _shrink_corners(
     turns = np.linalg.norm(np.diff(steps / lengths[:, None], axis=0), axis=1)
     cut = np.minimum(deviation, turns * np.minimum(lengths[:-1], lengths[1:]) / 8.0)
     weight = float(np.linalg.norm(validity.displacement_weights))
-    for corner in np.flatnonzero(cut * weight > _NOTHING):
-        three = waypoints[corner:corner + 3]
-        while deviation[corner] > _LEAST_DEVIATION:
-            blend = BlendedPath(three, float(deviation[corner])).corner_samples(0, _SAMPLES)
-            if all(validity.free(q, clearance=0.5 * validity.clearance) for q in blend):
-                break
-            deviation[corner] = max(deviation[corner] * _SHRINK, _LEAST_DEVIATION)
+    corners = np.flatnonzero(cut * weight > _NOTHING)
+    while len(corners):
+        path = BlendedPath(waypoints, deviation)
+        corners = np.array([corner for corner in corners if not all(
+            validity.free(q, clearance=0.5 * validity.clearance)
+            for q in path.corner_samples(int(corner), _SAMPLES))], dtype=np.intp)
+        deviation[corners] = np.maximum(deviation[corners] * _SHRINK, _LEAST_DEVIATION)
+        corners = corners[deviation[corners] > _LEAST_DEVIATION]
 
 
 def first_fault(
