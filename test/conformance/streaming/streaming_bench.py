@@ -31,7 +31,7 @@ ARM = 'arm_joint_controller'
 JOINTS = tuple(f'joint_{number}' for number in range(1, 7))
 PLACE = (0.0, 0.3, 1.5, 0.5, 1.0, 0.0)
 #: How fast the joints move between tests [rad/s].
-PACE = 1.5
+PACE = 2.0
 MANAGER = f'{NAMESPACE}/controller_manager'
 
 FORWARD_CONTROLLERS = """
@@ -208,7 +208,7 @@ class Streamed:
         for publisher in (self.trajectory, self.twist, self.jog, self.pose):
             self.until(lambda one=publisher: one.get_subscription_count() > 0, 'the arm listens')
         self.go(PLACE)
-        self.rest(0.1)
+        self.rest(0.05)
         self.forget()
 
     def use(self, name: str) -> Any:
@@ -228,7 +228,7 @@ class Streamed:
         point = JointTrajectoryPoint(positions=[float(value) for value in positions])
         before = self.positions
         distance = np.abs(before - positions).max()
-        seconds = 0.2 + distance / PACE
+        seconds = 0.1 + distance / PACE
         point.time_from_start.sec = int(seconds)
         point.time_from_start.nanosec = int(1e9 * (seconds % 1.0))
         message = JointTrajectory(joint_names=list(JOINTS), points=[point])
