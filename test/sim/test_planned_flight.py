@@ -34,14 +34,12 @@ class PacedArm:
         self.sim.step(20)
         self.controller = self.sim.manager.controllers['arm_joint_controller']
         self.begin_ns = self.sim.simulation.time_ns
-        self.looked = lambda time_ns: None
 
     def run(self, ticks):
         """Let so many ticks' time pass, looking at the arm from time to time."""
         stop = threading.Event()
 
         def look(time_ns):
-            self.looked(time_ns)
             if time_ns >= self.begin_ns + ticks * 1_000_000:
                 stop.set()
 
