@@ -31,6 +31,8 @@ class CommandInbox:
         self.type: CommandType | None = None
         #: Whether the first command chooses the type.
         self.topic_chooses = False
+        #: Whether the last command has become too old; not where it was refused or forgotten.
+        self.ceased = False
         self._command: Command | None = None
         self._expires_ns = 0
         self._complaint = ''
@@ -47,6 +49,7 @@ class CommandInbox:
         """Follow only commands that come from now on."""
         self._command = None
         self._complaint = ''
+        self.ceased = False
 
     def receive(
         self, kind: CommandType, read: Callable[[], Command], stamp_ns: int, now_ns: int
@@ -69,11 +72,13 @@ class CommandInbox:
             return
         self._command = command
         self._complaint = ''
+        self.ceased = False
         # A stamp ahead of us must not let the command live longer.
         self._expires_ns = min(stamp_ns or now_ns, now_ns) + self.timeout_ns
 
     def complain(self, text: str, now_ns: int) -> None:
         """Have something told for a while."""
+        self.ceased = False
         self._complaint, self._complaint_ns = text, now_ns
 
     def reject(self, text: str, now_ns: int) -> None:
@@ -85,6 +90,7 @@ class CommandInbox:
         """Return the command to follow, None where there is none or it is too old."""
         if self._command is not None and now_ns >= self._expires_ns:
             self._command = None
+            self.ceased = True
         return self._command
 
     def left(self, now_ns: int) -> float:

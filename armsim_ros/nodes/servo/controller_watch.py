@@ -58,11 +58,12 @@ class ControllerWatch:
         namespace, _, self._name = self.controller.rpartition('/')
         self._state_topic = f'{self.controller}/controller_state'
         self._joints = tuple(joints)
-        self._state: JointTrajectoryControllerState | None = None
+        self._newest: JointTrajectoryControllerState | None = None
         self._node = node
         #: As controller_manager tells it; '' while it has told nothing.
         self.lifecycle = ''
-        self._states: Subscription | None = None
+        #: Read where the reference is asked for; None before ``follow_state``.
+        self.state: Subscription | None = None
         self._followed_since = 0.0
         self._own = ActionWatch(node, f'{self.controller}/follow_joint_trajectory')
         self._plans = [ActionWatch(node, name) for name in PLANNING]
@@ -93,9 +94,9 @@ class ControllerWatch:
 
     def follow_state(self) -> None:
         """Follow the controller's state; commands may come from now on."""
-        if self._states is None:
+        if self.state is None:
             self._followed_since = time.monotonic()
-            self._states = self._node.poll(
+            self.state = self._node.poll(
                 JointTrajectoryControllerState, self._state_topic, self._keep,
                 QoSProfile(depth=1, reliability=qos.COMMAND.reliability))
 
@@ -103,17 +104,17 @@ class ControllerWatch:
     def awaited(self) -> bool:
         """Whether the controller's first state is still on its way."""
         return (
-            self._state is None
+            self._newest is None
             and time.monotonic() - self._followed_since < _FIRST
             and self._node.count_publishers(self._state_topic) > 0
         )
 
     def reference(self, now_ns: int) -> Vector | None:
         """Return where the controller wants the joints now (m,) [rad or m], None if unknown."""
-        if self._states is None:
+        if self.state is None:
             return None
-        self._node.catch_up(self._states)
-        state = self._state
+        self._node.catch_up(self.state)
+        state = self._newest
         if state is None or abs(now_ns - ns_from_time(state.header.stamp)) > _FRESH_NS:
             return None
         known = dict(zip(state.joint_names, state.reference.positions, strict=False))
@@ -122,7 +123,7 @@ class ControllerWatch:
         return np.array([known[name] for name in self._joints])
 
     def _keep(self, message: JointTrajectoryControllerState) -> None:
-        self._state = message
+        self._newest = message
 
     def _activity(self, message: ControllerManagerActivity) -> None:
         states = {entry.name: entry.state.label for entry in message.controllers}

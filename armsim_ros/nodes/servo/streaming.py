@@ -131,9 +131,10 @@ class Streaming:
                 self.failure = traceback.format_exc()
 
     def _look(self) -> None:
-        """Read all topics; commands last, as the clock tells what their stamps mean."""
+        """Read what tells of others; commands last, as the clock tells what stamps mean."""
         commands = tuple(self.commands.subscriptions.values())
-        self.node.catch_up(*(each for each in self.node.polled if each not in commands))
+        later = (*commands, self.controller.state)
+        self.node.catch_up(*(each for each in self.node.polled if each not in later))
         self.clock.look(self.states.stamp_ns)
         self.node.catch_up(*commands)
 
@@ -265,6 +266,9 @@ class Streaming:
             command = None
             cycle = self._follow(command, now)
         findings = list(cycle.findings)
+        if self.inbox.ceased:
+            findings.append(Finding(NOTHING.code, 'no command has come for '
+                                    f'{self.inbox.timeout_ns * 1e-9:g} s; the arm comes to rest'))
         self._quiet = self._quiet + 1 if cycle.at_rest else 0
         # The last point must have gone out, and not only as the newest.
         if self._quiet <= 2:

@@ -194,6 +194,13 @@ class Streamed:
         with self._lock:
             return np.array(record.values)
 
+    def largest_speed(self) -> float:
+        """Return how fast the reference has moved at most since ``forget`` [rad/s]."""
+        references, stamps = self.moved(self.reference), np.array(self.reference.stamps)
+        count = min(len(references), len(stamps))
+        steps, times = np.diff(references[:count], axis=0), np.diff(stamps[:count])
+        return float((np.abs(steps[times > 0.0]) / times[times > 0.0, None]).max())
+
     def said(self) -> list[tuple[int, str]]:
         """Return code and message of each status since ``forget``."""
         with self._lock:

@@ -18,6 +18,7 @@ from moveit_task_constructor_msgs.msg import Solution, SubTrajectory
 import numpy as np
 import pytest
 from std_msgs.msg import Float64MultiArray
+from std_srvs.srv import SetBool, Trigger
 from streaming_bench import ARM, JOINTS, NAMESPACE, Streamed
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
@@ -124,6 +125,46 @@ def test_types_that_do_not_exist(arm: Streamed, kind: int) -> None:
     arm.stream_until(arm.jog, JointJog(joint_names=['joint_6'], velocities=[1.0]),
                      arm.has_moved(before, 0.02), 'the joint moves')  # fmt: skip
     arm.rest()
+
+
+@statement('SRV-3', 'SRV-22')
+def test_pauses_in_any_order(arm: Streamed) -> None:
+    """Each is answered in words; garbage that comes meanwhile moves nothing and ends no pause."""
+    assert arm.choose(JOG)
+    before = arm.positions
+    for name, kind, request in (
+        ('stop_servo', Trigger, Trigger.Request()), ('stop_servo', Trigger, Trigger.Request()),
+        ('pause_servo', SetBool, SetBool.Request(data=False)),
+        ('start_servo', Trigger, Trigger.Request()),
+        ('pause_servo', SetBool, SetBool.Request(data=True)),
+        ('stop_servo', Trigger, Trigger.Request()),
+    ):
+        answer = arm.client.call(f'/servo_node/{name}', kind, request)
+        assert answer.success
+        assert answer.message
+    arm.forget()
+    for message in (JointJog(joint_names=['joint_1'], velocities=[NAN]),
+                    JointJog(joint_names=['joint_1'], velocities=[1.0])):
+        arm.stream(arm.jog, message, 0.2)
+    arm.until(arm.has_said('paused', 0), 'it is still paused')
+    np.testing.assert_allclose(arm.positions, before, atol=1e-3)
+
+
+@statement('CHN-2')
+@pytest.mark.parametrize('active', [False, True])
+def test_feedforward(arm: Streamed, active: bool) -> None:
+    """Switched to what it is already, or while the loop is inactive, it moves nothing."""
+    if active:
+        arm.use('loop')
+    before = arm.positions
+    for wanted in (True, True, False, False):
+        answer = arm.client.call(
+            f'{NAMESPACE}/loop/set_feedforward_control', SetBool, SetBool.Request(data=wanted))
+        assert answer.success
+        assert ('on' if wanted else 'off') in answer.message.split()
+    arm.rest(0.1)
+    np.testing.assert_allclose(arm.positions, before, atol=2e-3)
+    arm.use(ARM)
 
 
 @statement('MTC-3')

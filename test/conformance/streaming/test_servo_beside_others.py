@@ -16,14 +16,6 @@ FASTEST = 1.5
 """No joint of the robot may be quicker [rad/s]."""
 
 
-def largest_speed(arm: Streamed) -> float:
-    """Return how fast the reference has moved at most since ``forget`` [rad/s]."""
-    references, stamps = arm.moved(arm.reference), np.array(arm.reference.stamps)
-    count = min(len(references), len(stamps))
-    steps, times = np.diff(references[:count], axis=0), np.diff(stamps[:count])
-    return float((np.abs(steps[times > 0.0]) / times[times > 0.0, None]).max())
-
-
 @statement('SRV-13')
 def test_two_clients_at_once(arm: Streamed) -> None:
     """Commands that contradict each other make no step; who goes on alone has the arm."""
@@ -43,7 +35,7 @@ def test_two_clients_at_once(arm: Streamed) -> None:
     before = arm.positions
     arm.stream_until(arm.twist, down, arm.has_moved(before, 0.1), 'the arm follows the first')
     arm.rest()
-    assert largest_speed(arm) < FASTEST
+    assert arm.largest_speed() < FASTEST
     arm.client.in_executor(lambda: arm.client.node.destroy_publisher(other))
 
 
@@ -68,4 +60,4 @@ def test_another_controller_takes_over_while_jogging(arm: Streamed) -> None:
         arm.forget()
     arm.stream_until(arm.twist, message, arm.has_moved(before, 0.03), 'the arm moves again')
     arm.rest()
-    assert largest_speed(arm) < FASTEST
+    assert arm.largest_speed() < FASTEST
