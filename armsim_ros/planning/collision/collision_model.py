@@ -345,6 +345,7 @@ class CollisionChecker:
         self._judged = None
         content, before = self._scene.content, self._tables.content
         if content is not before:
+            self._judge = _always  # it would keep the tables that were
             self._tables.follow(content)
             if content.attached is not before.attached:
                 self._motion = self._bounds(content)

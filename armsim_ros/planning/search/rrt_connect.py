@@ -85,7 +85,7 @@ class SearchTree:
 
 class SamplePool:
     """
-    Draws many samples at once and keeps those that are within the radius of a state.
+    Draws many samples at once and follows the tree as it grows.
 
     :param tree: whose states the samples are for.
     :param draw: returns so many samples (k, m).
@@ -94,9 +94,9 @@ class SamplePool:
     def __init__(self, tree: SearchTree, draw: Callable[[int], Matrix]) -> None:
         self._tree = tree
         self._draw = draw
-        #: Samples (m,), the number of the nearest of the first states, their squared distance;
-        #: the next one last.
-        self._kept: list[tuple[Vector, int, float]] = []
+        self._samples: Matrix = np.empty((0, 0))
+        self._squares: Vector = np.empty(0)
+        self._nearest = np.empty(0, dtype=np.intp)
         self._seen = 0
         self._work: Vector = np.empty(0)
 
@@ -104,44 +104,56 @@ class SamplePool:
         """
         Return the next sample that is within the radius of its nearest state.
 
-        :returns: the sample (m,), the state's number and their distance; None where none is
-            left, and others are drawn at the next call.
+        :returns: the sample (m,), the state's number and their distance; None where all that
+            were left are outside, and others are drawn at the next call.
         """
-        if not self._kept:
+        if len(self._samples):
+            self._follow()
+        else:
             self._renew()
-        radii, newer = self._tree.radii, self._tree.since(self._seen)
-        while self._kept:
-            sample, nearest, square = self._kept.pop()
-            if len(newer):
-                away = newer - sample
-                squares = np.einsum('ij,ij->i', away, away)
-                number = int(squares.argmin())
-                if squares[number] < square:
-                    nearest, square = self._seen + number, float(squares[number])
-            if square <= radii[nearest] ** 2:
-                return sample, nearest, math.sqrt(square)
-        return None
+        radii = self._tree.radii[self._nearest]
+        within = self._squares <= radii * radii
+        first = int(within.argmax())
+        if not within[first]:
+            self._samples = self._samples[:0]
+            return None
+        found = (
+            self._samples[first], int(self._nearest[first]), math.sqrt(self._squares[first]))
+        rest = slice(first + 1, None)
+        self._samples, self._squares = self._samples[rest], self._squares[rest]
+        self._nearest = self._nearest[rest]
+        return found
 
     def _renew(self) -> None:
         """Draw, and find the nearest of all states for each sample."""
-        samples = self._draw(SAMPLES)
+        self._samples = self._draw(SAMPLES)
         states = self._tree.since(0)
-        shape = len(samples), len(states)
+        shape = len(self._samples), len(states)
         count = shape[0] * shape[1]
         if count > len(self._work):
             self._work = np.empty(2 * count)
         # |a - b|^2 without the part that is the same for all states; in memory that stays, since
         # the system takes its time to give so much.
         partial = self._work[:count].reshape(shape)
-        np.matmul(samples, -2.0 * states.T, out=partial)
+        np.matmul(self._samples, -2.0 * states.T, out=partial)
         partial += np.einsum('ij,ij->i', states, states)
-        nearest = partial.argmin(axis=1)
-        away = samples - states[nearest]
-        squares = np.einsum('ij,ij->i', away, away)
-        within = (squares <= self._tree.radii[nearest] ** 2).nonzero()[0][::-1]
-        self._kept = list(zip(
-            samples[within], nearest[within].tolist(), squares[within].tolist(), strict=True))
+        self._nearest = partial.argmin(axis=1)
+        away = self._samples - states[self._nearest]
+        self._squares = np.einsum('ij,ij->i', away, away)
         self._seen = len(states)
+
+    def _follow(self) -> None:
+        """Look whether states that are new are nearer."""
+        count = len(self._tree)
+        if count == self._seen:
+            return
+        for number, state in enumerate(self._tree.since(self._seen), self._seen):
+            away = self._samples - state
+            squares = np.einsum('ij,ij->i', away, away)
+            closer = np.flatnonzero(squares < self._squares)
+            self._squares[closer] = squares[closer]
+            self._nearest[closer] = number
+        self._seen = count
 
 
 #: Radius of the ball after the first failure, and the least one, in extensions.
