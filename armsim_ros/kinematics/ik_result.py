@@ -36,6 +36,26 @@ class IKTarget:
     position_only: bool = False
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class IKOptions:
+    """
+    How inverse kinematics searches.
+
+    :param is_valid: what else a solution (n,) must fulfil, for example no collision.
+    :param rng: for random starts after the table's.
+    :param clock: returns the time [s] that ``deadline`` is compared with.
+    :param deadline: [s]; with it, random starts follow until then.
+    :param max_starts: most starts from table and chance together, besides the seed; with 0 the
+        answer is in the seed's own basin, which is searched with patience.
+    """
+
+    is_valid: Callable[[Vector], bool] | None = None
+    rng: np.random.Generator | None = None
+    clock: Callable[[], float] | None = None
+    deadline: float | None = None
+    max_starts: int | None = None
+
+
 class IKFailure(Enum):
     """Why there is no solution."""
 
@@ -75,13 +95,12 @@ class SearchRecord:
     """
     What a search has seen so far, and when it has to end.
 
-    :param clock: returns the time [s]; None for no limit.
-    :param deadline: [s] on that clock.
+    :param options: its clock and deadline count.
     """
 
-    def __init__(self, clock: Callable[[], float] | None, deadline: float | None) -> None:
-        self._clock = clock
-        self._deadline = deadline
+    def __init__(self, options: IKOptions) -> None:
+        self._clock = options.clock
+        self._deadline = options.deadline
         self.rejected = 0
         self._starts = 0
         self._nearest = (math.inf, math.inf)

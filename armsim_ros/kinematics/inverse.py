@@ -4,7 +4,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
+from collections.abc import Generator, Iterable, Iterator, Sequence
+from dataclasses import replace
 import math
 from typing import TypeVar
 
@@ -13,7 +14,13 @@ from numpy.typing import NDArray
 import pinocchio as pin
 
 from armsim_ros.arrays import Vector
-from armsim_ros.kinematics.ik_result import IKFailure, IKResult, IKTarget, SearchRecord
+from armsim_ros.kinematics.ik_result import (
+    IKFailure,
+    IKOptions,
+    IKResult,
+    IKTarget,
+    SearchRecord,
+)
 from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.kinematics.levenberg_marquardt import Convergence, LevenbergMarquardt, PoseTask
 from armsim_ros.kinematics.start_table import StartTable
@@ -21,7 +28,8 @@ from armsim_ros.model.transforms import inverse_pose
 
 #: Solutions that differ by less in every joint [rad or m] count as one.
 DISTINCT = 0.05
-
+#: Takes any solution, in whatever time.
+ANY = IKOptions()
 
 Answer = TypeVar('Answer')
 
@@ -81,57 +89,34 @@ class InverseKinematics:
         )
 
     def solve(
-        self,
-        targets: Sequence[IKTarget],
-        seed: Vector,
-        *,
-        is_valid: Callable[[Vector], bool] | None = None,
-        rng: np.random.Generator | None = None,
-        clock: Callable[[], float] | None = None,
-        deadline: float | None = None,
-        max_starts: int | None = None,
+        self, targets: Sequence[IKTarget], seed: Vector, options: IKOptions = ANY,
     ) -> IKResult:
         """
         Return the first solution found, the seed's own basin first.
 
         :param targets: one or more; the links may be several tips.
         :param seed: (n,) first start, and state of the joints outside the group.
-        :param is_valid: what else a solution must fulfil, for example no collision.
-        :param rng: for random starts after the table's.
-        :param clock: returns the time [s] that ``deadline`` is compared with.
-        :param deadline: [s]; with it, random starts follow until then.
-        :param max_starts: most starts from table and chance together, besides the seed; with
-            0 the answer is in the seed's own basin, which is searched with patience.
+        :param options: what is valid, where to start, when to end.
         :raises PlanningError: INVALID_LINK_NAME for an unknown link.
         """
-        return end_of(self.tries(
-            targets, seed, is_valid=is_valid, rng=rng, clock=clock, deadline=deadline,
-            max_starts=max_starts))
+        return end_of(self.tries(targets, seed, options))
 
     def tries(
-        self,
-        targets: Sequence[IKTarget],
-        seed: Vector,
-        *,
-        is_valid: Callable[[Vector], bool] | None = None,
-        rng: np.random.Generator | None = None,
-        clock: Callable[[], float] | None = None,
-        deadline: float | None = None,
-        max_starts: int | None = None,
+        self, targets: Sequence[IKTarget], seed: Vector, options: IKOptions = ANY,
     ) -> Generator[None, None, IKResult]:
         """Do as :meth:`solve`, and yield after each start that led nowhere."""
         refused = self._refusal(targets)
         if refused is not None:
             return refused
-        search = SearchRecord(clock, deadline)
+        search = SearchRecord(options)
         descent = self._descent(targets)
-        only_seed = max_starts == 0
-        for start in self._starts(targets, seed, rng, search, max_starts):
+        only_seed = options.max_starts == 0
+        for start in self._starts(targets, seed, search, options):
             found = descent.descend(seed, start, patient=only_seed)
             search.note(descent, found is not None)
             if found is not None:
                 solution = self._unwind(found, seed)
-                if is_valid is None or is_valid(solution):
+                if options.is_valid is None or options.is_valid(solution):
                     return IKResult(
                         solution, None, '', descent.position_error, descent.orientation_error,
                         search.rejected,
@@ -141,13 +126,7 @@ class InverseKinematics:
         return search.result(self.group, targets)
 
     def solve_batch(
-        self,
-        batch: Iterable[Sequence[IKTarget]],
-        seed: Vector,
-        *,
-        is_valid: Callable[[Vector], bool] | None = None,
-        rng: np.random.Generator | None = None,
-        max_starts: int | None = None,
+        self, batch: Iterable[Sequence[IKTarget]], seed: Vector, options: IKOptions = ANY,
     ) -> list[IKResult]:
         """
         Return a result for each of many targets, as :meth:`solve` does.
@@ -160,43 +139,35 @@ class InverseKinematics:
         """
         results = []
         for targets in batch:
-            result = self.solve(
-                targets, seed, is_valid=is_valid, rng=rng, max_starts=max_starts)
+            result = self.solve(targets, seed, options)
             seed = seed if result.q is None else result.q
             results.append(result)
         return results
 
     def solutions(
-        self,
-        targets: Sequence[IKTarget],
-        seed: Vector,
-        *,
+        self, targets: Sequence[IKTarget], seed: Vector, options: IKOptions = ANY, *,
         count: int = 8,
-        is_valid: Callable[[Vector], bool] | None = None,
-        rng: np.random.Generator | None = None,
-        clock: Callable[[], float] | None = None,
-        deadline: float | None = None,
-        max_starts: int | None = None,
     ) -> list[Vector]:
         """
         Return up to ``count`` distinct solutions (n,), nearest to the seed first.
 
-        Parameters are those of :meth:`solve`.
+        Parameters are those of :meth:`solve`; starts come to an end without ``max_starts``, too.
         """
         if self._refusal(targets) is not None:
             return []
-        search = SearchRecord(clock, deadline)
+        if options.max_starts is None:
+            options = replace(options, max_starts=self._max_starts)
+        search = SearchRecord(options)
         descent = self._descent(targets)
         found: list[Vector] = []
-        limit = self._max_starts if max_starts is None else max_starts
-        for start in self._starts(targets, seed, rng, search, limit):
+        for start in self._starts(targets, seed, search, options):
             solution = descent.descend(seed, start)
             if solution is None:
                 continue
             solution = self._unwind(solution, seed)
             if any(float(np.abs(solution - other).max()) < DISTINCT for other in found):
                 continue
-            if is_valid is None or is_valid(solution):
+            if options.is_valid is None or options.is_valid(solution):
                 found.append(solution)
                 if len(found) >= count:
                     break
@@ -239,13 +210,12 @@ class InverseKinematics:
         self,
         targets: Sequence[IKTarget],
         seed: Vector,
-        rng: np.random.Generator | None,
         search: SearchRecord,
-        max_starts: int | None,
+        options: IKOptions,
     ) -> Iterator[Vector]:
         """Yield the seed, the table's best, then random values while there is time."""
         yield seed[self._indices]
-        limit = self._max_starts if max_starts is None else max_starts
+        limit = self._max_starts if options.max_starts is None else options.max_starts
         if limit <= 0:
             return
         table = self._table(tuple(target.link for target in targets))
@@ -260,8 +230,8 @@ class InverseKinematics:
                 return
             used += 1
             yield start
-        generator = rng if rng is not None else np.random.default_rng(1)
-        endless = max_starts is None and search.timed
+        generator = options.rng if options.rng is not None else np.random.default_rng(1)
+        endless = options.max_starts is None and search.timed
         while (endless or used < limit) and not search.late():
             used += 1
             yield generator.uniform(table.low, table.high)
@@ -303,4 +273,4 @@ def _turning(kinematics: KinematicModel, indices: NDArray[np.int64]) -> NDArray[
     return np.array(wide, dtype=np.int64)
 
 
-__all__ = ['IKFailure', 'IKResult', 'IKTarget', 'InverseKinematics', 'end_of']
+__all__ = ['IKFailure', 'IKOptions', 'IKResult', 'IKTarget', 'InverseKinematics', 'end_of']

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 import logging
 
-from armsim_ros.kinematics.inverse import IKTarget, InverseKinematics
+from armsim_ros.kinematics.inverse import IKOptions, IKTarget, InverseKinematics
 from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.log import Log
 from armsim_ros.planning.budget import nothing, Poll
@@ -68,7 +68,8 @@ class PlanningContext:
         for name, group in self.model.robot.semantic.groups.items():
             if group.active_joints and self.tip(name) in self.model.moved_links(name):
                 pose = self.model.link_pose(q, self.tip(name))
-                self.inverse(name).solutions([IKTarget(self.tip(name), pose)], q, max_starts=1)
+                self.inverse(name).solutions(
+                    [IKTarget(self.tip(name), pose)], q, IKOptions(max_starts=1))
 
     def validity(
         self, scene: PlanningScene, group: str, on_path: ConstraintSet | None = None,

@@ -11,7 +11,7 @@ import numpy as np
 
 from armsim_ros.arrays import Matrix, Vector
 from armsim_ros.errors import MoveItErrorCode, PlanningError
-from armsim_ros.kinematics.inverse import IKTarget
+from armsim_ros.kinematics.inverse import IKOptions, IKTarget
 from armsim_ros.planning.collision.contacts import Contact
 from armsim_ros.planning.constraints import ConstraintResult, ConstraintSet
 from armsim_ros.planning.context import PlanningContext
@@ -153,10 +153,9 @@ def _solve_ik(
         return kept.satisfied(q)
 
     result = yield from inverse.tries(
-        targets, scene.q, is_valid=valid, clock=clock,
-        deadline=clock() + _ik_timeout(context, request),
-        rng=np.random.default_rng(max(context.settings.seed, 0)),
-    )
+        targets, scene.q, IKOptions(
+            is_valid=valid, rng=np.random.default_rng(max(context.settings.seed, 0)),
+            clock=clock, deadline=clock() + _ik_timeout(context, request)))
     if result.q is not None:
         return IKResponse(MoveItErrorCode.SUCCESS, '', model.positions(result.q))
     message = result.message

@@ -24,7 +24,7 @@ import numpy as np
 import pinocchio as pin
 
 from armsim_ros.config.loading import load_robot_settings
-from armsim_ros.kinematics.inverse import IKTarget, InverseKinematics
+from armsim_ros.kinematics.inverse import IKOptions, IKTarget, InverseKinematics
 from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.model.loading import load_robot_model
 from benchmarks.options import Options
@@ -124,9 +124,8 @@ def ours(arm: Arm, targets: list[dict[str, Any]], timeout: float) -> list[dict[s
         seed = arm.model.insert(arm.model.default(), arm.group, target['seed'])
         wanted = [IKTarget(arm.tip, np.array(target['pose']))]
         began = time.thread_time()
-        result = solver.solve(
-            wanted, seed, clock=time.thread_time, deadline=began + timeout, rng=rng
-        )
+        result = solver.solve(wanted, seed, IKOptions(
+            rng=rng, clock=time.thread_time, deadline=began + timeout))
         seconds = time.thread_time() - began
         values = None if result.q is None else arm.model.extract(result.q, arm.group)
         answers.append({'values': values, 'seconds': seconds})

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from armsim_ros.errors import PlanningError
-from armsim_ros.kinematics.inverse import IKFailure, IKTarget, InverseKinematics
+from armsim_ros.kinematics.inverse import IKFailure, IKOptions, IKTarget, InverseKinematics
 from armsim_ros.model.transforms import pose_matrix, rotation_angle
 
 
@@ -73,7 +73,7 @@ def test_small_steps_are_followed_from_the_seed_alone(arm, request):
     for state in random_states(model, 'arm', 200):
         nearby = np.clip(state + rng.uniform(-0.03, 0.03, model.n), model.lower, model.upper)
         target = IKTarget('tool', model.link_pose(nearby, 'tool'))
-        result = ik.solve([target], state, max_starts=0)
+        result = ik.solve([target], state, IKOptions(max_starts=0))
         met += result.success
     assert met >= 198
 
@@ -127,7 +127,7 @@ def test_validity_is_asked_inside_the_search(ur5):
             refused.append(q)
         return far
 
-    result = ik.solve([target], seed, is_valid=is_valid)
+    result = ik.solve([target], seed, IKOptions(is_valid))
     assert refused
     assert result.success
     assert np.abs(result.q - seed).max() > 0.5
@@ -138,7 +138,7 @@ def test_refused_solutions_are_told_from_unreachable_poses(sunday):
     """When every solution is refused the failure says so."""
     target = IKTarget('tool', sunday.link_pose(sunday.default() + 0.3, 'tool'))
     result = InverseKinematics(sunday, 'arm').solve(
-        [target], sunday.default(), is_valid=lambda q: False
+        [target], sunday.default(), IKOptions(lambda q: False)
     )
     assert result.failure is IKFailure.INVALID
     assert result.rejected > 0
@@ -233,8 +233,7 @@ def test_deadline_ends_the_search(sunday):
     result = InverseKinematics(sunday, 'arm', max_starts=3).solve(
         [IKTarget('tool', pose_matrix((5.0, 0.0, 1.0)))],
         sunday.default(),
-        clock=lambda: float(next(ticks)),
-        deadline=20.0,
+        IKOptions(clock=lambda: float(next(ticks)), deadline=20.0),
     )
     assert result.failure is IKFailure.TIMED_OUT
     assert next(ticks) in range(20, 24)
@@ -245,7 +244,7 @@ def test_same_calls_give_the_same_solutions(panda):
     target = IKTarget('tool', panda.link_pose(random_states(panda, 'arm', 1)[0], 'tool'))
     first, second = (
         InverseKinematics(panda, 'arm').solutions(
-            [target], panda.default(), rng=np.random.default_rng(4)
+            [target], panda.default(), IKOptions(rng=np.random.default_rng(4))
         )
         for _ in range(2)
     )

@@ -11,7 +11,7 @@ import numpy as np
 
 from armsim_ros.arrays import Matrix, Vector
 from armsim_ros.errors import MoveItErrorCode, PlanningError
-from armsim_ros.kinematics.inverse import IKResult, IKTarget
+from armsim_ros.kinematics.inverse import IKOptions, IKResult, IKTarget
 from armsim_ros.model.transforms import (
     matrix_from_axis_angle,
     pose_from_parts,
@@ -190,7 +190,8 @@ class CurveFollower:
         """
         target = IKTarget(self.frame.link, pose, self.frame.offset, self.position_only)
         for start in starts:
-            result = self._inverse.solve([target], self._validity.full(start), max_starts=0)
+            result = self._inverse.solve(
+                [target], self._validity.full(start), IKOptions(max_starts=0))
             if result.q is not None:
                 return self._model.extract(result.q, self._validity.group), result
         return None, result

@@ -11,7 +11,7 @@ import numpy as np
 
 from armsim_ros.arrays import Vector
 from armsim_ros.errors import MoveItErrorCode, nearest, PlanningError
-from armsim_ros.kinematics.inverse import IKTarget
+from armsim_ros.kinematics.inverse import IKOptions, IKTarget
 from armsim_ros.model.transforms import matrix_from_quat_xyzw, pose_from_parts
 from armsim_ros.planning.budget import Budget
 from armsim_ros.planning.cartesian.curves import Arc, Curve, CurveFollower, Line
@@ -134,7 +134,7 @@ def _pose_goal(
     pose = pose_from_parts(point_of(position, scene) - turned @ offset, turned)
     inverse, target = context.inverse(group), IKTarget(frame.link, pose, frame.offset)
     result = inverse.solve(
-        [target], scene.q, is_valid=lambda q: not context.checker.in_collision(q, group))
+        [target], scene.q, IKOptions(lambda q: not context.checker.in_collision(q, group)))
     if result.q is None:
         result = inverse.solve([target], scene.q)
     if result.q is None:

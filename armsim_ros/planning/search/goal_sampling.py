@@ -5,14 +5,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 import math
 
 import numpy as np
 
 from armsim_ros.arrays import Matrix, Vector
 from armsim_ros.errors import MoveItErrorCode, PlanningError
-from armsim_ros.kinematics.inverse import IKTarget, InverseKinematics
+from armsim_ros.kinematics.inverse import IKOptions, IKTarget, InverseKinematics
 from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.model.transforms import matrix_from_axis_angle, pose_from_parts
 from armsim_ros.planning.budget import Budget
@@ -167,6 +167,7 @@ class GoalSampler:
         for term in goal.joints:
             self._set(seed, term, term.target)
         seed = self._model.apply_mimic(seed)
+        options = IKOptions(rng=self._rng, clock=budget.now, deadline=budget.deadline)
         draws = _DRAWS if has_room(goal) else 1
         for draw in range(draws):
             if draw and budget.spent():
@@ -174,15 +175,13 @@ class GoalSampler:
             targets = self._targets(goal, seed, middle=draw == 0)
             before = tally.refused
             solutions = self._inverse.solutions(
-                targets, seed, count=MAX_GOALS, rng=self._rng, clock=budget.now,
-                deadline=budget.deadline, max_starts=_FIRST_STARTS if draw == 0 else 4,
-            )
+                targets, seed, replace(options, max_starts=_FIRST_STARTS if draw == 0 else 4),
+                count=MAX_GOALS)
             yield from solutions
             if draw == 0 and tally.refused - before == len(solutions):
                 more = self._inverse.solutions(
-                    targets, seed, count=2 * MAX_GOALS, rng=self._rng, clock=budget.now,
-                    deadline=budget.deadline, max_starts=_MORE_STARTS,
-                )
+                    targets, seed, replace(options, max_starts=_MORE_STARTS),
+                    count=2 * MAX_GOALS)
                 yield from more
                 solutions = solutions or more
             if not solutions:
@@ -219,7 +218,7 @@ class GoalSampler:
     def _no_solution(self, goals: Sequence[ConstraintSet]) -> PlanningError:
         goal = next(each for each in goals if each.positions or each.orientations)
         targets = self._targets(goal, self._start, middle=True)
-        result = self._inverse.solve(targets, self._start, max_starts=8)
+        result = self._inverse.solve(targets, self._start, IKOptions(max_starts=8))
         where = '; '.join(
             f"'{target.link}' at {np.round(target.pose[:3, 3], 4).tolist()} m in the model frame"
             for target in targets
