@@ -2,12 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """OMPL's Python package as its demos use it: RRTConnect, everything else at its default."""
 
-import coal
 import numpy as np
 from ompl import base as ob
 from ompl import geometric as og
 from ompl import util as ou
 import pinocchio as pin
+from pinocchio_models import PinocchioModels
 from toppra import algorithm, constraint, SplineInterpolator
 from worker import serve
 
@@ -19,24 +19,14 @@ class Planner:
 
     def __init__(self, robot):
         self.robot = robot
-        self.model = pin.buildModelFromUrdf(robot['urdf'])
-        self.geometry = pin.buildGeomFromUrdf(
-            self.model, robot['urdf'], pin.GeometryType.COLLISION)
+        self.models = PinocchioModels(robot)
+        self.model = self.models.model
         self.data = self.model.createData()
 
     def prepare(self, problem):
         """Add the obstacles."""
-        scene = pin.GeometryModel(self.geometry)
-        for each in problem['obstacles']:
-            shape = (
-                coal.Box(*each['size']) if each['type'] == 'box'
-                else coal.Cylinder(each['radius'], each['length'])
-            )
-            placement = pin.XYZQUATToSE3(np.array([*each['position'], *each['quat_xyzw']]))
-            scene.addGeometryObject(pin.GeometryObject(each['id'], 0, placement, shape))
-        scene.addAllCollisionPairs()
-        pin.removeCollisionPairs(self.model, scene, self.robot['srdf'])
-        self.scene, self.scene_data = scene, pin.GeometryData(scene)
+        self.scene = self.models.scene(problem)
+        self.scene_data = pin.GeometryData(self.scene)
 
     def valid(self, state):
         """Return whether a state is free."""

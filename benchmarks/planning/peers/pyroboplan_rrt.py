@@ -2,9 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """pyroboplan: RRT-Connect and shortcuts in Python, as in its examples."""
 
-import coal
 import numpy as np
-import pinocchio as pin
+from pinocchio_models import PinocchioModels
 from pyroboplan.planning.path_shortcutting import shortcut_path
 from pyroboplan.planning.rrt import RRTPlanner, RRTPlannerOptions
 from worker import serve
@@ -14,24 +13,11 @@ class Planner:
     """pyroboplan's planner."""
 
     def __init__(self, robot):
-        self.robot = robot
-        self.model = pin.buildModelFromUrdf(robot['urdf'])
-        self.geometry = pin.buildGeomFromUrdf(
-            self.model, robot['urdf'], pin.GeometryType.COLLISION)
+        self.models = PinocchioModels(robot)
 
     def prepare(self, problem):
         """Add the obstacles."""
-        scene = pin.GeometryModel(self.geometry)
-        for each in problem['obstacles']:
-            shape = (
-                coal.Box(*each['size']) if each['type'] == 'box'
-                else coal.Cylinder(each['radius'], each['length'])
-            )
-            placement = pin.XYZQUATToSE3(np.array([*each['position'], *each['quat_xyzw']]))
-            scene.addGeometryObject(pin.GeometryObject(each['id'], 0, placement, shape))
-        scene.addAllCollisionPairs()
-        pin.removeCollisionPairs(self.model, scene, self.robot['srdf'])
-        self.scene = scene
+        self.scene = self.models.scene(problem)
 
     def plan(self, problem, seed, seconds):
         """Plan and shorten; its ways of timing keep neither path nor duration in view."""
@@ -39,12 +25,12 @@ class Planner:
         options = RRTPlannerOptions(
             max_step_size=0.05, max_connection_dist=5.0, goal_biasing_probability=0.15,
             bidirectional_rrt=True, max_planning_time=float(seconds), rng_seed=seed)
-        planner = RRTPlanner(self.model, self.scene, options=options)
+        planner = RRTPlanner(self.models.model, self.scene, options=options)
         path = planner.plan(np.array(problem['start']), np.array(problem['goal']))
         if path is None:
             return {'message': 'no path'}
         return {'path': np.array(shortcut_path(
-            self.model, self.scene, path, max_iters=100, max_step_size=0.05))}
+            self.models.model, self.scene, path, max_iters=100, max_step_size=0.05))}
 
 
 if __name__ == '__main__':
