@@ -7,8 +7,8 @@ from pathlib import Path
 import subprocess
 import sys
 
+from faster import LITTLE_FASTER
 import pytest
-from sim_pace import faster
 
 from armsim_ros.testing.clients.robot_user import running_robot
 from armsim_ros.testing.programs.domain import private_domain, ros_environment
@@ -24,7 +24,7 @@ STEPS = ('above the cube', 'fingers closed', 'lifted', 'carried', 'released', 'b
 def running_example(robot, namespace=''):
     """Yield a function that runs the example beside a robot on a floor."""
     with private_domain() as domain, running_robot(
-        f'robot:={robot}', 'world:=empty', faster(1.5), namespace=namespace, domain=domain
+        f'robot:={robot}', 'world:=empty', LITTLE_FASTER, namespace=namespace, domain=domain
     ):
         yield lambda *options: subprocess.run(
             [sys.executable, str(EXAMPLE), '--robot', robot, *options, '--patience', '60',

@@ -1,7 +1,7 @@
 """Two different arms in one world, neither with a prefix, one of them in the root namespace."""
 
+from faster import FASTER
 import pytest
-from sim_pace import faster
 
 from armsim_ros.testing.clients.controller_manager_client import ControllerManagerClient
 from armsim_ros.testing.clients.move_group_client import SUCCESS
@@ -12,7 +12,7 @@ from armsim_ros.testing.clients.trajectory_client import SUCCEEDED
 @pytest.fixture(scope='module')
 def bot():
     """Run the stack, seen by a user of bot."""
-    with running_robot('robot:=bot_and_elfin', faster(), namespace='/bot') as user:
+    with running_robot('robot:=bot_and_elfin', FASTER, namespace='/bot') as user:
         yield user
 
 

@@ -1,7 +1,7 @@
 """Bot: an arm of five joints; its launch file spawns a controller that no file describes."""
 
+from faster import FASTER
 import pytest
-from sim_pace import faster
 
 from armsim_ros.testing.clients.move_group_client import SUCCESS
 from armsim_ros.testing.clients.robot_user import running_robot
@@ -13,7 +13,7 @@ JOINTS = [f'joint{number}' for number in range(1, 6)]
 @pytest.fixture(scope='module')
 def bot():
     """Run the stack."""
-    with running_robot('robot:=bot', faster(), namespace='/bot') as user:
+    with running_robot('robot:=bot', FASTER, namespace='/bot') as user:
         yield user
 
 

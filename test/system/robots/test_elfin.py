@@ -1,7 +1,7 @@
 """Elfin: an arm with a spherical wrist; one of the published spawners bears its name."""
 
+from faster import FASTER
 import pytest
-from sim_pace import faster
 
 from armsim_ros.testing.clients.move_group_client import SUCCESS
 from armsim_ros.testing.clients.robot_user import running_robot
@@ -13,7 +13,7 @@ JOINTS = [f'elfin_joint{number}' for number in range(1, 7)]
 @pytest.fixture(scope='module')
 def elfin():
     """Run the stack."""
-    with running_robot('robot:=elfin', faster()) as user:
+    with running_robot('robot:=elfin', FASTER) as user:
         yield user
 
 

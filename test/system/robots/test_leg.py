@@ -3,8 +3,8 @@
 import threading
 import time
 
+from faster import FASTER
 import pytest
-from sim_pace import faster
 
 from armsim_ros.testing.clients.move_group_client import SUCCESS
 from armsim_ros.testing.clients.robot_user import running_robot
@@ -17,7 +17,7 @@ PATH_TOLERANCE_VIOLATED = -4
 @pytest.fixture(scope='module')
 def leg():
     """Run the stack."""
-    with running_robot('robot:=leg', faster()) as user:
+    with running_robot('robot:=leg', FASTER) as user:
         yield user
 
 

@@ -1,7 +1,7 @@
 """Magician: a parallelogram whose joints follow others; spawned paused, with joints given."""
 
+from faster import FASTER
 import pytest
-from sim_pace import faster
 from simulation_interfaces.msg import Result, SimulationState
 from simulation_interfaces.srv import SetSimulationState
 
@@ -18,7 +18,7 @@ FOLLOWERS = {'magician_fake_joint1': 'magician_joint2', 'magician_fake_joint2': 
 @pytest.fixture(scope='module')
 def magician():
     """Start it as its launch file does: paused, with initial joint positions, then unpause."""
-    with running_robot('robot:=magician', faster(), 'paused:=true', 'gui:=false',
+    with running_robot('robot:=magician', FASTER, 'paused:=true', 'gui:=false',
                        'initial_positions:=magician_joint2=0.785,magician_joint3=0.9') as user:
         request = SetSimulationState.Request(
             state=SimulationState(state=SimulationState.STATE_PLAYING))

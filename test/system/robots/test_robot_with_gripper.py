@@ -1,7 +1,7 @@
 """ROBOT: an arm and a gripper, each with a controller, planned apart and together."""
 
+from faster import FASTER
 import pytest
-from sim_pace import faster
 
 from armsim_ros.testing.clients.move_group_client import SUCCESS
 from armsim_ros.testing.clients.robot_user import running_robot
@@ -13,7 +13,7 @@ FINGERS = ['finger_j1', 'finger_j2']
 @pytest.fixture(scope='module')
 def robot():
     """Run the stack."""
-    with running_robot('robot:=ROBOT', faster(), namespace='/ROBOT') as user:
+    with running_robot('robot:=ROBOT', FASTER, namespace='/ROBOT') as user:
         yield user
 
 

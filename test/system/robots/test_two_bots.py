@@ -4,10 +4,10 @@ from concurrent.futures import ThreadPoolExecutor
 
 from controller_manager_msgs.msg import ControllerState
 from diagnostic_msgs.msg import DiagnosticArray
+from faster import FASTER
 from moveit_msgs.msg import MoveItErrorCodes
 import pytest
 from sensor_msgs.msg import JointState
-from sim_pace import faster
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
@@ -39,7 +39,7 @@ def of(side, positions):
 @pytest.fixture(scope='module')
 def left():
     """Run the stack, quicker than the wall clock, seen by a user of the left arm."""
-    with running_robot('robot:=two_bots', faster(), namespace='/left') as user:
+    with running_robot('robot:=two_bots', FASTER, namespace='/left') as user:
         yield user
 
 

@@ -1,7 +1,7 @@
 """UR5: the arm that a published launch file names."""
 
+from faster import FASTER
 import pytest
-from sim_pace import faster
 
 from armsim_ros.testing.clients.move_group_client import SUCCESS
 from armsim_ros.testing.clients.robot_user import running_robot
@@ -14,7 +14,7 @@ JOINTS = ['shoulder_pan_joint', 'shoulder_lift_joint', 'elbow_joint',
 @pytest.fixture(scope='module')
 def ur5():
     """Run the stack."""
-    with running_robot('robot:=ur5', faster()) as user:
+    with running_robot('robot:=ur5', FASTER) as user:
         yield user
 
 
