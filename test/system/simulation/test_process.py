@@ -3,7 +3,7 @@
 """The simulation as a process: its start, its end, its refusals."""
 
 from collections.abc import Iterator
-from pathlib import Path
+from contextlib import ExitStack
 import shutil
 import signal
 
@@ -24,6 +24,8 @@ from armsim_ros.testing.clients.trajectory_client import (
     TrajectoryClient,
 )
 from armsim_ros.testing.programs.program import Program, start_program
+
+CONTROLLERS = 'trajectory_control.yaml'
 
 
 @pytest.fixture(scope='module')
@@ -127,53 +129,57 @@ def test_a_paused_start_serves_until_it_is_unpaused(
         assert state.state.state == SimulationState.STATE_PLAYING
 
 
-@pytest.fixture
-def robot(tmp_path: Path) -> Path:
-    """Copy the default robot's files into a folder of the user's."""
-    folder = tmp_path / 'robot'
-    shutil.copytree(find_robot('sunday'), folder)
-    return folder
+@pytest.fixture(scope='module')
+def mistaken(
+    ros_domain: int, tmp_path_factory: pytest.TempPathFactory
+) -> Iterator[dict[str, Program]]:
+    """Start simulations at once, each with another mistake in a user's files or words."""
+    text = (find_robot('sunday') / CONTROLLERS).read_text()
+    texts = {
+        'broken': 'sunday:\n  arm: [1, 2\n',
+        'type': text.replace('position_controllers/Joint', 'pos_controllers/Joint'),
+        'joint': text.replace('- joint_3', '- joint_33').replace(
+            'joint_3:   {', 'joint_33:   {'),
+    }
+    words = {'argument': 'robt:=sunday'}
+    for name, changed in texts.items():
+        folder = tmp_path_factory.mktemp(name) / 'robot'
+        shutil.copytree(find_robot('sunday'), folder)
+        (folder / CONTROLLERS).write_text(changed)
+        words[name] = f'config:={folder}'
+    with ExitStack() as stack:
+        yield {name: stack.enter_context(start_program('simulation', ros_domain, word))
+               for name, word in words.items()}
 
 
-def refused(domain: int, robot: Path) -> str:
-    """Start with a folder, expect exit 2 and one message, and return the output."""
-    with start_program('simulation', domain, f'config:={robot}') as program:
-        assert program.wait(15.0) == 2, program.text
-        assert 'Traceback' not in program.text
-        return program.text
+def refusal(program: Program) -> str:
+    """Expect exit 2 and one message, and return the output."""
+    assert program.wait(30.0) == 2, program.text
+    assert 'Traceback' not in program.text
+    return program.text
 
 
-def test_broken_yaml(ros_domain: int, robot: Path) -> None:
+def test_broken_yaml(mistaken: dict[str, Program]) -> None:
     """The message names file and line."""
-    file = robot / 'trajectory_control.yaml'
-    file.write_text('sunday:\n  arm: [1, 2\n')
-    assert 'trajectory_control.yaml:' in refused(ros_domain, robot)
+    assert f'{CONTROLLERS}:' in refusal(mistaken['broken'])
 
 
-def test_an_unknown_controller_type(ros_domain: int, robot: Path) -> None:
+def test_an_unknown_controller_type(mistaken: dict[str, Program]) -> None:
     """The robot starts without the controller; a warning names type and place."""
-    file = robot / 'trajectory_control.yaml'
-    text = file.read_text()
-    file.write_text(text.replace('position_controllers/Joint', 'pos_controllers/Joint'))
-    with start_program('simulation', ros_domain, f'config:={robot}') as program:
-        line = program.wait_for_line('pos_controllers/JointTrajectoryController')
-        assert 'trajectory_control.yaml:3' in line
-        program.wait_for_line('runs; controllers:')
-        assert program.stop() == 0
+    program = mistaken['type']
+    line = program.wait_for_line('pos_controllers/JointTrajectoryController')
+    assert f'{CONTROLLERS}:3' in line
+    program.wait_for_line('runs; controllers:')
+    assert program.stop() == 0
 
 
-def test_a_joint_that_the_urdf_lacks(ros_domain: int, robot: Path) -> None:
+def test_a_joint_that_the_urdf_lacks(mistaken: dict[str, Program]) -> None:
     """The message names the joint, its place, and the nearest joint."""
-    file = robot / 'trajectory_control.yaml'
-    file.write_text(file.read_text().replace('- joint_3', '- joint_33').replace(
-        'joint_3:   {', 'joint_33:   {'))
-    text = refused(ros_domain, robot)
+    text = refusal(mistaken['joint'])
     assert 'joint_33' in text
-    assert 'trajectory_control.yaml:7' in text
+    assert f'{CONTROLLERS}:7' in text
 
 
-def test_an_unknown_argument(ros_domain: int) -> None:
+def test_an_unknown_argument(mistaken: dict[str, Program]) -> None:
     """The message names the right word."""
-    with start_program('simulation', ros_domain, 'robt:=sunday') as program:
-        assert program.wait(10.0) == 2
-        assert "did you mean 'robot'?" in program.text
+    assert "did you mean 'robot'?" in refusal(mistaken['argument'])

@@ -3,6 +3,7 @@
 """The spawner's and unspawner's command line against the real simulation."""
 
 from collections.abc import Callable, Iterator
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
@@ -157,21 +158,44 @@ def act(client: ClientNode, action: str, kind: type, goal: Any) -> Any:
     return client.result(client.in_executor(handle.get_result_async))
 
 
-def test_a_controller_that_nothing_describes(run: Run) -> None:
-    """P11: exit 1 at the first failure."""
-    status, text = run('spawner', 'nobody')
-    assert status == 1
-    assert "'nobody' could not be loaded" in text
-    assert 'Traceback' not in text
-
-
-def test_a_bare_name_in_a_namespace_is_an_error(run: Run, tmp_path: Path) -> None:
-    """P11: with a namespace the key must be /ns/name, /**/name or lie under /**."""
-    file = tmp_path / 'controllers.yaml'
+@pytest.fixture(scope='module')
+def refused(simulation: Program, ros_domain: int,
+            tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[str, Program]]:
+    """Run spawners at once, each of which has another mistake in its words."""
+    file = tmp_path_factory.mktemp('bare') / 'controllers.yaml'
     file.write_text(ROS2_FILE.replace('/sunday/second', 'second'))
-    status, text = run('spawner', 'second_controller', '-p', str(file))
-    assert status == 1
-    assert '/**/second_controller' in text
+    words = {
+        'unknown': ('nobody', '-c', MANAGER),
+        'bare name': ('second_controller', '-p', str(file), '-c', MANAGER),
+        'no manager': ('a', '-c', '/nowhere/controller_manager',
+                       '--controller-manager-timeout', '0.3'),
+    }
+    with ExitStack() as stack:
+        yield {name: stack.enter_context(start_program('spawner', ros_domain, *given))
+               for name, given in words.items()}
+
+
+def test_a_controller_that_nothing_describes(refused: dict[str, Program]) -> None:
+    """P11: exit 1 at the first failure."""
+    process = refused['unknown']
+    assert process.wait(30.0) == 1
+    assert "'nobody' could not be loaded" in process.text
+    assert 'Traceback' not in process.text
+
+
+def test_a_bare_name_in_a_namespace_is_an_error(refused: dict[str, Program]) -> None:
+    """P11: with a namespace the key must be /ns/name, /**/name or lie under /**."""
+    process = refused['bare name']
+    assert process.wait(30.0) == 1
+    assert '/**/second_controller' in process.text
+
+
+def test_no_manager_in_time(refused: dict[str, Program]) -> None:
+    """P11: a manager that does not appear in time is an error with status 1."""
+    process = refused['no manager']
+    assert process.wait(30.0) == 1
+    assert '/nowhere/controller_manager' in process.text
+    assert 'Traceback' not in process.text
 
 
 def test_a_joint_that_is_claimed_already(run: Run, manager: ControllerManagerClient,
@@ -184,12 +208,3 @@ def test_a_joint_that_is_claimed_already(run: Run, manager: ControllerManagerCli
     assert ARM in text
     assert manager.states()[ARM] == 'active'
     assert manager.unload('second_controller')
-
-
-def test_no_manager_in_time(ros_domain: int) -> None:
-    """P11: a manager that does not appear in time is an error with status 1."""
-    words = ('a', '-c', '/nowhere/controller_manager', '--controller-manager-timeout', '0.3')
-    with start_program('spawner', ros_domain, *words) as process:
-        assert process.wait(15.0) == 1
-        assert '/nowhere/controller_manager' in process.text
-        assert 'Traceback' not in process.text
