@@ -80,8 +80,10 @@ class Installer:
                                 stdout=subprocess.PIPE, env=clean_environment()).stdout
         options, variables = uv_options(listed)
         with open(self._log, 'a', encoding='utf-8', errors='replace') as stream:
+            # Compiled as by pip: what Python says of a package's code then is not for the user.
             return subprocess.run(
-                [self._uv, 'pip', 'install', '--python', self._python, *options, *requirements],
+                [self._uv, 'pip', 'install', '--compile-bytecode', '--python', self._python,
+                 *options, *requirements],
                 stdin=subprocess.DEVNULL, stdout=stream, stderr=subprocess.STDOUT,
                 env={**clean_environment(), **variables}).returncode == 0
 
