@@ -72,14 +72,16 @@ def pytest_collection_modifyitems(items):
     """
     Put tests of real-time programs first: they wait long, and core tests fill the gaps later.
 
-    They run again after a failure where the host kept the processors to itself.
+    They run again after a failure where the host kept the processors to itself. Before all others
+    come those that want a process in which nobody has read Fast DDS' settings yet.
     """
     machine = Machine()
     for item in items:
         if _is_real_time(item.path):
             item.add_marker(pytest.mark.flaky(reruns=3, condition=machine.was_starved))
             item.stash[_MACHINE] = machine
-    items.sort(key=lambda item: _is_real_time(item.path), reverse=True)
+    items.sort(reverse=True, key=lambda item: (
+        item.get_closest_marker('fresh_process') is not None, _is_real_time(item.path)))
 
 
 def _is_real_time(path):

@@ -38,6 +38,9 @@ from armsim_ros.testing.clients.trajectory_client import trajectory_message
 from armsim_ros.testing.programs.domain import private_domain
 from armsim_ros.testing.programs.program import Program, start_program
 
+#: Fast DDS reads its settings once in a process, and here those of the package count.
+pytestmark = pytest.mark.fresh_process
+
 PROGRAMS = ('bringup', 'simulation', 'move_group')
 READY = 'You can start planning now!'
 JOINTS = tuple(f'joint_{number}' for number in range(1, 7))
