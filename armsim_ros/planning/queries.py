@@ -19,7 +19,7 @@ from armsim_ros.planning.request import Constraints, is_place
 from armsim_ros.planning.scene.planning_scene import PlanningScene
 from armsim_ros.planning.scene.update import StartState
 from armsim_ros.planning.timing.path_timing import first_fault
-from armsim_ros.planning.timing.quintic import QuinticMotion
+from armsim_ros.quintic_motion import QuinticMotion
 from armsim_ros.trajectory import JointTrajectory
 
 DEFAULT_IK_TIMEOUT = 0.05

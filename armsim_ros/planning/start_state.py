@@ -21,7 +21,7 @@ from armsim_ros.planning.search.goal_sampling import GoalSampler
 from armsim_ros.planning.search.path_search import find_motion, SearchProblem
 from armsim_ros.planning.search.planners import PlannerChoice
 from armsim_ros.planning.timing.limits import MotionLimits
-from armsim_ros.planning.timing.quintic import QuinticMotion
+from armsim_ros.quintic_motion import QuinticMotion
 
 COLLISION = 'FixStartStateCollision'
 PATH_CONSTRAINTS = 'FixStartStatePathConstraints'

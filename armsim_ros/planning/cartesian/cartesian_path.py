@@ -23,7 +23,7 @@ from armsim_ros.planning.search.shortening import without_repeats
 from armsim_ros.planning.start_state import requested_scene
 from armsim_ros.planning.timing.limits import link_speed_limit
 from armsim_ros.planning.timing.path_timing import time_waypoints
-from armsim_ros.planning.timing.quintic import QuinticMotion
+from armsim_ros.quintic_motion import QuinticMotion
 from armsim_ros.trajectory import JointTrajectory
 
 ROTATION_PER_STEP = 3.5

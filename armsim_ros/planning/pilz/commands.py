@@ -30,7 +30,7 @@ from armsim_ros.planning.search.shortening import path_length
 from armsim_ros.planning.start_state import check_start
 from armsim_ros.planning.timing.limits import link_speed_limit
 from armsim_ros.planning.timing.path_timing import first_fault
-from armsim_ros.planning.timing.quintic import QuinticMotion
+from armsim_ros.quintic_motion import QuinticMotion
 from armsim_ros.trajectory import JointTrajectory
 
 _SOURCE = 'Pilz goal'

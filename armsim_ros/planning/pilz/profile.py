@@ -14,7 +14,7 @@ from armsim_ros.arrays import Vector
 from armsim_ros.errors import MoveItErrorCode, PlanningError
 from armsim_ros.planning.cartesian.curves import Curve, CurveFollower
 from armsim_ros.planning.timing.limits import MotionLimits
-from armsim_ros.planning.timing.quintic import QuinticMotion
+from armsim_ros.quintic_motion import QuinticMotion
 
 ROUNDING = 0.05
 """Time [s] over which the acceleration changes from one value to the next."""

@@ -33,7 +33,7 @@ from armsim_ros.planning.search.rrt_connect import RRTConnect
 from armsim_ros.planning.search.shortening import path_length, shortened, without_repeats
 from armsim_ros.planning.timing.limits import MotionLimits, SpeedLimit
 from armsim_ros.planning.timing.path_timing import time_waypoints
-from armsim_ros.planning.timing.quintic import QuinticMotion
+from armsim_ros.quintic_motion import QuinticMotion
 
 _SOURCE = 'OMPL'
 _STRAIGHT_GOALS = 4

@@ -11,8 +11,8 @@ from armsim_ros.errors import MoveItErrorCode, PlanningError
 from armsim_ros.planning.collision.motion_proof import first_blocked
 from armsim_ros.planning.collision.state_validity import StateValidity
 from armsim_ros.planning.timing.limits import MotionLimits, SpeedLimit
-from armsim_ros.planning.timing.quintic import QuinticMotion
 from armsim_ros.planning.timing.time_parameterization import BlendedPath, time_path
+from armsim_ros.quintic_motion import QuinticMotion
 
 MAX_DEVIATION = 0.05
 """Largest distance [rad or m] in joint space between a corner and the blend that rounds it."""

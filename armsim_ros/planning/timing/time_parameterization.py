@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from armsim_ros.arrays import Vector
 from armsim_ros.errors import MoveItErrorCode, PlanningError
 from armsim_ros.planning.timing.limits import MotionLimits, SpeedLimit
-from armsim_ros.planning.timing.quintic import QuinticMotion
+from armsim_ros.quintic_motion import QuinticMotion
 
 MERGE_DISTANCE = 1e-6
 """Waypoints nearer than this [rad or m] are one."""

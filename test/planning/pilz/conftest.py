@@ -26,7 +26,7 @@ from armsim_ros.planning.request import (
     Region,
 )
 from armsim_ros.planning.scene.planning_scene import PlanningScene
-from armsim_ros.planning.timing.quintic import QuinticMotion
+from armsim_ros.quintic_motion import QuinticMotion
 
 GROUP, TIP = 'manipulator', 'tool0'
 START = (0.3, -0.9, 1.2, 0.2, 0.9, 0.1)

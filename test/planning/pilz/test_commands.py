@@ -17,7 +17,7 @@ from armsim_ros.planning.pilz.profile import TrapezoidalProfile
 from armsim_ros.planning.request import Constraints, JointConstraint, MotionPlanRequest
 from armsim_ros.planning.scene.objects import CollisionObject, ObjectShape
 from armsim_ros.planning.scene.update import StartState
-from armsim_ros.planning.timing.quintic import QuinticMotion
+from armsim_ros.quintic_motion import QuinticMotion
 
 GROUP, TIP = 'manipulator', 'tool0'
 START = (0.3, -0.9, 1.2, 0.2, 0.9, 0.1)

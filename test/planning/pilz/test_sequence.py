@@ -16,7 +16,7 @@ from armsim_ros.model.transforms import pose_from_parts
 from armsim_ros.planning.pilz.sequence import SequenceItem
 from armsim_ros.planning.scene.objects import AttachedObject, CollisionObject, ObjectShape
 from armsim_ros.planning.scene.update import StartState
-from armsim_ros.planning.timing.quintic import QuinticMotion
+from armsim_ros.quintic_motion import QuinticMotion
 
 CORNERS = ((0.0, 0.15, 0.0), (0.0, 0.15, 0.12), (0.0, 0.0, 0.12))
 RADIUS = 0.05
