@@ -72,8 +72,8 @@ def pytest_collection_modifyitems(items):
     """
     Put tests of real-time programs first: they wait long, and core tests fill the gaps later.
 
-    They run again after a failure where the host kept the processors to itself. Before all others
-    come those that want a process in which nobody has read Fast DDS' settings yet.
+    Before all others come those that take longest. Tests of real-time programs run again after a
+    failure where the host kept the processors to itself.
     """
     machine = Machine()
     for item in items:
@@ -81,7 +81,7 @@ def pytest_collection_modifyitems(items):
             item.add_marker(pytest.mark.flaky(reruns=3, condition=machine.was_starved))
             item.stash[_MACHINE] = machine
     items.sort(reverse=True, key=lambda item: (
-        item.get_closest_marker('fresh_process') is not None, _is_real_time(item.path)))
+        item.get_closest_marker('first') is not None, _is_real_time(item.path)))
 
 
 def _is_real_time(path):

@@ -38,8 +38,7 @@ from armsim_ros.testing.clients.trajectory_client import trajectory_message
 from armsim_ros.testing.programs.domain import private_domain
 from armsim_ros.testing.programs.program import Program, start_program
 
-#: Fast DDS reads its settings once in a process, and here those of the package count.
-pytestmark = pytest.mark.fresh_process
+pytestmark = pytest.mark.first
 
 PROGRAMS = ('bringup', 'simulation', 'move_group')
 READY = 'You can start planning now!'
@@ -187,10 +186,12 @@ def domain() -> Iterator[int]:
     """
     Lease a domain for all stacks of this module: each follows at once upon the last.
 
-    They have the package's own settings of Fast DDS, with the lease that users have.
+    They have the package's own settings of Fast DDS, with the lease that users have. This process
+    keeps those of the tests: Fast DDS reads them once, when the first client is made.
     """
     with private_domain() as number, pytest.MonkeyPatch.context() as environment:
-        environment.delenv(FASTDDS_PROFILES[0])
+        with ClientNode(number, 'reads_settings'):
+            environment.delenv(FASTDDS_PROFILES[0])
         yield number
 
 
