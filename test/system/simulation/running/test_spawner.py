@@ -112,18 +112,24 @@ GRIPPER_FILE = """
 """
 
 
+def spawned_gripper(run: Run, folder: Path, name: str, kind: str) -> str:
+    """Spawn a gripper's controller from a file of its own and return its action."""
+    file = folder / 'gripper.yaml'
+    file.write_text(GRIPPER_FILE.format(name=name, kind=kind))
+    status, text = run('spawner', name, '-p', str(file))
+    assert status == 0, text
+    return f'/sunday/{name}/gripper_cmd'
+
+
 @pytest.mark.usefixtures('free_arm')
 def test_a_gripper_moves_its_joint(
     run: Run, manager: ControllerManagerClient, client: ClientNode, tmp_path: Path
 ) -> None:
     """N1, N3: GripperCommand moves the joint and reports that the goal was reached."""
-    file = tmp_path / 'gripper.yaml'
     kind = 'position_controllers/GripperActionController'
-    file.write_text(GRIPPER_FILE.format(name='second_controller', kind=kind))
-    status, text = run('spawner', 'second_controller', '-p', str(file))
-    assert status == 0, text
+    action = spawned_gripper(run, tmp_path, 'second_controller', kind)
     command = GripperCommand.Goal(command=GripperCommandMessage(position=0.05))
-    response = act(client, '/sunday/second_controller/gripper_cmd', GripperCommand, command)
+    response = act(client, action, GripperCommand, command)
     assert response.status == GoalStatus.STATUS_SUCCEEDED
     assert response.result.reached_goal
     assert response.result.position == pytest.approx(0.05, abs=0.01)
@@ -134,12 +140,8 @@ def test_a_parallel_gripper_moves_its_joint(
     run: Run, manager: ControllerManagerClient, client: ClientNode, tmp_path: Path
 ) -> None:
     """N2, N3: ParallelGripperCommand takes exactly one position."""
-    file = tmp_path / 'gripper.yaml'
     kind = 'parallel_gripper_action_controller/GripperActionController'
-    file.write_text(GRIPPER_FILE.format(name='parallel_gripper', kind=kind))
-    status, text = run('spawner', 'parallel_gripper', '-p', str(file))
-    assert status == 0, text
-    action = '/sunday/parallel_gripper/gripper_cmd'
+    action = spawned_gripper(run, tmp_path, 'parallel_gripper', kind)
     command = ParallelGripperCommand.Goal(command=JointState(position=[0.0]))
     response = act(client, action, ParallelGripperCommand, command)
     assert response.status == GoalStatus.STATUS_SUCCEEDED
