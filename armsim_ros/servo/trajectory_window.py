@@ -91,6 +91,19 @@ class TrajectoryWindow:
             due += period_ns
             points.append((due, stream.state))
 
+    def go_back(self, now_ns: int, period_ns: int, stream: ServoStream) -> bool:
+        """
+        Forget what lies farther ahead than a point that is added now, as time was set back.
+
+        The stream goes back to the newest point that stays; False where there is none.
+        """
+        points = self._points
+        while points and points[-1][0] > now_ns + self._latency_ns - period_ns:
+            points.pop()
+        if points:
+            stream.restore(points[-1][1])
+        return bool(points)
+
     def add(self, now_ns: int, state: StreamState) -> None:
         """Add where the stream (m joints) is after this cycle; the past is forgotten."""
         due = now_ns + self._latency_ns

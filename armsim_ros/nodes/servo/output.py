@@ -60,6 +60,10 @@ class JointCommands:
         if not self._plain:
             self._window.replan(now_ns, cycle_ns, self._period_ns, stream, step)
 
+    def go_back(self, now_ns: int, stream: ServoStream) -> bool:
+        """Forget what lies too far ahead, see :meth:`TrajectoryWindow.go_back`."""
+        return self._plain or self._window.go_back(now_ns, self._period_ns, stream)
+
     def publish(
         self, cycle_ns: int, cycle: Cycle, stream: ServoStream, parameters: ServoParameters
     ) -> None:

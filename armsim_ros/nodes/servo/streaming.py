@@ -211,8 +211,13 @@ class Streaming:
         ahead = self._stream_ns + period - now
         if self.clock.parted and 2 * ahead > period and ahead <= 2 * period:
             return False  # simulated time stands still, or is slower than ours
-        late = round(_MADE_UP * period)
-        self._stream_ns = now if ahead > 2 * period else now + max(ahead, -late)
+        if ahead > 2 * period:
+            # Time was set back, or cycles went on before it was noticed that time stood still.
+            if not self.output.go_back(now, self.stream):
+                self.stream.stop()
+                return False
+            ahead = 0
+        self._stream_ns = now + max(ahead, -round(_MADE_UP * period))
         return True
 
     def _others(self) -> Finding | None:

@@ -14,6 +14,7 @@ from armsim_ros.model.loading import load_robot_model
 from armsim_ros.nodes.servo.streaming import Streaming
 from armsim_ros.servo.commands import CommandType, PoseTarget
 from armsim_ros.servo.inbox import CommandInbox
+from armsim_ros.servo.trajectory_window import TrajectoryWindow
 
 PERIOD_NS = 10_000_000
 
@@ -30,6 +31,8 @@ class Cycles:
     def __init__(self, kinematics):
         self.now = 1_000_000_000
         self.sent, self.stamps, self.said, self.replanned = [], [], [], []
+        self.trajectories = []
+        self.window = TrajectoryWindow(tuple('abcdef'), 100_000_000)
         self.inbox = CommandInbox(100_000_000)
         self.controller = SimpleNamespace(
             own=None, subscriptions=(), goal_runs=False, plan_runs=False, inactive='',
@@ -37,7 +40,9 @@ class Cycles:
         )  # fmt: skip
         self.reference = np.array(ELBOW_UP)
         self.output = SimpleNamespace(
-            heard=True, topic='/arm/joint_trajectory', start=lambda now, stream: None,
+            heard=True, topic='/arm/joint_trajectory',
+            start=lambda now, stream: self.window.start(now, stream.state),
+            go_back=lambda now, stream: self.window.go_back(now, PERIOD_NS, stream),
             publish=self._send, replan=lambda *arguments: self.replanned.append(self.now),
         )  # fmt: skip
         made = Streamer(kinematics)
@@ -60,10 +65,12 @@ class Cycles:
     def _send(self, cycle_ns, cycle, stream, parameters):
         self.sent.append(cycle.positions)
         self.stamps.append(cycle_ns)
+        self.window.add(cycle_ns, stream.state)
+        self.trajectories.append(self.window.trajectory())
 
     def run(self, command=None, count=30, steps=(PERIOD_NS,)):
         """Do cycles, a command before each, with those steps of time again and again."""
-        for record in (self.said, self.sent, self.stamps):
+        for record in (self.said, self.sent, self.stamps, self.trajectories):
             record.clear()
         for k in range(count):
             if command is not None:
@@ -75,6 +82,13 @@ class Cycles:
     def messages(self):
         """What was said."""
         return {finding.message for finding in self.said}
+
+
+def largest_speed(trajectories):
+    """Return how far joints go from one point to the next in that time at most [rad/s]."""
+    return max(
+        (np.abs(np.diff(each.positions, axis=0)) / np.diff(each.times)[:, None]).max()
+        for each in trajectories)
 
 
 @pytest.fixture
@@ -139,6 +153,19 @@ def test_simulated_time_that_is_slower(cycles):
     assert 18 <= len(cycles.sent) <= 22
     cycles.run(twist((0, 0, -0.3)), 10, steps=(0,))
     assert len(cycles.sent) <= 1
+
+
+@pytest.mark.parametrize('back', [25, 60, 90, 96, 150])
+def test_time_that_is_set_back(cycles, back):
+    """The stream goes back to what was sent for that time: no point leads on with a step."""
+    down = twist((0, 0, -0.3))
+    cycles.run(down, 60)
+    usual = largest_speed(cycles.trajectories)
+    cycles.now -= back * 1_000_000
+    cycles.reference = np.array(cycles.sent[-1 - (100 + back) // 10])
+    cycles.run(down, 20)
+    assert len(cycles.sent) >= 19
+    assert usual / 2 < largest_speed(cycles.trajectories[1:]) < 1.2 * usual
 
 
 def test_rest(cycles):
