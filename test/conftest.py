@@ -12,7 +12,7 @@ from machine import Machine
 import pytest
 from rendering import rendering_backend
 from silent_workers import SilentWorkers
-from spare_worker import SpareWorker
+from spare_worker import Kind, SpareWorker
 
 from armsim_ros.cli.environment import FASTDDS_PROFILES
 from armsim_ros.cli.quiet_end import QuietEnd
@@ -21,13 +21,19 @@ from armsim_ros.cli.quiet_end import QuietEnd
 _FIRST_DOMAIN, _LAST_DOMAIN = 40, 99
 
 
+_TESTS = Path(__file__).parent
 #: Folders whose tests run programs in real time, beside core tests that are none the worse.
 _REAL_TIME = [
-    Path(__file__).parent / name
+    _TESTS / name
     for name in ('conformance', 'interfaces', 'launch', 'nodes', 'packaging', 'system')
 ]
+#: Those of them that look at what comes out, not at when.
+_PATIENT = [
+    _TESTS / name
+    for name in ('conformance/testing/test_xdist.py', 'system/examples', 'system/packages')
+]
 #: How programs find each other; what forgets quickly who was killed is set where it is tested.
-_PROFILES = Path(__file__).parent / 'support/fastdds_profiles.xml'
+_PROFILES = _TESTS / 'support/fastdds_profiles.xml'
 #: How long a stack may take to end after the last test [s].
 _PATIENCE_AT_END = 120
 _MACHINE = pytest.StashKey()
@@ -54,7 +60,7 @@ def pytest_configure(config):
     config.stash[_END] = QuietEnd()
     config.pluginmanager.register(FailuresAtOnce(config))
     config.pluginmanager.register(SilentWorkers())
-    config.pluginmanager.register(SpareWorker(config, _is_real_time))
+    config.pluginmanager.register(SpareWorker(config, _kind_of))
 
 
 @pytest.hookimpl(trylast=True)
@@ -77,15 +83,18 @@ def pytest_collection_modifyitems(items):
     """
     machine = Machine()
     for item in items:
-        if _is_real_time(item.path):
+        if _kind_of(item.path) is not Kind.CORE:
             item.add_marker(pytest.mark.flaky(reruns=3, condition=machine.was_starved))
             item.stash[_MACHINE] = machine
     items.sort(reverse=True, key=lambda item: (
-        item.get_closest_marker('first') is not None, _is_real_time(item.path)))
+        item.get_closest_marker('first') is not None, _kind_of(item.path) is not Kind.CORE))
 
 
-def _is_real_time(path):
-    return any(folder in path.parents for folder in _REAL_TIME)
+def _kind_of(path):
+    places = {path, *path.parents}
+    if not places.isdisjoint(_PATIENT):
+        return Kind.PATIENT
+    return Kind.CORE if places.isdisjoint(_REAL_TIME) else Kind.REAL_TIME
 
 
 @pytest.hookimpl(tryfirst=True)

@@ -1,7 +1,8 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A worker of pytest-xdist that runs core tests with what programs in real time leave over."""
+"""A worker of pytest-xdist that uses what time programs in real time leave over."""
 
+from enum import Enum
 import os
 from pathlib import Path
 
@@ -13,19 +14,30 @@ _REAL_TIME_WORKERS = 2
 _NICENESS = 10
 
 
+class Kind(Enum):
+    """What the tests of a file need of the machine."""
+
+    #: They run programs whose times they look at.
+    REAL_TIME = 'real time'
+    #: They run programs, and may take their time.
+    PATIENT = 'patient'
+    #: They compute.
+    CORE = 'core'
+
+
 class SpareWorker:
     """
     A plugin that gives files of real-time tests to two workers only.
 
-    They take those first. A worker beyond the first two takes files of core tests alone, at a
-    lower priority.
+    They take those first, and what computes last. A worker beyond the first two begins with
+    that, at a lower priority, and takes no tests of real time.
 
     :param config: of pytest.
-    :param is_real_time: says of a path whether its tests run programs in real time.
+    :param kind_of: says of a path what kind its tests are.
     """
 
-    def __init__(self, config, is_real_time):
-        self._is_real_time = is_real_time
+    def __init__(self, config, kind_of):
+        self._kind_of = kind_of
         worker = os.environ.get('PYTEST_XDIST_WORKER', 'gw0')
         if _is_spare(worker, getattr(config, 'workerinput', {}).get('workercount', 1)):
             os.nice(_NICENESS)
@@ -35,25 +47,27 @@ class SpareWorker:
         """Schedule by file, as ``--dist loadfile`` does."""
         if config.option.dist != 'loadfile':
             return None
-        return _Scheduling(config, log, self._is_real_time)
+        return _Scheduling(config, log, self._kind_of)
 
 
 class _Scheduling(LoadFileScheduling):
-    def __init__(self, config, log, is_real_time):
+    def __init__(self, config, log, kind_of):
         super().__init__(config, log)
         self._root = Path(config.rootpath)
-        self._is_real_time = is_real_time
+        self._kind_of = kind_of
 
     def _assign_work_unit(self, node):
-        spare = _is_spare(node.gateway.id, self.numnodes)
-        fitting = [file for file in self.workqueue
-                   if self._is_real_time(self._root / file) != spare]
-        if fitting:
-            self.workqueue.move_to_end(fitting[0], last=False)
-        elif spare:
-            node.shutdown()
-            return
-        super()._assign_work_unit(node)
+        order = [Kind.REAL_TIME, Kind.PATIENT, Kind.CORE]
+        if _is_spare(node.gateway.id, self.numnodes):
+            order = [Kind.CORE, Kind.PATIENT]
+        kinds = {file: self._kind_of(self._root / file) for file in self.workqueue}
+        for kind in order:
+            for file in kinds:
+                if kinds[file] is kind:
+                    self.workqueue.move_to_end(file, last=False)
+                    super()._assign_work_unit(node)
+                    return
+        node.shutdown()
 
 
 def _is_spare(worker, workers):
