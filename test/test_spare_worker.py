@@ -5,7 +5,7 @@
 from pathlib import Path
 
 TESTS = """
-import os, pathlib, pytest
+import os, pathlib, pytest, time
 
 @pytest.mark.parametrize('number', range(3))
 def test_it(number, tmp_path_factory):
@@ -14,6 +14,10 @@ def test_it(number, tmp_path_factory):
     place = tmp_path_factory.getbasetemp().parent / pathlib.Path(__file__).stem
     place.mkdir(exist_ok=True)
     (place / worker).touch()
+    end = time.monotonic() + 60
+    while 'real_time' in place.name and not list(place.parent.glob('*patient*/gw2')):
+        assert time.monotonic() < end, 'the third worker does not help'
+        time.sleep(0.01)
 """
 FILES = {'real_time': 12, 'patient': 6, 'core': 2}
 CONFTEST = """

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import Future as LoopFuture
+import time
 from uuid import uuid4
 
 from moveit_msgs.msg import (
@@ -38,6 +39,8 @@ TOPIC = '/planning_scene'
 DEPTH = 100
 #: Wall time between two checks of the world [s].
 PERIOD = 0.1
+#: Simulated time after which it is looked whether one is due [ns], and how early it may be [s].
+_TICK_NS, _EARLY = 20_000_000, 0.01
 
 
 class SceneMirror:
@@ -68,13 +71,16 @@ class SceneMirror:
             loop.simulation.world, loop.simulation.vacuum_grippers.values(), fingers)
         self._mirror = WorldMirror()
         self._session = uuid4().hex[:8]
-        self._whole, self._looking = True, False
+        self._whole, self._looking, self._heard = True, False, False
+        self._due = 0.0
+        self._post = dispatcher.bounded()
         self._waiting: list[Callable[[], object]] = []
         self._publisher = node.create_publisher(
             PlanningScene, TOPIC, QoSProfile(depth=DEPTH),
             event_callbacks=PublisherEventCallbacks(matched=self._matched),
         )
-        dispatcher.every(PERIOD, self._look)
+        dispatcher.every(PERIOD, self._listen)
+        loop.every(_TICK_NS, self._look_in_tick)
 
     def tell_now(self, then: Callable[[], object]) -> None:
         """Tell of the world as it is now, and then call something; in the dispatcher's thread."""
@@ -89,7 +95,22 @@ class SceneMirror:
         if getattr(event, 'current_count_change', 1) > 0:
             self._whole = True
 
+    def _listen(self) -> None:
+        """Note whether anybody listens; look, where no tick does as in a pause."""
+        self._heard = bool(self._publisher.get_subscription_count())
+        if self._heard and time.monotonic() > self._due + 0.5 * PERIOD:
+            self._look()
+
+    def _look_in_tick(self, _: int) -> None:
+        """Look at what has moved; in the loop's thread, which need not be woken for that."""
+        now = time.monotonic()
+        if self._heard and not self._looking and now >= self._due:
+            self._looking, self._due = True, now + PERIOD - _EARLY
+            snapshot = self._watch.look()
+            self._post(lambda: self._told(snapshot, ()))
+
     def _look(self) -> None:
+        """Have the loop look soon, also while it is paused."""
         if self._looking:
             return
         waiting, self._waiting = self._waiting, []
@@ -97,24 +118,28 @@ class SceneMirror:
             for then in waiting:
                 then()
             return
-        self._looking = True
+        self._looking, self._due = True, time.monotonic() + PERIOD - _EARLY
         self._loop.call(self._watch.look).add_done_callback(
-            lambda future: self._dispatcher.post(lambda: self._told(future, waiting)))
+            lambda future: self._dispatcher.post(lambda: self._looked(future, waiting)))
 
-    def _told(
+    def _looked(
         self, future: LoopFuture[WorldSnapshot], waiting: Iterable[Callable[[], object]]
     ) -> None:
+        self._told(None if future.cancelled() else future.result(), waiting)
+
+    def _told(
+        self, now: WorldSnapshot | None, waiting: Iterable[Callable[[], object]]
+    ) -> None:
         self._looking = False
-        if not future.cancelled():
-            self._tell(future)
+        if now is not None:
+            self._tell(now)
         for then in waiting:
             then()
         if self._waiting:
             self._look()
 
-    def _tell(self, future: LoopFuture[WorldSnapshot]) -> None:
+    def _tell(self, now: WorldSnapshot) -> None:
         whole, self._whole = self._whole, False
-        now = future.result()
         news = self._mirror.news(now, whole=whole)
         if not news.empty:
             for message in self._messages(news, f'{self._session}:{now.epoch}'):
