@@ -30,7 +30,8 @@ _REAL_TIME = [
 #: Those of them that look at what comes out, not at when.
 _PATIENT = [
     _TESTS / name
-    for name in ('conformance/testing/test_xdist.py', 'system/examples', 'system/packages')
+    for name in ('conformance/testing/test_xdist.py', 'system/examples/test_grasp_example.py',
+                 'system/packages')
 ]
 #: How programs find each other; what forgets quickly who was killed is set where it is tested.
 _PROFILES = _TESTS / 'support/fastdds_profiles.xml'
