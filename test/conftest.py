@@ -4,6 +4,7 @@
 
 from contextlib import ExitStack
 import faulthandler
+from functools import cache
 import os
 from pathlib import Path
 
@@ -91,6 +92,7 @@ def pytest_collection_modifyitems(items):
         item.get_closest_marker('first') is not None, _kind_of(item.path) is not Kind.CORE))
 
 
+@cache
 def _kind_of(path):
     places = {path, *path.parents}
     if not places.isdisjoint(_PATIENT):

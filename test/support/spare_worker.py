@@ -61,13 +61,13 @@ class _Scheduling(LoadFileScheduling):
         if _is_spare(node.gateway.id, self.numnodes):
             order = [Kind.CORE, Kind.PATIENT]
         kinds = {file: self._kind_of(self._root / file) for file in self.workqueue}
-        for kind in order:
-            for file in kinds:
-                if kinds[file] is kind:
-                    self.workqueue.move_to_end(file, last=False)
-                    super()._assign_work_unit(node)
-                    return
-        node.shutdown()
+        fitting = [file for file, kind in kinds.items() if kind in order]
+        if not fitting:
+            node.shutdown()
+            return
+        first = min(fitting, key=lambda file: order.index(kinds[file]))
+        self.workqueue.move_to_end(first, last=False)
+        super()._assign_work_unit(node)
 
 
 def _is_spare(worker, workers):

@@ -202,7 +202,7 @@ class Streaming:
 
     def _go_on_to(self, now: int) -> bool:
         """
-        Take the next cycle's time; False where it has not come yet.
+        Take the next cycle's time; False where it has not come, or the stream has to begin anew.
 
         A cycle that comes late stands for the time at which it was due: what it sends is as fast
         as commanded, not as fast as the cycles followed each other.

@@ -39,7 +39,7 @@ TOPIC = '/planning_scene'
 DEPTH = 100
 #: Wall time between two checks of the world [s].
 PERIOD = 0.1
-#: Simulated time after which it is looked whether one is due [ns], and how early it may be [s].
+#: The loop asks once in so much simulated time whether one is due [ns]; it may be so early [s].
 _TICK_NS, _EARLY = 20_000_000, 0.01
 
 
@@ -96,7 +96,7 @@ class SceneMirror:
             self._whole = True
 
     def _listen(self) -> None:
-        """Note whether anybody listens; look, where no tick does as in a pause."""
+        """Note whether anybody listens; look, where no tick does, as in a pause."""
         self._heard = bool(self._publisher.get_subscription_count())
         if self._heard and time.monotonic() > self._due + 0.5 * PERIOD:
             self._look()
