@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 from armsim_ros.arrays import Matrix
 from armsim_ros.model.grippers import Gripper
+from armsim_ros.model.tree import standing_links
 from armsim_ros.model.world_objects import WORLD_TYPE
 from armsim_ros.planning.scene.objects import (
     AttachedObject,
@@ -19,11 +20,7 @@ from armsim_ros.planning.scene.objects import (
     ObjectType,
 )
 from armsim_ros.planning.scene.update import SceneUpdate, StartState
-from armsim_ros.scene_sources.simulated_world import (
-    collision_object,
-    links_that_stand,
-    WorldOwnership,
-)
+from armsim_ros.scene_sources.simulated_world import collision_object, WorldOwnership
 from armsim_ros.sim.simulation import Simulation
 from armsim_ros.sim.world.world_mirror import Holder, WorldMirror, WorldNews, WorldWatch
 
@@ -52,7 +49,7 @@ class WorldInScene:
         self._watch = WorldWatch(simulation.world, simulation.vacuum_grippers.values(), fingers)
         self._mirror = WorldMirror()
         self._ownership = WorldOwnership(
-            scene, links_that_stand(simulation.model), logging.getLogger('armsim_ros.stack').info)
+            scene, standing_links(simulation.model), logging.getLogger('armsim_ros.stack').info)
 
     def follow(self, names: frozenset[str] | None = None) -> None:
         """

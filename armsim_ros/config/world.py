@@ -26,7 +26,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Literal
 
-from pydantic import Field, field_validator
+from pydantic import Field, field_validator, FiniteFloat
 
 from armsim_ros.config.base import parameter, Settings
 from armsim_ros.config.simulation import finite_triple, Triple
@@ -161,10 +161,18 @@ def is_foreign_world(file: Path | None) -> bool:
 class WorldSettings(Settings):
     """A world file."""
 
-    floor: bool = parameter(True, 'a floor at z = 0')
+    floor: bool | FiniteFloat = parameter(
+        True, 'true: a floor at z = 0; a number: at that height [m]')
     gravity: Triple | None = parameter(
         None, 'gravity [m/s^2]; none: that of simulation.yaml')
     objects: dict[str, WorldObjectSettings] = parameter({}, 'name -> object')
+
+    @property
+    def floor_height(self) -> float | None:
+        """Height of the floor [m]; None where there is none."""
+        if isinstance(self.floor, bool):
+            return 0.0 if self.floor else None
+        return self.floor
 
     @field_validator('gravity')
     @classmethod

@@ -30,6 +30,7 @@ from armsim_ros.errors import (
 from armsim_ros.model.cell import Cell, CellSurvey, mistakes_of, Robot
 from armsim_ros.model.cell_merge import clashes, merged_model, PlacedRobot
 from armsim_ros.model.cross_check import check_settings, fitting_controllers
+from armsim_ros.model.default_floor import with_default_floor
 from armsim_ros.model.description.ros2_control import plugin_parameters
 from armsim_ros.model.description.xacro_text import describe, Description, read_description
 from armsim_ros.model.initial_state import (
@@ -105,7 +106,8 @@ def survey_cell(
             settings = _at_full_speed(settings, found)
         try:
             settings, of_start = with_hardware_start(settings, model)
-            found += of_start
+            settings, of_floor = with_default_floor(settings, model)
+            found += [*of_start, *of_floor]
         except SimulationError:
             pass  # an unknown state; who starts the robot says so
         cell = Cell(settings, model, (Robot(settings.name, settings, model),))
@@ -250,6 +252,9 @@ class _CellReader:
             return None
         merged = merged_settings(self._own, renamed, self._problems)
         merged = self._with_start(merged, renamed, placed, model)
+        if not mistakes_of(self._problems):
+            merged, of_floor = with_default_floor(merged, model)
+            self._problems += of_floor
         self._problems += of_srdf
         # What the robots' own files name was checked when they were read.
         own_files = {str(file) for file in (*self._own.files, self._own.srdf_file) if file}

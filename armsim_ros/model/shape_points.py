@@ -61,6 +61,31 @@ def corner_points(geometry: Geometry, pose: Matrix) -> Matrix:
     return corners
 
 
+def lowest_height(geometry: Geometry, pose: Matrix) -> float:
+    """
+    Return the least z of a shape [m]; that of a plane is infinite, as it does not move.
+
+    :param pose: (4, 4) of the shape.
+    """
+    height = float(pose[2, 3])
+    down = np.abs(pose[2, :3])
+    around = float(np.hypot(pose[2, 0], pose[2, 1]))
+    if isinstance(geometry, Mesh):
+        return float(corner_points(geometry, pose)[:, 2].min())
+    if isinstance(geometry, Plane):
+        return math.inf
+    if isinstance(geometry, Sphere):
+        return height - geometry.radius
+    if isinstance(geometry, Capsule):
+        return height - geometry.radius - 0.5 * geometry.length * float(down[2])
+    if isinstance(geometry, Cylinder):
+        return height - geometry.radius * around - 0.5 * geometry.length * float(down[2])
+    if isinstance(geometry, Cone):
+        tip = 0.5 * geometry.length * float(pose[2, 2])
+        return height + min(tip, -tip - geometry.radius * around)
+    return height - float(down @ half_extent(geometry))
+
+
 def bounding_box(shape: Geometry) -> tuple[Vector, Vector]:
     """Return middle and half edges (3,) [m] of a shape's box; of a plane, 1 m about its frame."""
     if isinstance(shape, Mesh):

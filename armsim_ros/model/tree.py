@@ -66,6 +66,15 @@ def link_poses(robot: RobotModel, positions: Mapping[str, float]) -> dict[str, M
     return poses
 
 
+def standing_links(robot: RobotModel) -> tuple[str, ...]:
+    """Return the links that no joint moves."""
+    standing = [robot.root_link]
+    for joint in robot.joints.values():
+        if joint.type is JointType.FIXED and joint.parent in standing:
+            standing.append(joint.child)
+    return tuple(standing)
+
+
 def adjacent_pairs(robot: RobotModel) -> list[tuple[str, str]]:
     """Return pairs of links with geometry that at most one movable joint separates."""
     bodies: dict[str, str] = {robot.root_link: robot.root_link}

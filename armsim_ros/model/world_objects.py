@@ -130,10 +130,15 @@ def object_from_settings(name: str, settings: WorldObjectSettings) -> WorldObjec
     )
 
 
-def floor_object() -> WorldObject:
-    """Return the floor at z = 0 as an object that reaches farther than any arm."""
+def floor_object(height: float) -> WorldObject:
+    """
+    Return the floor as an object that reaches farther than any arm.
+
+    :param height: of its surface in the world [m].
+    """
     shape = Box((FLOOR_EDGE, FLOOR_EDGE, FLOOR_DEPTH))
-    return WorldObject.of_shape(FLOOR, shape, pose_matrix((0.0, 0.0, -0.5 * FLOOR_DEPTH)))
+    return WorldObject.of_shape(
+        FLOOR, shape, pose_matrix((0.0, 0.0, height - 0.5 * FLOOR_DEPTH)))
 
 
 def world_in_root(settings: RobotSettings) -> Matrix:

@@ -24,7 +24,7 @@ from armsim_ros.config.world import WorldSettings
 from armsim_ros.errors import PlanningError
 from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.model.geometry import Mesh
-from armsim_ros.model.robot_model import JointType, RobotModel
+from armsim_ros.model.tree import standing_links
 from armsim_ros.model.world_objects import (
     FLOOR,
     floor_object,
@@ -63,7 +63,7 @@ def initial_scene(
     )
     if parameters.scene_from_world == 'fixed':
         root = world_in_root(settings)
-        standing = links_that_stand(model.robot)
+        standing = standing_links(model.robot)
         for thing in _fixed_objects(settings.world, root):
             scene.apply_object(thing)
             scene.set_acm(scene.acm.with_entry(thing.id, True, standing))
@@ -89,18 +89,9 @@ def _fixed_objects(world: WorldSettings, root: Matrix) -> list[CollisionObject]:
     things = [
         collision_object(thing, root) for thing in world_objects(world) if thing.mass is None
     ]
-    if world.floor and FLOOR not in world.objects:
-        things.append(collision_object(floor_object(), root))
+    if world.floor_height is not None and FLOOR not in world.objects:
+        things.append(collision_object(floor_object(world.floor_height), root))
     return things
-
-
-def links_that_stand(robot: RobotModel) -> tuple[str, ...]:
-    """Return the links that no joint moves."""
-    standing = [robot.root_link]
-    for joint in robot.joints.values():
-        if joint.type is JointType.FIXED and joint.parent in standing:
-            standing.append(joint.child)
-    return tuple(standing)
 
 
 Log = Callable[[str], object]

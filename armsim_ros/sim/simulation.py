@@ -81,7 +81,8 @@ class Simulation(SimulatedLinks, SavableSimulation, HardwareInterface):
         things = world.things if isinstance(world, LoadedWorld) else world_objects(world)
         self._world_lines = ((*(f'not used of the world: {line}' for line in world.unused),
                               *world.remarks) if isinstance(world, LoadedWorld) else ())
-        ground = Ground(world.floor, world.gravity)
+        floor = world.floor if isinstance(world, LoadedWorld) else world.floor_height
+        ground = Ground(floor, world.gravity)
         spec = build_plant(model, self.settings, things, ground)
         start = model.complete(initial_positions(model, self.settings))
         self._initial = np.array([start[name] for name in self.joint_names])

@@ -10,6 +10,7 @@ from armsim_ros.counting_clock import CountingClock
 from armsim_ros.execution.controller_selection import coverage_report
 from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.model.cell import Cell
+from armsim_ros.model.tree import standing_links
 from armsim_ros.nodes.move_group.capabilities import ALL, Parts, wanted_capabilities
 from armsim_ros.nodes.move_group.context import Context
 from armsim_ros.nodes.move_group.descriptions import Descriptions
@@ -37,7 +38,6 @@ from armsim_ros.planning.planner import MotionPlanner, warm_up
 from armsim_ros.planning.settings import settings_from_config
 from armsim_ros.scene_sources.simulated_world import (
     initial_scene,
-    links_that_stand,
     WorldOwnership,
 )
 
@@ -82,7 +82,7 @@ class MoveGroup:
             query_planner=query_planner,
             planning_parameters=parameters,
             execution_settings=settings.trajectory_execution,
-            ownership=WorldOwnership(scene, links_that_stand(robot), node.get_logger().info),
+            ownership=WorldOwnership(scene, standing_links(robot), node.get_logger().info),
             robots=tuple(frozenset(each.model.active_joints) for each in cell.robots),
         )
         if settings.simulation.deterministic:

@@ -43,7 +43,7 @@ GRASPABLE = {
 CUP_SIZE = 1e-4
 #: How stiffly it holds, see the mimic constraints.
 WELD_SOLIMP = (0.99, 0.999, 0.001, 0.5, 2.0)
-#: The MuJoCo geom at z = 0.
+#: The MuJoCo geom of the floor.
 FLOOR_NAME = 'floor'
 
 
@@ -66,11 +66,11 @@ class Ground(NamedTuple):
     """
     What a world has besides its objects.
 
-    :param floor: whether there is a floor at z = 0.
+    :param floor: height of the floor [m]; None where there is none.
     :param gravity: [m/s^2]; None is that of the settings.
     """
 
-    floor: bool = True
+    floor: float | None = 0.0
     gravity: Triple | None = None
 
 
@@ -137,14 +137,14 @@ class PlantSpec:
     def set_ground(self, ground: Ground) -> None:
         """Have a world's floor, or none, and its gravity."""
         floor = self.spec.geom(FLOOR_NAME)
-        if floor is None and ground.floor:
-            self._add_floor()
-        elif floor is not None and not ground.floor:
+        if ground.floor is not None:
+            (floor or self._add_floor()).pos = [0.0, 0.0, ground.floor]
+        elif floor is not None:
             self.spec.delete(floor)
         self.spec.option.gravity = list(ground.gravity or self._gravity)
 
-    def _add_floor(self) -> None:
-        self.spec.worldbody.add_geom(
+    def _add_floor(self) -> Any:
+        return self.spec.worldbody.add_geom(
             name=FLOOR_NAME,
             type=mujoco.mjtGeom.mjGEOM_PLANE,
             size=[PLANE_HALF_SIZE, PLANE_HALF_SIZE, 0.1],

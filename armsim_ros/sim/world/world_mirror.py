@@ -109,8 +109,8 @@ class WorldWatch:
         if world.version != self._version:
             self._version = world.version
             self._objects = dict(world.objects)
-            if world.floor:
-                self._objects.setdefault(FLOOR, floor_object())
+            if world.floor is not None:
+                self._objects.setdefault(FLOOR, floor_object(world.floor))
             self._fixed = {
                 name: _row(world.pose(name) if name in world.objects else thing.pose)
                 for name, thing in self._objects.items() if thing.mass is None

@@ -81,8 +81,8 @@ class WorldScene:
         return MappingProxyType(self._things)
 
     @property
-    def floor(self) -> bool:
-        """Whether there is a floor at z = 0."""
+    def floor(self) -> float | None:
+        """Height of the floor [m]; None where there is none."""
         return self._ground.floor
 
     def pose(self, name: str) -> Matrix:

@@ -76,7 +76,7 @@ class LoadedWorld:
     """
     A world that was read.
 
-    :param floor: whether there is a floor at z = 0.
+    :param floor: height of the floor [m]; None where there is none.
     :param unused: what of the file has no effect here, a line each.
     :param gravity: [m/s^2]; None where the world does not say, and ``simulation.yaml`` does.
     :param remarks: what the file leaves out and a default stands for, a line each.
@@ -84,7 +84,7 @@ class LoadedWorld:
 
     name: str
     things: tuple[WorldObject, ...]
-    floor: bool = False
+    floor: float | None = None
     unused: tuple[str, ...] = ()
     gravity: tuple[float, float, float] | None = None
     remarks: tuple[str, ...] = ()

@@ -72,16 +72,21 @@ def mjcf_world(text: str, file: str, read_mesh: MeshReader) -> LoadedWorld:
     things = [reader.thing(body) for body in range(1, model.nbody)
               if model.body_parentid[body] == 0]
     fixed = reader.geoms(0, np.eye(4))
-    floor = any(isinstance(part.geometry, Plane) and np.allclose(part.origin, np.eye(4))
-                for _, part in fixed)
+    floor: float | None = None
     for name, part in fixed:
-        if isinstance(part.geometry, Plane) and np.allclose(part.origin, np.eye(4)):
+        if floor is None and _is_level(part):
+            floor = float(part.origin[2, 3])
             continue
         things.append(WorldObject(name, part.origin, (
             LinkGeometry(part.geometry, np.eye(4), rgba=part.rgba),)))
     check_names(things)
     return LoadedWorld(_model_name(text, file), tuple(things), floor, unused.lines,
                        (x, y, z) if _tells_gravity(text, file) else None)
+
+
+def _is_level(part: LinkGeometry) -> bool:
+    """Return whether a shape is a plane that faces up."""
+    return isinstance(part.geometry, Plane) and np.allclose(part.origin[:3, 2], (0.0, 0.0, 1.0))
 
 
 class _Reader:

@@ -248,7 +248,7 @@ def _yaml_object(text: str, name: str) -> WorldObject:
 
 def _yaml_world(text: str, name: str) -> LoadedWorld:
     settings = _checked(WorldSettings, text, name)
-    return LoadedWorld(Path(name).stem, world_objects(settings), settings.floor,
+    return LoadedWorld(Path(name).stem, world_objects(settings), settings.floor_height,
                        gravity=settings.gravity)
 
 

@@ -323,9 +323,9 @@ def test_a_whole_world_is_exchanged(crowded):
     """All objects and the floor go, others come, in one change."""
     world = crowded.world
     world.commit(world.stage(add=[block('ball', (0, 3, 0.4), mass=1.0)], remove=world.names,
-                             ground=Ground(floor=False)))
+                             ground=Ground(floor=None)))
     crowded.reset()
-    assert (world.names, world.floor) == (('ball',), False)
+    assert (world.names, world.floor) == (('ball',), None)
     run(crowded, 500)
     assert world.pose('ball')[2, 3] < -0.5
 

@@ -155,7 +155,7 @@ def test_mjcf_means_what_mujoco_makes_of_it(resources):
     </worldbody></mujoco>"""
     world = resources.world('', text)
     post, cube = world.things
-    assert (world.name, world.floor) == ('w', True)
+    assert (world.name, world.floor) == ('w', 0.0)
     assert (post.mass, post.parts[0].geometry) == (None, Cylinder(0.1, 1.0))
     np.testing.assert_allclose(post.pose[:3, 2], (1, 0, 0), atol=1e-12)
     assert cube.mass == pytest.approx(1.0)
