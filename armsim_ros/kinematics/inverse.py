@@ -21,7 +21,7 @@ from armsim_ros.kinematics.ik_result import (
     IKTarget,
     SearchRecord,
 )
-from armsim_ros.kinematics.kinematic_model import KinematicModel
+from armsim_ros.kinematics.kinematic_model import Indices, KinematicModel
 from armsim_ros.kinematics.levenberg_marquardt import Convergence, LevenbergMarquardt, PoseTask
 from armsim_ros.kinematics.start_table import StartTable
 from armsim_ros.model.transforms import inverse_pose
@@ -204,7 +204,17 @@ class InverseKinematics:
             else:
                 wanted = target.pose @ inverse_pose(target.offset)
                 tasks.append(PoseTask(frame, pin.SE3(wanted)))
-        return LevenbergMarquardt(self.kinematics, self.group, tuple(tasks), self._convergence)
+        return LevenbergMarquardt(
+            self.kinematics, self.group, self._variables(targets), tuple(tasks),
+            self._convergence)
+
+    def _variables(self, targets: Sequence[IKTarget]) -> Indices:
+        """Return which of the group's variables move any of the targets' links."""
+        links = tuple(target.link for target in targets)
+        found: Indices = self.kinematics.cached(
+            ('moving variables', self.group, links),
+            lambda: self.kinematics.moving_variables(self.group, links))
+        return found
 
     def _starts(
         self,
@@ -214,7 +224,8 @@ class InverseKinematics:
         options: IKOptions,
     ) -> Iterator[Vector]:
         """Yield the seed, the table's best, then random values while there is time."""
-        yield seed[self._indices]
+        variables = self._variables(targets)
+        yield seed[self._indices[variables]]
         limit = self._max_starts if options.max_starts is None else options.max_starts
         if limit <= 0:
             return
@@ -229,12 +240,12 @@ class InverseKinematics:
             if search.late():
                 return
             used += 1
-            yield start
+            yield start[variables]
         generator = options.rng if options.rng is not None else np.random.default_rng(1)
         endless = options.max_starts is None and search.timed
         while (endless or used < limit) and not search.late():
             used += 1
-            yield generator.uniform(table.low, table.high)
+            yield generator.uniform(table.low[variables], table.high[variables])
 
     def _table(self, links: tuple[str, ...]) -> StartTable:
         key = ('start table', self.group, links, self._table_size)

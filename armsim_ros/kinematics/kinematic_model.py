@@ -163,6 +163,21 @@ class KinematicModel:
             self._gradients[group] = found
         return found
 
+    def moving_variables(self, group: str, links: Iterable[str]) -> Indices:
+        """
+        Return which of a group's active variables (counted in the group) move any of the links.
+
+        :raises PlanningError: INVALID_LINK_NAME for an unknown link.
+        """
+        above = np.zeros(self.n, dtype=bool)
+        for link in links:
+            joint, _ = self.link_joint(link)
+            while joint:
+                above[self.model.joints[joint].idx_q] = True
+                joint = self.model.parents[joint]
+        moving: Indices = np.flatnonzero(self.gradient(group)[above].any(axis=0))
+        return moving
+
     def moved_links(self, group: str) -> frozenset[str]:
         """Return the links that move with a group: its own and all below them."""
         found: frozenset[str] = self.cached(('moved links', group), lambda: self._moved(group))

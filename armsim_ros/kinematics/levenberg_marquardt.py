@@ -11,7 +11,7 @@ import numpy as np
 import pinocchio as pin
 
 from armsim_ros.arrays import Matrix, Vector
-from armsim_ros.kinematics.kinematic_model import KinematicModel
+from armsim_ros.kinematics.kinematic_model import Indices, KinematicModel
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -59,7 +59,8 @@ class LevenbergMarquardt:
     link's frame.
 
     :param kinematics: the robot.
-    :param group: whose active variables move.
+    :param group: planning group.
+    :param variables: which of its active variables move, counted in the group.
     :param tasks: at least one.
     :param convergence: when it ends.
     """
@@ -74,17 +75,17 @@ class LevenbergMarquardt:
         self,
         kinematics: KinematicModel,
         group: str,
+        variables: Indices,
         tasks: tuple[PoseTask, ...],
         convergence: Convergence,
     ) -> None:
         self._kinematics = kinematics
-        self._indices = kinematics.group_indices(group)
+        self._indices = kinematics.group_indices(group)[variables]
         self._lower = kinematics.lower[self._indices]
         self._upper = kinematics.upper[self._indices]
-        self._gradient = kinematics.gradient(group)
+        self._gradient = kinematics.gradient(group)[:, variables]
         self._plain = bool((self._gradient.sum(axis=1) == self._gradient.any(axis=1)).all()
                            and self._gradient.sum() == len(self._indices))
-        self._group = group
         self._tasks = tasks
         self._convergence = convergence
         self._rows = sum(task.rows for task in tasks)
@@ -96,15 +97,22 @@ class LevenbergMarquardt:
         """
         Return the full q of a solution, or None.
 
-        :param q: (n,) state of the joints outside the group.
-        :param start: (m,) values of the group's variables to begin with.
+        A start at the target is the solution even where it is beyond the limits.
+
+        :param q: (n,) state of all other joints.
+        :param start: (m,) values of the moving variables to begin with.
         :param patient: give up later, because there is no better start.
         """
         window = self.PATIENT_WINDOW if patient else self.STALL_WINDOW
         ratio = self.PATIENT_RATIO if patient else self.STALL_RATIO
-        x = np.minimum(np.maximum(start, self._lower), self._upper)
-        full = self._full(q, x)
+        full = self._full(q, start)
         error, cost = self._evaluate(full)
+        if self._solved(error):
+            return full
+        x = np.minimum(np.maximum(start, self._lower), self._upper)
+        if not np.array_equal(x, start):
+            full = self._full(q, x)
+            error, cost = self._evaluate(full)
         damping = 0.05
         history: list[float] = []
         for _ in range(self._convergence.iterations):
@@ -148,11 +156,9 @@ class LevenbergMarquardt:
         return None
 
     def _full(self, q: Vector, x: Vector) -> Vector:
-        if self._plain:
-            full = q.copy()
-            full[self._indices] = x
-            return full
-        return self._kinematics.insert(q, self._group, x)
+        full = q.copy()
+        full[self._indices] = x
+        return full if self._plain else self._kinematics.apply_mimic(full)
 
     def _evaluate(self, full: Vector) -> tuple[Vector, float]:
         model, data = self._kinematics.model, self._kinematics.data

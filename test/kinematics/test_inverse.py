@@ -212,6 +212,39 @@ def test_joints_outside_the_group_stay(two_arms):
     assert two_arms.positions(result.q)['right_2'] == 0.7
 
 
+def test_joints_that_move_no_target_stay(two_arms):
+    """
+    A pose of one hand leaves the other arm of the group where the seed has it.
+
+    moveit_core, constraint_sampler_manager.cpp, selectDefaultSampler: the subgroup that holds
+    the link samples alone.
+    """
+    ik = InverseKinematics(two_arms, 'both')
+    others = [two_arms.index(f'right_{number}') for number in (1, 2, 3)]
+    for state in random_states(two_arms, 'both', 30):
+        seed = random_states(two_arms, 'both', 1, seed=8)[0]
+        seed[others] = 0.3, -9.0, 0.7  # one beyond its limits
+        target = IKTarget('left_hand', two_arms.link_pose(state, 'left_hand'))
+        options = IKOptions(rng=np.random.default_rng(2), max_starts=80)
+        found = [ik.solve([target], seed, options).q, *ik.solutions([target], seed, options)]
+        for q in found:
+            np.testing.assert_array_equal(q[others], seed[others])
+            assert max(misses(two_arms, q, target)) < 1e-5
+
+
+def test_seed_at_the_target_is_the_answer_beyond_its_limits_too(sunday):
+    """
+    A seed whose pose is the requested pose is returned unchanged, also outside the limits.
+
+    moveit_kinematics, kdl_kinematics_plugin.cpp, CartToJnt: the error is tested before the first
+    step is clipped.
+    """
+    seed = sunday.default() + 0.2
+    seed[1] = sunday.upper[1] + 0.05
+    target = IKTarget('tool', sunday.link_pose(seed, 'tool'))
+    np.testing.assert_array_equal(InverseKinematics(sunday, 'arm').solve([target], seed).q, seed)
+
+
 def test_link_that_the_group_does_not_move_is_named(two_arms):
     """A target on the other arm cannot be met, and the message says which links can."""
     target = IKTarget('right_hand', np.eye(4))

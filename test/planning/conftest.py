@@ -7,7 +7,7 @@ import logging
 
 import pytest
 from six_axis_requests import WALL
-from small_arms import planar_arm, six_axis_arm, turning_arm
+from small_arms import planar_arm, six_axis_arm, turning_arm, two_six_axis_arms
 
 from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.model.geometry import Box
@@ -55,6 +55,22 @@ def planar():
 def six():
     """Return the kinematics of the six-axis arm."""
     return KinematicModel(six_axis_arm())
+
+
+@pytest.fixture(scope='session')
+def pair():
+    """Return the kinematics of two six-axis arms with a group of both."""
+    return KinematicModel(two_six_axis_arms())
+
+
+@pytest.fixture
+def pair_scene(pair):
+    """Return an empty scene with both arms bent, away from singularities."""
+    scene = PlanningScene(pair)
+    scene.set_positions({
+        f'{side}_axis{k}': value for side in ('left', 'right')
+        for k, value in enumerate((0.3, 0.7, 1.2, 0.2, 0.9, 0.1), 1)})
+    return scene
 
 
 @pytest.fixture

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Small arms made of boxes."""
 
+from dataclasses import replace
 import itertools
 import math
 
@@ -82,6 +83,33 @@ def six_axis_arm(**options):
         ((0.04, 0.04, 0.04), (0.0, 0.0, 0.04)),
     ]
     return serial_arm('six', rows, boxes=boxes, **options)
+
+
+def two_six_axis_arms():
+    """Return two six-axis arms 1 m apart, with the groups left, right and both."""
+    links, joints, groups = {'world': Link('world')}, {}, {}
+    for side, y in (('left', 0.5), ('right', -0.5)):
+        arm = six_axis_arm()
+        links.update({f'{side}_{name}': replace(link, name=f'{side}_{name}')
+                      for name, link in arm.links.items()})
+        foot = Joint(f'{side}_foot', JointType.FIXED, 'world', f'{side}_base',
+                     pose_matrix((0.0, y, 0.0)), Z)
+        for each in (foot, *(replace(
+                joint, name=f'{side}_{name}', parent=f'{side}_{joint.parent}',
+                child=f'{side}_{joint.child}') for name, joint in arm.joints.items())):
+            joints[each.name] = each
+        groups[side] = PlanningGroup(
+            side, *(tuple(f'{side}_{name}' for name in names) for names in (
+                arm.joints, arm.active_joints, tuple(arm.links)[1:])),
+            (f'{side}_base', f'{side}_tool'), (f'{side}_tool',))
+    left, right = groups['left'], groups['right']
+    groups['both'] = PlanningGroup(
+        'both', left.joints + right.joints, left.active_joints + right.active_joints,
+        left.links + right.links, None, left.tips + right.tips, ('left', 'right'))
+    neighbours = {tuple(sorted((joint.parent, joint.child))): 'Adjacent'
+                  for joint in joints.values()}
+    return RobotModel('pair', links, joints, 'world',
+                      SemanticModel('pair', groups, {}, disabled_collisions=neighbours))
 
 
 def turning_arm():

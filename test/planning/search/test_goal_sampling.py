@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Tests of goals for joints and links, and of what has to hold on the way to them."""
 
+from dataclasses import replace
 import math
 
 import numpy as np
@@ -45,6 +46,29 @@ def test_pose_goal_for_another_link(six, six_scene, plan_for, clock):
     assert response.success, response.message
     end = dict(zip(SIX, response.trajectory.positions[-1], strict=True))
     assert poses(six.robot, end)['segment6'] == pytest.approx(wanted['segment6'], abs=1e-3)
+
+
+@pytest.mark.parametrize('seed', range(6))
+def test_pose_goal_of_a_subgroup_leaves_the_others(pair, pair_scene, plan_for, clock, seed):
+    """
+    A pose goal for one arm of a group of two leaves the other arm at its start.
+
+    moveit_core, constraint_sampler_manager.cpp, selectDefaultSampler: the subgroup that holds
+    the link samples, the joints of other subgroups keep the values of the start state.
+    """
+    start = pair_scene.q.copy()
+    rng = np.random.default_rng(seed)
+    q = pair.insert(start, 'left', rng.uniform(-1.0, 1.0, 6))
+    goal = pose_goal(pair.link_pose(q, 'left_tool'), 'left_tool')
+    goal = replace(
+        goal, position_constraints=(replace(goal.position_constraints[0], frame_id='world'),),
+        orientation_constraints=(replace(goal.orientation_constraints[0], frame_id='world'),))
+    response = plan_for(pair_scene).plan(
+        MotionPlanRequest('both', (goal,), seed=seed), pair_scene, clock=clock)
+    assert response.success, response.message
+    end = pair.vector(dict(zip(
+        response.trajectory.joint_names, response.trajectory.positions[-1], strict=True)))
+    assert pair.extract(end, 'right') == pytest.approx(pair.extract(start, 'right'), abs=1e-12)
 
 
 def test_position_goal(six, six_scene, plan_for, clock):
