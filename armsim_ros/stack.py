@@ -290,10 +290,12 @@ class ArmSim:
         attaches is his.
         """
         from armsim_ros.kinematics.kinematic_model import KinematicModel
+        from armsim_ros.kinematics.planning_limits import planning_robot
         from armsim_ros.scene_sources.simulated_world import initial_scene
 
         settings = self.settings
-        return initial_scene(KinematicModel(self.model), settings, settings.planning_parameters)
+        model = KinematicModel(planning_robot(self.model, settings.joint_limits))
+        return initial_scene(model, settings, settings.planning_parameters)
 
     @cached_property
     def planner(self) -> MotionPlanner:

@@ -9,6 +9,7 @@ from typing import Any, TypeVar
 
 from armsim_ros.config.base import Settings
 from armsim_ros.config.controllers.pid_gains import PidGains
+from armsim_ros.config.joint_limits import JointLimitOverrides
 from armsim_ros.config.move_group.ompl_planning import OmplGroup, OmplSettings, PlannerConfig
 from armsim_ros.config.robot_settings import RobotSettings
 from armsim_ros.config.simulation import (
@@ -47,9 +48,8 @@ def merged_settings(own: RobotSettings, robots: Robots, problems: list[Problem])
         'controller_manager': own.controller_manager.model_copy(
             update={'update_rate': merge.update_rate(simulation)}),
         'simulation': simulation,
-        'joint_limits': merge.block('joint_limits', own.joint_limits, joint_limits={
-            joint: limits for one in merge.all for joint, limits
-            in one.joint_limits.joint_limits.items()}),
+        'joint_limits': merge.block(
+            'joint_limits', own.joint_limits, joint_limits=merge.joint_limits()),
         'kinematics': {group: solver for one in merge.all
                        for group, solver in one.kinematics.items()},
         'ompl': merge.ompl(),
@@ -106,6 +106,15 @@ class _Merge:
                     self._changed(settings, (*path, key), f"{value} of robot '{name}' gives "
                                   f'way to {values[key]} of {owners[key]}')
         return own.model_copy(update={**values, **apart})
+
+    def joint_limits(self) -> dict[str, JointLimitOverrides]:
+        """Return the limits of all joints, each value for itself as parameters of a node are."""
+        found: dict[str, JointLimitOverrides] = {}
+        for one in self.all:
+            for joint, limits in one.joint_limits.joint_limits.items():
+                given = {key: getattr(limits, key) for key in limits.model_fields_set}
+                found[joint] = found.get(joint, limits).model_copy(update=given)
+        return found
 
     def simulation(self) -> SimulationSettings:
         """Return one physics with the joints of all robots in it."""

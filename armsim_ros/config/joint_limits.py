@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Limits laid over those of the URDF (``joint_limits.yaml``)."""
+"""Limits of plans, laid over those of the URDF (``joint_limits.yaml``)."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ UNUSED_LIMIT_KEYS = {
 
 class JointLimitOverrides(Settings):
     """
-    Limits of one joint that replace those of the URDF.
+    Limits of one joint that replace those of the URDF in plans.
 
-    A value counts only where its ``has_...`` is true; where ``has_...`` is absent, giving the
-    value says so too.
+    Velocity, acceleration and jerk count only where their ``has_...`` is true. A bound of the
+    position counts wherever it is given, each by itself, whatever ``has_position_limits`` says.
     """
 
-    has_position_limits: bool | None = parameter(None, 'whether min_ and max_position count')
+    has_position_limits: bool | None = parameter(None, 'not read, as in MoveIt')
     min_position: float | None = parameter(None, 'lower bound [rad or m]')
     max_position: float | None = parameter(None, 'upper bound [rad or m]')
     has_velocity_limits: bool | None = parameter(None, 'whether max_velocity counts')
@@ -47,24 +47,14 @@ class JointLimitOverrides(Settings):
     def _complete(self) -> Self:
         for kind in ('velocity', 'acceleration', 'jerk'):
             value = getattr(self, f'max_{kind}')
-            if getattr(self, f'has_{kind}_limits') and not value:
-                state = 'missing' if value is None else '0'
+            if getattr(self, f'has_{kind}_limits') and value == 0.0:
                 raise ValueError(
-                    f"'max_{kind}' is {state} though has_{kind}_limits is true; give a value "
-                    f'above 0, or set has_{kind}_limits to false')
+                    f"'max_{kind}' is 0 though has_{kind}_limits is true; give a value above 0, "
+                    f'or set has_{kind}_limits to false')
         low, high = self.min_position, self.max_position
-        if self.has_position_limits and (low is None or high is None):
-            raise ValueError("'has_position_limits' is true: give min_position and max_position")
         if low is not None and high is not None and low > high:
             raise ValueError(f"'min_position' {low:g} is above max_position {high:g}")
         return self
-
-    @property
-    def position(self) -> tuple[float | None, float | None]:
-        """Lower and upper bound that replace the URDF's [rad or m]; None keeps it."""
-        if self.has_position_limits is False:
-            return None, None
-        return self.min_position, self.max_position
 
     @property
     def velocity(self) -> float | None:
@@ -83,7 +73,7 @@ class JointLimitOverrides(Settings):
 
     def _bound(self, kind: str) -> float | None:
         value: float | None = getattr(self, f'max_{kind}')
-        return value if value and getattr(self, f'has_{kind}_limits') is not False else None
+        return value if getattr(self, f'has_{kind}_limits') else None
 
 
 class JointLimitsSettings(Settings):

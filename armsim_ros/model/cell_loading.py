@@ -38,7 +38,6 @@ from armsim_ros.model.initial_state import (
     START_KEYS,
     with_hardware_start,
 )
-from armsim_ros.model.limits import apply_limits
 from armsim_ros.model.loading import survey_robot_model
 from armsim_ros.model.prefix import prefixed_model
 from armsim_ros.model.robot_model import RobotModel
@@ -233,9 +232,8 @@ class _CellReader:
         prefixed = prefixed_model(
             model, self._cell.prefix(name), urdf_file=str(settings.urdf_file),
             srdf_file=str(settings.srdf_file))
-        limits = self._own.joint_limits.joint_limits
         return PlacedRobot(
-            replace(prefixed, joints=apply_limits(prefixed.joints, limits)),
+            prefixed,
             PlacementSettings(xyz=own.xyz if entry.xyz is None else entry.xyz,
                               rpy=own.rpy if entry.rpy is None else entry.rpy))
 

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Mapping
 from armsim_ros.config.controllers.controller_settings import BROADCASTER
 from armsim_ros.config.robot_settings import RobotSettings
 from armsim_ros.errors import ignored, Location, nearest, Problem, Severity
-from armsim_ros.model.robot_model import PlanningGroup, RobotModel
+from armsim_ros.model.robot_model import JointType, PlanningGroup, RobotModel
 
 
 def check_settings(settings: RobotSettings, model: RobotModel,
@@ -24,6 +24,7 @@ def check_settings(settings: RobotSettings, model: RobotModel,
     check = _Check(settings, model, places or {})
     check.controllers()
     check.joints_in_settings()
+    check.joint_limits()
     check.hardware()
     if not partial:
         check.moveit_controllers()
@@ -113,6 +114,28 @@ class _Check:
             for joint in joints:
                 self._known_joint(title, joint, self._settings.locate(*path, joint),
                                   Severity.WARNING)
+
+    def joint_limits(self) -> None:
+        """Report what joint_limits.yaml gives and no plan is bounded by."""
+        for name, limits in self._settings.joint_limits.joint_limits.items():
+            path = ('joint_limits', 'joint_limits', name)
+            joint = self._model.joints.get(name)
+            if joint is not None and joint.type is JointType.CONTINUOUS:
+                for key in ('min_position', 'max_position'):
+                    if getattr(limits, key) is not None:
+                        self._add(f"joint limits: '{key}' of continuous joint '{name}' has no "
+                                  'effect', self._settings.locate(*path, key))
+            for kind in ('velocity', 'acceleration', 'jerk'):
+                declared = getattr(limits, f'has_{kind}_limits')
+                given = getattr(limits, f'max_{kind}') is not None
+                if declared and not given:
+                    self._add(f"joint limits: joint '{name}' has has_{kind}_limits: true and no "
+                              f'max_{kind}', self._settings.locate(*path, f'has_{kind}_limits'),
+                              remedy='add it, or set has_... to false')
+                elif given and declared is None:
+                    self._add(f"joint limits: 'max_{kind}' of joint '{name}' has no effect "
+                              f'without has_{kind}_limits: true',
+                              self._settings.locate(*path, f'max_{kind}'))
 
     def groups_in_settings(self) -> None:
         """Check the planning groups that the other files name."""

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""From settings to the robot model: URDF, SRDF and limits together."""
+"""From settings to the robot model: URDF and SRDF together."""
 
 from __future__ import annotations
 
@@ -24,7 +24,6 @@ from armsim_ros.model.description.urdf import parse_urdf, UrdfContent
 from armsim_ros.model.description.urdf_geometry import Scale
 from armsim_ros.model.description.xacro_text import describe, Description, read_text, source_line
 from armsim_ros.model.geometry import Mesh
-from armsim_ros.model.limits import apply_limits
 from armsim_ros.model.mesh.meshes import load_mesh
 from armsim_ros.model.robot_model import RobotModel, SemanticModel
 from armsim_ros.packages import Packages
@@ -102,9 +101,9 @@ def _build(settings: RobotSettings, visual_meshes: bool, partial: bool,
                 srdf_description = describe(
                     settings.srdf_file, mappings=arguments, packages=packages)
             srdf_text = srdf_description.text
-            joints = apply_limits(content.joints, settings.joint_limits.joint_limits)
             srdf = parse_srdf(srdf_text, str(settings.srdf_file), robot_name=content.name,
-                              root_link=content.root_link, links=content.links, joints=joints)
+                              root_link=content.root_link, links=content.links,
+                              joints=content.joints)
             semantic = srdf.semantic
             places.update(srdf.places)
             found.extend(srdf.problems)
@@ -114,7 +113,7 @@ def _build(settings: RobotSettings, visual_meshes: bool, partial: bool,
     model = RobotModel(
         name=content.name,
         links=content.links,
-        joints=apply_limits(content.joints, settings.joint_limits.joint_limits),
+        joints=content.joints,
         root_link=content.root_link,
         semantic=semantic,
         hardware=content.hardware,

@@ -47,6 +47,23 @@ class JointLimits:
 
 
 @dataclass(frozen=True, slots=True)
+class SoftLimits:
+    """
+    ``<safety_controller>`` of a joint: bounds inside those of ``<limit>``.
+
+    :param lower: [rad or m].
+    :param upper: [rad or m].
+    :param k_position: velocity per distance to a bound [1/s].
+    :param k_velocity: effort per velocity beyond its bound [N*m*s/rad or N*s/m].
+    """
+
+    lower: float
+    upper: float
+    k_position: float
+    k_velocity: float
+
+
+@dataclass(frozen=True, slots=True)
 class Mimic:
     """Position = multiplier * position of ``joint`` + offset [rad or m]."""
 
@@ -60,6 +77,7 @@ class Joint:
     """
     A URDF joint.
 
+    :param limits: the URDF's; plans have bounds of their own (``planning_robot``).
     :param origin: (4, 4) pose of the joint frame in the parent link's frame.
     :param axis: (3,) unit vector in the joint frame.
     :param damping: [N*m*s/rad or N*s/m].
@@ -76,6 +94,7 @@ class Joint:
     mimic: Mimic | None = None
     damping: float = 0.0
     friction: float = 0.0
+    soft_limits: SoftLimits | None = None
 
     @property
     def movable(self) -> bool:
@@ -254,7 +273,7 @@ class HardwareSystem:
 @dataclass(frozen=True, eq=False)
 class RobotModel:
     """
-    One robot: kinematic tree, limits (URDF with joint_limits.yaml laid over it), SRDF.
+    One robot: kinematic tree, limits of the URDF, SRDF.
 
     :param name: the URDF's robot name.
     :param links: by name, in tree order (depth first from the root).

@@ -26,6 +26,7 @@ from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from armsim_ros.config.loading import load_robot_settings
 from armsim_ros.kinematics.kinematic_model import KinematicModel
+from armsim_ros.kinematics.planning_limits import planning_robot
 from armsim_ros.model.loading import load_robot_model
 from armsim_ros.testing.clients.patient_action_client import PatientActionClient
 from benchmarks.options import Options
@@ -36,7 +37,8 @@ from benchmarks.stack import median, percentile, running_stack, Stack
 def main(options: Options) -> None:
     """Print a line a kind of request; ``--runs`` rounds of them, a tenth of that of motions."""
     settings = load_robot_settings(options.robot)
-    model = KinematicModel(load_robot_model(settings))
+    model = KinematicModel(
+        planning_robot(load_robot_model(settings), settings.joint_limits))
     semantic = model.robot.semantic
     group, states = next(
         (name, states) for name, states in semantic.named_states.items() if len(states) > 1)

@@ -14,6 +14,7 @@ from shape_msgs.msg import SolidPrimitive
 
 from armsim_ros.config.loading import load_robot_settings
 from armsim_ros.kinematics.kinematic_model import KinematicModel
+from armsim_ros.kinematics.planning_limits import planning_robot
 from armsim_ros.model.loading import load_robot_model
 from benchmarks.options import Options
 from benchmarks.stack import median, percentile, running_stack
@@ -26,7 +27,8 @@ PREEMPTED = -7
 
 def main(options: Options) -> None:
     """Print a line a planner; ``--runs`` says how many goals are cancelled for each."""
-    model = KinematicModel(load_robot_model(load_robot_settings(options.robot)))
+    settings = load_robot_settings(options.robot)
+    model = KinematicModel(planning_robot(load_robot_model(settings), settings.joint_limits))
     semantic = model.robot.semantic
     group, states = next(
         (name, states) for name, states in semantic.named_states.items() if len(states) > 1)

@@ -15,6 +15,7 @@ import numpy as np
 from armsim_ros.config.loading import load_robot_settings
 from armsim_ros.errors import MoveItErrorCode
 from armsim_ros.kinematics.kinematic_model import KinematicModel
+from armsim_ros.kinematics.planning_limits import planning_robot
 from armsim_ros.model.geometry import Box
 from armsim_ros.model.loading import load_robot_model
 from armsim_ros.model.transforms import pose_matrix
@@ -40,7 +41,8 @@ CARTESIAN_POINTS = 500
 def main(options: Options) -> None:
     """Print a line a cost; ``--runs`` says how often plans are cancelled at each stage."""
     settings = load_robot_settings(options.robot)
-    model = KinematicModel(load_robot_model(settings))
+    model = KinematicModel(
+        planning_robot(load_robot_model(settings), settings.joint_limits))
     scene = PlanningScene(model)
     planner = MotionPlanner(scene, settings=settings_from_config(
         settings.planning_parameters, settings.ompl, settings.kinematics))

@@ -15,6 +15,7 @@ import numpy as np
 
 from armsim_ros.config.loading import load_robot_settings
 from armsim_ros.kinematics.kinematic_model import KinematicModel
+from armsim_ros.kinematics.planning_limits import planning_robot
 from armsim_ros.model.geometry import Box
 from armsim_ros.model.loading import load_robot_model
 from armsim_ros.model.transforms import pose_matrix
@@ -40,7 +41,8 @@ def main(options: Options) -> None:
     Every tenth request is cancelled, every fourth has a goal that collides or may collide.
     """
     settings = load_robot_settings(options.robot)
-    model = KinematicModel(load_robot_model(settings))
+    model = KinematicModel(
+        planning_robot(load_robot_model(settings), settings.joint_limits))
     scene = PlanningScene(model)
     planner = MotionPlanner(scene, settings=settings_from_config(
         settings.planning_parameters, settings.ompl, settings.kinematics), log=_silent())

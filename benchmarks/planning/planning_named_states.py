@@ -8,6 +8,7 @@ import time
 
 from armsim_ros.config.loading import load_robot_settings
 from armsim_ros.kinematics.kinematic_model import KinematicModel
+from armsim_ros.kinematics.planning_limits import planning_robot
 from armsim_ros.model.loading import load_robot_model
 from armsim_ros.planning.planner import MotionPlanner
 from armsim_ros.planning.request import Constraints, JointConstraint, MotionPlanRequest
@@ -20,7 +21,8 @@ from benchmarks.options import Options
 def main(options: Options) -> None:
     """Print one line a pair of states: solved, median and largest time, path, duration."""
     settings = load_robot_settings(options.robot)
-    model = KinematicModel(load_robot_model(settings))
+    model = KinematicModel(
+        planning_robot(load_robot_model(settings), settings.joint_limits))
     scene = PlanningScene(model)
     planner = MotionPlanner(scene, settings=settings_from_config(
         settings.planning_parameters, settings.ompl, settings.kinematics))

@@ -26,6 +26,7 @@ from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 from armsim_ros.config.loading import load_robot_settings
 from armsim_ros.config.servo import ServoParameters
 from armsim_ros.kinematics.kinematic_model import KinematicModel
+from armsim_ros.kinematics.planning_limits import planning_robot
 from armsim_ros.model.loading import load_robot_model
 from armsim_ros.resources import share_folder
 from benchmarks.options import Options
@@ -217,7 +218,9 @@ def _forward(user: User) -> tuple[str, str]:
 
 
 def _straightness(user: User) -> list[tuple[str, ...]]:
-    kinematics = KinematicModel(load_robot_model(load_robot_settings('sunday')))
+    settings = load_robot_settings('sunday')
+    kinematics = KinematicModel(
+        planning_robot(load_robot_model(settings), settings.joint_limits))
 
     def tip(positions):
         q = kinematics.insert(kinematics.default(), 'manipulator', positions)

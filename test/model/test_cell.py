@@ -7,6 +7,7 @@ import pytest
 
 from armsim_ros.config.loading import load_robot_settings
 from armsim_ros.errors import ConfigError, Severity
+from armsim_ros.kinematics.planning_limits import planning_robot
 from armsim_ros.model.cell_loading import load_cell, survey_cell
 from armsim_ros.model.description.urdf import parse_urdf
 from armsim_ros.model.description.xml_tree import parse_xml, xml_text
@@ -207,13 +208,19 @@ def test_the_cells_own_files_are_checked_against_the_whole(cell):
     assert "more.yaml:3:1: kinematics: planning group 'left_am' is not in the SRDF" in told
 
 
-def test_limits_of_the_cell_hold_for_robot_and_whole(cell):
-    """Controllers and planning see the same."""
+def test_limits_of_the_cell_bound_its_plans(cell):
+    """The cell's values replace those of the robots' files, each for itself."""
+    limits = cell.folder / 'bot' / 'joint_limits.yaml'
+    limits.write_text('joint_limits:\n  joint1: {has_velocity_limits: true, max_velocity: 1.5, '
+                      'has_acceleration_limits: true, max_acceleration: 4}\n')
     cell.write('limits.yaml', 'joint_limits: {left_joint1: {max_velocity: 0.5}}')
     whole = cell.load()
-    assert whole.model.joints['left_joint1'].limits.velocity == 0.5
-    assert whole.robots[0].model.joints['left_joint1'].limits.velocity == 0.5
-    assert whole.model.joints['right_joint1'].limits.velocity == 2.5
+    planned = planning_robot(whole.model, whole.settings.joint_limits).joints
+    assert planned['left_joint1'].limits.velocity == 0.5
+    assert planned['left_joint1'].limits.acceleration == 4.0
+    assert planned['right_joint1'].limits.velocity == 1.5
+    assert whole.model.joints['left_joint1'].limits.velocity == 2.5
+    assert whole.robots[0].model.joints['left_joint1'].limits.velocity == 2.5
 
 
 def test_where_the_joints_start(cell):

@@ -42,21 +42,41 @@ def mistakes(folder):
     return [str(one).replace(f'{folder}/', '') for one in caught.value.problems]
 
 
-def test_joint_limits_are_laid_over_the_urdf(folder):
-    """CFG-6: the file wins, upwards too; has_...: false means none."""
+def test_joint_limits_leave_the_robot_as_the_urdf_has_it(folder):
+    """
+    The file bounds plans; drives, ranges and controllers have the URDF's limits.
+
+    moveit_ros/planning/robot_model_loader/src/robot_model_loader.cpp: configure is the only
+    reader.
+    """
+    expected = {name: joint.limits for name, joint in load(folder)[0].joints.items()}
     (folder / 'joint_limits.yaml').write_text("""
 joint_limits:
   joint_1: {has_velocity_limits: true, max_velocity: 5, has_acceleration_limits: true,
-            max_acceleration: 2, has_position_limits: true, min_position: -1, max_position: 1}
-  joint_2: {has_velocity_limits: false, max_velocity: 1, has_jerk_limits: true, max_jerk: 9}
+            max_acceleration: 2, min_position: -1, max_position: 1}
+  joint_2: {has_velocity_limits: false}
 """)
-    joints = load(folder)[0].joints
-    first = joints['joint_1'].limits
-    assert (first.lower, first.upper, first.velocity, first.acceleration) == (-1, 1, 5, 2)
-    assert first.effort == 30.0
-    assert joints['joint_2'].limits.velocity == math.inf
-    assert joints['joint_2'].limits.jerk == 9.0
-    assert joints['joint_3'].limits.velocity == 3.14
+    assert {name: joint.limits for name, joint in load(folder)[0].joints.items()} == expected
+    assert expected['joint_1'].acceleration == math.inf
+
+
+def test_limits_without_effect_are_reported(folder):
+    """
+    A value without its has_..., has_... without a value: a warning each, and the robot loads.
+
+    moveit_ros/planning/robot_model_loader/src/robot_model_loader.cpp: configure.
+    """
+    (folder / 'joint_limits.yaml').write_text("""
+joint_limits:
+  joint_1: {max_velocity: 5}
+  joint_2: {has_acceleration_limits: true}
+  joint_3: {has_acceleration_limits: false, max_acceleration: 0, has_position_limits: true}
+""")
+    assert load(folder)[1] == [
+        "joint_limits.yaml:3:13: joint limits: 'max_velocity' of joint 'joint_1' has no effect "
+        'without has_velocity_limits: true',
+        "joint_limits.yaml:4:13: joint limits: joint 'joint_2' has has_acceleration_limits: true "
+        'and no max_acceleration; add it, or set has_... to false']
 
 
 def test_a_joint_that_the_urdf_lacks(folder):

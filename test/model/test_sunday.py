@@ -58,11 +58,10 @@ def test_the_group_and_its_order(sunday):
 
 
 def test_limits(sunday):
-    """URDF and joint_limits.yaml together."""
+    """Those of the URDF."""
     limits = sunday[1].joints['joint_2'].limits
     assert (limits.lower, limits.upper) == (-1.54, 1.54)
     assert (limits.velocity, limits.effort) == (3.14, 30.0)
-    assert limits.acceleration == 5.0
 
 
 @pytest.mark.parametrize('state', TOOL_POSES)

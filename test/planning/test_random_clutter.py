@@ -18,6 +18,7 @@ import pytest
 
 from armsim_ros.config.loading import load_robot_settings
 from armsim_ros.kinematics.kinematic_model import KinematicModel
+from armsim_ros.kinematics.planning_limits import planning_robot
 from armsim_ros.model.geometry import Box, Cylinder
 from armsim_ros.model.loading import load_robot_model
 from armsim_ros.model.transforms import pose_from_parts, quat_xyzw_from_rpy
@@ -157,9 +158,9 @@ def bench(request: pytest.FixtureRequest, tmp_path_factory: Any) -> Bench:
     """Give a robot with all that is needed."""
     folder = Path(tmp_path_factory.mktemp(request.param))
     name = request.param
-    robot = load_robot_model(load_robot_settings(
-        name if name == 'sunday' else str(seven_joints(folder / name))
-    ))
+    settings = load_robot_settings(
+        name if name == 'sunday' else str(seven_joints(folder / name)))
+    robot = planning_robot(load_robot_model(settings), settings.joint_limits)
     model = KinematicModel(robot)
     urdf, srdf = folder / 'robot.urdf', folder / 'robot.srdf'
     urdf.write_text(robot.urdf, encoding='utf-8')

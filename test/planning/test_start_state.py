@@ -15,6 +15,7 @@ from armsim_ros.config.move_group.ompl_planning import OmplSettings
 from armsim_ros.config.move_group.planning_parameters import PlanningParameters
 from armsim_ros.errors import MoveItErrorCode
 from armsim_ros.kinematics.kinematic_model import KinematicModel
+from armsim_ros.kinematics.planning_limits import planning_robot
 from armsim_ros.model.geometry import Box
 from armsim_ros.model.loading import load_robot_model
 from armsim_ros.model.transforms import pose_from_parts
@@ -35,7 +36,8 @@ ADAPTERS = (
 @pytest.fixture(scope='module')
 def model() -> KinematicModel:
     """Give a UR5."""
-    return KinematicModel(load_robot_model(load_robot_settings('ur5')))
+    settings = load_robot_settings('ur5')
+    return KinematicModel(planning_robot(load_robot_model(settings), settings.joint_limits))
 
 
 @pytest.fixture

@@ -9,6 +9,7 @@ import pytest
 
 from armsim_ros.config.loading import load_robot_settings
 from armsim_ros.kinematics.kinematic_model import KinematicModel
+from armsim_ros.kinematics.planning_limits import planning_robot
 from armsim_ros.model.loading import load_robot_model
 from armsim_ros.model.transforms import pose_matrix
 from armsim_ros.planning.collision.collision_model import CollisionChecker
@@ -35,7 +36,7 @@ def settings():
 @pytest.fixture(scope='module')
 def model(settings):
     """Return the robot's kinematics."""
-    return KinematicModel(load_robot_model(settings))
+    return KinematicModel(planning_robot(load_robot_model(settings), settings.joint_limits))
 
 
 @pytest.fixture

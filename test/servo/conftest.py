@@ -7,13 +7,15 @@ from servo_streams import Streamer
 
 from armsim_ros.config.loading import load_robot_settings
 from armsim_ros.kinematics.kinematic_model import KinematicModel
+from armsim_ros.kinematics.planning_limits import planning_robot
 from armsim_ros.model.loading import load_robot_model
 
 
 @pytest.fixture(scope='session')
 def kinematics():
     """Return the robot's kinematics."""
-    return KinematicModel(load_robot_model(load_robot_settings('sunday')))
+    settings = load_robot_settings('sunday')
+    return KinematicModel(planning_robot(load_robot_model(settings), settings.joint_limits))
 
 
 @pytest.fixture

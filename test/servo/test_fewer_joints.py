@@ -8,6 +8,7 @@ from servo_streams import Streamer, twist
 
 from armsim_ros.config.loading import load_robot_settings
 from armsim_ros.kinematics.kinematic_model import KinematicModel
+from armsim_ros.kinematics.planning_limits import planning_robot
 from armsim_ros.model.loading import load_robot_model
 from armsim_ros.servo.status import ServoStatus
 
@@ -17,7 +18,9 @@ FREE = {'command_in_type': 'speed_units', 'check_collisions': False}
 @pytest.fixture(scope='module')
 def arm():
     """Return the kinematics of an arm of five joints, its group, and a posture with a bend."""
-    kinematics = KinematicModel(load_robot_model(load_robot_settings('bot')))
+    settings = load_robot_settings('bot')
+    kinematics = KinematicModel(
+        planning_robot(load_robot_model(settings), settings.joint_limits))
     assert len(kinematics.group_indices('arm')) == 5
     return kinematics, 'arm', np.array([0.2, -1.0, 1.6, 0.9, 0.2])
 

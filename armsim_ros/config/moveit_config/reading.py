@@ -28,9 +28,6 @@ from armsim_ros.resources import expand_find
 _VAR = re.compile(r'\$\(var\s+([^)\s]+)\s*\)')
 #: Files in which a launch file may have values filled in.
 _FILLED_IN = (Role.MOVEIT_CONTROLLERS, Role.ROS2_CONTROLLERS, Role.JOINT_LIMITS)
-_LIMIT_KINDS = {'velocity': ('max_velocity',), 'acceleration': ('max_acceleration',),
-                'jerk': ('max_jerk',), 'position': ('min_position', 'max_position')}
-
 
 #: The block of the draft with the joints' start; what the URDF says wins over it.
 _START = 'start'
@@ -114,7 +111,7 @@ class PackageReader:
         elif role is Role.KINEMATICS:
             self._take_kinematics(root)
         elif role is Role.JOINT_LIMITS:
-            self._take_joint_limits(root)
+            self._layout.read(root.get('robot_description_planning') or root, 'joint_limits')
         elif role is Role.CARTESIAN_LIMITS:
             self._layout.read(root, file.stem)
         elif role is Role.INITIAL_POSITIONS:
@@ -130,25 +127,6 @@ class PackageReader:
             else:
                 self._draft.problems.append(ignored(Problem(
                     f"'{group}' is {solver.kind} and no planning group's solver", solver.place)))
-
-    def _take_joint_limits(self, root: YamlNode) -> None:
-        """Take limits as MoveIt does: a value counts only where its ``has_...`` is true."""
-        inner = root.get('robot_description_planning') or root
-        joints = inner.get('joint_limits')
-        if joints is not None and joints.is_mapping:
-            clean = {name: _declared_limits(block) for name, block in joints.entries.items()}
-            inner = inner.with_value({**inner.entries, 'joint_limits': joints.with_value(clean)})
-        self._layout.read(inner, 'joint_limits')
-
-
-def _declared_limits(block: YamlNode) -> YamlNode:
-    unused = [key for kind, keys in _LIMIT_KINDS.items() for key in keys
-              if not _is_true(block.get(f'has_{kind}_limits'))]
-    return block.without(*unused)
-
-
-def _is_true(node: YamlNode | None) -> bool:
-    return node is not None and node.value is True
 
 
 def _has_parameters(root: YamlNode) -> bool:

@@ -18,7 +18,7 @@ from armsim_ros.model.description.xml_tree import (
     TextReport,
     XmlElement,
 )
-from armsim_ros.model.robot_model import Joint, JointLimits, JointType, Mimic
+from armsim_ros.model.robot_model import Joint, JointLimits, JointType, Mimic, SoftLimits
 
 _TYPES = tuple(kind.value for kind in JointType)
 _BOUNDED = (JointType.REVOLUTE, JointType.PRISMATIC)
@@ -60,7 +60,8 @@ def read_joint(element: XmlElement, report: TextReport) -> Joint | None:
         name, joint_type, ends[0], ends[1], read_origin(element, report),
         _axis(element, joint_type, report), _limits(element, joint_type, report),
         _mimic(element, report),
-        *(() if dynamics is None else _dynamics(name, dynamics, report)))
+        *((0.0, 0.0) if dynamics is None else _dynamics(name, dynamics, report)),
+        soft_limits=_soft_limits(element, report))
 
 
 def read_transmissions(robot: XmlElement, report: TextReport) -> tuple[Transmission, ...]:
@@ -161,6 +162,18 @@ def _bound(holder: XmlElement, key: str, joint: str, report: TextReport) -> floa
         report.warning(f"{key} limit of joint '{joint}' is 0, which would hold it still; it is "
                        'taken as no limit', holder.where, 'give the real value')
     return value if value > 0.0 else math.inf
+
+
+def _soft_limits(element: XmlElement, report: TextReport) -> SoftLimits | None:
+    holder = element.first('safety_controller')
+    if holder is None:
+        return None
+    if 'k_velocity' not in holder.attributes:
+        report.error(f"<safety_controller> of joint '{element.get('name')}' has no 'k_velocity'",
+                     holder.where)
+    return SoftLimits(*(
+        read_number(holder, key, report, 0.0) or 0.0
+        for key in ('soft_lower_limit', 'soft_upper_limit', 'k_position', 'k_velocity')))
 
 
 def _mimic(element: XmlElement, report: TextReport) -> Mimic | None:

@@ -9,6 +9,7 @@ from rclpy.executors import Executor
 from armsim_ros.counting_clock import CountingClock
 from armsim_ros.execution.controller_selection import coverage_report
 from armsim_ros.kinematics.kinematic_model import KinematicModel
+from armsim_ros.kinematics.planning_limits import planning_robot
 from armsim_ros.model.cell import Cell
 from armsim_ros.model.tree import standing_links
 from armsim_ros.nodes.move_group.capabilities import ALL, Parts, wanted_capabilities
@@ -56,7 +57,8 @@ class MoveGroup:
 
     def __init__(self, node: PollingNode, executor: Executor, cell: Cell) -> None:
         """Build the parts; the ready line comes when all of them answer."""
-        settings, robot = cell.settings, cell.model
+        settings = cell.settings
+        robot = planning_robot(cell.model, settings.joint_limits)
         model = KinematicModel(robot)
         parameters = planning_parameters(node, settings)
         scene = initial_scene(model, settings, parameters, name='default')

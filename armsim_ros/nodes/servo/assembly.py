@@ -13,6 +13,7 @@ from armsim_ros.config.controllers.controller_settings import SCALED_TRAJECTORY,
 from armsim_ros.config.robot_settings import RobotSettings
 from armsim_ros.config.servo import ARRAY, ServoNodeSettings
 from armsim_ros.kinematics.kinematic_model import KinematicModel
+from armsim_ros.kinematics.planning_limits import planning_robot
 from armsim_ros.model.cell import Cell
 from armsim_ros.model.robot_model import RobotModel
 from armsim_ros.nodes.move_group.scene.transforms import Transforms
@@ -55,7 +56,8 @@ class ServoNode:
         self.node = node
         self.robot: RobotModel = cell.model
         self._warned: set[str] = set()
-        kinematics = KinematicModel(cell.model)
+        kinematics = KinematicModel(
+            planning_robot(cell.model, cell.settings.joint_limits))
         settings = self._settings(node, cell.settings, kinematics)
         parameters = settings.moveit_servo
         self.scene: PlanningScene = initial_scene(

@@ -12,6 +12,7 @@ from worker import serve
 
 from armsim_ros.config.loading import load_robot_settings
 from armsim_ros.kinematics.kinematic_model import KinematicModel
+from armsim_ros.kinematics.planning_limits import planning_robot
 from armsim_ros.model.geometry import Box, Cylinder
 from armsim_ros.model.loading import load_robot_model
 from armsim_ros.model.transforms import pose_from_quat_xyzw
@@ -29,7 +30,8 @@ class Planner:
     def __init__(self, robot):
         settings = load_robot_settings(robot['folder'])
         self.robot = robot
-        self.model = KinematicModel(load_robot_model(settings))
+        self.model = KinematicModel(
+            planning_robot(load_robot_model(settings), settings.joint_limits))
         self.scene = PlanningScene(self.model)
         self.planner = MotionPlanner(self.scene, settings=settings_from_config(
             settings.planning_parameters, settings.ompl, settings.kinematics))

@@ -5,6 +5,7 @@
 import pytest
 
 from armsim_ros.errors import Severity
+from armsim_ros.kinematics.planning_limits import planning_robot
 from armsim_ros.model.cell_loading import survey_cell
 
 
@@ -135,7 +136,8 @@ def test_limits_count_only_where_they_are_switched_on(small_package):
         '  shoulder: {has_velocity_limits: true, max_velocity: 1, max_acceleration: 3}\n'
         '  elbow: {max_velocity: 0.5}\n  nobody: {has_velocity_limits: false}\n'))
     found = survey(small_package)
-    limits = {name: joint.limits for name, joint in found.model.joints.items()}
+    planned = planning_robot(found.model, found.settings.joint_limits)
+    limits = {name: joint.limits for name, joint in planned.joints.items()}
     assert limits['shoulder'].velocity == 1.0
     assert limits['shoulder'].acceleration == float('inf')
     assert limits['elbow'].velocity == 2.0
@@ -256,8 +258,9 @@ def test_a_mistake_costs_what_it_is_about(small_package):
         '  elbow: {has_velocity_limits: true, max_velocity: 1}\n'))
     found = survey(small_package)
     assert found.settings.controller('gripper') is None
-    assert found.model.joints['elbow'].limits.velocity == 1.0
-    assert found.model.joints['shoulder'].limits.velocity == 2.0
+    planned = planning_robot(found.model, found.settings.joint_limits)
+    assert planned.joints['elbow'].limits.velocity == 1.0
+    assert planned.joints['shoulder'].limits.velocity == 2.0
     assert any("'max_velocity' is the text 'quick'" in text for text in said(found))
 
 

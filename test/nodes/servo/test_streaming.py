@@ -10,6 +10,7 @@ from servo_streams import ELBOW_UP, Streamer, twist
 
 from armsim_ros.config.loading import load_robot_settings
 from armsim_ros.kinematics.kinematic_model import KinematicModel
+from armsim_ros.kinematics.planning_limits import planning_robot
 from armsim_ros.model.loading import load_robot_model
 from armsim_ros.nodes.servo.streaming import Streaming
 from armsim_ros.servo.commands import CommandType, PoseTarget
@@ -22,7 +23,8 @@ PERIOD_NS = 10_000_000
 @pytest.fixture(scope='module')
 def kinematics():
     """Return the robot's kinematics."""
-    return KinematicModel(load_robot_model(load_robot_settings('sunday')))
+    settings = load_robot_settings('sunday')
+    return KinematicModel(planning_robot(load_robot_model(settings), settings.joint_limits))
 
 
 class Cycles:

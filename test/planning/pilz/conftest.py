@@ -12,6 +12,7 @@ import pytest
 
 from armsim_ros.config.loading import load_robot_settings
 from armsim_ros.kinematics.kinematic_model import KinematicModel
+from armsim_ros.kinematics.planning_limits import planning_robot
 from armsim_ros.model.geometry import Sphere
 from armsim_ros.model.loading import load_robot_model
 from armsim_ros.model.transforms import pose_from_parts, quat_xyzw_from_matrix
@@ -36,7 +37,8 @@ class Bench:
     """A UR5 at a start state and requests for it."""
 
     def __init__(self) -> None:
-        robot = load_robot_model(load_robot_settings('ur5'))
+        settings = load_robot_settings('ur5')
+        robot = planning_robot(load_robot_model(settings), settings.joint_limits)
         self.model = KinematicModel(robot)
         self.scene = PlanningScene(self.model)
         self.planner = MotionPlanner(self.scene)
