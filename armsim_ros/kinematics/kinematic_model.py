@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Iterable, Mapping
+from itertools import pairwise
 import threading
 from typing import Any
 
@@ -15,7 +16,7 @@ import pinocchio as pin
 from armsim_ros.arrays import Matrix, Vector
 from armsim_ros.errors import MoveItErrorCode, nearest, PlanningError
 from armsim_ros.kinematics.kinematic_tree import KinematicTree, mimic_rules, position_bounds
-from armsim_ros.model.robot_model import RobotModel
+from armsim_ros.model.robot_model import JointType, RobotModel
 
 Indices = NDArray[np.int64]
 
@@ -177,6 +178,22 @@ class KinematicModel:
                 joint = self.model.parents[joint]
         moving: Indices = np.flatnonzero(self.gradient(group)[above].any(axis=0))
         return moving
+
+    def is_chain(self, group: str) -> bool:
+        """Return whether each joint of a group follows the one before it, without branches."""
+        found: bool = self.cached(('chain', group), lambda: self._chain(group))
+        return found
+
+    def _chain(self, group: str) -> bool:
+        carriers = {joint.child: joint for joint in self.robot.joints.values()}
+        joints = self.robot.semantic.groups[group].joints
+        for before, name in pairwise(joints):
+            above = carriers.get(self.robot.joints[name].parent)
+            while above is not None and above.name != before and above.type is JointType.FIXED:
+                above = carriers.get(above.parent)
+            if above is None or above.name != before:
+                return False
+        return bool(len(self.group_indices(group)))
 
     def moved_links(self, group: str) -> frozenset[str]:
         """Return the links that move with a group: its own and all below them."""

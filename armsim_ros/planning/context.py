@@ -8,13 +8,14 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 import logging
 
+from armsim_ros.errors import MoveItErrorCode, nearest, PlanningError
 from armsim_ros.kinematics.inverse import IKOptions, IKTarget, InverseKinematics
 from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.log import Log
 from armsim_ros.planning.budget import nothing, Poll
 from armsim_ros.planning.collision.collision_model import CollisionChecker
 from armsim_ros.planning.collision.state_validity import StateValidity
-from armsim_ros.planning.constraints import ConstraintSet
+from armsim_ros.planning.constraints import ConstraintSet, Frame
 from armsim_ros.planning.scene.planning_scene import PlanningScene
 from armsim_ros.planning.settings import PlanningSettings
 from armsim_ros.planning.timing.limits import LimitTable
@@ -80,6 +81,44 @@ class PlanningContext:
         return StateValidity(
             self.checker, self.model, group, scene.q, on_path, avoid_collisions, self._poll
         )
+
+    def solver_tip(self, group: str) -> str | None:
+        """
+        Return the link that a group's kinematics solver positions, None where it has no solver.
+
+        Only chains have solvers.
+        """
+        configured = self.settings.solver_groups
+        if (configured and group not in configured) or not self.model.is_chain(group):
+            return None
+        return self.model.robot.semantic.groups[group].links[-1]
+
+    def solver_target(self, scene: PlanningScene, group: str, link_name: str) -> Frame:
+        """
+        Return the frame that a group's kinematics solver is to position.
+
+        :param link_name: '' for the solver's tip; a link, an attached object or a subframe that is
+            rigidly fixed to it.
+        :raises PlanningError: NO_IK_SOLUTION where the solver cannot position it.
+        """
+        tip = self.solver_tip(group)
+        if tip is None:
+            raise PlanningError(
+                MoveItErrorCode.NO_IK_SOLUTION,
+                f"group '{group}' has no kinematics solver; only chains with a kinematics_solver "
+                'in kinematics.yaml have one')
+        found = scene.robot_frame(link_name or tip)
+        if found is None:
+            raise PlanningError(
+                MoveItErrorCode.NO_IK_SOLUTION,
+                f"'{link_name}' is not a link, an attached object or its subframe "
+                f'{nearest(link_name, tuple(self.model.robot.links))}'.rstrip())
+        if self.model.link_joint(found[0])[0] != self.model.link_joint(tip)[0]:
+            raise PlanningError(
+                MoveItErrorCode.NO_IK_SOLUTION,
+                f"'{link_name}' is not rigidly fixed to '{tip}', the tip of the kinematics solver "
+                f"of group '{group}'")
+        return Frame(*found)
 
     def tip(self, group: str) -> str:
         """Return the link that is meant where a request names none: the group's last one."""

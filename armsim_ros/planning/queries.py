@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Mapping
+from collections.abc import Callable, Generator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -48,10 +48,11 @@ class StateReport:
 @dataclass(frozen=True, slots=True, eq=False)
 class LinkPose:
     """
-    A pose that a link shall have.
+    A requested pose of a link.
 
-    :param link_name: '' for the group's last link; attached objects and subframes too.
+    :param link_name: '' for the solver's tip; attached objects and subframes too.
     :param pose: (4, 4) in ``frame_id``.
+    :param frame_id: a frame of TF, where it is now; '' for the model frame.
     """
 
     link_name: str
@@ -65,7 +66,9 @@ class IKRequest:
     Poses to find joint positions for.
 
     :param start_state: first guess, and the other joints.
-    :param timeout: [s]; 0 for the group's own.
+    :param targets: one that is fixed to the tip of the group's solver; or one for each subgroup,
+        in their order.
+    :param timeout: [s]; the group's own where that is longer.
     """
 
     group_name: str
@@ -136,12 +139,11 @@ def _solve_ik(
     group = request.group_name
     model = context.model
     inverse = context.inverse(group)
+    poses = [scene.transform(target.frame_id) @ target.pose for target in request.targets]
     scene = scene.with_start_state(
         request.start_state, strict=context.settings.strict_start_state
     )
-    targets = [_target(context, scene, group, target) for target in request.targets]
-    if not targets:
-        raise PlanningError(MoveItErrorCode.INVALID_LINK_NAME, 'the request has no pose')
+    targets = _targets(context, scene, request, poses)
     kept = ConstraintSet(request.constraints, scene, context.log)
     colliding: list[Vector] = []
 
@@ -169,8 +171,10 @@ def _solve_ik(
 
 def _ik_timeout(context: PlanningContext, request: IKRequest) -> float:
     """Return the time for inverse kinematics [s]."""
-    if not request.timeout > 0.0:
-        return max(context.settings.ik_timeouts.get(request.group_name, 0.0), DEFAULT_IK_TIMEOUT)
+    default = max(
+        context.settings.ik_timeouts.get(request.group_name, 0.0), DEFAULT_IK_TIMEOUT)
+    if not request.timeout > default:
+        return default
     if request.timeout > LONGEST_IK_TIMEOUT:
         context.log.warning(
             f'compute_ik: a timeout of {request.timeout:g} s is asked for; '
@@ -179,21 +183,31 @@ def _ik_timeout(context: PlanningContext, request: IKRequest) -> float:
     return min(request.timeout, LONGEST_IK_TIMEOUT)
 
 
-def _target(
-    context: PlanningContext, scene: PlanningScene, group: str, target: LinkPose
-) -> IKTarget:
-    name = target.link_name or context.tip(group)
-    base = scene.frame_pose(target.frame_id, scene.q)
-    try:
-        link, offset = scene.link_of_frame(name)
-    except PlanningError as error:
-        raise PlanningError(MoveItErrorCode.INVALID_LINK_NAME, str(error)) from None
-    if not is_place(target.pose):
-        raise PlanningError(
-            MoveItErrorCode.NO_IK_SOLUTION,
-            f"the pose for '{name}' has a number that is not finite or too large",
-        )
-    return IKTarget(link, base @ target.pose, offset)
+def _targets(
+    context: PlanningContext, scene: PlanningScene, request: IKRequest, poses: Sequence[Matrix]
+) -> list[IKTarget]:
+    """Return the targets of the group's solver, or of the solvers of its subgroups."""
+    groups: tuple[str, ...] = (request.group_name,)
+    if not poses:
+        raise PlanningError(MoveItErrorCode.NO_IK_SOLUTION, 'the request has no pose')
+    if len(poses) > 1:
+        groups = context.model.robot.semantic.groups[request.group_name].subgroups
+        if len(groups) != len(poses):
+            raise PlanningError(
+                MoveItErrorCode.NO_IK_SOLUTION,
+                f"{len(poses)} poses are given for group '{request.group_name}', which consists "
+                f'of {len(groups)} subgroups; give one pose, or one for each subgroup in their '
+                f'order: {", ".join(groups) or "none"}')
+    targets = []
+    for group, target, pose in zip(groups, request.targets, poses, strict=True):
+        frame = context.solver_target(scene, group, target.link_name)
+        if not is_place(pose):
+            raise PlanningError(
+                MoveItErrorCode.NO_IK_SOLUTION,
+                f"the pose for '{target.link_name or frame.link}' has a number that is not "
+                'finite or too large')
+        targets.append(IKTarget(frame.link, pose, frame.offset))
+    return targets
 
 
 def path_fault(

@@ -34,6 +34,7 @@ class PlanningSettings:
     :param fine_step: largest motion [m] of any point of the robot between two checks of a
         result.
     :param cartesian_limits: of the tool, for linear and circular motions.
+    :param solver_groups: groups with a kinematics solver; none named: every chain has one.
     :param ik_timeouts: group -> [s] for inverse kinematics where a request gives none.
     """
 
@@ -49,6 +50,7 @@ class PlanningSettings:
     seed: int = -1
     fine_step: float = FINE_STEP
     cartesian_limits: CartesianLimits = field(default_factory=CartesianLimits)
+    solver_groups: frozenset[str] = frozenset()
     ik_timeouts: Mapping[str, float] = field(default_factory=dict)
 
 
@@ -93,5 +95,7 @@ def settings_from_config(
         jiggle_fraction=pipeline.jiggle_fraction,
         max_sampling_attempts=pipeline.max_sampling_attempts,
         seed=pipeline.planning_seed,
+        solver_groups=frozenset(
+            name for name, each in kinematics.items() if each.kinematics_solver),
         ik_timeouts=timeouts,
     )

@@ -11,6 +11,7 @@ from armsim_ros.model.transforms import pose_matrix
 from armsim_ros.planning.queries import IKRequest, LinkPose
 from armsim_ros.planning.request import Constraints, JointConstraint
 from armsim_ros.planning.scene.update import StartState
+from armsim_ros.planning.settings import PlanningSettings
 
 SIX = tuple(f'axis{k}' for k in range(1, 7))
 BENT = (0.3, 0.7, 1.2, 0.2, 0.9, 0.1)
@@ -41,14 +42,93 @@ def test_seed_state_is_tried_first(six_scene, plan_for, clock, wanted):
     assert list(response.positions.values()) == pytest.approx(BENT, abs=1e-5)
 
 
-def test_pose_in_another_frame(six, six_scene, add_box, plan_for, clock, wanted):
-    """SRV-4: the pose may be given in the frame of an object."""
-    add_box(six_scene, 'table', (0.1, 0.1, 0.1), (0.9, 0.5, 0.0), (0.0, 0.0, 0.7))
-    local = np.linalg.inv(six_scene.frame_pose('table')) @ wanted
+def test_pose_in_the_frame_of_a_link(six, six_scene, plan_for, clock, wanted):
+    """
+    A link as frame means where it is now, not where the start state of the request has it.
+
+    moveit_ros, move_group_capability.cpp, performTransform.
+    """
+    local = np.linalg.inv(six_scene.frame_pose('segment2')) @ wanted
     response = plan_for(six_scene).compute_ik(
-        IKRequest('arm', (LinkPose('tool', local, 'table'),)), six_scene, clock=clock)
+        IKRequest('arm', (LinkPose('tool', local, 'segment2'),), StartState(SIX, BENT)), six_scene,
+        clock=clock)
     assert six.link_pose(six.vector(response.positions), 'tool') == pytest.approx(
         wanted, abs=1e-4)
+
+
+def test_scene_objects_are_no_frames_of_a_pose(six_scene, add_box, plan_for, clock):
+    """
+    A pose in the frame of a scene object is -21, because TF does not have that frame.
+
+    moveit_ros, move_group_capability.cpp, performTransform.
+    """
+    add_box(six_scene, 'table', (0.1, 0.1, 0.1), (0.9, 0.5, 0.0))
+    response = plan_for(six_scene).compute_ik(
+        IKRequest('arm', (LinkPose('tool', np.eye(4), 'table'),)), six_scene, clock=clock)
+    assert response.error_code == -21
+    assert "'table' is an object of the planning scene" in response.message
+
+
+@pytest.mark.parametrize('link', ['segment3', 'base', 'toll'])
+def test_link_has_to_be_fixed_to_the_tip(six, six_scene, plan_for, clock, link):
+    """
+    A link that is not rigidly fixed to the solver's tip is -31.
+
+    moveit_core, robot_state.cpp, setFromIK.
+    """
+    response = plan_for(six_scene).compute_ik(
+        IKRequest('arm', (LinkPose(link, pose_matrix((0.0, 0.0, 0.25))),)), six_scene, clock=clock)
+    assert response.error_code == -31
+    assert link in response.message
+
+
+def test_group_without_solver_takes_one_pose_for_each_subgroup(pair, pair_scene, plan_for, clock):
+    """
+    A group of chains takes as many poses as it has subgroups, in their order; otherwise -31.
+
+    moveit_core, robot_state.cpp, setFromIK and setFromIKSubgroups.
+    """
+    planner = plan_for(pair_scene)
+    start = pair_scene.q.copy()
+    q = pair.insert(start, 'both', pair.extract(start, 'both') + 0.2)
+    hands = [LinkPose(f'{side}_tool', pair.link_pose(q, f'{side}_tool'))
+             for side in ('left', 'right')]
+
+    def asked(*targets):
+        return planner.compute_ik(IKRequest('both', targets), pair_scene, clock=clock)
+
+    answer = asked(*hands)
+    assert answer.error_code == 1
+    found = pair.vector(answer.positions)
+    for hand in hands:
+        assert pair.link_pose(found, hand.link_name) == pytest.approx(hand.pose, abs=1e-4)
+    for wrong in ((hands[0],), tuple(reversed(hands)), (*hands, hands[0])):
+        assert asked(*wrong).error_code == -31
+
+
+def test_two_poses_for_one_chain(six_scene, plan_for, clock, wanted):
+    """
+    A chain's solver takes one pose; two are -31.
+
+    moveit_core, robot_state.cpp, setFromIK.
+    """
+    target = LinkPose('tool', wanted)
+    response = plan_for(six_scene).compute_ik(
+        IKRequest('arm', (target, target)), six_scene, clock=clock)
+    assert response.error_code == -31
+
+
+def test_group_without_configured_solver(six_scene, plan_for, clock, wanted):
+    """
+    Where kinematics.yaml names solvers, a group that it does not name is -31.
+
+    moveit_core, robot_state.cpp, setFromIK.
+    """
+    settings = PlanningSettings(solver_groups=frozenset({'hand'}))
+    response = plan_for(six_scene, settings).compute_ik(
+        IKRequest('arm', (LinkPose('tool', wanted),)), six_scene, clock=clock)
+    assert response.error_code == -31
+    assert 'kinematics_solver' in response.message
 
 
 def test_collisions_are_avoided(six, six_scene, add_box, plan_for, clock, wanted):
@@ -81,7 +161,6 @@ def test_constraints_are_kept(six, six_scene, plan_for, clock):
 
 @pytest.mark.parametrize(('group', 'target', 'code'), [
     ('amr', LinkPose('tool', np.eye(4)), -15),
-    ('arm', LinkPose('toll', np.eye(4)), -18),
     ('arm', LinkPose('tool', np.eye(4), 'nowhere'), -21),
     ('arm', LinkPose('tool', pose_matrix((3.0, 0.0, 0.0))), -31),
     ('arm', LinkPose('tool', np.full((4, 4), math.nan)), -31),

@@ -33,8 +33,8 @@ class KinematicsSettings(Settings):
     """Solver of one planning group."""
 
     kinematics_solver: str = parameter(
-        'kdl_kinematics_plugin/KDLKinematicsPlugin',
-        'name of the solver plugin; the built-in solver does the work of each')
+        '', 'name of the solver plugin; the built-in solver does the work of each, without a name '
+        'the group has none')
     kinematics_solver_search_resolution: float = parameter(
         0.1, 'step of the search of a redundant joint [rad or m]', gt=0.0)
     kinematics_solver_timeout: float = parameter(

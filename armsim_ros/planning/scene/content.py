@@ -196,15 +196,32 @@ def frame_pose(
     )
 
 
-def _own_frame(
-    kinematics: KinematicModel, content: SceneParts, name: str
+def transform(kinematics: KinematicModel, content: SceneContent, frame: str) -> Matrix:
+    """
+    Return the pose (4, 4) of a frame in the model frame as TF has it: objects are not in TF.
+
+    :param frame: '' is the model frame.
+    :raises PlanningError: FRAME_TRANSFORM_FAILURE for a frame that TF does not have.
+    """
+    nothing: Mapping[str, Any] = {}
+    try:
+        return frame_pose(
+            kinematics, replace(content, objects=nothing, attached=nothing), frame)
+    except PlanningError as error:
+        if _own_frame(kinematics, content, _name(frame)) is None:
+            raise
+        raise PlanningError(
+            error.code, f"frame '{frame}' is an object of the planning scene and not a frame of "
+            'TF; give the pose in a link or a frame that is published on /tf', 'tf') from None
+
+
+def robot_frame(
+    kinematics: KinematicModel, content: SceneParts, frame: str
 ) -> tuple[str, Matrix] | None:
-    """Return link and pose of a frame of robot or objects, None for any other."""
-    robot = kinematics.robot
+    """Return link and pose on it of a link, an attached object or its subframe, else None."""
+    name = _name(frame)
     if kinematics.has_link(name):
         return name, np.eye(4)
-    if not name or name == robot.model_frame:
-        return robot.root_link, np.eye(4)
     attached = content.attached.get(name)
     if attached is not None:
         return attached.link_name, attached.object.pose
@@ -213,6 +230,19 @@ def _own_frame(
         if attached is not None and subframe in attached.object.subframes:
             body = attached.object
             return attached.link_name, body.pose @ body.subframes[subframe]
+    return None
+
+
+def _own_frame(
+    kinematics: KinematicModel, content: SceneParts, name: str
+) -> tuple[str, Matrix] | None:
+    """Return link and pose of a frame of robot or objects, None for any other."""
+    robot = kinematics.robot
+    found = robot_frame(kinematics, content, name)
+    if found is not None:
+        return found
+    if not name or name == robot.model_frame:
+        return robot.root_link, np.eye(4)
     item = content.objects.get(name)
     if item is not None:
         return robot.root_link, item.pose

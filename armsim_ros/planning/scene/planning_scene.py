@@ -21,8 +21,10 @@ from armsim_ros.planning.scene.content import (
     FixedFrame,
     frame_pose,
     link_of_frame,
+    robot_frame,
     SceneContent,
     SceneDraft,
+    transform,
 )
 from armsim_ros.planning.scene.object_operations import apply_attached, apply_object
 from armsim_ros.planning.scene.objects import AttachedObject, CollisionObject
@@ -168,6 +170,18 @@ class PlanningScene:
         except PlanningError:
             return False
         return True
+
+    def transform(self, frame: str) -> Matrix:
+        """
+        Return the pose (4, 4) of a frame as TF has it now: links and published frames.
+
+        :raises PlanningError: FRAME_TRANSFORM_FAILURE for any other frame.
+        """
+        return transform(self.kinematic_model, self._content, frame)
+
+    def robot_frame(self, frame: str) -> tuple[str, Matrix] | None:
+        """Return link and pose on it of a link, an attached object or its subframe, else None."""
+        return robot_frame(self.kinematic_model, self._content, frame)
 
     # ---------------------------------------------------------------- edits
 

@@ -44,10 +44,10 @@ class ComputeFk:
         present = await context.present_scene()
         scene = present.with_start_state(start_state_from_message(request.robot_state))
         frame = request.header.frame_id or context.frame
-        to_frame = inverse_pose(scene.frame_pose(frame))
+        to_frame = inverse_pose(present.transform(frame))
         unknown = []
         for name in request.fk_link_names:
-            if not scene.has_frame(name):
+            if scene.robot_frame(name) is None:
                 unknown.append(name)
                 continue
             message: Any = PoseStamped()
@@ -59,7 +59,7 @@ class ComputeFk:
         if unknown:
             raise PlanningError(
                 MoveItErrorCode.INVALID_LINK_NAME,
-                f"no link, object or subframe is called {', '.join(map(repr, unknown))}",
+                f"no link, attached object or subframe is called {', '.join(map(repr, unknown))}",
                 'compute_fk',
             )
         fill_error(response.error_code, MoveItErrorCode.SUCCESS)

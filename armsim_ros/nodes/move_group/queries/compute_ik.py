@@ -59,10 +59,12 @@ class ComputeIk:
             response.solution = robot_state_to_message(answer.positions, context.frame)
 
     def _targets(self, message: Any) -> tuple[LinkPose, ...]:
-        """Return the targets; a link called '' is the group's tip."""
+        """Return the targets; a vector of one pose is a single pose, its link may be missing."""
         if not message.pose_stamped_vector:
             return (self._target(message.ik_link_name, message.pose_stamped),)
         names = message.ik_link_names
+        if len(message.pose_stamped_vector) == 1:
+            names = [*names, ''][:1]
         if len(names) != len(message.pose_stamped_vector):
             raise PlanningError(
                 MoveItErrorCode.INVALID_LINK_NAME,
