@@ -243,6 +243,10 @@ class HardwareSensor:
     states: tuple[str, ...] = ()
 
 
+#: Words in the names of packages with the plugins of simulators.
+_SIMULATORS = frozenset({'gazebo', 'gz', 'ign', 'mujoco', 'webots'})
+
+
 @dataclass(frozen=True, slots=True)
 class HardwareSystem:
     """
@@ -268,6 +272,12 @@ class HardwareSystem:
     parameters: dict[str, str] = field(default_factory=dict)
     deaf: bool = False
     offset: float = 0.0
+
+    @property
+    def of_simulator(self) -> bool:
+        """Whether the plugin belongs to a simulator, which reads effort limits and has gravity."""
+        words = self.plugin.partition('/')[0].split('_')
+        return not _SIMULATORS.isdisjoint(words)
 
 
 @dataclass(frozen=True, eq=False)
@@ -303,6 +313,12 @@ class RobotModel:
     def active_joints(self) -> tuple[str, ...]:
         """All joints with a variable of their own, in tree order."""
         return tuple(name for name, joint in self.joints.items() if joint.active)
+
+    @cached_property
+    def externally_driven_joints(self) -> frozenset[str]:
+        """Joints of mock components or of a vendor's driver, which follow positions ideally."""
+        return frozenset(joint.name for system in self.hardware if not system.of_simulator
+                         for joint in system.joints)
 
     @cached_property
     def hardware_joints(self) -> dict[str, HardwareJoint]:

@@ -30,6 +30,7 @@ from armsim_ros.model.world_objects import world_objects
 from armsim_ros.sim.clock import SimClock
 from armsim_ros.sim.drives.joint_limits import fingers_driven
 from armsim_ros.sim.drives.mock_commands import MockCommands
+from armsim_ros.sim.drives.placeholder_efforts import with_sufficient_efforts
 from armsim_ros.sim.drives.servo import Servo
 from armsim_ros.sim.grippers.vacuum_gripper import VacuumGripper
 from armsim_ros.sim.interfaces import offered_commands, offered_states
@@ -74,8 +75,10 @@ class Simulation(SimulatedLinks, SavableSimulation, HardwareInterface):
         clock: SimClock | None = None,
     ) -> None:
         super().__init__(model.movable_joints)
-        self.model = model
         self.settings = settings or SimulationSettings()
+        start = model.complete(initial_positions(model, self.settings))
+        self.model, self._effort_lines = with_sufficient_efforts(model, self.settings, start)
+        model = self.model
         self.clock = clock or SimClock(self.settings.timestep_ns)
         world = world or WorldSettings()
         things = world.things if isinstance(world, LoadedWorld) else world_objects(world)
@@ -84,7 +87,6 @@ class Simulation(SimulatedLinks, SavableSimulation, HardwareInterface):
         floor = world.floor if isinstance(world, LoadedWorld) else world.floor_height
         ground = Ground(floor, world.gravity)
         spec = build_plant(model, self.settings, things, ground)
-        start = model.complete(initial_positions(model, self.settings))
         self._initial = np.array([start[name] for name in self.joint_names])
         inputs = np.full((9, len(self.joint_names)), np.nan)
         self.command, self.feedforward = JointArrays(*inputs[:4]), JointArrays(*inputs[4:8])
@@ -151,6 +153,7 @@ class Simulation(SimulatedLinks, SavableSimulation, HardwareInterface):
         """What the user should know of robot, world and gains; one line each."""
         return (
             *self._world_lines,
+            *self._effort_lines,
             *self._plant.spec.warnings,
             *self._servo.stiffness_warnings(),
             *self._start_overlaps,

@@ -89,6 +89,11 @@ class InverseDynamics:
         self._look(position, velocity, acceleration, forces, inertia)
         return self._borne(forces, velocity, acceleration), inertia
 
+    def at_rest(self, position: Matrix) -> tuple[Matrix, Matrix]:
+        """Return what ``torques`` does for joints that rest at positions (k, n) [rad or m]."""
+        rest = np.zeros_like(position)
+        return self.torques(position, rest, rest)
+
     def torques_between(
         self, position: Matrix, velocity: Matrix, acceleration: Matrix, stride: int
     ) -> tuple[Matrix, Matrix]:

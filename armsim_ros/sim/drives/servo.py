@@ -32,9 +32,9 @@ class Servo(Restorable):
     are the differences that the integrator itself makes of it, so that in free motion the plant
     lands on every reference. All arrays hold the active joints in the model's order.
 
-    A velocity command moves the reference on; an effort command is the torque itself. An effort
-    beside a position is added to the drive's own torque. An unclaimed joint holds its place, and
-    so does one whose effort is claimed but not given (NaN).
+    A velocity command moves the reference on; an effort command is the torque itself (a vendor's
+    driver, unlike a simulator's, compensates gravity). An effort beside a position is added to the
+    drive's own torque. An unclaimed joint holds its place, and so does one without a given effort.
 
     :param model: the robot.
     :param settings: timestep, servo.
@@ -42,7 +42,7 @@ class Servo(Restorable):
     :param tune: takes p and d of the actuators (n,) whenever they change.
     """
 
-    unchanging = frozenset({'joint_names', 'limits', 'dynamics', 'gains', '_tune'})
+    unchanging = frozenset({'joint_names', 'limits', 'dynamics', 'gains', '_tune', '_weightless'})
 
     def __init__(
         self,
@@ -57,6 +57,7 @@ class Servo(Restorable):
         self.dynamics = InverseDynamics(model, settings)
         self.gains = DriveGains(self.joint_names, settings, gains)
         self._feedforward = settings.servo.feedforward
+        self._weightless = [name in model.externally_driven_joints for name in self.joint_names]
         self._timestep = settings.timestep
         self._tune = tune
         count = len(self.joint_names)
@@ -94,9 +95,7 @@ class Servo(Restorable):
         self._stride, self._counts, self._counted = 1, [0], 0
         self._commands, self._steps = self._references[:0], 1
         self._tunings: dict[int, Vector] = {}
-        _, self._inertias = self.dynamics.torques(
-            self._references, self._velocities, self._velocities
-        )
+        self._inertias = self.dynamics.at_rest(self._references)[1]
         self._follow_inertia()
 
     def set_gains(self, gains: Mapping[str, PidGains]) -> None:
@@ -251,10 +250,8 @@ class Servo(Restorable):
 
     def state_bytes(self) -> bytes:
         """Return all that the next inputs depend on besides the plant, for a digest."""
-        parts = (
-            self._references[self._row :], self._velocities[self._row], self._integral,
-            self._target, self._wanted, self._damping,
-        )  # fmt: skip
+        parts = (self._references[self._row :], self._velocities[self._row], self._integral,
+                 self._target, self._wanted, self._damping)
         return b''.join(part.tobytes() for part in parts)
 
     def stiffness_warnings(self) -> list[str]:
@@ -336,6 +333,8 @@ class Servo(Restorable):
         inputs += damping * (velocities[1:] if self.gains.implicit else velocities[:-1])
         if self._any_effort:
             inputs[:, self._follows_effort] = 0.0
+            if (weightless := self._follows_effort & self._weightless).any():
+                inputs[:, weightless] = self.dynamics.at_rest(before)[0][:, weightless]
             inputs += self._effort_command
         self._inputs = inputs
 

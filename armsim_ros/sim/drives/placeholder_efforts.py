@@ -1,0 +1,96 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""
+Effort limits that cannot hold the robot, in packages whose hardware never reads them.
+
+A vendor's driver and the mock components follow positions whatever the URDF's effort is, so many
+published URDFs have a placeholder there. A simulator's plugin reads it, so there it counts.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from armsim_ros.arrays import Matrix, Vector
+from armsim_ros.config.simulation import SimulationSettings
+from armsim_ros.model.robot_model import Joint, RobotModel
+from armsim_ros.sim.drives.inverse_dynamics import InverseDynamics
+from armsim_ros.sim.physics.robot_spec import bound_or_infinite
+
+#: An effort limit below this multiple of the robot's weight on the joint is a placeholder.
+LEAST_SHARE = 1.2
+#: The replaced limit is this multiple of what motions of all joints at once need, so that steps of
+#: commands do not saturate the drive.
+HEADROOM = 5.0
+#: Time in which the drive then brings the joint to its rated velocity [s].
+RISE_TIME = 0.25
+#: Rated velocity of a joint that has none [rad/s or m/s].
+USUAL_VELOCITY = 2.0
+#: Random states in which the weight is looked up, besides the start and the named states.
+STATES = 64
+
+
+def with_sufficient_efforts(
+    model: RobotModel, settings: SimulationSettings, start: Mapping[str, float]
+) -> tuple[RobotModel, tuple[str, ...]]:
+    """
+    Return a robot whose position drives can hold and move it.
+
+    :param start: joint -> position at the start [rad or m].
+    :returns: the robot, and a line for each effort limit that was replaced.
+    """
+    if model.externally_driven_joints.isdisjoint(model.active_joints):
+        return model, ()
+    dynamics = InverseDynamics(model, settings)
+    random = np.random.default_rng(0)
+    states = _states(model, start, random)
+    accelerations = random.choice((-1.0, 1.0), states.shape) * [
+        _rated(model.joints[name]) / RISE_TIME for name in model.active_joints]
+    weights = np.abs(dynamics.at_rest(states)[0]).max(axis=0)
+    moving = dynamics.torques(states, np.zeros_like(states), accelerations)[0]
+    joints, lines = dict(model.joints), []
+    for name, weight, most in zip(
+            model.active_joints, weights, np.abs(moving).max(axis=0), strict=True):
+        joint, declared = joints[name], joints[name].limits.effort
+        if (name not in model.externally_driven_joints
+                or bound_or_infinite(declared) >= LEAST_SHARE * weight):
+            continue
+        needed = HEADROOM * most
+        joints[name] = replace(joint, limits=replace(joint.limits, effort=float(needed)))
+        lines.append(
+            f"joint '{name}': the URDF's effort limit {declared:g} cannot hold the robot, whose "
+            f'weight needs {weight:.3g}; its drive gets {needed:.3g}, as the driver of the real '
+            'robot does not read the limit')
+    return replace(model, joints=joints), tuple(lines)
+
+
+def _rated(joint: Joint) -> float:
+    velocity = bound_or_infinite(joint.limits.velocity)
+    return min(velocity, USUAL_VELOCITY) if np.isfinite(velocity) else USUAL_VELOCITY
+
+
+def _states(
+    model: RobotModel, start: Mapping[str, float], random: np.random.Generator
+) -> Matrix:
+    """Return states (k, n) of the active joints: the start, named ones, and some in between."""
+    named: Iterable[Mapping[str, float]] = (
+        values for states in model.semantic.named_states.values() for values in states.values())
+    rows = [_row(model, start), *(_row(model, {**start, **values}) for values in named)]
+    lower, upper = np.array([_range(model.joints[name]) for name in model.active_joints]).T
+    spread = random.uniform(lower, upper, (STATES, len(lower)))
+    return np.vstack([*rows, spread])
+
+
+def _row(model: RobotModel, positions: Mapping[str, float]) -> Vector:
+    full = model.complete(dict(positions))
+    return np.array([full[name] for name in model.active_joints])
+
+
+def _range(joint: Joint) -> tuple[float, float]:
+    """Return where a joint may be; of one without limits, a full turn."""
+    lower, upper = joint.limits.lower, joint.limits.upper
+    endless = not (np.isfinite(lower) and np.isfinite(upper))
+    return (-np.pi, np.pi) if endless else (lower, upper)

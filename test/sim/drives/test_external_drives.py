@@ -1,0 +1,95 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Joints of mock components and of vendors' drivers, whose URDFs often have placeholders."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from armsim_ros.model.robot_model import HardwareJoint, HardwareSystem, JointLimits
+from armsim_ros.sim.simulation import Simulation
+
+MOCK, VENDOR = 'mock_components/GenericSystem', 'franka_hardware/FrankaHardwareInterface'
+SIMULATORS = ('gz_ros2_control/GazeboSimSystem', 'gazebo_ros2_control/GazeboSystem',
+              'ign_ros2_control/IgnitionSystem', 'mujoco_ros2_control/MujocoSystem')
+
+
+@pytest.fixture
+def driven(arm):
+    """Return a function that gives the arm a hardware plugin and one effort limit."""
+    def make(plugin, effort=30.0):
+        joints = {name: replace(joint, limits=JointLimits(-2.8, 2.8, velocity=3.14, effort=effort))
+                  for name, joint in arm.joints.items()}
+        hardware = HardwareSystem('hw', 'system', plugin, tuple(
+            HardwareJoint(name, ('position', 'effort'), ('position', 'velocity'))
+            for name in joints))
+        return replace(arm, joints=joints, hardware=(hardware,))
+
+    return make
+
+
+def run(simulation, seconds):
+    """Step with the present commands; return how far the joints moved from where they were."""
+    before = simulation.state.position.copy()
+    for _ in range(round(seconds / simulation.settings.timestep)):
+        simulation.write()
+        simulation.step()
+    return np.abs(simulation.state.position - before).max()
+
+
+@pytest.mark.parametrize('plugin', [MOCK, VENDOR])
+def test_a_placeholder_effort_holds_the_robot(driven, claim, plugin):
+    """A drive holds and moves the robot though the URDF's effort limit is a placeholder."""
+    simulation = Simulation(driven(plugin, effort=0.01))
+    claim(simulation, 'position')
+    simulation.command.position[:] = (1.2, 0.3, -0.4)
+    run(simulation, 2.0)
+    np.testing.assert_allclose(simulation.state.position, (1.2, 0.3, -0.4), atol=1e-3)
+
+
+def test_a_placeholder_effort_is_reported(driven):
+    """One line a joint names the joint, the declared limit and the drive's."""
+    lines = [line for line in Simulation(driven(MOCK, effort=0.01)).warnings if 'effort' in line]
+    assert [line.split("'")[1] for line in lines] == ['shoulder', 'elbow', 'wrist']
+    assert all('effort limit 0.01 cannot hold the robot' in line for line in lines)
+
+
+@pytest.mark.parametrize('plugin', SIMULATORS)
+def test_a_simulators_effort_limit_counts(driven, claim, plugin):
+    """A simulator's plugin reads the effort limit, so an arm that is too weak sags there."""
+    simulation = Simulation(driven(plugin, effort=0.01))
+    assert not [line for line in simulation.warnings if 'effort' in line]
+    claim(simulation, 'position')
+    simulation.command.position[:] = (1.2, 0.3, -0.4)
+    run(simulation, 2.0)
+    assert np.abs(simulation.state.position - (1.2, 0.3, -0.4)).max() > 0.1
+
+
+def test_sufficient_effort_limits_stay(driven):
+    """An effort limit that holds the robot is the drive's, also with a vendor's hardware."""
+    simulation = Simulation(driven(VENDOR))
+    assert not [line for line in simulation.warnings if 'effort' in line]
+    assert {joint.limits.effort for joint in simulation.model.joints.values()} == {30.0}
+
+
+def test_a_vendors_effort_interface_compensates_gravity(driven, claim):
+    """With a vendor's hardware, zero effort leaves a tilted arm where it is."""
+    simulation = Simulation(driven(VENDOR))
+    claim(simulation, 'position')
+    simulation.command.position[:] = (1.2, 0.3, -0.4)
+    run(simulation, 2.0)
+    claim(simulation, 'effort')
+    simulation.command.effort[:] = 0.0
+    assert run(simulation, 1.0) < 1e-3
+
+
+def test_a_simulators_effort_interface_is_the_torque_itself(driven, claim):
+    """With a simulator's plugin, zero effort lets a tilted arm fall."""
+    simulation = Simulation(driven(SIMULATORS[0]))
+    claim(simulation, 'position')
+    simulation.command.position[:] = (1.2, 0.3, -0.4)
+    run(simulation, 2.0)
+    claim(simulation, 'effort')
+    simulation.command.effort[:] = 0.0
+    assert run(simulation, 1.0) > 0.1
