@@ -301,9 +301,6 @@ class CartesianRequest:
         relative to the link's pose at the end of the segment before.
     :param link_name: '' for the group's last link.
     :param max_step: [m] between two states of the path.
-    :param jump_threshold: largest joint step, as a multiple of the mean; 0 is no limit.
-    :param prismatic_jump_threshold: largest step of a prismatic joint [m]; 0 is no limit.
-    :param revolute_jump_threshold: largest step of a revolute joint [rad]; 0 is no limit.
     """
 
     group_name: str
@@ -312,9 +309,6 @@ class CartesianRequest:
     link_name: str = ''
     frame_id: str = ''
     start_state: StartState = field(default_factory=StartState)
-    jump_threshold: float = 0.0
-    prismatic_jump_threshold: float = 0.0
-    revolute_jump_threshold: float = 0.0
     avoid_collisions: bool = True
     path_constraints: Constraints = field(default_factory=Constraints)
     max_velocity_scaling_factor: float = 1.0

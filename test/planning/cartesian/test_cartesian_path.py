@@ -148,27 +148,94 @@ def test_path_constraints_end_the_path(scene, tool, plan_for):
     assert "'axis1'" in response.message
 
 
-@pytest.mark.parametrize('threshold', [0.5, 1.0, 1.5, 5.0])
-def test_any_relative_threshold_is_safe(scene, tool, plan_for, threshold):
-    """SRV-34: every value of jump_threshold gives an answer; a generous one the whole path."""
-    response = plan_for(scene).cartesian_path(
-        CartesianRequest('arm', (moved(tool, (0.0, 0.15, -0.1)),), 0.01,
-                         jump_threshold=threshold), scene)
-    assert response.error_code == 1
-    assert response.fraction == pytest.approx(1.0) if threshold == 5.0 else True
+def test_start_in_contact_is_left(scene, tool, add_box, plan_for):
+    """
+    The start state is not checked: a path that leaves a contact succeeds.
 
-
-def test_revolute_threshold(scene, tool, plan_for):
-    """SRV-34: the path ends before the first step that turns a joint by more."""
-    goal = moved(tool, (-0.05, 0.2, 0.0))
+    moveit_ros, cartesian_path_service_capability.cpp, computeService: collisions are checked in
+    the solutions of inverse kinematics.
+    """
+    end = (scene.frame_pose('segment6') @ (0.0, 0.0, 0.06, 1.0))[:3]
+    add_box(scene, 'table', (0.3, 0.3, 0.02), end - (0.0, 0.0, 0.01))
     planner = plan_for(scene)
-    whole = planner.cartesian_path(CartesianRequest('arm', (goal,), 0.02), scene)
-    assert whole.fraction == pytest.approx(1.0)
-    cut = planner.cartesian_path(
-        CartesianRequest('arm', (goal,), 0.02, revolute_jump_threshold=1e-4), scene)
-    assert cut.error_code == 1
-    assert cut.fraction == 0.0
-    assert 'jump' in cut.message
+    assert not planner.check_state(scene, scene.q, 'arm').valid
+    up = planner.cartesian_path(
+        CartesianRequest('arm', (moved(tool, (0.0, 0.0, 0.1)),), 0.025), scene)
+    assert (up.error_code, up.fraction) == (1, 1.0), up.message
+    down = planner.cartesian_path(
+        CartesianRequest('arm', (moved(tool, (0.0, 0.0, -0.05)),), 0.01), scene)
+    assert (down.error_code, down.fraction) == (1, 0.0)
+    assert "'table'" in down.message
+
+
+def test_start_outside_constraints_and_limits(scene, tool, plan_for):
+    """
+    A start that breaks the path constraints or a limit is no error.
+
+    moveit_ros, cartesian_path_service_capability.cpp, computeService.
+    """
+    keep = Constraints((JointConstraint('axis1', 0.5, 0.15, 0.15),))
+    response = plan_for(scene).cartesian_path(CartesianRequest(
+        'arm', (moved(tool, (-0.05, 0.1, 0.0)),), 0.2, path_constraints=keep), scene)
+    assert (response.error_code, response.fraction) == (1, 1.0), response.message
+    beyond = StartState(('axis6',), (3.0,))
+    response = plan_for(scene).cartesian_path(
+        CartesianRequest('arm', (moved(tool, (0.0, 0.1, 0.0)),), 0.01, start_state=beyond), scene)
+    assert response.error_code == 1
+    assert response.start['axis6'] == 3.0
+
+
+def test_fraction_counts_whole_steps(scene, tool, add_box, plan_for):
+    """
+    The fraction is that of the steps of ``max_step`` that were finished.
+
+    moveit_core, cartesian_interpolator.cpp, computeCartesianPath.
+    """
+    add_box(scene, 'block', (0.3, 0.02, 0.3), tool[:3, 3] + (0.0, 0.17, 0.0))
+    goal = moved(tool, (0.0, 0.2, 0.0))
+    response = plan_for(scene).cartesian_path(CartesianRequest('arm', (goal,), 0.03), scene)
+    assert 0.0 < response.fraction < 1.0
+    assert response.fraction * 7 == pytest.approx(round(response.fraction * 7))
+
+
+def test_link_that_the_solver_does_not_position(scene, tool, plan_for):
+    """
+    A link that is not fixed to the solver's tip has no path: a success with fraction 0.
+
+    moveit_core, cartesian_interpolator.cpp, computeCartesianPath.
+    """
+    response = plan_for(scene).cartesian_path(
+        CartesianRequest('arm', (tool,), 0.01, 'segment3'), scene)
+    assert (response.error_code, response.fraction) == (1, 0.0)
+    assert "'segment3' is not rigidly fixed to 'tool'" in response.message
+
+
+def test_waypoints_in_the_frame_of_a_link(scene, tool, six, plan_for):
+    """
+    A link as frame means where it is now, not where the start state of the request has it.
+
+    moveit_ros, move_group_capability.cpp, performTransform.
+    """
+    start = StartState(('axis1',), (0.5,))
+    goal = moved(six.link_pose(six.vector({'axis1': 0.5}, scene.q), 'tool'), (0.0, 0.05, 0.0))
+    local = np.linalg.inv(scene.frame_pose('segment2')) @ goal
+    response = plan_for(scene).cartesian_path(
+        CartesianRequest('arm', (local,), 0.01, frame_id='segment2', start_state=start), scene)
+    assert response.fraction == 1.0
+    assert six.link_pose(states(response, six)[-1], 'tool') == pytest.approx(goal, abs=1e-5)
+
+
+def test_other_arm_of_the_group_stays(pair, pair_scene, plan_for):
+    """
+    A path of one arm moves no joint of the other.
+
+    moveit_core, cartesian_interpolator.cpp, computeCartesianPath.
+    """
+    goal = moved(pair_scene.frame_pose('left_tool'), (0.0, 0.0, 0.1))
+    response = plan_for(pair_scene).cartesian_path(
+        CartesianRequest('left', (goal,), 0.01, 'left_tool'), pair_scene)
+    assert response.fraction == 1.0
+    assert not any(name.startswith('right') for name in response.trajectory.joint_names)
 
 
 def test_timing(scene, tool, plan_for):
@@ -216,7 +283,6 @@ def test_no_waypoints(scene, plan_for):
     ({'max_step': 0.0}, 99999),
     ({'max_step': math.nan}, 99999),
     ({'link_name': 'toll'}, -18),
-    ({'link_name': 'base'}, -18),
     ({'frame_id': 'nowhere'}, -21),
     ({'start_state': StartState(('axis9',), (0.0,))}, -17),
     ({'waypoints': (np.full((4, 4), math.nan),)}, 99999),

@@ -172,26 +172,29 @@ def test_waypoints_in_the_links_own_frame(arm: Any, start: Any) -> None:
 
 
 @pytest.mark.statement('SRV-34')
-@pytest.mark.parametrize('threshold', [0.5, 1.0, 1e-9, -1.0, math.nan, math.inf])
-def test_any_jump_threshold_is_safe(arm: Any, start: Any, threshold: float) -> None:
-    """A relative threshold of any value is answered."""
+def test_jump_thresholds_have_no_effect(arm: Any, start: Any) -> None:
+    """
+    Jazzy's service passes no threshold on: joints cannot jump between states 1 mm apart.
+
+    moveit_ros, cartesian_path_service_capability.cpp, computeService.
+    """
     last = shifted(arm.pose(start).pose, 0.0, -0.05)
-    answer = arm.cartesian([last], start_state=robot_state(start), jump_threshold=threshold)
-    assert name_of(answer.error_code) == 'SUCCESS'
-    assert 0.0 <= answer.fraction <= 1.0
-
-
-@pytest.mark.statement('SRV-34')
-def test_jump_thresholds_are_honoured(arm: Any, start: Any) -> None:
-    """A step that is too large for a threshold ends the path before it."""
-    last = shifted(arm.pose(start).pose, 0.0, -0.1)
-    for fields in ({'revolute_jump_threshold': 1e-3}, {'jump_threshold': 1e-3}):
+    for fields in ({'jump_threshold': 1e-3}, {'jump_threshold': math.nan},
+                   {'revolute_jump_threshold': 1e-3, 'prismatic_jump_threshold': 1e-3}):
         answer = arm.cartesian([last], start_state=robot_state(start), **fields)
-        assert name_of(answer.error_code) == 'SUCCESS'
-        assert answer.fraction < 1.0
-    answer = arm.cartesian([last], start_state=robot_state(start), revolute_jump_threshold=3.0,
-                           jump_threshold=50.0)
-    assert answer.fraction == 1.0
+        assert (name_of(answer.error_code), answer.fraction) == ('SUCCESS', 1.0)
+
+
+@pytest.mark.statement('M24')
+def test_a_path_out_of_a_contact(arm: Any, start: Any) -> None:
+    """The start state is not checked: a path that leaves a contact succeeds."""
+    first = arm.pose(start).pose
+    arm.add(thing('pad', arm.frame, [box(0.01, 0.01, 0.01)], pose=first))
+    assert not arm.validity(start).valid
+    answer = arm.cartesian([shifted(first, 0.0, -0.1)], start_state=robot_state(start),
+                           max_step=0.08)
+    assert name_of(answer.error_code) == 'SUCCESS'
+    assert answer.fraction > 0.0
 
 
 @pytest.mark.statement('SRV-35')
