@@ -46,10 +46,9 @@ _UNUSED_MANAGER_KEYS = {
     'cpu_affinity': '',
     'thread_priority': "simulation.yaml's pace has the priority",
     'lock_memory': '',
-    'diagnostics': '',
-    'shutdown_on_initial_state_failure': '',
-    'allow_controller_activation_with_inactive_hardware': '',
-    'handle_exceptions': '',
+    'hardware_synchronization': 'simulated hardware is always in step',
+    'diagnostics': 'the control loop reports its own lateness',
+    'handle_exceptions': 'a controller that raises is always deactivated',
     'qos_overrides': '',
 }
 

@@ -81,6 +81,8 @@ class Controller(ABC, Generic[ParametersT]):
         self.state = LifecycleState.UNCONFIGURED
         self.events = EventQueue(name)
         self.time_ns = 0
+        #: Controllers that take over when this one fails; set by the manager.
+        self.fallback_controllers: tuple[str, ...] = ()
         #: Whether another controller writes this one's references; the manager says so.
         self.chained = False
         self.on_init()
@@ -108,6 +110,11 @@ class Controller(ABC, Generic[ParametersT]):
     @abstractmethod
     def required_state_interfaces(self) -> tuple[str, ...]:
         """Interfaces to read, as ``joint/interface``."""
+
+    @property
+    def reads_all_states(self) -> bool:
+        """Whether it reads whatever states are available, and needs none of them."""
+        return False
 
     @property
     def reference_interfaces(self) -> tuple[str, ...]:

@@ -143,7 +143,7 @@ def build_manager(
     if problems:
         raise ConfigError(problems)
     spawned = [name for name in settings.spawn if name in manager.controllers]
-    if settings.spawn_only:
+    if settings.spawn_only or manager.resources.holds:
         for name in spawned:
             result = manager.switch(activate=[name], strictness=Strictness.STRICT)
             if not result.ok:

@@ -8,18 +8,19 @@ from typing import Any, Literal
 
 from pydantic import Field, field_validator
 
-from armsim_ros.config.base import KeyedSettings, parameter, Settings
+from armsim_ros.config.base import KeyedSettings, parameter, Settings, unique_names
 
 
 class ControllerEntry(Settings):
     """What the manager has to know of a controller before it can load it."""
 
-    type: str = parameter(..., 'class of the controller', read_only=True, min_length=1)
-    params_file: tuple[str, ...] = parameter(
-        (), "files with the controller's parameters", read_only=True
-    )
+    type: str = parameter(..., 'class of the controller', min_length=1)
+    params_file: tuple[str, ...] = parameter((), "files with the controller's parameters")
     fallback_controllers: tuple[str, ...] = parameter(
-        (), 'controllers to activate when this one fails', read_only=True
+        (), 'controllers to activate when this one fails'
+    )
+    node_options_args: tuple[str, ...] = parameter(
+        (), "ROS arguments of the controller's node: remappings and parameters"
     )
 
     @field_validator('params_file', mode='before')
@@ -33,6 +34,11 @@ class InitialHardwareState(Settings):
 
     unconfigured: tuple[str, ...] = parameter((), 'components left unconfigured', read_only=True)
     inactive: tuple[str, ...] = parameter((), 'components left inactive', read_only=True)
+    shutdown_on_initial_state_failure: bool = parameter(
+        True, 'has no effect: simulated hardware reaches every state', read_only=True
+    )
+
+    _unique = field_validator('unconfigured', 'inactive')(unique_names)
 
 
 class SwitchDefaults(Settings):
@@ -47,6 +53,12 @@ class ManagerDefaults(Settings):
     """Defaults of requests."""
 
     switch_controller: SwitchDefaults = parameter(SwitchDefaults(), 'switch requests')
+    allow_controller_activation_with_inactive_hardware: bool = parameter(
+        False, 'whether controllers of inactive hardware can be activated', read_only=True
+    )
+    deactivate_controllers_on_hardware_self_deactivate: bool = parameter(
+        True, 'has no effect: simulated hardware does not deactivate itself', read_only=True
+    )
 
 
 class ControllerManagerParameters(KeyedSettings):

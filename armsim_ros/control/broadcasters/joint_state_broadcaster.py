@@ -149,6 +149,11 @@ class JointStateBroadcaster(Broadcaster[JointStateBroadcasterParameters, JointSt
             f'{joint}/{kind}' for joint in self._hardware_joints for kind in self._kinds(joint)
         )
 
+    @property
+    def reads_all_states(self) -> bool:
+        """Whether no parameter restricts what is published."""
+        return not self._restricted
+
     def configure(self) -> None:
         """Find out where the values come from."""
         parameters = self.parameters

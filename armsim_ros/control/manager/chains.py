@@ -8,7 +8,7 @@ A following controller starts first and stops last; in each update the preceding
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 from armsim_ros.control.controller import Controller
@@ -34,17 +34,15 @@ def following(controller: AnyController, others: Iterable[AnyController]) -> lis
     return [one for one in others if precedes(controller, one)]
 
 
-def all_preceding(
-    controller: AnyController, others: Collection[AnyController]
+def group_of(
+    controller: AnyController, controllers: Iterable[AnyController]
 ) -> list[AnyController]:
-    """Return all whose commands go through a controller, nearest first."""
-    found: list[AnyController] = []
-    waiting = [controller]
-    while waiting:
-        for one in preceding(waiting.pop(0), others):
-            if one not in found and one is not controller:
-                found.append(one)
-                waiting.append(one)
+    """Return a controller and all that are in a chain with it, preceding and following ones."""
+    others = list(controllers)
+    found = [controller]
+    for member in found:
+        found += [one for one in others if one not in found
+                  and (precedes(one, member) or precedes(member, one))]
     return found
 
 
@@ -84,48 +82,57 @@ def withdraw(controller: AnyController, hardware: HardwareInterface) -> None:
         hardware.given_states.pop(name, None)
 
 
-def broken_by_start(
-    controllers: Mapping[str, AnyController], starting: list[str], stopping: Sequence[str]
-) -> list[str]:
+def start_obstacle(
+    controller: AnyController,
+    controllers: Iterable[AnyController],
+    starting: Sequence[str],
+    stopping: Sequence[str],
+) -> str:
     """
-    Take those out of ``starting`` that would lack a following controller; return why.
+    Return why a controller cannot be activated in its chain, '' where it can.
 
-    :param controllers: all that are loaded.
+    :param starting: names of the controllers that the same request activates.
     """
-    problems = []
-    while True:
-        running = {name for name, one in controllers.items()
-                   if (one.active and name not in stopping) or name in starting}  # fmt: skip
-        for name in starting:
-            lacking = [one.name for one in following(controllers[name], controllers.values())
-                       if one.name not in running]  # fmt: skip
-            if lacking:
-                problems.append(f"'{name}' writes to references of '{lacking[0]}', which is not "
-                                f"active; activate '{lacking[0]}' before it or with it")
-                starting.remove(name)
-                break
-        else:
-            return problems
+    for one in all_following(controller, controllers):
+        if one.name in starting:
+            continue
+        if one.name in stopping:
+            return (f"'{controller.name}' writes to references of '{one.name}', which the same "
+                    'request deactivates')
+        if not one.active:
+            return (f"'{controller.name}' writes to references of '{one.name}', which is not "
+                    f"active; activate '{one.name}' before it or with it")
+    return ''
 
 
-def broken_by_stop(controllers: Mapping[str, AnyController], stopping: list[str]) -> list[str]:
+def stop_obstacle(
+    controller: AnyController,
+    controllers: Iterable[AnyController],
+    starting: Sequence[str],
+    stopping: Sequence[str],
+) -> str:
     """
-    Take those out of ``stopping`` that an active preceding controller needs; return why.
+    Return why a controller cannot be deactivated in its chain, '' where it can.
 
-    :param controllers: all that are loaded.
+    :param starting: names of the controllers that the same request activates.
     """
-    problems = []
-    while True:
-        staying = [one for name, one in controllers.items() if one.active and name not in stopping]
-        for name in stopping:
-            users = preceding(controllers[name], staying)
-            if users:
-                problems.append(f"'{name}' cannot be deactivated: '{users[0].name}' writes to its "
-                                f"references; deactivate '{users[0].name}' before it or with it")
-                stopping.remove(name)
-                break
-        else:
-            return problems
+    for one in preceding(controller, controllers):
+        if (one.active and one.name not in stopping) or (not one.active and one.name in starting):
+            return (f"'{controller.name}' cannot be deactivated: '{one.name}' writes to its "
+                    f"references; deactivate '{one.name}' before it or with it")
+    return ''
+
+
+def all_following(
+    controller: AnyController, controllers: Iterable[AnyController]
+) -> list[AnyController]:
+    """Return all through which a controller's commands go, nearest first."""
+    others = list(controllers)
+    found = following(controller, others)
+    for member in found:
+        found += [one for one in following(member, others)
+                  if one not in found and one is not controller]
+    return found
 
 
 def _without(controllers: Iterable[AnyController], one: AnyController) -> list[AnyController]:

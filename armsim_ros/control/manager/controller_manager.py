@@ -12,6 +12,7 @@ happen there, and the loop never waits for them.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 import threading
@@ -36,8 +37,8 @@ from armsim_ros.control.manager.controller_factory import (
     create_controller,
     LoadableController,
 )
-from armsim_ros.control.manager.hardware_component import Hardware, HardwareComponentInfo
 from armsim_ros.control.manager.manager_info import controller_info, ControllerInfo, InterfaceInfo
+from armsim_ros.control.manager.resources import HardwareComponentInfo, Resources
 from armsim_ros.control.manager.switch_execution import SwitchExecution, SwitchRequest
 from armsim_ros.control.manager.switching import (
     find_controller,
@@ -77,17 +78,17 @@ class ControllerManager:
     ) -> None:
         self.parameters = parameters
         self.hardware = hardware
-        self.components = Hardware(hardware, model)
         self.controllers: dict[str, Controller[Any]] = {}
         self.refusals: list[str] = []
         """Why controllers that should run from the start do not."""
         self.time_ns = 0
         self.events = EventQueue('controller_manager')
+        self.resources = Resources(hardware, model, parameters, self.events)
         self._wake: Callable[[], object] = lambda: None
         self._context = ControllerContext(
             hardware, model, parameters.update_rate, lambda: self._wake()
         )
-        self._switches = SwitchExecution(hardware, self.components, parameters, self.events)
+        self._switches = SwitchExecution(self.resources, parameters, self.events)
         self._changes = 0
         self._tick = 0
         self._structure = threading.RLock()
@@ -102,10 +103,14 @@ class ControllerManager:
         """Count of all changes of a controller's or the hardware's state."""
         return self._changes + self._switches.generation
 
-    def load(self, settings: LoadableController) -> Controller[Any]:
+    def load(
+        self, settings: LoadableController, fallback_controllers: Sequence[str] | None = None
+    ) -> Controller[Any]:
         """
         Load a controller; it is unconfigured then.
 
+        :param fallback_controllers: take over when it fails; None takes those of the manager's
+            parameters.
         :raises ControllerError: the name is taken, the type unknown or a parameter wrong.
         """
         with self._structure:
@@ -114,6 +119,13 @@ class ControllerManager:
             controller = create_controller(
                 settings.name, settings.type, settings.parameters, self._context
             )
+            entry = self.parameters.controllers.get(settings.name)
+            if fallback_controllers is None:
+                fallback_controllers = entry.fallback_controllers if entry is not None else ()
+            if settings.name in fallback_controllers:
+                raise ControllerError(
+                    f"'{settings.name}' cannot be a fallback controller of itself")
+            controller.fallback_controllers = tuple(fallback_controllers)
             controller.time_ns = self.time_ns
             self.controllers = {**self.controllers, settings.name: controller}
             self._changes += 1
@@ -133,6 +145,7 @@ class ControllerManager:
             self._changes += 1
             withdraw(controller, self.hardware)
             controller.configure()
+            _check_unique(controller)
             references = self.hardware.references
             references.update(dict.fromkeys(controller.reference_interfaces, np.nan))
             controller.state = LifecycleState.INACTIVE
@@ -210,6 +223,8 @@ class ControllerManager:
                 self._fail(controller, error)
         if self._limits is not None:
             self._limits.enforce()
+        if self.resources.holds:
+            self.resources.hold_idle_joints()
 
     def next_update(self, time_ns: int) -> int:
         """Return from when on an update matters [ns]; one before changes no command."""
@@ -271,7 +286,8 @@ class ControllerManager:
         :param period: from one to the next [s].
         :returns: updates that are planned, 0 where a controller that matters does not know.
         """
-        if self._requests or self._failures or self._limits is not None:
+        if (self._requests or self._failures or self._limits is not None
+                or self.resources.holds):
             return 0
         planned, self._ahead = planned_updates(
             self._switches.active, updates, self._tick, time_ns, period
@@ -333,6 +349,7 @@ class ControllerManager:
         for arrays in (self.hardware.command, self.hardware.feedforward):
             for kind in COMMAND_INTERFACES:
                 arrays.of(kind)[:] = np.nan
+        self.resources.hold_here()
         for controller, _ in reversed(self._switches.active):
             if controller.name in self._failures:
                 continue
@@ -348,23 +365,25 @@ class ControllerManager:
 
     def list_hardware_interfaces(self) -> tuple[list[InterfaceInfo], list[InterfaceInfo]]:
         """Return command interfaces and state interfaces, as ``joint/interface``."""
-        return self.components.interfaces(self.controllers.values())
+        return self.resources.interfaces(self.controllers.values())
 
     def list_hardware_components(self) -> list[HardwareComponentInfo]:
-        """Return the hardware that the URDF declares, else the robot as the only one."""
-        return self.components.info()
+        """Return the hardware that the URDF declares, else the robot as the only component."""
+        return self.resources.info(self.controllers.values())
 
     def set_hardware_component_state(self, name: str, state: str) -> None:
         """
-        Bring the hardware into a state.
+        Bring the hardware into a state; controllers that use it stay as they are.
+
+        Commands do not reach the joints of hardware that is not active: they hold.
 
         :param state: unconfigured, inactive, active or finalized.
-        :raises ControllerError: an unknown name or state, or active controllers need it.
+        :raises ControllerError: an unknown name or state.
         """
         with self._structure:
-            active = [one for one in self.controllers.values() if one.active]
-            self.components.set_state(name, state, active)
+            self.resources.set_state(name, state)
             self._changes += 1
+        self._requests.post(SwitchRequest((), (), Strictness.BEST_EFFORT))
 
     def list_types(self) -> list[str]:
         """Return the types of controllers that can be loaded."""
@@ -396,3 +415,13 @@ class ControllerManager:
         """Replace a controller that raised; where others change the controllers, a bit later."""
         self._failures[controller.name] = error
         self._serve()
+
+
+def _check_unique(controller: Controller[Any]) -> None:
+    """Raise ControllerError where a controller names an interface twice."""
+    for kind, names in (('command', controller.required_command_interfaces),
+                        ('state', controller.required_state_interfaces)):
+        twice = [name for name, count in Counter(names).items() if count > 1]
+        if twice:
+            raise ControllerError(
+                f"'{controller.name}' names {kind} interfaces more than once: {', '.join(twice)}")

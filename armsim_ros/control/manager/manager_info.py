@@ -83,32 +83,31 @@ def interface_infos(
     hardware: HardwareInterface,
     controllers: Iterable[Controller[Any]],
     systems: Sequence[HardwareSystem] = (),
-    idle: Collection[str] = (),
+    unavailable: Collection[str] = (),
 ) -> tuple[list[InterfaceInfo], list[InterfaceInfo]]:
     """
     Return command interfaces and state interfaces.
 
     :param systems: the declared hardware, whose sensors and gpios have interfaces of their own.
-    :param idle: joints, sensors and gpios of hardware that is not active.
+    :param unavailable: joints, sensors and gpios of hardware that is not configured.
     """
     controllers = tuple(controllers)
-    claimed = {
-        interface
-        for controller in controllers
-        if controller.active
-        for interface in controller.required_command_interfaces
-    }
+    active = [one for one in controllers if one.active]
+    claimed = {interface for one in active for interface in one.required_command_interfaces}
+    exported = {name for one in active for name in one.exported_states}
+    own = {name for one in controllers for name in one.exported_states}
     commands = [*_names(hardware.command_interfaces.items()),
                 *(name for one in systems for name in one.other_commands)]
-    states = [*_names(hardware.state_interfaces.items()),
-              *hardware.other_states]
+    states = [*_names(hardware.state_interfaces.items()), *hardware.other_states]
     return (
-        [InterfaceInfo(name, name.rpartition('/')[0] not in idle, name in claimed)
+        [InterfaceInfo(name, name.rpartition('/')[0] not in unavailable, name in claimed)
          for name in commands]
-        + [InterfaceInfo(name, one.chained, name in claimed)
+        + [InterfaceInfo(name, one.active, name in claimed)
            for one in controllers for name in one.reference_interfaces
            if name in hardware.references],
-        [InterfaceInfo(name, True, False) for name in states],
+        [InterfaceInfo(name, name in exported if name in own
+                       else name.rpartition('/')[0] not in unavailable, False)
+         for name in states],
     )
 
 

@@ -3,7 +3,7 @@
 """
 Carries switches out in the control loop's thread, and knows which controllers are updated.
 
-A switch first tells the hardware which interfaces will be claimed; if the hardware refuses,
+A switch first passes the interfaces that will be claimed to the hardware; if the hardware refuses,
 nothing has changed. Then controllers are stopped, then others started, between two updates.
 """
 
@@ -18,16 +18,17 @@ import numpy as np
 from armsim_ros.config.controllers.controller_manager import ControllerManagerParameters
 from armsim_ros.control.controller import Controller, LifecycleState
 from armsim_ros.control.events import EventQueue
-from armsim_ros.control.hardware_interface import HardwareInterface, POSITION
-from armsim_ros.control.manager.chains import all_preceding, following, in_order, preceding
-from armsim_ros.control.manager.hardware_component import Hardware
+from armsim_ros.control.hardware_interface import POSITION
+from armsim_ros.control.manager.chains import following, group_of, in_order, preceding
+from armsim_ros.control.manager.fallbacks import holders_of
+from armsim_ros.control.manager.resources import Resources
 from armsim_ros.control.manager.switching import (
     claimed_joints,
     plan_switch,
     Strictness,
     SwitchResult,
 )
-from armsim_ros.errors import ArmsimError
+from armsim_ros.errors import ArmsimError, ControllerError
 
 Controllers = Mapping[str, Controller[Any]]
 
@@ -54,21 +55,20 @@ class SwitchExecution:
     """
     Starts and stops controllers.
 
-    :param components: the hardware's own states.
+    :param resources: the hardware and its components' states.
     :param events: what happened, in words.
     """
 
     def __init__(
         self,
-        hardware: HardwareInterface,
-        components: Hardware,
+        resources: Resources,
         parameters: ControllerManagerParameters,
         events: EventQueue,
     ) -> None:
         self.generation = 0
         self.active: tuple[tuple[Controller[Any], int], ...] = ()
-        self._hardware = hardware
-        self._components = components
+        self._hardware = resources.hardware
+        self._resources = resources
         self._parameters = parameters
         self._events = events
 
@@ -80,36 +80,18 @@ class SwitchExecution:
 
         :param controllers: all that are loaded.
         """
-        plan = plan_switch(controllers, self._hardware, request.activate, request.deactivate)
-        problems, activate = list(plan.problems), plan.activate
-        for name in activate:
-            idle = self._components.idle_owner(controllers[name].required_command_interfaces)
-            if idle is not None:
-                problems.append(f"hardware '{idle.name}' is {idle.state.value}")
-                activate = ()
-                break
-        if problems and self._strict(request.strictness):
-            return SwitchResult(False, f'nothing was switched: {"; ".join(problems)}')
-        if not (activate or plan.deactivate):
-            return SwitchResult(True, '; '.join(['nothing to do', *problems]))
-        stopping = in_order([controllers[name] for name in plan.deactivate])
-        starting = in_order([controllers[name] for name in activate])[::-1]
-        wanted = [c for c in controllers.values() if c.active and c not in stopping] + starting
+        strict = self._strict(request.strictness)
         try:
-            self._hardware.perform_command_mode_switch(self._claims(wanted))
-        except ArmsimError as error:
+            plan = plan_switch(controllers, self._resources, request.activate,
+                               request.deactivate, strict=strict)
+        except ControllerError as error:
             return SwitchResult(False, f'nothing was switched: {error}')
-        for controller in stopping:
-            self._deactivate(controller, time_ns)
-        self._forget_positions(wanted)
-        failures = self._settle_chains(wanted, time_ns)
-        failures += [text for c in starting if (text := self._start(c, controllers, time_ns))]
-        if failures:
-            failures += self._settle_chains([c for c in wanted if c.active], time_ns)
-            claims = self._claims([c for c in wanted if c.active])
-            self._hardware.perform_command_mode_switch(claims)
-        self._refresh(controllers, time_ns)
-        message = '; '.join(failures + problems) or 'controllers switched'
+        if not (plan.activate or plan.deactivate):
+            self.apply_claims(controllers)
+            return SwitchResult(True, '; '.join(['nothing to do', *plan.left_out]))
+        failures = self._switch(controllers, plan.activate, plan.deactivate, time_ns,
+                                strict=strict)
+        message = '; '.join([*failures, *plan.left_out]) or 'controllers switched'
         return SwitchResult(not failures, message)
 
     def replace_failed(
@@ -118,37 +100,82 @@ class SwitchExecution:
         """
         Deactivate a controller that raised, and activate its fallback controllers.
 
-        Those that write to its references are deactivated with it.
+        All of its chain is deactivated with it, and active controllers that hold interfaces of
+        the fallback controllers.
         """
         text = f"'{failed.name}' failed and is deactivated: {error.__class__.__name__}: {error}"
         self._events.add(time_ns, 'error', 'failure', text)
-        entry = self._parameters.controllers.get(failed.name)
-        fallbacks = entry.fallback_controllers if entry is not None else ()
+        chain = [one for one in group_of(failed, controllers.values()) if one.active]
+        fallbacks = tuple(dict.fromkeys(
+            name for one in chain for name in one.fallback_controllers))
+        stopping = tuple(dict.fromkeys(
+            one.name for one in (*chain, *holders_of(fallbacks, controllers))))
+        failures: list[str] = []
+        try:
+            starting = plan_switch(
+                controllers, self._resources, fallbacks, stopping, strict=True).activate
+        except ControllerError as refusal:
+            starting, failures = (), [str(refusal)]
+        failures += self._switch(controllers, starting, stopping, time_ns, strict=True)
+        if fallbacks or failures:
+            result = '; '.join(failures) or f'active: {", ".join(starting)}'
+            self._events.add(time_ns, 'warning', 'state', f'fallback: {result}')
+
+    def apply_claims(self, controllers: Controllers) -> None:
+        """Have the hardware follow the active controllers, where it is active itself."""
         active = [one for one in controllers.values() if one.active]
-        chain = [failed.name, *(one.name for one in all_preceding(failed, active))]
-        request = SwitchRequest(fallbacks, chain, Strictness.BEST_EFFORT)
-        result = self.execute(controllers, request, time_ns)
-        if fallbacks or not result.ok:
-            self._events.add(time_ns, 'warning', 'state', f'fallback: {result.message}')
+        self._hardware.perform_command_mode_switch(self._claims(active))
 
-    def _settle_chains(self, controllers: Sequence[Controller[Any]], time_ns: int) -> list[str]:
+    def _switch(
+        self,
+        controllers: Controllers,
+        activate: Sequence[str],
+        deactivate: Sequence[str],
+        time_ns: int,
+        *,
+        strict: bool,
+    ) -> list[str]:
         """
-        Tell controllers whether their references are written; active ones begin anew for it.
+        Stop and start controllers; those whose references get or lose a writer start anew.
 
-        :param controllers: those that are or will be active.
-        :returns: failures, in words.
+        :returns: failures; with ``strict`` none that was to start is active then.
         """
-        failures = []
-        for controller in in_order(controllers)[::-1]:
-            chained = bool(preceding(controller, controllers))
-            if chained == controller.chained:
-                continue
-            if not controller.active:
-                controller.chained = chained
-                continue
+        stopping = [controllers[name] for name in deactivate]
+        starting = [controllers[name] for name in activate]
+        staying = [one for one in controllers.values() if one.active and one not in stopping]
+        wanted = [*staying, *starting]
+        restarting = [one for one in staying if bool(preceding(one, wanted)) != one.chained]
+        starting = in_order([*starting, *restarting])[::-1]
+        try:
+            self._hardware.perform_command_mode_switch(self._claims(wanted))
+        except ArmsimError as error:
+            return [f'nothing was switched: {error}']
+        for controller in in_order([*stopping, *restarting]):
             self._deactivate(controller, time_ns)
-            controller.chained = chained
-            failures.append(self._activate(controller, time_ns))
+        self._forget_positions(wanted)
+        for controller in wanted:
+            controller.chained = bool(preceding(controller, wanted))
+        failures = [text for one in starting if (text := self._start(one, controllers, time_ns))]
+        if failures:
+            if strict:
+                active = [one for one in starting if one.active]
+                for controller in in_order(active):
+                    self._deactivate(controller, time_ns)
+                if active:
+                    names = ', '.join(f"'{one.name}'" for one in active)
+                    failures.append(f'deactivated again: {names}')
+            failures += self._open_chains([one for one in wanted if one.active], time_ns)
+            self.apply_claims(controllers)
+        self._refresh(controllers, time_ns)
+        return failures
+
+    def _open_chains(self, active: Sequence[Controller[Any]], time_ns: int) -> list[str]:
+        """Restart controllers whose references have lost their writer; return failures."""
+        failures = []
+        for controller in in_order(active)[::-1]:
+            if controller.chained and not preceding(controller, active):
+                self._deactivate(controller, time_ns)
+                failures.append(self._activate(controller, time_ns))
         return [text for text in failures if text]
 
     def _start(self, controller: Controller[Any], controllers: Controllers, time_ns: int) -> str:
@@ -186,7 +213,9 @@ class SwitchExecution:
                 self._hardware.command.position[self._hardware.index[joint]] = np.nan
 
     def _claims(self, controllers: Sequence[Controller[Any]]) -> dict[str, frozenset[str]]:
-        return claimed_joints(controllers, self._hardware.index)
+        idle = self._resources.idle_joints
+        joints = [name for name in self._hardware.joint_names if name not in idle]
+        return claimed_joints(controllers, joints)
 
     def _refresh(self, controllers: Controllers, time_ns: int) -> None:
         rate = self._parameters.update_rate

@@ -1,23 +1,27 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
 """
-What a switch request may do: who starts, who stops, who gets which command interface.
+What a switch request may do: which controllers start and stop, and which interfaces they get.
 
-A plan is made before anything is touched. STRICT refuses a request of which any part is wrong;
-BEST_EFFORT leaves the wrong parts out.
+A plan is made before anything is touched. A wrong name or state refuses a STRICT request, and
+BEST_EFFORT leaves it out; interfaces that a controller cannot have refuse a request of any
+strictness.
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 from typing import Any
 
 from armsim_ros.control.controller import Controller, LifecycleState
-from armsim_ros.control.hardware_interface import HardwareInterface
-from armsim_ros.control.manager.chains import broken_by_start, broken_by_stop
+from armsim_ros.control.manager.chains import start_obstacle, stop_obstacle
+from armsim_ros.control.manager.fallbacks import fallback_obstacle
+from armsim_ros.control.manager.resources import Resources
 from armsim_ros.errors import ControllerError, nearest
+
+Controllers = Mapping[str, Controller[Any]]
 
 
 class Strictness(IntEnum):
@@ -31,7 +35,7 @@ class Strictness(IntEnum):
 
 @dataclass(frozen=True, slots=True)
 class SwitchResult:
-    """What became of a switch request; the message tells it in a sentence."""
+    """Whether all controllers of a request are in the requested states, and why not."""
 
     ok: bool
     message: str
@@ -39,47 +43,44 @@ class SwitchResult:
 
 @dataclass(frozen=True, slots=True)
 class SwitchPlan:
-    """Controllers to stop and to start, by name, and what was wrong with the request."""
+    """Controllers to stop and to start, by name, and what was left out of the request."""
 
     deactivate: tuple[str, ...]
     activate: tuple[str, ...]
-    problems: tuple[str, ...]
+    left_out: tuple[str, ...]
 
 
 def plan_switch(
-    controllers: Mapping[str, Controller[Any]],
-    hardware: HardwareInterface,
+    controllers: Controllers,
+    resources: Resources,
     activate: Sequence[str],
     deactivate: Sequence[str],
+    *,
+    strict: bool,
 ) -> SwitchPlan:
-    """Return what of a request can be done, and all that cannot."""
+    """
+    Return what a request does.
+
+    :raises ControllerError: nothing may be switched; the message has all reasons.
+    """
     problems: list[str] = []
-    stopping: list[str] = []
-    for name in dict.fromkeys(deactivate):
-        if name not in controllers:
-            problems.append(_unknown(name, controllers))
-        elif not controllers[name].active:
-            state = controllers[name].state.value
-            problems.append(f"'{name}' cannot be deactivated: it is {state}")
-        else:
-            stopping.append(name)
-    problems += broken_by_stop(controllers, stopping)
-    owners = {
-        interface: name
-        for name, controller in controllers.items()
-        if controller.active and name not in stopping
-        for interface in controller.required_command_interfaces
-    }
-    starting: list[str] = []
-    for name in dict.fromkeys(activate):
-        problem = _obstacle(name, controllers, hardware, stopping, owners)
-        if problem:
+    stopping = _loaded(deactivate, controllers, problems)
+    starting = _loaded(activate, controllers, problems)
+    if not strict and ((deactivate and not stopping) or (activate and not starting)):
+        raise ControllerError('; '.join(problems))
+    for name in tuple(starting):
+        if problem := _start_obstacle(controllers, resources, name, starting, stopping):
             problems.append(problem)
-            continue
-        starting.append(name)
-        for interface in controllers[name].required_command_interfaces:
-            owners[interface] = name
-    problems += broken_by_start(controllers, starting, stopping)
+            starting.remove(name)
+    for name in tuple(stopping):
+        if problem := _stop_obstacle(controllers, name, starting, stopping):
+            problems.append(problem)
+            stopping.remove(name)
+    if strict and problems:
+        raise ControllerError('; '.join(problems))
+    starting = [name for name in starting if not controllers[name].active or name in stopping]
+    if conflicts := list(_conflicts(controllers, resources, starting, stopping)):
+        raise ControllerError('; '.join(conflicts))
     return SwitchPlan(tuple(stopping), tuple(starting), tuple(problems))
 
 
@@ -99,7 +100,7 @@ def claimed_joints(controllers: Sequence[Controller[Any]], joints: Collection[st
     return {joint: frozenset(kinds) for joint, kinds in claims.items()}
 
 
-def find_controller(controllers: Mapping[str, Controller[Any]], name: str) -> Controller[Any]:
+def find_controller(controllers: Controllers, name: str) -> Controller[Any]:
     """Return a controller by its name; ControllerError names those that are loaded."""
     try:
         return controllers[name]
@@ -116,37 +117,66 @@ def require_state(controller: Controller[Any], verb: str, *states: LifecycleStat
         )
 
 
-def _obstacle(
+def _loaded(names: Sequence[str], controllers: Controllers, problems: list[str]) -> list[str]:
+    """Return the names that are loaded, each once; the others become problems."""
+    problems += [_unknown(name, controllers) for name in names if name not in controllers]
+    return [name for name in dict.fromkeys(names) if name in controllers]
+
+
+def _start_obstacle(
+    controllers: Controllers,
+    resources: Resources,
     name: str,
-    controllers: Mapping[str, Controller[Any]],
-    hardware: HardwareInterface,
+    starting: Sequence[str],
     stopping: Sequence[str],
-    owners: Mapping[str, str],
 ) -> str:
-    controller = controllers.get(name)
-    if controller is None:
-        return _unknown(name, controllers)
+    controller = controllers[name]
     if controller.active and name not in stopping:
         return f"'{name}' is active already"
     if controller.state not in (LifecycleState.ACTIVE, LifecycleState.INACTIVE):
         return f"'{name}' cannot be activated: it is {controller.state.value}, configure it first"
-    for kind, required, offered in (
-        ('command', controller.required_command_interfaces, hardware.commands_of),
-        ('state', controller.required_state_interfaces, hardware.states_of),
-    ):
-        for interface in required:
-            joint, _, quantity = interface.rpartition('/')
-            if quantity not in offered(joint):
-                known = ', '.join(f'{joint}/{one}' for one in offered(joint)) or 'none'
-                return (f"'{name}' needs the {kind} interface {interface}, which the hardware "
-                        f"lacks; '{joint}' has: {known}")
-    for interface in controller.required_command_interfaces:
-        if interface in owners:
-            return f"'{name}' needs {interface}, which '{owners[interface]}' has claimed"
-    return ''
+    return (start_obstacle(controller, controllers.values(), starting, stopping)
+            or fallback_obstacle(controller, controllers, resources))
 
 
-def _unknown(name: str, controllers: Mapping[str, Controller[Any]]) -> str:
+def _stop_obstacle(
+    controllers: Controllers, name: str, starting: Sequence[str], stopping: Sequence[str]
+) -> str:
+    controller = controllers[name]
+    if not controller.active:
+        return f"'{name}' cannot be deactivated: it is {controller.state.value}"
+    return stop_obstacle(controller, controllers.values(), starting, stopping)
+
+
+def _conflicts(
+    controllers: Controllers,
+    resources: Resources,
+    starting: Sequence[str],
+    stopping: Sequence[str],
+) -> Iterator[str]:
+    """Yield why controllers cannot have their interfaces."""
+    running = [one for one in controllers.values()
+               if one.active and (one.name not in stopping or one.name in starting)]
+    owners = {interface: one.name for one in running
+              for interface in one.required_command_interfaces}
+    active = {one.name for one in running}.union(starting)
+    for name in starting:
+        controller = controllers[name]
+        if idle := resources.inactive_owner(controller.required_command_interfaces):
+            yield (f"'{name}' needs hardware '{idle}', which is inactive; activate it with "
+                   'set_hardware_component_state or the hardware_spawner')
+        if controller.active:
+            continue
+        if lack := resources.lack_of(controller, active):
+            yield lack
+        for interface in controller.required_command_interfaces:
+            if owners.setdefault(interface, name) != name:
+                yield (f"'{name}' needs the command interface {interface}, which "
+                       f"'{owners[interface]}' has claimed")
+                break
+
+
+def _unknown(name: str, controllers: Controllers) -> str:
     known = tuple(controllers)
     hint = nearest(name, known) or f'loaded: {", ".join(known) or "none"}'
     return f"no controller '{name}' is loaded; {hint}"

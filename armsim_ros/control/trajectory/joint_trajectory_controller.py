@@ -62,17 +62,25 @@ class JointTrajectoryController(Controller[JointTrajectoryControllerParameters])
 
     @property
     def required_command_interfaces(self) -> tuple[str, ...]:
-        """Every command interface of every commanded joint."""
+        """Every command interface of every commanded joint, and that of the pace."""
         joints = self.parameters.commanded
-        return tuple(f'{j}/{kind}' for j in joints for kind in self.parameters.command_interfaces)
+        pace = self.parameters.speed_scaling.command_interface
+        return (*(f'{j}/{kind}' for j in joints for kind in self.parameters.command_interfaces),
+                *((pace,) if pace else ()))
 
     @property
     def required_state_interfaces(self) -> tuple[str, ...]:
-        """Every state interface of every joint."""
+        """Every state interface of every joint, and those of the pace."""
         kinds = self.parameters.state_interfaces
-        of_joints = tuple(f'{joint}/{kind}' for joint in self.joints for kind in kinds)
-        pace = getattr(self.parameters, 'speed_scaling_interface_name', '')
-        return (*of_joints, pace) if pace else of_joints
+        pace = (self.parameters.speed_scaling.state_interface, self._given_pace)
+        return (*(f'{joint}/{kind}' for joint in self.joints for kind in kinds),
+                *dict.fromkeys(filter(None, pace)))
+
+    @property
+    def _given_pace(self) -> str:
+        """The interface of the pace that the simulation itself has, '' where it has none."""
+        name: str = getattr(self.parameters, 'speed_scaling_interface_name', '')
+        return name
 
     @property
     def subscribes_speed_scaling(self) -> bool:
@@ -88,7 +96,7 @@ class JointTrajectoryController(Controller[JointTrajectoryControllerParameters])
         """Check the parameters against the hardware and allocate what updates need."""
         parameters = self.parameters
         hardware, source = self.context.hardware, parameters.speed_source
-        if source in self.required_state_interfaces or source in hardware.other_states:
+        if source and (source == self._given_pace or source in hardware.other_states):
             initial = parameters.speed_scaling.initial_scaling_factor
             hardware.given_states.setdefault(source, initial)
         check_configuration(parameters, self.context.hardware)
@@ -99,11 +107,6 @@ class JointTrajectoryController(Controller[JointTrajectoryControllerParameters])
 
     def activate(self, time_ns: int) -> None:
         """Hold the joints where they are."""
-        scaling = self.parameters.speed_scaling
-        known = self.context.hardware.other_states
-        for interface in (scaling.state_interface, scaling.command_interface):
-            if interface and interface not in known:
-                raise ControllerError(f"speed_scaling: the hardware has no '{interface}'")
         self.time_ns = time_ns
         self._configured.activate(time_ns)
 

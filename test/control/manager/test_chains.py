@@ -172,14 +172,16 @@ def test_what_is_listed(chain):
 
 
 def test_references_among_the_interfaces(chain):
-    """References are command interfaces, available while chained, gone with their controller."""
+    """References are available while their controller is active, and gone with it."""
     def shown():
         return {one.name: (one.is_available, one.is_claimed)
                 for one in chain.manager.list_hardware_interfaces()[0] if '/' in one.name[5:]
                 and one.name.startswith('loop/')}
 
     assert shown() == {'loop/a/position': (False, False), 'loop/b/position': (False, False)}
-    chain.manager.switch(activate=['arm', 'loop'])
+    chain.manager.switch(activate=['loop'])
+    assert shown() == {'loop/a/position': (True, False), 'loop/b/position': (True, False)}
+    chain.manager.switch(activate=['arm'])
     assert shown() == {'loop/a/position': (True, True), 'loop/b/position': (True, True)}
     chain.manager.switch(deactivate=['arm', 'loop'])
     chain.manager.unload('loop')

@@ -73,7 +73,7 @@ def test_only_what_is_declared_can_be_claimed(small_package):
         'shoulder/position', 'shoulder/velocity', 'elbow/position', 'elbow/velocity']
     assert manager.controllers['arm_controller'].state.value == 'inactive'
     assert manager.controllers['joint_state_broadcaster'].active
-    assert "which the hardware lacks; 'elbow' has: elbow/velocity" in manager.refusals[0]
+    assert "which does not exist; 'elbow' has: elbow/velocity" in manager.refusals[0]
 
 
 def test_a_joint_in_no_tag_is_held_and_not_listed(small_package):
@@ -353,7 +353,7 @@ def test_a_component_that_is_not_active_keeps_its_joints(small_package):
         more='<ros2_control name="Hand" type="system"><hardware/>' + joint('grip', 'position')
              + '</ros2_control>')
     _, manager, _ = start(small_package)
-    manager.set_hardware_component_state('Hand', 'inactive')
+    manager.set_hardware_component_state('Hand', 'unconfigured')
     available = {one.name: one.is_available for one in manager.list_hardware_interfaces()[0]}
     assert available == {'shoulder/position': True, 'elbow/position': True,
                          'grip/position': False}

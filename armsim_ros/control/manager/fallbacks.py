@@ -1,0 +1,41 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Fallback controllers: they take over when a controller fails, and must be able to."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from armsim_ros.control.controller import Controller, LifecycleState
+from armsim_ros.control.manager.resources import Resources
+
+
+def fallback_obstacle(
+    controller: Controller[Any],
+    controllers: Mapping[str, Controller[Any]],
+    resources: Resources,
+) -> str:
+    """Return why a controller's fallback controllers could not take over, '' where they could."""
+    names = controller.fallback_controllers
+    active = {one.name for one in controllers.values() if one.active}.union(names)
+    for name in names:
+        fallback = controllers.get(name)
+        text = f"'{controller.name}' cannot be activated: its fallback controller '{name}' "
+        if fallback is None:
+            return f'{text}is not loaded'
+        if fallback.state not in (LifecycleState.INACTIVE, LifecycleState.ACTIVE):
+            return f'{text}is {fallback.state.value}, configure it first'
+        if lack := resources.lack_of(fallback, active):
+            return f'{text}could not be activated: {lack}'
+    return ''
+
+
+def holders_of(
+    names: Sequence[str], controllers: Mapping[str, Controller[Any]]
+) -> list[Controller[Any]]:
+    """Return the active controllers that hold command interfaces of the named ones."""
+    needed = {interface for name in names if name in controllers
+              for interface in controllers[name].required_command_interfaces}
+    return [one for one in controllers.values()
+            if one.active and not needed.isdisjoint(one.required_command_interfaces)]

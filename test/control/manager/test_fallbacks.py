@@ -1,0 +1,125 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""
+Fallback controllers: when a controller may be activated, and what its failure does.
+
+The behaviour is that of controller_manager.cpp: load_controller, update,
+check_fallback_controllers_state_pre_activation.
+"""
+
+from types import SimpleNamespace
+
+import pytest
+
+from armsim_ros.control.manager.controller_manager import Strictness
+from armsim_ros.errors import ControllerError
+
+ARM = 'joint_trajectory_controller/JointTrajectoryController'
+FORWARD = 'forward_command_controller/ForwardCommandController'
+PID = 'pid_controller/PidController'
+LOOP = {'dof_names': ['a'], 'command_interface': 'velocity',
+        'reference_and_state_interfaces': ['position'], 'gains': {'a': {'p': 1.0}}}
+
+
+def states(r):
+    """Return name -> state."""
+    return {info.name: info.state for info in r.manager.list_controllers()}
+
+
+def load(r, name, kind, fallbacks, **parameters):
+    """Load and configure a controller with fallback controllers."""
+    controller = r.manager.load(
+        SimpleNamespace(name=name, type=kind, parameters=parameters), fallbacks)
+    r.manager.configure(name)
+    return controller
+
+
+def break_it(monkeypatch, controller):
+    """Have a controller raise at its next update."""
+    def fail(time_ns, period):
+        raise RuntimeError('broken')
+
+    monkeypatch.setattr(controller, 'update', fail)
+
+
+@pytest.mark.parametrize('strictness', [Strictness.STRICT, Strictness.BEST_EFFORT])
+def test_a_fallback_must_be_loaded_configured_and_able_to_start(rig, strictness):
+    """A controller whose fallback could not take over is not activated."""
+    r = rig()
+    arm = load(r, 'arm', ARM, ['spare'], joints=['a'])
+
+    def refusal():
+        result = r.manager.switch(['arm'], [], strictness)
+        assert not arm.active
+        assert result.ok is (strictness is Strictness.BEST_EFFORT)
+        return result.message
+
+    assert "'spare' is not loaded" in refusal()
+    r.manager.load(SimpleNamespace(name='spare', type=FORWARD, parameters={
+        'joints': ['nowhere'], 'interface_name': 'position'}))
+    assert "'spare' is unconfigured" in refusal()
+    r.manager.configure('spare')
+    assert 'nowhere/position' in refusal()
+    r.manager.unload('spare')
+    r.load('spare', FORWARD, joints=['a'], interface_name='position')
+    assert r.manager.switch(['arm'], [], strictness).ok
+    assert arm.active
+
+
+def test_a_fallback_in_a_chain_needs_its_follower_in_the_list(rig):
+    """References that a fallback writes count if their controller is in the list, too."""
+    r = rig()
+    r.load('loop', PID, **LOOP)
+    r.load('spare', ARM, joints=['a'], command_joints=['loop/a'])
+    load(r, 'arm', ARM, ['spare'], joints=['b'])
+    result = r.manager.switch(['arm'])
+    assert not result.ok
+    assert 'loop/a/position' in result.message
+    r.manager.unload('arm')
+    load(r, 'arm', ARM, ['spare', 'loop'], joints=['b'])
+    assert r.manager.switch(['arm']).ok
+
+
+def test_no_controller_is_its_own_fallback(rig):
+    """A controller that names itself is not loaded."""
+    r = rig()
+    with pytest.raises(ControllerError, match='fallback controller of itself'):
+        load(r, 'arm', ARM, ['arm'], joints=['a'])
+    assert states(r) == {}
+
+
+def test_a_failure_frees_what_the_fallback_needs(rig, monkeypatch):
+    """Active controllers that hold interfaces of the fallback are deactivated."""
+    r = rig()
+    r.load('spare', FORWARD, joints=['a', 'b'], interface_name='position')
+    arm = load(r, 'arm', ARM, ['spare'], joints=['a'])
+    r.load('other', ARM, joints=['b'])
+    assert r.manager.switch(['arm', 'other']).ok
+    break_it(monkeypatch, arm)
+    r.step(2)
+    assert states(r) == {'spare': 'active', 'arm': 'inactive', 'other': 'inactive'}
+
+
+def test_a_failure_whose_fallback_is_gone(rig, monkeypatch):
+    """The failed controller is deactivated even if its fallback cannot be activated."""
+    r = rig()
+    r.load('spare', FORWARD, joints=['a'], interface_name='position')
+    arm = load(r, 'arm', ARM, ['spare'], joints=['a'])
+    assert r.manager.switch(['arm']).ok
+    r.manager.unload('spare')
+    break_it(monkeypatch, arm)
+    r.step(2)
+    assert states(r) == {'arm': 'inactive'}
+    assert any("'spare'" in text for text in r.texts())
+
+
+def test_a_failure_stops_the_whole_chain(rig, monkeypatch):
+    """With a preceding controller its following controllers are deactivated, too."""
+    r = rig()
+    r.load('loop', PID, **LOOP)
+    arm = r.load('arm', ARM, joints=['a'], command_joints=['loop/a'])
+    r.load('other', ARM, joints=['b'])
+    assert r.manager.switch(['loop', 'arm', 'other']).ok
+    break_it(monkeypatch, arm)
+    r.step(2)
+    assert states(r) == {'loop': 'inactive', 'arm': 'inactive', 'other': 'active'}
