@@ -9,7 +9,7 @@ from typing import Any
 
 from pydantic import field_validator
 
-from armsim_ros.config.base import parameter, Settings, unique_names
+from armsim_ros.config.base import parameter, Settings
 
 
 class ExtraJoint(Settings):
@@ -80,8 +80,3 @@ class JointStateBroadcasterParameters(Settings):
         if math.isnan(value):
             raise ValueError('publish_rate must be a number [Hz]')
         return value
-
-    @field_validator('joints', 'interfaces')
-    @classmethod
-    def _unique(cls, value: tuple[str, ...]) -> tuple[str, ...]:
-        return unique_names(value)

@@ -4,17 +4,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
-from armsim_ros.arrays import Matrix, selector, Vector
+from armsim_ros.arrays import Vector
 from armsim_ros.config.base import Settings
 from armsim_ros.config.controllers.joint_state_broadcaster import JointStateBroadcasterParameters
 from armsim_ros.control.broadcasters.broadcaster import Broadcaster
 from armsim_ros.control.hardware_interface import COMMAND_INTERFACES
+from armsim_ros.errors import ControllerError
+from armsim_ros.model.robot_model import JointType
 
 InterfaceValues = tuple[str, tuple[str, ...], tuple[float, ...]]
 
@@ -24,24 +27,16 @@ QUANTITIES = ('position', 'velocity', 'effort')
 @dataclass(frozen=True, slots=True, eq=False)
 class JointStateLayout:
     """
-    How the content of ``joint_states`` is made of the states of the hardware.
+    Which published value is where in a sample's values.
 
-    :param names: (n,) joints that are published.
-    :param template: (3, n) position, velocity and effort that are not measured.
-    :param gather: row of the template, its columns, interface's number, places in its states.
-    :param measured: joint, its interfaces, its place in the states.
-    :param extra: joints that the hardware does not have.
+    :param names: (n,) joints of ``joint_states``.
+    :param slots: (3, n) of position, velocity and effort.
+    :param dynamic: owner, its interfaces, their slots, for ``dynamic_joint_states``.
     """
 
     names: tuple[str, ...]
-    template: Matrix
-    gather: tuple[tuple[int, Any, int, Any], ...]
-    measured: tuple[tuple[str, tuple[str, ...], int], ...]
-    extra: tuple[InterfaceValues, ...]
-
-
-#: That of a broadcaster that is not configured.
-NOTHING = JointStateLayout((), np.empty((3, 0)), (), (), ())
+    slots: NDArray[np.intp]
+    dynamic: tuple[tuple[str, tuple[str, ...], tuple[int, ...]], ...]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -49,19 +44,14 @@ class JointStateSnapshot:
     """
     Content of ``joint_states`` at one time; NaN where a joint has no such interface.
 
-    A sample is taken far more often than anybody looks at it: who looks has it sorted.
-
     :param frame_id: of the message's header.
-    :param states: (m,) of each interface of the hardware.
-    :param others: interface of a sensor or gpio -> its value; None where
-        ``dynamic_joint_states`` is not published.
+    :param values: (m,) in the order of the layout's slots.
     """
 
     time_ns: int
     frame_id: str
     layout: JointStateLayout
-    states: tuple[Vector, ...]
-    others: Mapping[str, float] | None
+    values: Vector
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -84,58 +74,61 @@ class JointStateSnapshot:
         return self._quantity(2)
 
     @property
-    def dynamic(self) -> tuple[InterfaceValues, ...] | None:
-        """
-        Return (joint, interface names, values) of each joint.
-
-        That is the content of ``dynamic_joint_states``; None where it is not published.
-        """
-        if self.others is None:
-            return None
-        values = {kind: state.tolist()
-                  for kind, state in zip(COMMAND_INTERFACES, self.states, strict=True)}
-        owners: dict[str, dict[str, float]] = {}
-        for name, value in self.others.items():
-            owner, _, kind = name.rpartition('/')
-            owners.setdefault(owner, {})[kind] = value
-        return (
-            *((joint, kinds, tuple([values[kind][place] for kind in kinds]))
-              for joint, kinds, place in self.layout.measured),
-            *((owner, tuple(kinds), tuple(kinds.values())) for owner, kinds in owners.items()),
-            *self.layout.extra,
-        )  # fmt: skip
+    def dynamic(self) -> tuple[InterfaceValues, ...]:
+        """(Joint, interface names, values) of each joint, sensor and gpio."""
+        values = self.values.tolist()
+        return tuple(
+            (owner, kinds, tuple([values[slot] for slot in slots]))
+            for owner, kinds, slots in self.layout.dynamic
+        )
 
     def _quantity(self, row: int) -> Vector:
-        values: Vector = self.layout.template[row].copy()
-        for filled, columns, interface, source in self.layout.gather:
-            if filled == row:
-                values[columns] = self.states[interface][source]
-        return values
+        return np.asarray(self.values[self.layout.slots[row]])
+
+
+class _Slots:
+    """Gives each interface of each owner a place among a sample's values."""
+
+    def __init__(self) -> None:
+        #: Owner -> interface as it is published -> slot.
+        self.owners: dict[str, dict[str, int]] = {}
+        #: Values that are not measured; the last is that of interfaces that do not exist.
+        self.template: list[float] = []
+
+    def add(self, owner: str, kind: str, value: float = np.nan) -> int:
+        """Return the slot of an interface; the value is that while nothing is measured."""
+        kinds = self.owners.setdefault(owner, {})
+        if kind not in kinds:
+            kinds[kind] = len(self.template)
+            self.template.append(value)
+        return kinds[kind]
+
+    def layout(self, names: Sequence[str]) -> JointStateLayout:
+        """Return the layout for some joints."""
+        nothing = len(self.template)
+        self.template.append(np.nan)
+        slots = [[self.owners[name].get(kind, nothing) for name in names] for kind in QUANTITIES]
+        dynamic = tuple(
+            (owner, tuple(kinds), tuple(kinds.values())) for owner, kinds in self.owners.items()
+        )
+        table = np.array(slots, dtype=np.intp).reshape(len(QUANTITIES), len(names))
+        return JointStateLayout(tuple(names), table, dynamic)
 
 
 class JointStateBroadcaster(Broadcaster[JointStateBroadcasterParameters, JointStateSnapshot]):
     """
     Samples the states of all joints, or of those that are asked for.
 
-    Joints come in the order of the parameter, else in the hardware's; extra joints come last.
+    With the URDF's filter the joints come in alphabetical order, else in that of the state
+    interfaces; extra joints come last.
     """
 
     parameters_class: ClassVar[type[Settings]] = JointStateBroadcasterParameters
 
     def on_init(self) -> None:
-        """Find out which joints are published."""
+        """Know whether joints and interfaces are restricted."""
         super().on_init()
         self._restricted = bool(self.parameters.joints and self.parameters.interfaces)
-        self._hardware_joints = self._published()
-        extra = tuple(joint.name for joint in self.parameters.extra_joints)
-        self.joint_names = self._hardware_joints + extra
-        self._states: tuple[Vector, ...] = ()
-        self._layout = NOTHING
-
-    @property
-    def joints(self) -> tuple[str, ...]:
-        """All joints that are published."""
-        return self.joint_names
 
     @property
     def publish_rate(self) -> float:
@@ -145,9 +138,16 @@ class JointStateBroadcaster(Broadcaster[JointStateBroadcasterParameters, JointSt
     @property
     def required_state_interfaces(self) -> tuple[str, ...]:
         """Every interface that is read; those asked for by parameter must exist."""
-        return tuple(
-            f'{joint}/{kind}' for joint in self._hardware_joints for kind in self._kinds(joint)
+        if self._restricted:
+            kinds = self.parameters.interfaces
+            return tuple(f'{joint}/{kind}' for joint in self.parameters.joints for kind in kinds)
+        hardware = self.context.hardware
+        of_joints = (
+            f'{joint}/{kind}'
+            for joint in hardware.joint_names
+            for kind in hardware.state_interfaces.get(joint, ())
         )
+        return (*of_joints, *hardware.other_states)
 
     @property
     def reads_all_states(self) -> bool:
@@ -155,57 +155,87 @@ class JointStateBroadcaster(Broadcaster[JointStateBroadcasterParameters, JointSt
         return not self._restricted
 
     def configure(self) -> None:
-        """Find out where the values come from."""
+        """Report parameters that have no effect."""
         parameters = self.parameters
+        mapped = parameters.map_interface_to_joint_state
         if bool(parameters.joints) != bool(parameters.interfaces):
-            text = 'joints and interfaces restrict only together; everything is published'
-            self.events.add(self.time_ns, 'warning', 'warning', text)
-        hardware = self.context.hardware
-        names = self.joint_names
-        template = np.full((3, len(names)), np.nan)
-        for extra in parameters.extra_joints:
-            values = (extra.position, extra.velocity, extra.effort)
-            template[:, names.index(extra.name)] = values
-        gather = []
-        for row, quantity in enumerate(QUANTITIES):
-            kind = getattr(parameters.map_interface_to_joint_state, quantity)
-            # Joints that the hardware lacks are told of at activation, like missing interfaces.
-            having = [
-                j for j in self._hardware_joints if j in hardware.index and kind in self._kinds(j)
-            ]
-            if having and kind in COMMAND_INTERFACES:
-                columns = selector([names.index(j) for j in having])
-                source = selector([hardware.index[j] for j in having])
-                gather.append((row, columns, COMMAND_INTERFACES.index(kind), source))
-        measured = tuple(
-            (joint, self._kinds(joint), hardware.index[joint])
-            for joint in self._hardware_joints if joint in hardware.index
-        )
-        given = tuple(
-            (extra.name, QUANTITIES, (extra.position, extra.velocity, extra.effort))
-            for extra in parameters.extra_joints
-        )
-        self._layout = JointStateLayout(names, template, tuple(gather), measured, given)
-        self._states = tuple(hardware.state.of(kind) for kind in COMMAND_INTERFACES)
+            self._warn('joints and interfaces restrict only together; everything is published')
+        for quantity in QUANTITIES if self._restricted else ():
+            source = getattr(mapped, quantity)
+            if quantity in parameters.interfaces and source != quantity:
+                self._warn(
+                    f"map_interface_to_joint_state.{quantity} '{source}' has no effect: "
+                    f"'{quantity}' itself is among interfaces"
+                )
+        if not parameters.frame_id:
+            self._warn('frame_id is empty')
+
+    def activate(self, time_ns: int) -> None:
+        """Find out where the values come from."""
+        super().activate(time_ns)
+        hardware, renamed, slots = self.context.hardware, self._renamed(), _Slots()
+        measured: dict[str, tuple[list[int], list[int]]] = {}
+        self._others: list[tuple[str, int]] = []
+        names: dict[str, None] = {}
+        for interface in self.required_state_interfaces:
+            owner, _, kind = interface.rpartition('/')
+            published = renamed.get(kind, kind)
+            slot = slots.add(owner, published)
+            if owner in hardware.index and kind in COMMAND_INTERFACES:
+                places, filled = measured.setdefault(kind, ([], []))
+                places.append(hardware.index[owner])
+                filled.append(slot)
+            else:
+                self._others.append((interface, slot))
+            if published in QUANTITIES:
+                names[owner] = None
+        if not slots.owners:
+            raise ControllerError(f"'{self.name}': there are no state interfaces to publish")
+        order = self._filtered(list(names))
+        for extra in self.parameters.extra_joints:
+            if extra.name not in slots.owners:
+                order.append(extra.name)
+                for quantity in QUANTITIES:
+                    slots.add(extra.name, quantity, getattr(extra, quantity))
+        self._layout = slots.layout(order)
+        self._template = np.array(slots.template)
+        # A mapped interface is written last: it overrides the standard one.
+        last = sorted(measured.items(), key=lambda item: renamed.get(item[0], item[0]) != item[0])
+        self._measured = [
+            (hardware.state.of(kind), np.array(places), np.array(filled))
+            for kind, (places, filled) in last
+        ]
+        if not self.parameters.publish_dynamic_joint_states:
+            used = set(self._layout.slots.ravel().tolist())
+            self._others = [entry for entry in self._others if entry[1] in used]
 
     def read(self, time_ns: int) -> JointStateSnapshot:
         """Return the states of now [ns]."""
-        parameters, others = self.parameters, None
-        if parameters.publish_dynamic_joint_states:
-            others = {} if self._restricted else self.context.hardware.other_states
-        states = tuple([state.copy() for state in self._states])
-        return JointStateSnapshot(time_ns, parameters.frame_id, self._layout, states, others)
+        values = self._template.copy()
+        for state, places, filled in self._measured:
+            values[filled] = state[places]
+        if self._others:
+            states = self.context.hardware.other_states
+            for interface, slot in self._others:
+                values[slot] = states.get(interface, np.nan)
+        return JointStateSnapshot(time_ns, self.parameters.frame_id, self._layout, values)
 
-    def _published(self) -> tuple[str, ...]:
-        hardware, model = self.context.hardware, self.context.model
-        if self._restricted:
-            return self.parameters.joints
-        names = tuple(j for j in hardware.joint_names if hardware.state_interfaces.get(j))
-        if model is None or not self.parameters.use_urdf_to_filter:
+    def _renamed(self) -> dict[str, str]:
+        """Return interface of the hardware -> interface as which it is published."""
+        found = {}
+        for quantity in QUANTITIES:
+            asked_for = self._restricted and quantity in self.parameters.interfaces
+            source = getattr(self.parameters.map_interface_to_joint_state, quantity)
+            found[quantity if asked_for else source] = quantity
+        return found
+
+    def _filtered(self, names: list[str]) -> list[str]:
+        """Return the movable joints of the URDF among the names, where they are filtered."""
+        model = self.context.model
+        if self._restricted or model is None or not self.parameters.use_urdf_to_filter:
             return names
-        return tuple(j for j in names if j in model.joints)
+        joints = (model.joints.get(name) for name in names)
+        return sorted(j.name for j in joints if j is not None and j.type is not JointType.FIXED)
 
-    def _kinds(self, joint: str) -> tuple[str, ...]:
-        if self._restricted:
-            return self.parameters.interfaces
-        return self.context.hardware.state_interfaces.get(joint, ())
+    def _warn(self, text: str) -> None:
+        self.events.add(self.time_ns, 'warning', 'warning', text)

@@ -28,20 +28,43 @@ def samples(controller):
     return found
 
 
-def test_all_joints_in_the_order_of_the_hardware(rig):
-    """M1, M3, M4: one entry a joint in every array, mimic joints too (G7)."""
-    kinds = {'b': JointType.REVOLUTE, 'a': JointType.PRISMATIC, 'm': JointType.REVOLUTE}
+def test_joints_of_the_urdf_in_alphabetical_order(rig):
+    """
+    M1, M3, M4: the URDF's movable joints by name, one entry in every array, mimic joints too (G7).
+
+    joint_state_broadcaster.cpp, init_joint_data.
+    """
+    kinds = {'b': JointType.REVOLUTE, 'a': JointType.PRISMATIC, 'm': JointType.REVOLUTE,
+             'fixed': JointType.FIXED}  # fmt: skip
     r = rig(kinds, mimics=('m',))
     states = broadcaster(r)
-    r.hardware.state.position[:] = [1.0, 2.0, 3.0]
-    r.hardware.state.effort[:] = [4.0, 5.0, np.nan]
+    r.hardware.state.position[:] = [1.0, 2.0, 3.0, 4.0]
+    r.hardware.state.effort[:] = [4.0, 5.0, np.nan, np.nan]
     r.step()
     (sample,) = samples(states)
-    assert sample.names == ('b', 'a', 'm')
-    np.testing.assert_array_equal(sample.position, [1.0, 2.0, 3.0])
-    np.testing.assert_array_equal(sample.effort, [4.0, 5.0, np.nan])
+    assert sample.names == ('a', 'b', 'm')
+    np.testing.assert_array_equal(sample.position, [2.0, 1.0, 3.0])
+    np.testing.assert_array_equal(sample.effort, [5.0, 4.0, np.nan])
     assert sample.frame_id == 'base_link'
     assert sample.time_ns == r.now_ns - 10_000_000
+
+
+def test_without_the_filter_in_the_order_of_the_interfaces(rig):
+    """
+    Unfiltered, each owner of a position, velocity or effort is published, sensors and gpios too.
+
+    joint_state_broadcaster.cpp, init_joint_data (UrdfJointsFilter tests).
+    """
+    r = rig({'b': JointType.REVOLUTE, 'a': JointType.REVOLUTE})
+    r.hardware.given_states.update({'valve/position': 0.5, 'valve/flow': 2.0, 'imu/tilt': 0.1})
+    states = broadcaster(r, use_urdf_to_filter=False)
+    r.step()
+    (sample,) = samples(states)
+    assert sample.names == ('b', 'a', 'valve')
+    np.testing.assert_array_equal(sample.position, [0.0, 0.0, 0.5])
+    assert np.isnan(sample.velocity[2])
+    assert sample.dynamic[2:] == (
+        ('valve', ('position', 'flow'), (0.5, 2.0)), ('imu', ('tilt',), (0.1,)))
 
 
 @pytest.mark.parametrize(('rate', 'count'), [(50, 50), (25.0, 25), (100, 100), (0, 0), (-1, 0)])
@@ -80,7 +103,8 @@ def test_only_one_of_both_does_not_restrict(rig):
     """M2: joints without interfaces restrict nothing, and a warning tells."""
     r = rig()
     states = broadcaster(r, joints=['b'])
-    assert states.joint_names == ('a', 'b')
+    r.step()
+    assert samples(states)[0].names == ('a', 'b')
     assert any('only together' in text for text in r.texts())
 
 
@@ -95,12 +119,12 @@ def test_missing_interface_fails_activation(rig):
 
 def test_joints_without_urdf_are_left_out(rig):
     """M2: use_urdf_to_filter leaves joints out that the URDF does not have."""
-    r = rig()
-    del r.manager._context.model.joints['b']
-    assert broadcaster(r).joint_names == ('a',)
-    other = rig()
-    del other.manager._context.model.joints['b']
-    assert broadcaster(other, use_urdf_to_filter=False).joint_names == ('a', 'b')
+    for parameters, names in (({}, ('a',)), ({'use_urdf_to_filter': False}, ('a', 'b'))):
+        r = rig()
+        del r.manager._context.model.joints['b']
+        states = broadcaster(r, **parameters)
+        r.step()
+        assert samples(states)[0].names == names
 
 
 def test_extra_joints(rig):
@@ -112,29 +136,108 @@ def test_extra_joints(rig):
     assert sample.names == ('a', 'b', 'x', 'y')
     np.testing.assert_array_equal(sample.position[2:], [0.0, 0.5])
     np.testing.assert_array_equal(sample.effort[2:], [0.0, 2.0])
+    assert sample.dynamic[2] == ('x', ('position', 'velocity', 'effort'), (0.0, 0.0, 0.0))
+
+
+@pytest.mark.parametrize('restriction', [{}, {'joints': ['a'], 'interfaces': ['position']}])
+def test_extra_joints_that_are_there_already_are_skipped(rig, restriction):
+    """
+    An extra joint that the hardware or an earlier entry has adds nothing.
+
+    joint_state_broadcaster.cpp, init_joint_data.
+    """
+    r = rig()
+    states = broadcaster(r, extra_joints=['a', 'x', 'x'], **restriction)
+    r.hardware.state.position[:] = [1.0, 2.0]
+    r.step()
+    (sample,) = samples(states)
+    assert sample.names == (('a', 'x') if restriction else ('a', 'b', 'x'))
+    assert sample.position[0] == 1.0
+    assert [owner for owner, _, _ in sample.dynamic] == list(sample.names)
+
+
+def test_a_repeated_joint_is_published_once(rig):
+    """Joints may name a joint twice (joint_state_broadcaster.cpp, init_joint_data)."""
+    r = rig()
+    states = broadcaster(r, joints=['b', 'b'], interfaces=['position'])
+    r.step()
+    assert samples(states)[0].names == ('b',)
 
 
 def test_interface_map(rig):
-    """M2: another interface can fill an array."""
+    """M2: another interface fills an array, and has the array's name in dynamic_joint_states."""
     r = rig()
     states = broadcaster(r, map_interface_to_joint_state={'effort': 'acceleration'})
     r.hardware.state.acceleration[:] = [7.0, 8.0]
     r.step()
-    np.testing.assert_array_equal(samples(states)[0].effort, [7.0, 8.0])
+    (sample,) = samples(states)
+    np.testing.assert_array_equal(sample.effort, [7.0, 8.0])
+    assert sample.dynamic[0] == ('a', ('position', 'velocity', 'effort'), (0.0, 0.0, 7.0))
+
+
+def test_interface_map_takes_the_interface_away_from_its_own_array(rig):
+    """
+    A standard interface that is mapped to another array is missing in its own.
+
+    joint_state_broadcaster.cpp, on_configure: each interface has a single name.
+    """
+    r = rig()
+    states = broadcaster(r, map_interface_to_joint_state={'effort': 'velocity'})
+    r.hardware.state.velocity[:] = [7.0, 8.0]
+    r.step()
+    (sample,) = samples(states)
+    np.testing.assert_array_equal(sample.effort, [7.0, 8.0])
+    assert np.isnan(sample.velocity).all()
+
+
+def test_interface_map_of_any_name(rig):
+    """Any interface can be mapped; its owner is published then (init_joint_data)."""
+    r = rig()
+    r.hardware.given_states.update({'valve/flow': 3.0})
+    states = broadcaster(
+        r, map_interface_to_joint_state={'velocity': 'flow'}, use_urdf_to_filter=False)
+    r.step()
+    (sample,) = samples(states)
+    assert sample.names == ('a', 'b', 'valve')
+    np.testing.assert_array_equal(sample.velocity, [0.0, 0.0, 3.0])
+
+
+def test_interface_map_without_effect(rig):
+    """
+    A mapping is ignored, with a warning, where its standard interface is asked for.
+
+    joint_state_broadcaster.cpp, on_configure.
+    """
+    r = rig()
+    states = broadcaster(r, joints=['a'], interfaces=['effort', 'acceleration'],
+                         map_interface_to_joint_state={'effort': 'acceleration'})  # fmt: skip
+    r.hardware.state.acceleration[:] = 7.0
+    r.hardware.state.effort[:] = 1.0
+    r.step()
+    (sample,) = samples(states)
+    np.testing.assert_array_equal(sample.effort, [1.0])
+    assert sample.dynamic == (('a', ('effort', 'acceleration'), (1.0, 7.0)),)
+    assert any('map_interface_to_joint_state.effort' in text for text in r.texts())
 
 
 def test_dynamic_joint_states(rig):
-    """M1, M2: every interface of every joint; None where it is switched off."""
+    """M1, M2: every interface of every joint."""
     r = rig()
     states = broadcaster(r)
     r.step()
     joint, names, values = samples(states)[0].dynamic[1]
     assert (joint, names) == ('b', ('position', 'velocity', 'acceleration', 'effort'))
     assert len(values) == 4
-    quiet = rig()
-    states = broadcaster(quiet, publish_dynamic_joint_states=False)
-    quiet.step()
-    assert samples(states)[0].dynamic is None
+
+
+def test_without_state_interfaces_activation_fails(rig, monkeypatch):
+    """A broadcaster with nothing to publish does not become active (init_joint_data)."""
+    r = rig()
+    monkeypatch.setattr(type(r.hardware), 'state_interfaces', {})
+    r.load('states', BROADCASTER)
+    result = r.manager.switch(['states'])
+    assert not result.ok
+    assert 'no state interfaces' in result.message
 
 
 def test_nothing_is_claimed(rig):

@@ -28,12 +28,10 @@ class DynamicJointStates:
         self._buffer = DynamicJointStateBuffer({})
 
     def publish(self, sample: JointStateSnapshot) -> None:
-        """Publish a sample; nothing where the broadcaster does not sample interfaces."""
+        """Publish a sample."""
         if not self._publisher.wanted(sample.time_ns):
             return
         dynamic = sample.dynamic
-        if dynamic is None:
-            return
         interfaces = {joint: names for joint, names, _ in dynamic}
         if interfaces != self._interfaces:
             self._interfaces = interfaces
