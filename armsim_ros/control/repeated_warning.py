@@ -20,12 +20,17 @@ class RepeatedWarning:
         self._events = events
         self._said: dict[str, int] = {}
 
-    def add(self, time_ns: int, text: str) -> None:
-        """Say it, if it is new or long ago; time is simulated [ns]."""
-        last = self._said.get(text)
+    def add(self, time_ns: int, text: str, subject: str = '') -> None:
+        """
+        Add it, if it is new or long ago.
+
+        :param time_ns: simulated time [ns].
+        :param subject: warnings with the same are the same, whatever their texts; '' is the text.
+        """
+        last = self._said.get(subject or text)
         if last is not None and 0 <= time_ns - last < _PAUSE_NS:
             return
         if len(self._said) > 20:
             self._said.clear()
-        self._said[text] = time_ns
+        self._said[subject or text] = time_ns
         self._events.add(time_ns, 'warning', 'warning', text)

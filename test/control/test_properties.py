@@ -42,7 +42,7 @@ any_trajectory = st.builds(
 def test_reference_never_steps(rig, data):
     """E7, I5: however goals follow each other, the command moves at most by its own velocity."""
     r = rig()
-    arm = r.arm(enforce_joint_limits=False)
+    arm = r.arm()
     commands = [r.hardware.command.position.copy()]
     fastest = [np.zeros(2)]
     for _ in range(data.draw(st.integers(1, 3))):
@@ -86,7 +86,7 @@ def test_malformed_trajectories_never_move_the_arm(rig, bad):
 def test_every_goal_ends_once(rig, trajectory, cancel_after):
     """I11: success or cancel, never both, never none."""
     r = rig()
-    arm = r.arm(enforce_joint_limits=False)
+    arm = r.arm()
     goal = arm.send_goal(trajectory).goal
     ends = []
     goal.add_done_callback(lambda done: ends.append(done.status))

@@ -28,10 +28,10 @@ LEGAL_COMMAND_SETS = (
 
 
 class JointConstraints(Settings):
-    """How far one joint may be from its reference; 0 is unchecked."""
+    """How far one joint may be from its reference; 0 or less is unchecked."""
 
-    trajectory: float = parameter(0.0, 'position tolerance on the way [rad or m]', ge=0.0)
-    goal: float = parameter(0.0, 'position tolerance at the goal [rad or m]', ge=0.0)
+    trajectory: float = parameter(0.0, 'position tolerance on the way [rad or m]')
+    goal: float = parameter(0.0, 'position tolerance at the goal [rad or m]')
     max_deceleration_on_cancel: float = parameter(
         0.0, 'deceleration of a stop [rad/s^2 or m/s^2]', read_only=True, ge=0.0
     )
@@ -44,7 +44,7 @@ class TrajectoryConstraints(KeyedSettings):
     __pydantic_extra__: dict[str, JointConstraints] = Field(init=False)
 
     stopped_velocity_tolerance: float = parameter(
-        0.01, 'velocity tolerance at the goal, 0 is unchecked [rad/s or m/s]', ge=0.0
+        0.01, 'velocity tolerance at the goal, 0 or less is unchecked [rad/s or m/s]'
     )
     goal_time: float = parameter(
         0.0, 'time after the last waypoint to reach the goal, 0 is no bound [s]', ge=0.0
@@ -76,8 +76,7 @@ class JointTrajectoryControllerParameters(Settings):
     Names, defaults and ranges are those of ros2_controllers for Jazzy, but for these:
     ``interpolate_from_desired_state`` is true by default (a replaced trajectory goes on without
     a step back to the measured state), and ``state_publish_rate``, ``stop_trajectory_duration``,
-    ``compat``, ``refused_goals``, ``enforce_joint_limits`` and ``allowed_start_step`` are ours or
-    ROS 1's.
+    ``compat``, ``refused_goals`` and ``reject_beyond_limits`` are ours or ROS 1's.
     """
 
     joints: tuple[str, ...] = parameter(
@@ -129,7 +128,7 @@ class JointTrajectoryControllerParameters(Settings):
         'splines', 'splines between waypoints, or their bare values', read_only=True
     )
     cmd_timeout: float = parameter(
-        0.0, 'hold when the last waypoint is this old, 0 is never [s]', ge=0.0
+        0.0, 'hold when the last waypoint is this old, 0 or less is never [s]'
     )
     stop_trajectory_duration: float = parameter(
         0.0,
@@ -147,11 +146,10 @@ class JointTrajectoryControllerParameters(Settings):
     refused_goals: Literal['reject', 'abort'] = parameter(
         'reject', 'abort: accept a bad goal and end it at once, so that its result tells why'
     )
-    enforce_joint_limits: bool = parameter(
-        True, "refuse trajectories outside the URDF's position and velocity limits"
-    )
-    allowed_start_step: float = parameter(
-        0.05, 'largest step to a first point at time 0, 0 is unchecked [rad or m]', ge=0.0
+    reject_beyond_limits: bool = parameter(
+        False,
+        "refuse trajectories beyond the URDF's position and velocity limits, or with a first "
+        'point out of reach, instead of a warning',
     )
     speed_scaling: SpeedScaling = parameter(SpeedScaling(), 'pace of trajectories')
     constraints: TrajectoryConstraints = parameter(TrajectoryConstraints(), 'tolerances')

@@ -19,8 +19,8 @@ from armsim_ros.config.controllers.joint_trajectory_controller import (
 )
 from armsim_ros.control.joint_properties import JointProperties
 from armsim_ros.control.trajectory.controller_state import ControllerSnapshot
-from armsim_ros.control.trajectory.goal import TrajectoryGoal
-from armsim_ros.control.trajectory.limit_checks import check_start
+from armsim_ros.control.trajectory.goal import RefusedTrajectoryError, TrajectoryGoal
+from armsim_ros.control.trajectory.limit_checks import beyond_limits, start_of
 from armsim_ros.control.trajectory.requests import StartRequest, StopRequest
 from armsim_ros.control.trajectory.sampling import PreparedTrajectory
 from armsim_ros.control.trajectory.tolerances import JointTolerance, SegmentTolerances
@@ -47,14 +47,16 @@ class TrajectoryIntake:
         trajectory: JointTrajectory,
         parameters: JointTrajectoryControllerParameters,
         now_ns: int,
-    ) -> StartRequest | StopRequest:
+    ) -> tuple[StartRequest | StopRequest, str]:
         """
-        Return the request for a trajectory from the topic; it is judged by the defaults.
+        Return the request for a trajectory from the topic, and which limit it exceeds.
+
+        The tolerances are those of the parameters.
 
         :raises RefusedTrajectoryError: the trajectory is not taken.
         """
         if parameters.compat == 'ros1' and not len(trajectory):
-            return StopRequest(None)
+            return StopRequest(None), ''
         tolerances = SegmentTolerances.of(parameters)
         return self._request(trajectory, parameters, now_ns, tolerances, None)
 
@@ -66,23 +68,25 @@ class TrajectoryIntake:
         goal_time: float,
         parameters: JointTrajectoryControllerParameters,
         now_ns: int,
-    ) -> tuple[StartRequest | StopRequest, TrajectoryGoal, str]:
+    ) -> tuple[StartRequest | StopRequest, TrajectoryGoal, list[str]]:
         """
-        Return the request for a goal, the goal, and what is wrong with its tolerances.
+        Return the request for a goal, the goal, and warnings: tolerances, limits.
 
         :raises RefusedTrajectoryError: the trajectory is not taken.
         """
         defaults = SegmentTolerances.of(parameters)
         tolerances, complaint = defaults.overridden(parameters.joints, path, goal, goal_time)
+        warnings = [f"the goal's tolerances are replaced by the defaults: {complaint}"]
+        warnings = warnings if complaint else []
         accepted = TrajectoryGoal(trajectory, tolerances)
         if (
             parameters.compat == 'ros1'
             and not len(trajectory)
             and set(trajectory.joint_names) == set(parameters.joints)
         ):
-            return StopRequest(accepted), accepted, complaint
-        request = self._request(trajectory, parameters, now_ns, tolerances, accepted)
-        return request, accepted, complaint
+            return StopRequest(accepted), accepted, warnings
+        request, beyond = self._request(trajectory, parameters, now_ns, tolerances, accepted)
+        return request, accepted, [*warnings, *([beyond] if beyond else [])]
 
     def _request(
         self,
@@ -91,18 +95,18 @@ class TrajectoryIntake:
         now_ns: int,
         tolerances: SegmentTolerances,
         goal: TrajectoryGoal | None,
-    ) -> StartRequest:
-        waypoints = validate(trajectory, parameters, self._properties, now_ns)
-        start = None
+    ) -> tuple[StartRequest, str]:
+        waypoints = validate(trajectory, parameters, now_ns)
+        beyond, start = beyond_limits(waypoints, self._properties), None
         snapshot = self._snapshot()
         if trajectory.stamp_ns <= now_ns and snapshot is not None:
             elapsed = (now_ns - trajectory.stamp_ns) * 1e-9 if trajectory.stamp_ns else 0.0
             reference = np.stack((snapshot.reference.positions, snapshot.reference.velocities))
-            guarded = np.isfinite(tolerances.path[0])
-            start = check_start(
-                waypoints, elapsed, reference, snapshot.feedback.positions, guarded, parameters,
-                self._properties,
-            )  # fmt: skip
+            start, far = start_of(
+                waypoints, elapsed, reference, snapshot.feedback.positions, self._properties)
+            beyond = beyond or far
+        if beyond and parameters.reject_beyond_limits:
+            raise RefusedTrajectoryError(f'{beyond}; reject_beyond_limits is true')
         prepared = PreparedTrajectory(
             waypoints,
             self._properties.continuous,
@@ -110,4 +114,4 @@ class TrajectoryIntake:
             effort='effort' in parameters.command_interfaces,
             rest_at_end='position' in parameters.command_interfaces,
         )
-        return StartRequest(prepared, trajectory.stamp_ns, tolerances, goal, start)
+        return StartRequest(prepared, trajectory.stamp_ns, tolerances, goal, start), beyond

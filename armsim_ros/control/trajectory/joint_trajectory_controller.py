@@ -24,6 +24,7 @@ from armsim_ros.control.action_goal import GoalStatus
 from armsim_ros.control.controller import Controller, NEVER_NS
 from armsim_ros.control.joint_properties import JointProperties
 from armsim_ros.control.rate import Rate
+from armsim_ros.control.repeated_warning import RepeatedWarning
 from armsim_ros.control.trajectory.controller_state import ControllerSnapshot, snapshot_of
 from armsim_ros.control.trajectory.goal import (
     GoalResponse,
@@ -53,6 +54,7 @@ class JointTrajectoryController(Controller[JointTrajectoryControllerParameters])
         self._properties = JointProperties.of(self.parameters.joints, self.context.model)
         self._intake = TrajectoryIntake(self._properties, self.snapshot)
         self._publish_rate = Rate(self.parameters.state_publish_rate or math.inf)
+        self._topic_warning = RepeatedWarning(self.events)
         self._loop: TrajectoryLoop | None = None
 
     @property
@@ -168,7 +170,7 @@ class JointTrajectoryController(Controller[JointTrajectoryControllerParameters])
         """
         try:
             loop = self._check_active()
-            request, goal, complaint = self._intake.goal(
+            request, goal, warnings = self._intake.goal(
                 trajectory,
                 path_tolerances,
                 goal_tolerances,
@@ -178,8 +180,7 @@ class JointTrajectoryController(Controller[JointTrajectoryControllerParameters])
             )
         except RefusedTrajectoryError as error:
             return self._refuse(trajectory, error)
-        if complaint:
-            text = f"the goal's tolerances are replaced by the defaults: {complaint}"
+        for text in warnings:
             self.events.add(self.time_ns, 'warning', 'warning', text)
         loop.inbox.post(request)
         if not self.active:
@@ -202,11 +203,14 @@ class JointTrajectoryController(Controller[JointTrajectoryControllerParameters])
         """Take a trajectory from the topic; None, or the reason why it is dropped."""
         try:
             loop = self._check_active()
-            loop.inbox.post(self._intake.topic(trajectory, self.parameters, self.time_ns))
+            request, warning = self._intake.topic(trajectory, self.parameters, self.time_ns)
         except RefusedTrajectoryError as error:
             text = f'trajectory dropped: {error.reason}'
             self.events.add(self.time_ns, 'error', 'trajectory_rejected', text)
             return error.reason
+        if warning:
+            self._topic_warning.add(self.time_ns, warning, 'limits')
+        loop.inbox.post(request)
         return None
 
     def set_speed_scaling(self, factor: float) -> bool:

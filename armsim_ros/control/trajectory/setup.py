@@ -54,7 +54,7 @@ def warn_of_configuration(
     parameters: JointTrajectoryControllerParameters, events: EventQueue, time_ns: int
 ) -> None:
     """Say what a user of these parameters may not expect."""
-    if not any(block.goal for block in parameters.constraints.joints.values()):
+    if not any(block.goal > 0.0 for block in parameters.constraints.joints.values()):
         text = (
             'no goal tolerance (constraints.<joint>.goal) is set: goals succeed at the end of '
             'their trajectory wherever the joints are'

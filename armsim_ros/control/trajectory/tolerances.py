@@ -17,6 +17,8 @@ from armsim_ros.errors import nearest
 
 QUANTITIES = ('position', 'velocity', 'acceleration')
 ERASE = -1.0
+ROUNDING = 1.2e-7
+"""So near to -1 a goal's tolerance counts as that; FLT_EPSILON upstream."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,9 +51,9 @@ class SegmentTolerances:
         constraints = parameters.constraints
         path, goal = (np.full((3, len(parameters.joints)), np.inf) for _ in range(2))
         for i, joint in enumerate(parameters.joints):
-            path[0, i] = constraints.joints[joint].trajectory or np.inf
-            goal[0, i] = constraints.joints[joint].goal or np.inf
-        goal[1] = constraints.stopped_velocity_tolerance or np.inf
+            path[0, i] = _checked(constraints.joints[joint].trajectory)
+            goal[0, i] = _checked(constraints.joints[joint].goal)
+        goal[1] = _checked(constraints.stopped_velocity_tolerance)
         return cls(path, goal, constraints.goal_time)
 
     def overridden(
@@ -87,7 +89,7 @@ class SegmentTolerances:
                             ' allowed: a positive number, 0 for the default, -1 for none'
                         )
                     if value:
-                        table[row, column] = np.inf if value == ERASE else value
+                        table[row, column] = np.inf if _erases(value) else value
             tables.append(table)
         if not _legal(goal_time):
             return self, (
@@ -98,8 +100,17 @@ class SegmentTolerances:
         return SegmentTolerances(tables[0], tables[1], seconds), ''
 
 
+def _checked(tolerance: float) -> float:
+    """Return a parameter's tolerance, infinite where it is not above 0."""
+    return tolerance if tolerance > 0.0 else np.inf
+
+
+def _erases(value: float) -> bool:
+    return abs(value - ERASE) < ROUNDING
+
+
 def _legal(value: float) -> bool:
-    return value >= 0.0 or value == ERASE
+    return value >= 0.0 or _erases(value)
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,9 +3,8 @@
 """
 Which trajectories a controller takes.
 
-Checks come in the order of ros2_controllers' joint_trajectory_controller; those that it does
-not have (names given twice, numbers that are not finite, a negative first time, limits of the
-joints, steps to the first point) come last.
+Checks come in the order of ros2_controllers' joint_trajectory_controller. It does not have those
+of names given twice and of numbers that are not finite.
 """
 
 from __future__ import annotations
@@ -16,9 +15,7 @@ from armsim_ros.arrays import Vector
 from armsim_ros.config.controllers.joint_trajectory_controller import (
     JointTrajectoryControllerParameters,
 )
-from armsim_ros.control.joint_properties import JointProperties
 from armsim_ros.control.trajectory.goal import RefusedTrajectoryError, TrajectoryErrorCode
-from armsim_ros.control.trajectory.limit_checks import check_limits
 from armsim_ros.control.trajectory.waypoints import Waypoints
 from armsim_ros.errors import nearest
 from armsim_ros.trajectory import JointTrajectory
@@ -30,7 +27,6 @@ STANDING = 1.2e-7
 def validate(
     trajectory: JointTrajectory,
     parameters: JointTrajectoryControllerParameters,
-    properties: JointProperties,
     now_ns: int,
 ) -> Waypoints:
     """
@@ -67,10 +63,7 @@ def validate(
     if trajectory.fault:
         raise RefusedTrajectoryError(trajectory.fault)
     _check_quantities(trajectory, parameters)
-    waypoints = Waypoints.of(trajectory, joints)
-    if parameters.enforce_joint_limits:
-        check_limits(waypoints, properties)
-    return waypoints
+    return Waypoints.of(trajectory, joints)
 
 
 def _check_names(names: tuple[str, ...], joints: tuple[str, ...]) -> None:
@@ -107,10 +100,6 @@ def _check_times(times: Vector) -> None:
         raise RefusedTrajectoryError(
             f'time_from_start of point {i} is {times[i]:g} s, not after the '
             f'{times[i - 1]:g} s of point {i - 1}; allowed: increasing times'
-        )
-    if times[0] < 0.0:
-        raise RefusedTrajectoryError(
-            f'time_from_start of point 0 is {times[0]:g} s; allowed: 0 or more'
         )
 
 

@@ -123,7 +123,6 @@ def test_velocity_feed_forward_of_ros1():
         ({'joints': ['a'], 'constraints': {'goal_time': -1}}, ['constraints.goal_time']),
         ({'joints': ['a'], 'action_monitor_rate': 0.01}, ['action_monitor_rate']),
         ({'joints': ['a'], 'interpolation_method': 'cubic'}, ['interpolation_method']),
-        ({'joints': ['a'], 'cmd_timeout': -1}, ['cmd_timeout']),
         ({'joints': ['a'], 'speed_scaling': {'initial_scaling_factor': -1}}, ['speed_scaling']),
         ({'joints': ['a'], 'gains': {'a': {'antiwindup_strategy': 'x'}}}, ['antiwindup']),
         ({'joints': ['a'], 'gains': {'a': {'u_clamp_max': -1, 'u_clamp_min': 1}}}, ['above']),
@@ -156,6 +155,18 @@ def test_parameters_never_change():
 def test_integral_bounds(gains, bounds):
     """B16, K6: i_clamp is symmetric; explicit bounds win."""
     assert PidGains(**gains).integral_bounds == bounds
+
+
+def test_tolerances_that_are_not_positive():
+    """C22: the parameter file bounds goal_time and max_deceleration_on_cancel alone."""
+    block = {'trajectory': -1, 'goal': -0.5}
+    constraints = {'a': block, 'stopped_velocity_tolerance': -1}
+    p = JointTrajectoryControllerParameters(
+        joints=['a'], constraints=constraints, cmd_timeout=-1)
+    assert p.constraints.joints['a'].goal == -0.5
+    negative = {'a': {'max_deceleration_on_cancel': -1}}
+    assert 'max_deceleration_on_cancel' in problems(
+        JointTrajectoryControllerParameters, joints=['a'], constraints=negative)
 
 
 def test_broadcaster_parameters():

@@ -273,7 +273,7 @@ def test_generation_counts_changes(rig):
 def test_command_limits(rig, trajectory):
     """P7: enforce_command_limits keeps commands within the URDF's limits."""
     r = rig(enforce_command_limits=True)
-    arm = r.arm(enforce_joint_limits=False)
+    arm = r.arm()
     arm.send_goal(trajectory((1.0, [12.0, 0.0])))
     r.run(1.5)
     assert r.hardware.command.position[0] == 10.0

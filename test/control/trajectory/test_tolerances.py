@@ -258,3 +258,30 @@ def test_new_constraints_reach_the_next_goal(rig, trajectory):
     second = arm.send_goal(trajectory((0.5, [0.3, 0.0], [0, 0]))).goal
     r.run(0.8)
     assert second.result.code == -5
+
+
+@pytest.mark.parametrize('value', [0.0, -0.01])
+def test_a_tolerance_parameter_that_is_not_positive_is_unchecked(rig, trajectory, value):
+    """
+    Path, goal and velocity tolerances of the parameters count only where they are above 0.
+
+    tolerances.hpp, check_state_tolerance_per_joint.
+    """
+    r = rig()
+    arm = r.arm(constraints={'a': {'trajectory': value, 'goal': value},
+                             'stopped_velocity_tolerance': value})  # fmt: skip
+    goal = arm.send_goal(trajectory((0.2, [0.1, 0.0]))).goal
+    r.hardware.frozen = True
+    r.run(0.3)
+    assert goal.status.name == 'SUCCEEDED'
+
+
+def test_a_goals_tolerance_of_minus_one_is_rounded(rig, trajectory):
+    """A value within a float's rounding of -1 erases (tolerances.hpp, resolve_tolerance_source)."""
+    r = rig()
+    arm = r.arm(constraints={'a': {'goal': 0.01}, 'goal_time': 0.1})
+    tolerance = JointTolerance('a', position=-1.00000001)
+    goal = arm.send_goal(trajectory((0.2, [0.1, 0.0])), goal_tolerances=[tolerance]).goal
+    r.hardware.frozen = True
+    r.run(0.3)
+    assert goal.status.name == 'SUCCEEDED'

@@ -55,12 +55,6 @@ def test_inactive_controller_refuses(rig, trajectory):
         ('D14', [(1.0, [0.1, np.nan])], {}, ['nan', "'b'", 'point 0']),
         ('D14', [(1.0, [0.1, np.inf])], {}, ['inf', 'finite']),
         ('D14', [(1.0, [0.1, 0.1], [0, np.nan])], {}, ['nan', 'velocities']),
-        ('D14', [(-1.0, [0, 0]), GOOD], {}, ['-1 s', '0 or more']),
-        ('D14', [(20.0, [11.0, 0])], {}, ["'a'", '11 rad', 'limit 10']),
-        ('D14', [(1.0, [0, 0], [5, 0]), (2.0, [1, 0], [0, 0])], {}, ['velocity 5', 'up to 3']),
-        ('D14', [(1.0, [0, 0]), (1.1, [1, 0])], {}, ["'a'", 'points 0 and 1', 'up to 3']),
-        ('D14', [(0.0, [1.0, 0])], {}, ["'a'", '1 rad away', 'more time']),
-        ('D14', [(0.1, [2.0, 0])], {}, ["'a'", '2 rad away']),
     ],
 )
 def test_bad_trajectory_is_refused(arm, trajectory, statement, points, options, words):
@@ -70,10 +64,69 @@ def test_bad_trajectory_is_refused(arm, trajectory, statement, points, options, 
         assert word in reason, statement
 
 
-def test_past_stamp_that_leaves_too_little_time(arm, trajectory, rig):
-    """D14, E5: what remains of a late trajectory has to be within reach of the joints."""
+@pytest.mark.parametrize(
+    ('points', 'words'),
+    [
+        ([(20.0, [11.0, 0])], ["'a'", '20 s', '11 rad', 'limit 10']),
+        ([(1.0, [0, 0], [5, 0]), (2.0, [1, 0], [0, 0])], ["'a'", '1 s', 'velocity 5', 'limit 3']),
+        ([(1.0, [0, 0]), (1.1, [1, 0])], ["'a'", '1 s to 1.1 s', 'velocity of 10', 'limit 3']),
+        ([(0.0, [1.0, 0]), (1.0, [1.0, 0])], ["'a'", 'in 0 s', '1 rad away', 'can move 0.05']),
+        ([(0.1, [2.0, 0]), (1.0, [2.0, 0])], ["'a'", 'in 0.1 s', '2 rad away', 'can move 0.35']),
+    ],
+)
+def test_beyond_limits_is_executed_with_a_warning(rig, trajectory, points, words):
+    """
+    Limits of position and velocity and a first point out of reach refuse nothing.
+
+    joint_trajectory_controller.cpp, validate_trajectory_msg has no such check. One warning names
+    joint, value, limit and time; reject_beyond_limits refuses with the same words.
+    """
+    r = rig()
+    arm = r.arm()
+    r.texts()
+    goal = arm.send_goal(trajectory(*points)).goal
+    (text,) = r.texts()
+    r.run(points[-1][0] + 0.05)
+    assert goal.status.name == 'SUCCEEDED'
+    np.testing.assert_allclose(r.hardware.state.position, points[-1][1])
+    strict = rig().arm(reject_beyond_limits=True)
+    reason = refused(strict, trajectory(*points))
+    for word in words:
+        assert word in text
+        assert word in reason
+
+
+def test_a_stream_beyond_limits_warns_once(rig, trajectory):
+    """Trajectories of the topic share one warning, whatever their values."""
+    r = rig()
+    arm = r.arm()
+    r.texts()
+    for i in range(20):
+        assert arm.set_trajectory(trajectory((0.1, [11.0 + i, 0.0]))) is None
+        r.step()
+    assert len(r.texts()) == 1
+
+
+def test_past_stamp_that_leaves_too_little_time(rig, trajectory):
+    """D14, E5: what remains of a late trajectory may be out of the joints' reach."""
     late = trajectory((0.5, [0.5, 0.0]), (2.0, [4.0, 0.0]), stamp_ns=5_010_000_000 - 1_900_000_000)
-    assert 'in 0.11 s, is 4 rad away' in refused(arm, late)
+    r = rig()
+    r.arm().send_goal(late)
+    assert any('in 0.11 s, is 4 rad away' in text for text in r.texts())
+
+
+def test_negative_first_time(rig, trajectory):
+    """
+    A trajectory may begin before its start: what is over is left out.
+
+    joint_trajectory_controller.cpp, validate_trajectory_msg: times have to increase, no more.
+    """
+    r = rig()
+    arm = r.arm()
+    goal = arm.send_goal(trajectory((-1.0, [0.1, 0.1]), (0.5, [0.2, 0.3]))).goal
+    r.run(0.6)
+    assert goal.status.name == 'SUCCEEDED'
+    np.testing.assert_allclose(r.hardware.state.position, [0.2, 0.3])
 
 
 def test_a_urdf_without_velocity_limit(rig, trajectory):
@@ -113,12 +166,6 @@ def test_missing_joints_are_held(rig, trajectory):
     arm.send_goal(trajectory((0.5, [0.5], [0.0]), joints=('b',)))
     r.run(1.0)
     np.testing.assert_allclose(arm.snapshot().feedback.positions, [0.2, 0.5])
-
-
-def test_limits_can_be_left_to_the_plant(rig, trajectory):
-    """Without enforce_joint_limits a trajectory may exceed them, as upstream."""
-    arm = rig().arm(enforce_joint_limits=False)
-    assert arm.send_goal(trajectory((1.0, [11.0, 0.0]))).accepted
 
 
 def test_nonzero_end_velocity_by_parameter(rig, trajectory):
