@@ -118,7 +118,7 @@ def _scalars(record: StateRecord) -> StateRecord:
 @dataclass(frozen=True, slots=True, eq=False)
 class ControllerSnapshot:
     """
-    Content of ``controller_state``, and of the feedback of a goal.
+    Content of ``controller_state``, and of the feedback of a goal, which has efforts too.
 
     :param reference: where the joints should be now.
     :param feedback: where they are.
@@ -126,8 +126,11 @@ class ControllerSnapshot:
     :param output: what was commanded, NaN for joints that are not commanded.
     :param desired_time_from_start: of the trajectory, at its scaled pace [s].
     :param actual_time_from_start: since the trajectory started [s].
+    :param desired_effort: (n,) of the trajectory, 0 without [N*m or N].
+    :param commanded_effort: (n,) the same of what was commanded.
     :param sequence: number of the update.
     :param goal: the one that was active in that update; a new one is not before its first.
+    :param motion: the trajectory that runs or has ended last, None while the joints are held.
     """
 
     time_ns: int
@@ -139,8 +142,11 @@ class ControllerSnapshot:
     desired_time_from_start: float
     actual_time_from_start: float
     speed_scaling_factor: float
+    desired_effort: Vector
+    commanded_effort: Vector
     sequence: int
     goal: TrajectoryGoal | None = None
+    motion: Motion | None = None
 
 
 def snapshot_of(
@@ -165,17 +171,22 @@ def snapshot_of(
         rows = [data[first + i] if kind in have else np.empty(0) for i, kind in enumerate(kinds)]
         return TrajectoryPoint(*rows)
 
-    reference = kinds if 'effort' in commands else kinds[:3]
+    efforts = np.zeros((2, len(joint_names)))
+    if 'effort' in commands:
+        efforts = data[[REFERENCE_EFFORT, ROWS - 1]]
     return ControllerSnapshot(
         scalars.time_ns,
         joint_names,
-        point(REFERENCE, reference),
+        point(REFERENCE, kinds[:3]),
         point(FEEDBACK, states),
         point(ERROR, states),
         point(OUTPUT, commands),
         scalars.desired_time,
         scalars.actual_time,
         scalars.scaling,
+        efforts[0],
+        efforts[1],
         scalars.sequence,
         scalars.goal,
+        scalars.motion,
     )

@@ -42,7 +42,11 @@ LOOK_AHEAD = 40
 
 
 class Phase(Enum):
-    """HOLDING: no trajectory; RUNNING: it is judged; SETTLED: it was judged to have ended."""
+    """
+    HOLDING: no trajectory; RUNNING: its tolerances are checked; SETTLED: its goal has succeeded.
+
+    A trajectory from the topic goes on running after its end.
+    """
 
     HOLDING = 'holding'
     RUNNING = 'running'
@@ -85,7 +89,6 @@ class TrajectoryExecution:
         self._computed = tuple(computed)
         self._brakes = brakes
         self._events = events
-        self._succeeded = False
         self._judge = self._new_judge(SegmentTolerances.of(parameters))
 
     @property
@@ -100,9 +103,9 @@ class TrajectoryExecution:
         """Whether nothing will change until somebody asks for something."""
         if self.scheduled is not None or not self.motion.over(self.time):
             return False
-        if self.phase is Phase.SETTLED:
-            return self._succeeded or self.cmd_timeout == 0.0
-        return self.phase is Phase.HOLDING
+        if self.phase is not Phase.RUNNING:
+            return True
+        return self.goal is None and self.cmd_timeout == 0.0 and not self._judge.can_fail_at_end
 
     def hold(self, positions: Vector, time_ns: int) -> None:
         """Stand at (n,) positions [rad or m]."""
@@ -224,14 +227,15 @@ class TrajectoryExecution:
 
     def judge(self, record: StateRecord, time_ns: int) -> None:
         """Compare the errors with the tolerances; end the goal when they decide it."""
-        if self.phase is Phase.HOLDING:
+        if self.phase is not Phase.RUNNING:
             return
         over = self.time - self.motion.end
-        verdict = self._judge.judge(record.error, over) if self.phase is Phase.RUNNING else None
-        if verdict is SUCCESS:
-            self._succeed()
+        verdict = self._judge.judge(record.error, over)
+        if verdict is SUCCESS and self.goal is not None:
+            self._succeed(self.goal)
+            return
         if verdict is None or verdict is SUCCESS:
-            verdict = None if self._succeeded else timed_out(over, self.cmd_timeout)
+            verdict = timed_out(over, self.cmd_timeout)
         if verdict is not None:
             self._fail(verdict, record, time_ns)
 
@@ -287,7 +291,6 @@ class TrajectoryExecution:
         self.motion = motion
         self.time = time
         self.begin_ns = begin_ns
-        self._succeeded = False
         self._times = []
         self.ahead[:] = motion.at(time)
 
@@ -314,14 +317,11 @@ class TrajectoryExecution:
             parameters.joints, self._computed, tolerances, strict=parameters.compat == 'ros1'
         )
 
-    def _succeed(self) -> None:
-        self.phase = Phase.SETTLED
-        goal, self.goal = self.goal, None
-        if goal is not None:
-            self._succeeded = True
-            self.motion.rest(self.joints)
-            self._times = []
-            _finish(goal, GoalStatus.SUCCEEDED, SUCCESS.text, SUCCESS.code)
+    def _succeed(self, goal: TrajectoryGoal) -> None:
+        self.phase, self.goal = Phase.SETTLED, None
+        self.motion.rest(self.joints)
+        self._times = []
+        _finish(goal, GoalStatus.SUCCEEDED, SUCCESS.text, SUCCESS.code)
 
     def _fail(self, verdict: Verdict, record: StateRecord, time_ns: int) -> None:
         text = f'{verdict.text}, {self.time:.3f} s after the start of the trajectory'

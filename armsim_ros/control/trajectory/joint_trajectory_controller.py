@@ -240,9 +240,10 @@ class JointTrajectoryController(Controller[JointTrajectoryControllerParameters])
 
     def query_state(self, time_ns: int) -> QueryResult:
         """Sample the running trajectory at an absolute time [ns]."""
-        if self._loop is None or not self.active:
+        snapshot = self.snapshot() if self.active else None
+        if snapshot is None:
             return QueryResult(False, f"controller '{self.name}' is not active")
-        return query(self._loop.ring, self.joints, time_ns)
+        return query(snapshot, time_ns)
 
     def publish_due(self, time_ns: int) -> bool:
         """Return whether ``controller_state`` is to be published now; ask from one thread."""

@@ -55,6 +55,11 @@ class TrajectoryJudge:
         """Whether nothing was judged yet."""
         return self._first
 
+    @property
+    def can_fail_at_end(self) -> bool:
+        """Whether errors after the last waypoint can end the trajectory."""
+        return self._goal.checks and (self._strict or self._goal_time > 0.0)
+
     def judge(self, errors: Matrix, over: float) -> Verdict | None:
         """
         Return the verdict, None while there is none.

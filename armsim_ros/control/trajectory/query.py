@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from armsim_ros.arrays import Vector
-from armsim_ros.control.trajectory.controller_state import StateRing
+from armsim_ros.control.trajectory.controller_state import ControllerSnapshot
 from armsim_ros.control.trajectory.sampling import TIME_RESOLUTION
 
 
@@ -19,7 +19,12 @@ def _empty() -> Vector:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class QueryResult:
-    """Answer to ``query_state``; the message says why there is no state."""
+    """
+    Answer to ``query_state``.
+
+    Outside of a trajectory ``success`` is false and the message says why; the state is that which
+    is measured, or the last point. Only an inactive controller gives none.
+    """
 
     success: bool
     message: str = ''
@@ -29,28 +34,31 @@ class QueryResult:
     accelerations: Vector = field(default_factory=_empty)
 
 
-def query(ring: StateRing, names: tuple[str, ...], time_ns: int) -> QueryResult:
+def query(snapshot: ControllerSnapshot, time_ns: int) -> QueryResult:
     """
     Sample the trajectory that runs or has ended last.
 
-    :param names: (n,) joints of the controller.
+    :param snapshot: the newest.
     :param time_ns: absolute time [ns]; a changed pace is taken to stay as it is now.
     """
-    copied = ring.copy()
-    motion = copied[0].motion if copied else None
-    if copied is None or motion is None:
-        return QueryResult(False, 'no trajectory is running: the joints are held')
-    now = copied[0]
-    time = now.desired_time + (time_ns - now.time_ns) * 1e-9 * now.scaling
+    names, motion = snapshot.joint_names, snapshot.motion
+    if motion is None:
+        held = snapshot.reference
+        return QueryResult(False, 'no trajectory is running: the joints are held', names,
+                           held.positions, held.velocities, held.accelerations)  # fmt: skip
+    passed = (time_ns - snapshot.time_ns) * 1e-9 * snapshot.speed_scaling_factor
+    time = snapshot.desired_time_from_start + passed
     if time < motion.start - TIME_RESOLUTION:
+        text = f'{time_ns * 1e-9:.6f} s is {motion.start - time:.6f} s before the trajectory'
+        measured = snapshot.feedback
         return QueryResult(
-            False, f'{time_ns * 1e-9:.6f} s is {motion.start - time:.6f} s before the trajectory'
-        )
-    if time > motion.end + TIME_RESOLUTION:
-        return QueryResult(
-            False,
-            f'{time_ns * 1e-9:.6f} s is {time - motion.end:.6f} s after the last waypoint',
-        )
-    values = motion.at(min(max(time, motion.start), motion.end))
+            False, text, names, measured.positions, measured.velocities, measured.accelerations)
+    over = time - motion.end
+    values = motion.final
+    text = f'{time_ns * 1e-9:.6f} s is {over:.6f} s after the last waypoint'
+    success = over <= TIME_RESOLUTION
+    if success:
+        values, text = motion.at(min(max(time, motion.start), motion.end)), ''
     n = len(names)
-    return QueryResult(True, '', names, values[:n], values[n : 2 * n], values[2 * n : 3 * n])
+    return QueryResult(
+        success, text, names, values[:n], values[n : 2 * n], values[2 * n : 3 * n])

@@ -34,3 +34,6 @@ def fill_feedback(
     fill_point(message.desired, snapshot.reference, snapshot.desired_time_from_start)
     fill_point(message.actual, snapshot.feedback, snapshot.actual_time_from_start)
     fill_point(message.error, snapshot.error, snapshot.actual_time_from_start)
+    message.desired.effort = snapshot.desired_effort.tolist()
+    message.actual.effort = snapshot.commanded_effort.tolist()
+    message.error.effort = [0.0] * len(snapshot.joint_names)

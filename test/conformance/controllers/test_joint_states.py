@@ -51,7 +51,7 @@ def steps(messages: list[Any]) -> set[int]:
 @upstream('JointStatePublishTest', 'ActivateEmptyTest',
           'ActivateTestWithoutJointsParameterWithRobotDescription')
 def test_all_joints_in_all_arrays(bench: Bench, collect: Collect) -> None:
-    """joint_states of the namespace: each movable joint of the URDF once, by name, in each array."""
+    """joint_states: each movable joint of the URDF once, by name, an entry of it in each array."""
     message = collect('joint_states').wait(1)[0]
     assert list(message.name) == JOINTS
     assert len(message.position) == len(message.velocity) == len(message.effort) == len(JOINTS)

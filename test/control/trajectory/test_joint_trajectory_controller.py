@@ -163,23 +163,69 @@ def test_mimic_joint_cannot_be_claimed(rig):
 
 
 def test_query_state(rig, trajectory):
-    """L1, L2, L3, L4: sampled while there is a trajectory; else a message says why not."""
+    """L1, L2: sampled while there is a trajectory."""
     r = rig()
     arm = r.arm()
-    assert 'held' in arm.query_state(r.now_ns).message
     start = r.now_ns
     arm.send_goal(trajectory(MOVE))
     r.run(0.3)
     answer = arm.query_state(start + 500_000_000)
-    assert answer.success
+    assert (answer.success, answer.message) == (True, '')
     assert answer.names == ('a', 'b')
     np.testing.assert_allclose(answer.positions, [0.2, 0.0])
     np.testing.assert_allclose(answer.velocities, [0.75, 0.0], atol=1e-12)
     assert arm.query_state(start + 100_000_000).success
-    assert 'before' in arm.query_state(start - 1_000_000).message
-    assert 'after the last' in arm.query_state(start + 1_100_000_000).message
+
+
+def test_query_state_that_fails_has_a_state(rig, trajectory):
+    """
+    Before the start it is the measured state, after the end the last point, else the held one.
+
+    The message says why (L3); an inactive controller names no joint
+    (joint_trajectory_controller.cpp, query_state_service).
+    """
+    r = rig(gain=0.5)
+    arm = r.arm()
+    held = arm.query_state(r.now_ns)
+    assert 'held' in held.message
+    assert held.names == ('a', 'b')
+    np.testing.assert_array_equal(held.positions, [0.0, 0.0])
+    start = r.now_ns
+    arm.send_goal(trajectory(MOVE))
+    r.run(0.3)
+    before = arm.query_state(start - 1_000_000)
+    assert 'before' in before.message
+    np.testing.assert_array_equal(before.positions, arm.snapshot().feedback.positions)
+    np.testing.assert_array_equal(before.velocities, arm.snapshot().feedback.velocities)
+    after = arm.query_state(start + 1_100_000_000)
+    assert 'after the last' in after.message
+    np.testing.assert_array_equal(after.positions, [0.4, 0.0])
+    assert [answer.success for answer in (held, before, after)] == [False] * 3
+    assert before.names == after.names == ('a', 'b')
     r.manager.switch(deactivate=['arm'])
-    assert 'not active' in arm.query_state(start + 500_000_000).message
+    inactive = arm.query_state(start + 500_000_000)
+    assert 'not active' in inactive.message
+    assert not inactive.names
+
+
+def test_efforts_of_a_goals_feedback(rig, trajectory):
+    """
+    There is an effort for each joint: desired, and commanded; 0 without the interface.
+
+    joint_trajectory_controller.cpp, read_state_from_state_interfaces; the reference of
+    controller_state has none (publish_state).
+    """
+    r = rig()
+    arm = r.arm(command_interfaces=['position', 'effort'])
+    arm.send_goal(trajectory((1.0, [0.1, 0.1], [], [], [2.0, 3.0])))
+    r.run(1.1)
+    snapshot = arm.snapshot()
+    np.testing.assert_allclose(snapshot.desired_effort, [2.0, 3.0])
+    np.testing.assert_allclose(snapshot.commanded_effort, [2.0, 3.0])
+    assert len(snapshot.reference.effort) == 0
+    snapshot = rig().arm().snapshot()
+    np.testing.assert_array_equal(snapshot.desired_effort, [0.0, 0.0])
+    np.testing.assert_array_equal(snapshot.commanded_effort, [0.0, 0.0])
 
 
 def test_snapshot_has_the_fields_of_the_interfaces(rig):

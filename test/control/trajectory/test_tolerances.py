@@ -277,7 +277,7 @@ def test_a_tolerance_parameter_that_is_not_positive_is_unchecked(rig, trajectory
 
 
 def test_a_goals_tolerance_of_minus_one_is_rounded(rig, trajectory):
-    """A value within a float's rounding of -1 erases (tolerances.hpp, resolve_tolerance_source)."""
+    """A float near -1 erases (tolerances.hpp, resolve_tolerance_source)."""
     r = rig()
     arm = r.arm(constraints={'a': {'goal': 0.01}, 'goal_time': 0.1})
     tolerance = JointTolerance('a', position=-1.00000001)
@@ -285,3 +285,34 @@ def test_a_goals_tolerance_of_minus_one_is_rounded(rig, trajectory):
     r.hardware.frozen = True
     r.run(0.3)
     assert goal.status.name == 'SUCCEEDED'
+
+
+def test_a_topic_trajectory_is_given_up_later(rig, trajectory):
+    """
+    After a topic's trajectory the goal tolerance goes on being checked, from goal_time on.
+
+    joint_trajectory_controller.cpp, update: only set_hold_position ends the checks. The joints
+    are held where they are then.
+    """
+    r = rig()
+    arm = r.arm(constraints={'goal_time': 0.2, 'a': {'goal': 0.05}})
+    arm.set_trajectory(trajectory((0.1, [0.2, 0.0])))
+    r.run(3.0)
+    assert arm.snapshot().reference.positions[0] == 0.2
+    r.hardware.frozen = True
+    r.hardware.state.position[0] = 0.3
+    r.step(2)
+    assert arm.snapshot().reference.positions[0] == 0.3
+    assert any('goal_time_tolerance exceeded' in text for text in r.texts())
+
+
+def test_after_a_goal_nothing_is_checked(rig, trajectory):
+    """A goal that has succeeded is held (set_success_trajectory_point)."""
+    r = rig()
+    arm = r.arm(constraints={'goal_time': 0.2, 'a': {'goal': 0.05}})
+    arm.send_goal(trajectory((0.1, [0.2, 0.0])))
+    r.run(3.0)
+    r.hardware.frozen = True
+    r.hardware.state.position[0] = 0.3
+    r.run(1.0)
+    assert arm.snapshot().reference.positions[0] == 0.2

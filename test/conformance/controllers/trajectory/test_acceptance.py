@@ -57,10 +57,11 @@ MALFORMED = {
     'infinite': ('D14', message(point(0.2, [0.1, math.inf]))),
     'infinite_velocity': ('D14', message(point(0.2, [0.1, 0.1], [0.0, -math.inf]),
                                          point(0.4, [0.1, 0.1], [0.0, 0.0]))),
-    'negative_first_time': ('D14', message(point(-0.1, [0.1, 0.2]), GOOD)),
-    'beyond_a_position_limit': ('D14', message(point(2.0, [7.0, 0.2]))),
-    'beyond_a_velocity_limit': ('D14', message(GOOD, point(0.25, [3.0, 0.2]))),
-    'huge_first_step': ('D14', message(point(0.0, [2.0, 0.2]), point(0.2, [2.0, 0.2]))),
+}
+BEYOND = {
+    'a_position_limit': message(point(2.0, [7.0, 0.2])),
+    'a_velocity_limit': message(GOOD, point(0.25, [3.0, 0.2])),
+    'the_first_step': message(point(0.0, [2.0, 0.2]), point(0.2, [2.0, 0.2])),
 }
 CASES = [
     pytest.param(
@@ -98,6 +99,21 @@ def test_a_malformed_trajectory_is_refused(
         assert list(state.reference.positions) == list(before.reference.positions)
         assert state.feedback.positions == pytest.approx(before.feedback.positions, abs=1e-4)
     assert arm.run(arm.to([0.0, 0.0], 0.05)).status == SUCCEEDED
+
+
+@statement('X1')
+@pytest.mark.parametrize('trajectory', BEYOND.values(), ids=BEYOND)
+def test_limits_refuse_no_goal(arm: TrajectoryController, trajectory: JointTrajectory) -> None:
+    """A goal beyond the joints' limits is executed, unless reject_beyond_limits is set."""
+    if 'reject_beyond_limits' in arm.parameters.names():
+        assert arm.parameters.set('reject_beyond_limits', True) == ''
+        try:
+            assert not arm.goal(trajectory).accepted()
+        finally:
+            assert arm.parameters.set('reject_beyond_limits', False) == ''
+    goal = arm.goal(trajectory)
+    assert goal.accepted()
+    goal.cancel()
 
 
 @statement('D18')

@@ -15,7 +15,7 @@ statement = pytest.mark.statement
 upstream = pytest.mark.upstream
 
 
-@statement('J1')
+@statement('J1', 'C23')
 def test_feedback_comes_with_a_goal_only(arm: TrajectoryController) -> None:
     """It has a stamp, the joints in controller order, desired, actual and error."""
     goal = arm.goal(
@@ -27,6 +27,7 @@ def test_feedback_comes_with_a_goal_only(arm: TrajectoryController) -> None:
     assert nanoseconds(message.header.stamp) > 0
     for part in (message.desired, message.actual, message.error):
         assert len(part.positions) == 2
+        assert list(part.effort) == [0.0, 0.0]
     for desired, actual, error in zip(
         message.desired.positions, message.actual.positions, message.error.positions, strict=True
     ):
@@ -84,6 +85,8 @@ def test_fields_of_the_state(bench: Bench, name: str) -> None:
         assert len(getattr(message.error, field)) == 2 * (field in states)
     for field in ('positions', 'velocities', 'accelerations', 'effort'):
         assert len(getattr(message.output, field)) == 2 * (field in outputs)
+    for part in (message.reference, message.feedback, message.error):
+        assert not part.effort
 
 
 @statement('J3', 'B2')
@@ -141,22 +144,27 @@ def test_query_of_a_running_trajectory(arm: TrajectoryController) -> None:
     goal.cancel()
 
 
-@statement('L3', 'L4', 'L5')
+@statement('L3', 'L4', 'L5', 'C23')
 @pytest.mark.parametrize('offset', [-10, 10], ids=['before', 'after'])
 def test_query_outside_of_the_trajectory(arm: TrajectoryController, offset: int) -> None:
-    """Before the start and after the end there is no answer, and the message says why."""
+    """Before the start and after the end success is false; a state and the reason are there."""
     goal = arm.goal(arm.to([0.5, 0.5], 0.5))
     now = nanoseconds(goal.wait_for_feedback(1)[-1].header.stamp)
     answer = arm.query(now + offset * 1_000_000_000)
     assert not answer.success
     assert answer.message
+    assert list(answer.name) == arm.joints
+    if offset > 0:
+        assert list(answer.position) == [0.5, 0.5]
+    else:
+        assert max(map(abs, answer.position)) < 0.5
     goal.cancel()
 
 
 @statement('L1', 'L3')
 @pytest.mark.parametrize('why', ['no trajectory', 'inactive'])
 def test_query_without_a_trajectory(bench: Bench, why: str) -> None:
-    """Without a trajectory, or when inactive, there is no answer."""
+    """Without a trajectory success is false; an inactive controller gives no state either."""
     bench.activate()
     arm = bench.use('arm')
     now = arm.now_ns()
@@ -165,3 +173,4 @@ def test_query_without_a_trajectory(bench: Bench, why: str) -> None:
     answer = arm.query(now)
     assert not answer.success
     assert answer.message
+    assert list(answer.name) == ([] if why == 'inactive' else arm.joints)
