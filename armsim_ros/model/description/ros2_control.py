@@ -5,11 +5,11 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 import math
 import re
 
-from armsim_ros.errors import nearest, Problem, Severity
+from armsim_ros.errors import Location, nearest, Problem, Severity
 from armsim_ros.model.description.xml_tree import TextReport, XmlElement
 from armsim_ros.model.robot_model import HardwareJoint, HardwareSensor, HardwareSystem, Joint
 
@@ -50,28 +50,59 @@ def read_hardware(root: XmlElement, links: Collection[str], joints: Mapping[str,
     :param joints: of the URDF; a tag that names others is a mistake.
     """
     frames = _gazebo_frames(root, links, joints)
-    found: list[HardwareSystem] = []
-    owners: dict[str, str] = {}
+    found: list[tuple[HardwareSystem, Location]] = []
     for element in root.all('ros2_control'):
         system = _read_system(element, {**{name: name for name in links}, **frames}, joints,
                               report)
-        if any(one.name == system.name for one in found):
-            report.error(f"hardware '{system.name}' is there twice", element.where,
-                         remedy='give each <ros2_control> a name of its own')
+        if any(other.name == system.name for other, _ in found):
+            report.ignored(f"hardware '{system.name}' is there twice; the second is left out",
+                           element.where, 'give each <ros2_control> a name of its own')
             continue
-        shared: dict[str, list[str]] = {}
-        for joint in system.joints:
-            for interface in (f'{joint.name}/{command}' for command in joint.commands):
-                if interface in owners:
-                    shared.setdefault(owners[interface], []).append(interface)
-                owners[interface] = system.name
-        for other, interfaces in shared.items():
-            report.error(
-                f"hardware '{other}' and '{system.name}' both have the command interfaces "
-                f"{', '.join(interfaces)}", element.where,
-                remedy='remove them from one of them, or choose one with an argument of the xacro')
-        found.append(system)
-    return tuple(found)
+        found.append((system, element.where))
+    kept = _without_doubles(found, report)
+    for system, where in found:
+        if system.name in kept:
+            report.problems.append(Problem(
+                f"hardware '{system.name}' ({system.plugin or 'without plugin'}) is simulated",
+                where, severity=Severity.CHANGED))
+    return tuple(kept[system.name] for system, _ in found if system.name in kept)
+
+
+def _without_doubles(
+    systems: Sequence[tuple[HardwareSystem, Location]], report: TextReport
+) -> dict[str, HardwareSystem]:
+    """
+    Return name -> hardware; each command interface is in one component only.
+
+    A description often brings a simulator's or a vendor's hardware, and the Setup Assistant's
+    package adds mock components for the same joints: a simulator's plugin comes before a vendor's,
+    and a vendor's before mock components; of two of a kind the first counts.
+    """
+    owners: dict[str, str] = {}
+    kept: dict[str, HardwareSystem] = {}
+    for system, where in sorted(systems, key=lambda pair: _rank(pair[0])):
+        doubles = {joint.name: owners[interface] for joint in system.joints
+                   for interface in _commands(joint) if interface in owners}
+        if doubles:
+            report.ignored(
+                f"hardware '{system.name}' ({system.plugin or 'without plugin'}) is left out for "
+                f"{', '.join(doubles)}, which hardware '{next(iter(doubles.values()))}' commands",
+                where, 'choose one of them with an argument of the xacro')
+        rest = tuple(joint for joint in system.joints if joint.name not in doubles)
+        if rest or not doubles:
+            kept[system.name] = replace(system, joints=rest)
+            owners.update((interface, system.name) for joint in rest
+                          for interface in _commands(joint))
+    return kept
+
+
+def _rank(system: HardwareSystem) -> int:
+    return 0 if system.of_simulator else 2 if system.plugin in _MOCKS else 1
+
+
+def _commands(joint: HardwareJoint) -> list[str]:
+    """Return the joint's command interfaces with its name."""
+    return [f'{joint.name}/{command}' for command in joint.commands]
 
 
 def _gazebo_frames(root: XmlElement, links: Collection[str], joints: Mapping[str, Joint]
@@ -96,9 +127,6 @@ def _read_system(element: XmlElement, frames: Mapping[str, str], joints: Mapping
     hardware = element.first('hardware')
     holder = hardware.first('plugin') if hardware is not None else None
     plugin = holder.content if holder is not None else ''
-    report.problems.append(Problem(
-        f"hardware '{name}' ({plugin or 'without plugin'}) is simulated", element.where,
-        severity=Severity.CHANGED))
     read = [_read_joint(part, joints, report) for part in element.all('joint')]
     parameters = {} if hardware is None else {
         part.get('name'): part.content for part in hardware.all('param')}

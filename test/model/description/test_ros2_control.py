@@ -336,14 +336,47 @@ def test_a_joint_that_cannot_be_driven_is_a_mistake(small_package, joints, messa
     assert any(message in text for text in mistakes(small_package))
 
 
-def test_one_interface_in_two_components_is_a_mistake(small_package):
-    """Nobody could say who has it."""
+MOCK, GAZEBO = 'mock_components/GenericSystem', 'gz_ros2_control/GazeboSimSystem'
+
+
+@pytest.mark.parametrize(('first', 'second', 'kept'), [
+    (GAZEBO, MOCK, GAZEBO), (MOCK, GAZEBO, GAZEBO), ('vendor/Hardware', MOCK, 'vendor/Hardware'),
+    (MOCK, 'vendor/Hardware', 'vendor/Hardware'), ('vendor/Hardware', GAZEBO, GAZEBO),
+    (MOCK, 'fake_components/GenericSystem', MOCK)])
+def test_of_two_tags_for_the_same_joints_one_counts(small_package, first, second, kept):
+    """A simulator's plugin comes before a vendor's, mock comes last; a warning names the other."""
+    joints = joint('shoulder', 'position') + joint('elbow', 'position')
+    small_package.ros2_control(
+        joints, plugin=first, more='<ros2_control name="Second" type="system"><hardware><plugin>'
+        f'{second}</plugin></hardware>{joints}</ros2_control>')
+    _, manager, problems = start(small_package)
+    assert [one.plugin_name for one in manager.list_hardware_components()] == [kept]
+    left_out, = [text for text in said(problems) if 'is left out for shoulder, elbow' in text]
+    assert (first if kept == second else second) in left_out
+
+
+def test_a_tag_keeps_the_joints_that_no_other_has(small_package):
+    """Of a component that shares some joints with another, the other joints stay."""
     small_package.ros2_control(
         joint('shoulder', 'position'), joint('elbow', 'position'),
-        more='<ros2_control name="Second" type="system"><hardware/>'
-             + joint('shoulder', 'position') + '</ros2_control>')
-    assert any('both have the command interfaces shoulder/position' in text
-               for text in mistakes(small_package))
+        more=f'<ros2_control name="Second" type="system"><hardware><plugin>{MOCK}</plugin>'
+             f'</hardware>{joint("shoulder", "position")}{joint("grip", "position")}'
+             '</ros2_control>')
+    _, manager, _ = start(small_package)
+    assert [[i.name for i in one.command_interfaces]
+            for one in manager.list_hardware_components()] == [
+        ['shoulder/position', 'elbow/position'], ['grip/position']]
+
+
+def test_two_tags_of_one_name(small_package):
+    """The second of two tags with the same name is left out with a warning."""
+    small_package.ros2_control(
+        joint('shoulder', 'position'), joint('elbow', 'position'),
+        more='<ros2_control name="Arm" type="system"><hardware/>' + joint('grip', 'position')
+             + '</ros2_control>')
+    _, manager, problems = start(small_package)
+    assert [one.name for one in manager.list_hardware_components()] == ['Arm']
+    assert any("hardware 'Arm' is there twice" in text for text in said(problems))
 
 
 def test_a_component_that_is_not_active_keeps_its_joints(small_package):
