@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Trajectories and commands beyond the joints' limits: the physics bounds them, nothing else."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -72,3 +74,40 @@ def test_a_goal_that_is_too_fast_goes_as_fast_as_the_drive(arm):
     assert furthest < 1.3
     assert fastest < 1.6 * limit
     assert sim.simulation.state.position[0] == pytest.approx(1.0, abs=5e-3)
+
+
+@pytest.fixture
+def streaming(arm):
+    """Return a function that gives the arm to a group controller and sends it a command."""
+    sim, _ = arm
+
+    def send(kind, first):
+        name = f'{kind}_stream'
+        controller = sim.manager.load(SimpleNamespace(
+            name=name, parameters={'joints': JOINTS},
+            type=f'{kind}_controllers/JointGroup{kind.title()}Controller'))  # fmt: skip
+        sim.manager.configure(name)
+        result = sim.manager.switch(activate=[name], deactivate=['arm_joint_controller'])
+        assert result.ok, result.message
+        assert controller.receive([first, 0.0, 0.0, 0.0, 0.0, 0.0]) == ''
+        return sim
+
+    return send
+
+
+def test_a_far_position_command_goes_as_fast_as_the_drive(streaming):
+    """It is a step for the drive (forward_controllers_base.cpp, update), which stays stable."""
+    sim = streaming('position', 1.0)
+    furthest, fastest = run(sim, 2.0)
+    assert furthest < 1.3
+    assert fastest < 1.6 * sim.simulation.model.joints['joint_1'].limits.velocity
+    assert sim.simulation.state.position[0] == pytest.approx(1.0, abs=5e-3)
+
+
+def test_a_velocity_command_ends_at_the_position_limit(streaming):
+    """It stands (the same function); the joint stops where its mechanics end."""
+    sim = streaming('velocity', 1.0)
+    limit = sim.simulation.model.joints['joint_1'].limits.upper
+    furthest, _ = run(sim, limit + 2.0)
+    assert furthest == pytest.approx(limit, abs=0.02)
+    assert sim.simulation.state.position[0] == pytest.approx(limit, abs=0.01)

@@ -4,27 +4,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any, ClassVar
+from typing import ClassVar
 
-from pydantic import field_validator, model_validator
+from pydantic import field_validator
 
 from armsim_ros.config.base import parameter, Settings, unique_names
 from armsim_ros.config.controllers.pid_gains import PidGains
 
 POSITION = 'position'
-
-VELOCITY_TIMEOUT = 0.5
-"""Silence that ends velocity and effort commands where nothing else is asked for [s]."""
-
-
-def _timeout(default: float) -> Any:
-    return parameter(
-        default,
-        'silence after which velocity goes to 0 and effort gives way to holding; 0 is never [s]',
-        ge=0.0,
-        allow_inf_nan=False,
-    )
 
 
 class ForwardParameters(Settings):
@@ -34,7 +21,12 @@ class ForwardParameters(Settings):
     A list or name that is needed and empty is told of when the controller is configured.
     """
 
-    command_timeout: float = _timeout(0.0)
+    command_timeout: float = parameter(
+        0.0,
+        'silence after which velocity goes to 0 and effort gives way to holding; 0 is never [s]',
+        ge=0.0,
+        allow_inf_nan=False,
+    )
     update_rate: int = parameter(
         0, "updates a second, 0 is the manager's rate [Hz]", read_only=True, ge=0
     )
@@ -84,25 +76,18 @@ class JointGroupVelocityControllerParameters(JointGroupParameters):
     """Parameters of ``velocity_controllers/JointGroupVelocityController``."""
 
     interface: ClassVar[str] = 'velocity'
-    command_timeout: float = _timeout(VELOCITY_TIMEOUT)
 
 
 class JointGroupEffortControllerParameters(JointGroupParameters):
     """Parameters of ``effort_controllers/JointGroupEffortController``."""
 
     interface: ClassVar[str] = 'effort'
-    command_timeout: float = _timeout(VELOCITY_TIMEOUT)
 
 
 class ForwardCommandControllerParameters(JointGroupParameters):
     """Parameters of ``forward_command_controller/ForwardCommandController``."""
 
     interface_name: str = parameter('', 'interface that is commanded', read_only=True)
-
-    @model_validator(mode='before')
-    @classmethod
-    def _timeout_of_the_interface(cls, data: Any) -> Any:
-        return _with_timeout(data, [data.get('interface_name')] if _is_block(data) else [])
 
     @property
     def targets(self) -> tuple[tuple[str, str], ...]:
@@ -127,12 +112,6 @@ class MultiInterfaceForwardCommandControllerParameters(ForwardParameters):
     @classmethod
     def _unique(cls, value: tuple[str, ...]) -> tuple[str, ...]:
         return unique_names(value)
-
-    @model_validator(mode='before')
-    @classmethod
-    def _timeout_of_the_interfaces(cls, data: Any) -> Any:
-        names = data.get('interface_names') if _is_block(data) else None
-        return _with_timeout(data, names if isinstance(names, (list, tuple)) else [])
 
     @property
     def targets(self) -> tuple[tuple[str, str], ...]:
@@ -179,7 +158,6 @@ class JointVelocityControllerParameters(JointParameters):
     """Parameters of ``velocity_controllers/JointVelocityController``."""
 
     interface: ClassVar[str] = 'velocity'
-    command_timeout: float = _timeout(VELOCITY_TIMEOUT)
     pid: PidGains | None = parameter(
         None, 'ROS 1: has no effect, the drive follows velocities by itself', read_only=True
     )
@@ -189,16 +167,3 @@ class JointEffortControllerParameters(JointParameters):
     """Parameters of ``effort_controllers/JointEffortController``."""
 
     interface: ClassVar[str] = 'effort'
-    command_timeout: float = _timeout(VELOCITY_TIMEOUT)
-
-
-def _is_block(data: Any) -> bool:
-    return isinstance(data, Mapping)
-
-
-def _with_timeout(data: Any, interfaces: Any) -> Any:
-    """Return the block with the timeout that velocity and effort have where none is given."""
-    if not _is_block(data) or 'command_timeout' in data:
-        return data
-    lasting = all(name == POSITION for name in interfaces)
-    return {**data, 'command_timeout': 0.0 if lasting else VELOCITY_TIMEOUT}

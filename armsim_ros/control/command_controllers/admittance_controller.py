@@ -22,7 +22,7 @@ from armsim_ros.config.controllers.admittance_controller import (
 )
 from armsim_ros.control.command_controllers.admittance_rule import AdmittanceRule, damping_of
 from armsim_ros.control.command_controllers.chainable_controller import ChainableController
-from armsim_ros.control.command_controllers.command_guard import CommandGuard, guards_of
+from armsim_ros.control.command_controllers.command_targets import CommandTargets
 from armsim_ros.control.command_controllers.link_motion import LinkMotion
 from armsim_ros.control.hardware_interface import POSITION, VELOCITY
 from armsim_ros.control.joint_properties import JointProperties
@@ -57,7 +57,6 @@ class AdmittanceController(ChainableController[AdmittanceControllerParameters]):
 
     parameters_class: ClassVar[type[Settings]] = AdmittanceControllerParameters
 
-    _guards: tuple[tuple[CommandGuard, list[int]], ...] = ()
     _rule: AdmittanceRule | None = None
     _snapshot: AdmittanceSnapshot | None = None
 
@@ -101,9 +100,8 @@ class AdmittanceController(ChainableController[AdmittanceControllerParameters]):
         context, count = self.context, len(self.joints)
         hardware = context.hardware
         self._settled = self.parameters
-        self._guards = guards_of(self._targets, hardware, context.model)
-        for guard, _ in self._guards:
-            guard.start()
+        self._output = CommandTargets(self._targets, hardware)
+        self._output.take_over()
         index = [hardware.index[name] for name in self.joints]
         standing, measured = hardware.command.position[index], hardware.state.position[index]
         self._held: Vector = np.where(np.isfinite(standing), standing, measured)
@@ -115,8 +113,7 @@ class AdmittanceController(ChainableController[AdmittanceControllerParameters]):
 
     def deactivate(self, time_ns: int) -> None:
         """Stop velocities; positions stay."""
-        for guard, _ in self._guards:
-            guard.release()
+        self._output.stop()
         self._rule = None
 
     def receive(self, positions: Sequence[float], velocities: Sequence[float]) -> str:
@@ -153,7 +150,7 @@ class AdmittanceController(ChainableController[AdmittanceControllerParameters]):
         assert admittance is not None  # configure has refused it
         kinds: tuple[str, ...] = self.parameters.chainable_command_interfaces
         rows = dict(zip(kinds, references.reshape(-1, len(self.joints)), strict=True))
-        position = np.clip(rows.get(POSITION, self._held), self._limits.lower, self._limits.upper)
+        position = rows.get(POSITION, self._held)
         states = self.context.hardware.other_states
         wrench = np.array([states[name] for name in self._measured])
         rule.step(self._settled, admittance, position, wrench, period)
@@ -162,9 +159,7 @@ class AdmittanceController(ChainableController[AdmittanceControllerParameters]):
             VELOCITY: rows.get(VELOCITY, np.zeros_like(position)) + rule.velocity,
         }
         command = np.concatenate([wanted[kind] for kind in self.parameters.command_interfaces])
-        for guard, columns in self._guards:
-            guard.accept(command[columns])
-            guard.write(period)
+        self._output.write(command)
         self._snapshot = AdmittanceSnapshot(
             time_ns, self._settled, admittance, damping_of(admittance), rule.control_rotation,
             rule.sensor_at_reference, rule.wrench, rule.yielded.copy(), rule.twist,

@@ -1,7 +1,7 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
 """
-The forward command controllers: each message is a command, within the joints' limits.
+The forward command controllers: each message is a command.
 
 ``receive`` may be called from any thread; all else belongs to the control loop.
 """
@@ -9,6 +9,7 @@ The forward command controllers: each message is a command, within the joints' l
 from __future__ import annotations
 
 from collections.abc import Sequence
+import math
 from typing import ClassVar
 
 import numpy as np
@@ -26,7 +27,7 @@ from armsim_ros.config.controllers.forward_command_controller import (
     JointVelocityControllerParameters,
     MultiInterfaceForwardCommandControllerParameters,
 )
-from armsim_ros.control.command_controllers.command_guard import CommandGuard, guards_of
+from armsim_ros.control.command_controllers.command_targets import CommandTargets
 from armsim_ros.control.controller import Controller, NEVER_NS
 from armsim_ros.control.mailbox import Mailbox
 from armsim_ros.control.repeated_warning import RepeatedWarning
@@ -43,8 +44,10 @@ class ForwardController(Controller[ForwardParameters]):
     #: Whether a command is a single number instead of a list.
     single: ClassVar[bool] = False
 
-    _guards: tuple[tuple[CommandGuard, list[int]], ...] = ()
-    _moving = False
+    #: Whether velocities and efforts end with deactivation, not only with another controller.
+    stops: ClassVar[bool] = False
+
+    _command: Vector | None = None
     _deadline_ns: int | None = None
 
     @property
@@ -59,7 +62,7 @@ class ForwardController(Controller[ForwardParameters]):
 
     @property
     def required_state_interfaces(self) -> tuple[str, ...]:
-        """None; limits are kept with what the hardware knows of itself."""
+        """None."""
         return ()
 
     def configure(self) -> None:
@@ -72,19 +75,15 @@ class ForwardController(Controller[ForwardParameters]):
 
     def activate(self, time_ns: int) -> None:
         """Take the joints over and forget what came before."""
-        context = self.context
-        self._guards = guards_of(self.parameters.targets, context.hardware, context.model)
-        for guard, _ in self._guards:
-            guard.start()
-        self._inbox.take_all()
-        self._moving = False
-        self._deadline_ns = None
+        self._targets = CommandTargets(self.parameters.targets, self.context.hardware)
+        self._targets.take_over()
+        self._forget()
 
     def deactivate(self, time_ns: int) -> None:
-        """Stop velocities and efforts; positions stay."""
-        for guard, _ in self._guards:
-            guard.release()
-        self._inbox.take_all()
+        """Forget the command; what stops velocities and efforts is the kind of controller."""
+        if self.stops:
+            self._targets.stop()
+        self._forget()
 
     def receive(self, values: Sequence[float]) -> str:
         """
@@ -108,32 +107,31 @@ class ForwardController(Controller[ForwardParameters]):
         return ''
 
     def update(self, time_ns: int, period: float) -> None:
-        """Take the newest command up, and go on with what it began."""
+        """Write the newest command."""
+        self.time_ns = time_ns
         commands = self._inbox.take_all()
         if commands:
-            for guard, columns in self._guards:
-                guard.accept(commands[-1][columns])
+            self._command = commands[-1]
             timeout = self.parameters.command_timeout
             self._deadline_ns = time_ns + round(timeout * 1e9) if timeout else None
-            self._moving = True
         elif self._deadline_ns is not None and time_ns >= self._deadline_ns:
-            self._deadline_ns = None
-            for guard, _ in self._guards:
-                guard.time_out()
-            self._moving = True
-        if self._moving:
-            self.time_ns = time_ns
-            changing = [guard.write(period) for guard, _ in self._guards]
-            self._moving = any(changing)
+            self._forget()
+            self._targets.stop(effort=math.nan)
+        if self._command is not None:
+            self._targets.write(self._command)
 
     def next_update(self, time_ns: int) -> int:
         """Return from when on an update matters [ns]: when there is a command or a timeout."""
-        if self._inbox or self._moving:
+        if self._inbox:
             return time_ns
         return NEVER_NS if self._deadline_ns is None else self._deadline_ns
 
     def process_requests(self, time_ns: int) -> None:
         """Do nothing: commands wait for time to go on."""
+
+    def _forget(self) -> None:
+        self._inbox.take_all()
+        self._command = self._deadline_ns = None
 
     def _drop(self, reason: str, values: Sequence[float]) -> str:
         names = ', '.join(self.required_command_interfaces)
@@ -163,12 +161,14 @@ class JointGroupPositionController(ForwardController):
 class JointGroupVelocityController(ForwardController):
     """``velocity_controllers/JointGroupVelocityController``."""
 
+    stops: ClassVar[bool] = True
     parameters_class: ClassVar[type[Settings]] = JointGroupVelocityControllerParameters
 
 
 class JointGroupEffortController(ForwardController):
     """``effort_controllers/JointGroupEffortController``."""
 
+    stops: ClassVar[bool] = True
     parameters_class: ClassVar[type[Settings]] = JointGroupEffortControllerParameters
 
 
@@ -183,6 +183,7 @@ class JointVelocityController(ForwardController):
     """ROS 1's ``velocity_controllers/JointVelocityController``."""
 
     single = True
+    stops: ClassVar[bool] = True
     parameters_class: ClassVar[type[Settings]] = JointVelocityControllerParameters
 
 
@@ -190,4 +191,5 @@ class JointEffortController(ForwardController):
     """ROS 1's ``effort_controllers/JointEffortController``."""
 
     single = True
+    stops: ClassVar[bool] = True
     parameters_class: ClassVar[type[Settings]] = JointEffortControllerParameters

@@ -20,7 +20,7 @@ from armsim_ros.arrays import Matrix, Vector
 from armsim_ros.config.base import Settings
 from armsim_ros.config.controllers.pid_controller import PidControllerParameters
 from armsim_ros.control.command_controllers.chainable_controller import ChainableController
-from armsim_ros.control.command_controllers.command_guard import CommandGuard, guards_of
+from armsim_ros.control.command_controllers.command_targets import CommandTargets
 from armsim_ros.control.command_controllers.named_values import NamedValues
 from armsim_ros.control.pid import Pid
 from armsim_ros.errors import ControllerError
@@ -51,7 +51,6 @@ class PidController(ChainableController[PidControllerParameters]):
 
     parameters_class: ClassVar[type[Settings]] = PidControllerParameters
 
-    _guards: tuple[tuple[CommandGuard, list[int]], ...] = ()
     _pids: tuple[Pid, ...] = ()
     _snapshot: PidSnapshot | None = None
     _feedforward = False
@@ -98,11 +97,9 @@ class PidController(ChainableController[PidControllerParameters]):
 
     def begin(self, time_ns: int) -> Vector:
         """Take the joints over; hold what is measured, where that is asked for."""
-        context = self.context
         targets = [(name, self.parameters.command_interface) for name in self.joints]
-        self._guards = guards_of(targets, context.hardware, context.model)
-        for guard, _ in self._guards:
-            guard.start()
+        self._output = CommandTargets(targets, self.context.hardware)
+        self._output.take_over()
         for name, pid in zip(self.joints, self._pids, strict=True):
             if not self.parameters.gains[name].save_i_term:
                 pid.reset()
@@ -117,8 +114,7 @@ class PidController(ChainableController[PidControllerParameters]):
 
     def deactivate(self, time_ns: int) -> None:
         """Stop velocities and efforts; positions stay."""
-        for guard, _ in self._guards:
-            guard.release()
+        self._output.stop()
 
     def receive(self, names: Sequence[str], values: Sequence[float],
                 derivatives: Sequence[float]) -> str:  # fmt: skip
@@ -181,9 +177,7 @@ class PidController(ChainableController[PidControllerParameters]):
         self._snapshot = PidSnapshot(
             time_ns, self.parameters.measured, wanted.copy(), feedback.copy(), error, output,
             period)
-        for guard, columns in self._guards:
-            guard.accept(output[columns])
-            guard.write(period)
+        self._output.write(output)
 
     def _feedback(self) -> Matrix:
         """Return what is measured (k, n), NaN where nothing has come."""

@@ -52,9 +52,9 @@ def test_switch_holds(arm: Streamed, name: str) -> None:
     np.testing.assert_allclose(arm.positions, before, atol=2e-3)
 
 
-@statement('FWD-7')
-def test_position_is_followed_within_the_velocity_limit(arm: Streamed) -> None:
-    """A far command is reached at the velocity limit, not at once."""
+@statement('FWD-7', 'C20')
+def test_a_far_position_is_reached_by_the_drive(arm: Streamed) -> None:
+    """The command goes to the drive as it is, which moves no faster than it can."""
     arm.use('position_stream')
     arm.forget()
     goal = beside(1.0, 0.5)
@@ -65,13 +65,15 @@ def test_position_is_followed_within_the_velocity_limit(arm: Streamed) -> None:
     assert speed.max() < 3.14 * 1.2  # of the joint itself, which swings in at first
 
 
-@statement('FWD-8')
-def test_silence_stops_velocity(arm: Streamed) -> None:
-    """Velocities end after half a second of silence."""
+@statement('X3', 'C21')
+def test_a_velocity_stands_until_the_next_command(arm: Streamed) -> None:
+    """Silence ends no motion (forward_controllers_base.cpp, update); a velocity of 0 does."""
     arm.use('velocity_stream')
     command = Float64MultiArray(data=[0.2, 0.0, 0.0, 0.0, 0.0, 0.0])
     arm.stream_until(arm.streams['velocity_stream'], command,
-                     lambda: arm.positions[0] > 0.1, 'the arm moves')  # fmt: skip
+                     lambda: arm.positions[0] > 0.05, 'the arm moves')  # fmt: skip
+    arm.until(lambda: arm.positions[0] > 0.3, 'the arm goes on in silence')
+    arm.stream(arm.streams['velocity_stream'], Float64MultiArray(data=[0.0] * 6), 0.1)
     arm.rest()
     assert arm.positions[0] < 0.5
 

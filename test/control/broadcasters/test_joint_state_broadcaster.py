@@ -156,14 +156,6 @@ def test_extra_joints_that_are_there_already_are_skipped(rig, restriction):
     assert [owner for owner, _, _ in sample.dynamic] == list(sample.names)
 
 
-def test_a_repeated_joint_is_published_once(rig):
-    """Joints may name a joint twice (joint_state_broadcaster.cpp, init_joint_data)."""
-    r = rig()
-    states = broadcaster(r, joints=['b', 'b'], interfaces=['position'])
-    r.step()
-    assert samples(states)[0].names == ('b',)
-
-
 def test_interface_map(rig):
     """M2: another interface fills an array, and has the array's name in dynamic_joint_states."""
     r = rig()
