@@ -105,24 +105,27 @@ class MotionPlanner:
         with self._request() as context:
             began = clock()
             positions: dict[str, float] = {}
+            refused = ''
             seconds = planning_time(context, request)
             budget = Budget(clock, began + seconds, cancelled)
             try:
                 started = requested_scene(context, request.start_state, scene)
                 positions = context.model.positions(started.q)
+                refused = started.refused
                 with context.polled(lambda: budget.check('planning pipeline')):
                     trajectory, length = run_pipeline(context, request, started, budget)
             except PlanningError as error:
                 source = error.source or 'planning pipeline'
                 context.log.error(f'{source}: {error}')
                 return MotionPlanResponse(
-                    MoveItErrorCode(error.code), str(error), source, JointTrajectory(()),
+                    MoveItErrorCode(error.code), '; '.join(filter(None, (str(error), refused))),
+                    source, JointTrajectory(()),
                     positions, request.group_name, clock() - began,
                     contacts=tuple(item for item in error.contacts if isinstance(item, Contact)),
                 )
             return MotionPlanResponse(
-                MoveItErrorCode.SUCCESS, '', '', trajectory, positions, request.group_name,
-                max(clock() - began, 1e-9), length,
+                MoveItErrorCode.SUCCESS, refused, 'planning scene' if refused else '', trajectory,
+                positions, request.group_name, max(clock() - began, 1e-9), length,
             )
 
     def plan_sequence(

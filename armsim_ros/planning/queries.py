@@ -143,6 +143,8 @@ def _solve_ik(
     scene = scene.with_start_state(
         request.start_state, strict=context.settings.strict_start_state
     )
+    if scene.refused:
+        context.log.warning(f'compute_ik: {scene.refused}')
     targets = _targets(context, scene, request, poses)
     kept = ConstraintSet(request.constraints, scene, context.log)
     colliding: list[Vector] = []
@@ -159,7 +161,7 @@ def _solve_ik(
             is_valid=valid, rng=np.random.default_rng(max(context.settings.seed, 0)),
             clock=clock, deadline=clock() + _ik_timeout(context, request)))
     if result.q is not None:
-        return IKResponse(MoveItErrorCode.SUCCESS, '', model.positions(result.q))
+        return IKResponse(MoveItErrorCode.SUCCESS, scene.refused, model.positions(result.q))
     message = result.message
     if colliding:
         context.checker.use(scene)

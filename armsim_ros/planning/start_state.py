@@ -43,6 +43,8 @@ def requested_scene(
     """
     settings = context.settings
     started = scene.with_start_state(start, strict=settings.strict_start_state)
+    if started.refused:
+        context.log.warning(f'planning scene: {started.refused}')
     started.set_state(_bounded_start(started, settings.start_state_max_bounds_error, context.log))
     return started
 

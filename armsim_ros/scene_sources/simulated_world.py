@@ -101,7 +101,8 @@ def of_world(update: SceneUpdate) -> bool:
     """Return whether it is a simulated world that tells something."""
     attached = (item.object for item in update.robot_state.attached_objects)
     kinds = [item.type.key for item in (*update.objects, *attached)]
-    return update.is_diff and bool(kinds) and set(kinds) == {WORLD_TYPE}
+    diff = update.is_diff and not update.replaces_world
+    return diff and bool(kinds) and set(kinds) == {WORLD_TYPE}
 
 
 class WorldOwnership:

@@ -13,6 +13,7 @@ from shape_msgs.msg import Mesh as MeshMessage
 from shape_msgs.msg import SolidPrimitive
 
 from armsim_ros.arrays import Matrix
+from armsim_ros.errors import PlanningError
 from armsim_ros.model.geometry import Capsule, Geometry, Sphere
 from armsim_ros.model.transforms import pose_matrix
 from armsim_ros.model.world_objects import WorldObject
@@ -41,6 +42,13 @@ def object_from_message(message: CollisionObjectMessage) -> CollisionObject:
 
     :raises PlanningError: for a shape or pose that cannot exist, and for more poses than shapes.
     """
+    try:
+        return _object(message)
+    except PlanningError as error:
+        raise object_error(f"object '{message.id}': {error}") from None
+
+
+def _object(message: CollisionObjectMessage) -> CollisionObject:
     operation = message.operation[0]
     given: list[tuple[list[Geometry], tuple[Matrix, ...]]] = [
         (list(map(convert, shapes)), tuple(map(pose_from_message, poses)))
@@ -58,27 +66,43 @@ def object_from_message(message: CollisionObjectMessage) -> CollisionObject:
         frame_id=message.header.frame_id,
         pose=pose_from_message(message.pose),
         shapes=tuple(
-            shape for shapes, poses in given if made
-            for shape in _placed(message.id, shapes, poses)
+            shape for shapes, poses in given if made for shape in _placed(shapes, poses)
         ),
         subframes={
             name: pose_from_message(pose)
             for name, pose in zip(message.subframe_names, message.subframe_poses, strict=False)
         },
         type=ObjectType(message.type.key, message.type.db),
-        shape_poses=tuple(poses if moves else () for _, poses in given),
+        shape_poses=tuple(pose for _, poses in given for pose in poses) if moves else (),
     )
 
 
-def _placed(id_: str, shapes: Sequence[Geometry], poses: Sequence[Matrix]) -> list[ObjectShape]:
+def _placed(shapes: Sequence[Geometry], poses: Sequence[Matrix]) -> list[ObjectShape]:
     """Return shapes at their poses; those that are missing are the identity."""
     if len(poses) > len(shapes):
         raise object_error(
-            f"object '{id_}': {len(poses)} poses are given for {len(shapes)} shapes; "
-            'at most one pose a shape is allowed'
+            f'{len(poses)} poses are given for {len(shapes)} shapes; at most one pose a shape is '
+            'allowed'
         )
     rest = (ObjectShape(shape) for shape in shapes[len(poses):])
     return [*map(ObjectShape, shapes, poses), *rest]
+
+
+def attached_in_state_from_message(message: AttachedCollisionObject) -> AttachedObject:
+    """
+    Return what a request's start state asks to do with a carried object.
+
+    :raises PlanningError: for a shape or pose that cannot exist, and where a shape has no pose.
+    """
+    item = message.object
+    counts = [(len(item.primitives), len(item.primitive_poses)),
+              (len(item.meshes), len(item.mesh_poses)), (len(item.planes), len(item.plane_poses))]
+    if any(shapes != poses for shapes, poses in counts):
+        raise object_error(
+            f"attached object '{item.id}': a start state needs one pose for each primitive, mesh "
+            'and plane'
+        )
+    return attached_from_message(message)
 
 
 def attached_from_message(message: AttachedCollisionObject) -> AttachedObject:

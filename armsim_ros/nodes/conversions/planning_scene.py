@@ -16,13 +16,17 @@ from moveit_msgs.msg import (
     ObjectColor,
     PlanningSceneComponents,
     PlanningSceneWorld,
+    RobotState,
 )
 from moveit_msgs.msg import (
     PlanningScene as PlanningSceneMessage,
 )
+from sensor_msgs.msg import JointState, MultiDOFJointState
 from std_msgs.msg import ColorRGBA
 
+from armsim_ros.errors import MoveItErrorCode, PlanningError
 from armsim_ros.nodes.conversions.collision_object import (
+    attached_from_message,
     object_from_message,
     object_to_message,
 )
@@ -30,13 +34,13 @@ from armsim_ros.nodes.conversions.geometry import (
     pose_from_transform,
     pose_to_message,
 )
+from armsim_ros.nodes.conversions.readable import readable
 from armsim_ros.nodes.conversions.robot_state import (
     robot_state_to_message,
     start_state_from_message,
 )
 from armsim_ros.planning.scene.allowed_collision_matrix import AcmUpdate
 from armsim_ros.planning.scene.content import FixedFrame
-from armsim_ros.planning.scene.objects import CollisionObject
 from armsim_ros.planning.scene.planning_scene import PlanningScene
 from armsim_ros.planning.scene.update import SceneUpdate
 
@@ -57,39 +61,72 @@ class Component(IntFlag):
     ALL = 1023
 
 
-def update_from_message(message: PlanningSceneMessage) -> SceneUpdate:
+def update_from_message(message: PlanningSceneMessage, model_frame: str) -> SceneUpdate:
     """
     Return what a scene message asks for.
 
-    :raises PlanningError: for shapes or poses that cannot exist.
+    :param model_frame: fixed transforms lead to it.
     """
+    objects, bad_objects = readable(object_from_message, message.world.collision_objects)
+    frames, bad_frames = readable(
+        lambda item: _fixed_frame(item, model_frame), message.fixed_frame_transforms)
     return SceneUpdate(
         is_diff=bool(message.is_diff),
         name=message.name,
-        robot_state=start_state_from_message(message.robot_state),
-        objects=world_objects(message.world),
+        robot_state=start_state_from_message(message.robot_state, attached_from_message),
+        objects=objects,
         acm=_acm_update(message.allowed_collision_matrix),
         link_padding={item.link_name: float(item.padding) for item in message.link_padding},
         link_scale={item.link_name: float(item.scale) for item in message.link_scale},
-        fixed_frames={
-            item.child_frame_id: FixedFrame(
-                item.header.frame_id, pose_from_transform(item.transform)
-            )
-            for item in message.fixed_frame_transforms
-            if item.child_frame_id
-        },
+        fixed_frames=dict(frames),
         object_colors={
             item.id: (
                 float(item.color.r), float(item.color.g), float(item.color.b), float(item.color.a)
             )
             for item in message.object_colors
         },
+        unreadable=(*bad_frames, *bad_objects),
     )
 
 
-def world_objects(message: PlanningSceneWorld) -> tuple[CollisionObject, ...]:
-    """Return the updates that a world message holds; an octomap is left out."""
-    return tuple(object_from_message(item) for item in message.collision_objects)
+def world_from_message(message: PlanningSceneWorld) -> SceneUpdate:
+    """Return the update that puts a message's objects in the place of all others."""
+    objects, unreadable = readable(object_from_message, message.collision_objects)
+    return SceneUpdate(objects=objects, replaces_world=True, unreadable=unreadable)
+
+
+def is_empty(message: PlanningSceneMessage) -> bool:
+    """Return whether a scene message has no content; colours do not count."""
+    world, state = message.world, message.robot_state
+    return not (
+        message.name
+        or message.fixed_frame_transforms
+        or message.allowed_collision_matrix.entry_names
+        or message.link_padding
+        or message.link_scale
+        or world.collision_objects
+        or world.octomap.octomap.data
+    ) and state == RobotState(
+        is_diff=True, joint_state=JointState(header=state.joint_state.header),
+        multi_dof_joint_state=MultiDOFJointState(header=state.multi_dof_joint_state.header))
+
+
+def _fixed_frame(message: TransformStamped, model_frame: str) -> tuple[str, FixedFrame]:
+    """Return the frame that a transform to the model frame describes."""
+    name, target = message.header.frame_id, message.child_frame_id
+    if target.removeprefix('/') != model_frame.removeprefix('/'):
+        raise PlanningError(
+            MoveItErrorCode.FRAME_TRANSFORM_FAILURE,
+            f"the fixed transform of frame '{name}' has the child frame '{target}'; a frame is "
+            f"described by a transform with header.frame_id '{name}', child_frame_id "
+            f"'{model_frame}' and the frame's pose in '{model_frame}'",
+            'planning scene',
+        )
+    if not name:
+        raise PlanningError(
+            MoveItErrorCode.FRAME_TRANSFORM_FAILURE,
+            'a fixed transform has no frame name in header.frame_id', 'planning scene')
+    return name, FixedFrame('', pose_from_transform(message.transform))
 
 
 def scene_to_message(
@@ -171,14 +208,14 @@ def _acm_update(message: AllowedCollisionMatrix) -> AcmUpdate | None:
 
 
 def transforms(scene: PlanningScene) -> list[TransformStamped]:
-    """Return where further frames are in the model frame, as messages."""
+    """Return the poses of further frames in the model frame, and of that itself, as messages."""
     messages = []
-    for child in scene.content.frames:
-        if not scene.has_frame(child):
+    for frame in dict.fromkeys((scene.model_frame, *scene.content.frames)):
+        if not scene.has_frame(frame):
             continue  # its chain of transforms leads to no link
-        message = TransformStamped(child_frame_id=child)
-        message.header.frame_id = scene.model_frame
-        flat = pose_to_message(scene.frame_pose(child))
+        message = TransformStamped(child_frame_id=scene.model_frame)
+        message.header.frame_id = frame
+        flat = pose_to_message(scene.frame_pose(frame))
         message.transform.translation = Vector3(
             x=flat.position.x, y=flat.position.y, z=flat.position.z
         )

@@ -4,32 +4,38 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 
-from moveit_msgs.msg import RobotState
+from moveit_msgs.msg import AttachedCollisionObject, RobotState
 
 from armsim_ros.nodes.conversions.collision_object import (
-    attached_from_message,
+    attached_in_state_from_message,
     attached_object_to_message,
 )
+from armsim_ros.nodes.conversions.readable import readable
 from armsim_ros.planning.scene.objects import AttachedObject
 from armsim_ros.planning.scene.update import StartState
 
 
-def start_state_from_message(message: RobotState) -> StartState:
+def start_state_from_message(
+    message: RobotState,
+    convert: Callable[[AttachedCollisionObject], AttachedObject] = attached_in_state_from_message,
+) -> StartState:
     """
     Return the state as it was given; joints are checked where it is used.
 
     A multi-DOF joint is left out: a fixed arm has none.
+
+    :param convert: reads an attached object; by default as that of a request's start state.
     """
+    attached, unreadable = readable(convert, message.attached_collision_objects)
     return StartState(
         joint_names=tuple(message.joint_state.name),
         positions=tuple(float(value) for value in message.joint_state.position),
         velocities=tuple(float(value) for value in message.joint_state.velocity),
         is_diff=bool(message.is_diff),
-        attached_objects=tuple(
-            attached_from_message(item) for item in message.attached_collision_objects
-        ),
+        attached_objects=attached,
+        unreadable=unreadable,
     )
 
 

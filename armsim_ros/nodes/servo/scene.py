@@ -10,6 +10,7 @@ from moveit_msgs.msg import PlanningScene as PlanningSceneMessage
 from moveit_msgs.srv import GetPlanningScene
 from rclpy.clock import Clock, ClockType
 from rclpy.qos import QoSProfile
+from sensor_msgs.msg import JointState
 
 from armsim_ros.errors import PlanningError
 from armsim_ros.nodes.conversions.planning_scene import (
@@ -80,13 +81,13 @@ class SceneFollower:
             self._receive(response.scene)
 
     def _receive(self, message: PlanningSceneMessage) -> None:
-        # Where the joints are, joint states tell sooner.
-        message.robot_state.joint_state.name = []
-        message.robot_state.joint_state.position = []
-        message.robot_state.joint_state.velocity = []
-        message.robot_state.joint_state.effort = []
+        scene, state = self._scene, message.robot_state.joint_state
+        if state.name:  # joint states report positions sooner
+            positions = scene.kinematic_model.positions(scene.q)
+            message.robot_state.joint_state = JointState(
+                name=list(positions), position=list(positions.values()))
         try:
-            self._scene.apply(update_from_message(message))
+            scene.apply(update_from_message(message, scene.model_frame))
         except PlanningError as error:
             self._node.get_logger().error(f'planning scene: {error}; asking for all of it')
             self._following = False

@@ -173,8 +173,9 @@ def plan_cartesian(
         )
     if path.reason:
         context.log.info(f'{_SOURCE}: {path.fraction:.1%} of the path: {path.reason}')
+    reason = '; '.join(filter(None, (path.reason, scene.refused)))
     return CartesianResponse(
-        MoveItErrorCode.SUCCESS, path.reason, _SOURCE if path.reason else '', trajectory,
+        MoveItErrorCode.SUCCESS, reason, _SOURCE if reason else '', trajectory,
         path.fraction, start,
     )
 

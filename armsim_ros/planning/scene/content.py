@@ -54,7 +54,9 @@ class SceneContent:
     :param link_padding: link -> [m] added around it against the world.
     :param link_scale: link -> factor of its size against the world.
     :param frames: further frames, each fixed to another one.
-    :param colors: object id -> rgba in 0..1.
+    :param colors: object id -> rgba.
+    :param first_colors: object id -> the first colour that it was given, its own after a detach.
+    :param whole_version: number of edits after which a follower needs the whole scene.
     """
 
     q: Vector
@@ -66,26 +68,26 @@ class SceneContent:
     link_scale: Mapping[str, float] = field(default_factory=_nothing)
     frames: Mapping[str, FixedFrame] = field(default_factory=_nothing)
     colors: Mapping[str, Color] = field(default_factory=_nothing)
+    first_colors: Mapping[str, Color] = field(default_factory=_nothing)
+    whole_version: int = 0
 
 
 class SceneDraft:
     """
-    A content that can be changed, part by part; whoever refuses the change drops the draft.
+    A content that can be changed; readers of the scene see all changes at once.
 
     :param kinematics: the robot.
-    :param base: what to begin with; it is not changed.
+    :param base: the content to begin with; it is not changed.
     """
 
     def __init__(self, kinematics: KinematicModel, base: SceneContent) -> None:
         self.kinematics = kinematics
         self._base = base
-        self._take_over(base)
-
-    def _take_over(self, content: SceneContent) -> None:
-        self.q, self.name, self.acm = content.q, content.name, content.acm
-        self.objects, self.attached = dict(content.objects), dict(content.attached)
-        self.link_padding, self.link_scale = dict(content.link_padding), dict(content.link_scale)
-        self.frames, self.colors = dict(content.frames), dict(content.colors)
+        self.q, self.name, self.acm = base.q, base.name, base.acm
+        self.objects, self.attached = dict(base.objects), dict(base.attached)
+        self.link_padding, self.link_scale = dict(base.link_padding), dict(base.link_scale)
+        self.frames, self.colors = dict(base.frames), dict(base.colors)
+        self.first_colors, self.whole_version = dict(base.first_colors), base.whole_version
         self._forgotten: set[str] = set()
 
     def content(self) -> SceneContent:
@@ -96,12 +98,7 @@ class SceneDraft:
             part, before = getattr(self, each.name), getattr(self._base, each.name)
             if part is not before and not (isinstance(part, dict) and part == before):
                 changed[each.name] = MappingProxyType(part) if isinstance(part, dict) else part
-        return replace(self._base, **changed)
-
-    def begin_anew(self, initial: SceneContent, *, keep_attached: bool) -> None:
-        """Go back to a scene's beginning, but for the robot's state and the further frames."""
-        attached = self.attached if keep_attached else initial.attached
-        self._take_over(replace(initial, q=self.q, frames=self.frames, attached=attached))
+        return replace(self._base, **changed) if changed else self._base
 
     def remove(self, ids: Iterable[str]) -> None:
         """Take objects out of the world, and their colours and rules with them."""

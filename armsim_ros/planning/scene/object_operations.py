@@ -10,7 +10,7 @@ from types import MappingProxyType
 import numpy as np
 
 from armsim_ros.arrays import Matrix
-from armsim_ros.errors import nearest
+from armsim_ros.errors import nearest, PlanningError
 from armsim_ros.model.geometry import Geometry, Mesh, Plane
 from armsim_ros.model.transforms import inverse_pose
 from armsim_ros.planning.scene.content import SceneDraft
@@ -24,8 +24,6 @@ from armsim_ros.planning.scene.objects import (
     ObjectShape,
     OCTOMAP_ID,
 )
-
-_KINDS = ('primitive', 'mesh', 'plane')
 
 
 def apply_object(draft: SceneDraft, item: CollisionObject) -> None:
@@ -45,7 +43,7 @@ def apply_object(draft: SceneDraft, item: CollisionObject) -> None:
         return
     body = _built(draft, item)
     if operation is ObjectOperation.APPEND and old is not None:
-        body = _merged(old, body)
+        body = _extended(old, body)
     elif old is not None and body.type.empty:
         body = replace(body, type=old.type)
     draft.objects[item.id] = body
@@ -70,8 +68,32 @@ def apply_attached(draft: SceneDraft, item: AttachedObject) -> None:
     _check_link(draft, item)
     if operation is ObjectOperation.APPEND and item.id in draft.attached:
         draft.attach(_appended(draft, item))
+    elif operation is ObjectOperation.APPEND or item.object.shapes:
+        draft.attach(_on_link(draft, item, _built(draft, item.object)))
     else:
-        draft.attach(_attached(draft, item))
+        draft.attach(_on_link(draft, item, _in_world(draft, item)))
+
+
+def apply_attached_in_state(draft: SceneDraft, item: AttachedObject) -> None:
+    """
+    Do one operation on an attached object of a request's start state; the world stays as it is.
+
+    :raises PlanningError: INVALID_OBJECT_NAME, INVALID_LINK_NAME or FRAME_TRANSFORM_FAILURE.
+    """
+    operation = _known_operation(item.object)
+    if operation is ObjectOperation.REMOVE:
+        if item.id not in draft.attached:
+            raise _not_attached(draft, item.id)
+        del draft.attached[item.id]
+        return
+    _check_id(item.id)
+    if operation is not ObjectOperation.ADD:
+        raise object_error(
+            f"attached object '{item.id}': a start state takes ADD and REMOVE only, not "
+            f'{operation.name}'
+        )
+    _check_link(draft, item)
+    draft.attached[item.id] = _on_link(draft, item, _built(draft, item.object))
 
 
 def _known_operation(item: CollisionObject) -> ObjectOperation:
@@ -140,15 +162,12 @@ def _in_model_frame(
         header if pose is None else header @ pose, f"the pose of object '{item.id}'")
 
 
-def _merged(old: CollisionObject, new: CollisionObject) -> CollisionObject:
-    """Return the old object with the shapes and subframes of another, each where it stands."""
-    shift = inverse_pose(old.pose) @ new.pose
-    shapes = tuple(ObjectShape(item.geometry, shift @ item.pose) for item in new.shapes)
-    subframes = {name: shift @ pose for name, pose in new.subframes.items()}
+def _extended(old: CollisionObject, new: CollisionObject) -> CollisionObject:
+    """Return the old object with the shapes of another, in its own frame, and its subframes."""
     return replace(
         old,
-        shapes=old.shapes + shapes,
-        subframes=MappingProxyType({**old.subframes, **subframes}),
+        shapes=old.shapes + new.shapes,
+        subframes=new.subframes,
         type=old.type if new.type.empty else new.type,
     )
 
@@ -165,36 +184,24 @@ def _remove(draft: SceneDraft, id_: str) -> None:
 
 
 def _moved(
-    draft: SceneDraft, old: CollisionObject | None,
-    item: CollisionObject,
+    draft: SceneDraft, old: CollisionObject | None, item: CollisionObject
 ) -> CollisionObject:
     if old is None:
         raise object_error(
             f"object '{item.id}' is not in the world, so it cannot be moved "
             f'{nearest(item.id, tuple(draft.objects))}'.rstrip()
         )
-    pose = _given_pose(item)
-    if not any(item.shape_poses):
-        return old.at(_in_model_frame(draft, item, pose))
-    pose, shapes = _single_shape(pose, _moved_shapes(old, item))
-    return replace(old.at(_in_model_frame(draft, item, pose)), shapes=shapes)
-
-
-def _moved_shapes(old: CollisionObject, item: CollisionObject) -> tuple[ObjectShape, ...]:
-    """Return the shapes at the poses that a MOVE gives."""
-    given = {kind: list(poses) for kind, poses in zip(_KINDS, item.shape_poses, strict=True)}
-    kinds = [_kind(shape.geometry) for shape in old.shapes]
-    for kind, poses in given.items():
-        if len(poses) != kinds.count(kind):
+    given, shapes = item.shape_poses, old.shapes
+    if given:
+        if len(given) != len(shapes):
             raise object_error(
-                f"object '{item.id}' has {kinds.count(kind)} shapes of kind {kind}, but "
-                f'the move gives {len(poses)} poses; give one a shape, or none at all'
+                f"object '{item.id}' has {len(shapes)} shapes, but the move gives {len(given)} "
+                'shape poses; give one for each shape, or none at all'
             )
-    what = f"a shape's pose of object '{item.id}'"
-    return tuple(
-        ObjectShape(shape.geometry, check_pose(given[kind].pop(0), what))
-        for kind, shape in zip(kinds, old.shapes, strict=True)
-    )
+        what = f"a shape's pose of object '{item.id}'"
+        shapes = tuple(ObjectShape(shape.geometry, check_pose(pose, what))
+                       for shape, pose in zip(shapes, given, strict=True))
+    return replace(old.at(_in_model_frame(draft, item, _given_pose(item))), shapes=shapes)
 
 
 def _kind(geometry: Geometry) -> str:
@@ -210,25 +217,24 @@ def _check_link(draft: SceneDraft, item: AttachedObject) -> None:
     draft.check_link(item.link_name, f"object '{item.id}' cannot be attached to")
 
 
-def _attached(draft: SceneDraft, item: AttachedObject) -> AttachedObject:
-    link, body = item.link_name, _in_world(draft, item)
-    on_link = inverse_pose(draft.link_pose(link)) @ body.pose
+def _on_link(draft: SceneDraft, item: AttachedObject, body: CollisionObject) -> AttachedObject:
+    """Return an attached object whose body is given in the model frame."""
+    pose = inverse_pose(draft.link_pose(item.link_name)) @ body.pose
     return replace(
-        item, object=body.at(on_link, link), touch_links=tuple(dict.fromkeys(item.touch_links)))
+        item, object=body.at(pose, item.link_name),
+        touch_links=tuple(dict.fromkeys(item.touch_links)))
 
 
 def _in_world(draft: SceneDraft, item: AttachedObject) -> CollisionObject:
-    """Return the object to attach at its pose in the model frame."""
-    if item.object.shapes:
-        return _built(draft, item.object)
+    """Return the object of the world that is attached by its id."""
     if item.id in draft.objects:
         return draft.objects[item.id]
+    hint = nearest(item.id, tuple(draft.objects))
     if item.id in draft.attached:
-        return _released(draft, draft.attached[item.id])
+        hint = f"it is attached to link '{draft.attached[item.id].link_name}' already"
     raise object_error(
         f"object '{item.id}' is not in the world, so it cannot be attached to link "
-        f"'{item.link_name}'; add it first, or give its shapes "
-        f'{nearest(item.id, tuple(draft.objects))}'.rstrip()
+        f"'{item.link_name}'; add it first, or give its shapes {hint}".rstrip()
     )
 
 
@@ -239,13 +245,16 @@ def _appended(draft: SceneDraft, item: AttachedObject) -> AttachedObject:
             f"object '{old.id}' is attached to link '{old.link_name}', so nothing can be "
             f"appended to it on link '{item.link_name}'"
         )
-    body = old.object
-    if item.object.shapes:
-        added = _built(draft, item.object)
+    added = _built(draft, item.object)
+    body = replace(
+        old.object,
+        shapes=added.shapes + old.object.shapes,
+        subframes=MappingProxyType({**old.object.subframes, **added.subframes}),
+        type=old.object.type if added.type.empty else added.type,
+    )
+    if _given_pose(item.object) is not None:
         on_link = inverse_pose(draft.link_pose(old.link_name)) @ added.pose
-        if _given_pose(item.object) is not None:
-            body = body.at(on_link, old.link_name)
-        body = _merged(body, added.at(on_link))
+        body = body.at(on_link, old.link_name)
     return AttachedObject(
         old.link_name,
         body,
@@ -264,10 +273,7 @@ def _detach(draft: SceneDraft, item: AttachedObject) -> None:
     else:
         found = draft.attached.get(id_)
         if found is None:
-            raise object_error(
-                f"object '{id_}' is not attached, so it cannot be detached "
-                f'{nearest(id_, tuple(draft.attached))}'.rstrip()
-            )
+            raise _not_attached(draft, id_)
         if link not in ('', found.link_name):
             raise object_error(
                 f"object '{id_}' is attached to link '{found.link_name}', not to '{link}'"
@@ -275,7 +281,17 @@ def _detach(draft: SceneDraft, item: AttachedObject) -> None:
         gone = [found]
     for each in gone:
         del draft.attached[each.id]
-        draft.objects.setdefault(each.id, _released(draft, each))
+        if each.id not in draft.objects:
+            draft.objects[each.id] = _released(draft, each)
+            if each.id in draft.first_colors:
+                draft.colors[each.id] = draft.first_colors[each.id]
+
+
+def _not_attached(draft: SceneDraft, id_: str) -> PlanningError:
+    return object_error(
+        f"object '{id_}' is not attached, so it cannot be detached "
+        f'{nearest(id_, tuple(draft.attached))}'.rstrip()
+    )
 
 
 def _released(draft: SceneDraft, item: AttachedObject) -> CollisionObject:

@@ -71,11 +71,11 @@ class CollisionObject:
     :param id: unique in the world.
     :param operation: a value of :class:`ObjectOperation`.
     :param frame_id: frame of ``pose``; '' is the model frame.
-    :param pose: (4, 4); the identity is read as not given.
+    :param pose: (4, 4); ADD and APPEND read the identity as not given.
     :param shapes: at least one in ADD and APPEND; no others read them.
     :param subframes: name -> pose (4, 4) in the object's frame.
-    :param shape_poses: what a MOVE gives of the shapes: poses (4, 4) of all primitives, all
-        meshes and all planes.
+    :param shape_poses: poses (4, 4) that a MOVE gives to the shapes, in their order; empty where
+        the shapes stay as they are in the object's frame.
     """
 
     id: str
@@ -85,12 +85,12 @@ class CollisionObject:
     shapes: tuple[ObjectShape, ...] = ()
     subframes: Mapping[str, Matrix] = field(default_factory=lambda: MappingProxyType({}))
     type: ObjectType = field(default_factory=ObjectType)
-    shape_poses: tuple[tuple[Matrix, ...], ...] = ((), (), ())
+    shape_poses: tuple[Matrix, ...] = ()
 
     def at(self, pose: Matrix, frame_id: str = '') -> CollisionObject:
         """Return the object as a scene holds it at another pose (4, 4)."""
         return replace(self, operation=ObjectOperation.ADD, frame_id=frame_id, pose=pose,
-                       shape_poses=((), (), ()))
+                       shape_poses=())
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -31,6 +31,7 @@ from armsim_ros.planning.scene.objects import AttachedObject, CollisionObject
 from armsim_ros.planning.scene.update import (
     apply_start_state,
     apply_update,
+    joined,
     SceneUpdate,
     StartState,
 )
@@ -40,13 +41,12 @@ Listener = Callable[[SceneContent, SceneContent], None]
 
 class PlanningScene:
     """
-    A scene that can be edited, one whole edit at a time.
+    A scene that can be edited.
 
-    All that it holds is one immutable :class:`SceneContent`; an edit is done in a draft, and
-    its content put in place, so a refused edit leaves everything as it was, and a reader in any
-    thread sees the scene before or after an edit, never between. Edits of several threads
-    follow one another; robot state and frames can be set while a long edit is being made.
-    Whoever needs the same scene for longer takes :meth:`snapshot`.
+    All that it holds is one immutable :class:`SceneContent`; an edit is done in a draft, whose
+    content is then put in place, so that a reader in any thread sees the scene before or after
+    an edit, never between. Edits of several threads follow one another; robot state and frames
+    can be set while a long edit is being made. :meth:`snapshot` returns a scene that stays.
 
     :param kinematics: the robot.
     :param name: name of the scene.
@@ -81,6 +81,8 @@ class PlanningScene:
         #: Held while an edit is made, and while one is put in place.
         self._editing, self._lock = threading.RLock(), threading.RLock()
         self._listeners: list[Listener] = []
+        #: Of a scene made for a request: what of its update and start state was refused.
+        self.refusals: tuple[PlanningError, ...] = ()
         #: Count the edits of world, attached objects and rules; of the frames.
         self.geometry_version = 0
         self.transform_version = 0
@@ -139,7 +141,7 @@ class PlanningScene:
 
     @property
     def colors(self) -> Mapping[str, Color]:
-        """Colours of objects, rgba in 0..1."""
+        """Colours of objects, rgba."""
         return self._content.colors
 
     # ---------------------------------------------------------------- frames
@@ -239,19 +241,22 @@ class PlanningScene:
 
     def apply(self, update: SceneUpdate) -> None:
         """
-        Apply a scene message, all of it or nothing; listeners see it as one edit.
+        Apply a scene message part by part; listeners see it as one edit.
 
-        :raises PlanningError: with a sentence for every part that was refused; the scene is as
-            it was then.
+        :raises PlanningError: with a sentence for every part that was refused; such a part has
+            changed nothing, and all others are applied.
         """
-        self._edit(lambda draft: apply_update(draft, update, self._initial))
+        refusals: list[PlanningError] = []
+        self._edit(lambda draft: refusals.extend(apply_update(draft, update)))
+        if refusals:
+            raise joined(refusals)
 
     def clear(self) -> None:
         """Take away all objects, and set rules, padding and colours to their beginning."""
-        def begin_anew(draft: SceneDraft) -> None:
-            draft.begin_anew(replace(self._initial, name=draft.name), keep_attached=False)
-
-        self._edit(begin_anew)
+        with self._editing, self._lock:
+            now = self._content
+            self._commit(replace(self._initial, q=now.q, name=now.name, frames=now.frames,
+                                 whole_version=now.whole_version + 1))
 
     def _edit(self, change: Callable[[SceneDraft], None]) -> None:
         """Put a changed draft in place, unless the change raises."""
@@ -260,6 +265,8 @@ class PlanningScene:
             draft = SceneDraft(self.kinematic_model, base)
             change(draft)
             made = draft.content()
+            if made is base:
+                return
             with self._lock:
                 now = self._content
                 if now is not base:  # the robot has moved meanwhile, or frames were told
@@ -293,12 +300,14 @@ class PlanningScene:
         copy._editing, copy._lock = threading.RLock(), threading.RLock()
         copy._listeners = []
         copy.geometry_version = copy.transform_version = 0
+        copy.refusals = self.refusals
         return copy
 
     def with_update(self, update: SceneUpdate) -> PlanningScene:
-        """Return a snapshot with a message applied to it; PlanningError where it is refused."""
-        overlay = self.snapshot()
-        overlay.apply(update)
+        """Return a snapshot with a message applied to it; ``refusals`` has what was not."""
+        overlay, refusals = self.snapshot(), list(self.refusals)
+        overlay._edit(lambda draft: refusals.extend(apply_update(draft, update)))
+        overlay.refusals = tuple(refusals)
         return overlay
 
     def with_start_state(self, start: StartState, *, strict: bool = False) -> PlanningScene:
@@ -306,14 +315,21 @@ class PlanningScene:
         Return a snapshot whose robot state is a client's start state.
 
         :param start: joints that are not named keep the scene's state; its attached objects
-            are applied.
+            are applied, ``refusals`` has those that were refused.
         :param strict: a start state that is no difference drops the scene's attached objects.
         :raises PlanningError: INVALID_ROBOT_STATE for an unknown joint or for names and
-            positions that do not match, or what an attached object is refused for.
+            positions that do not match.
         """
-        overlay = self.snapshot()
-        overlay._edit(lambda draft: apply_start_state(draft, start, strict=strict))
+        overlay, refusals = self.snapshot(), list(self.refusals)
+        overlay._edit(
+            lambda draft: refusals.extend(apply_start_state(draft, start, strict=strict)))
+        overlay.refusals = tuple(refusals)
         return overlay
+
+    @property
+    def refused(self) -> str:
+        """What of the request's update and start state was refused; '' where all was taken."""
+        return str(joined(self.refusals)) if self.refusals else ''
 
     def add_listener(self, listener: Listener) -> Callable[[], None]:
         """

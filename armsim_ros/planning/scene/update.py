@@ -3,8 +3,7 @@
 """
 Scene messages and start states as plain values, and how a draft of a scene takes them over.
 
-Values stand as the client gave them; what is wrong with them is found where they are used.
-Poses are (4, 4).
+Values are those that the client gave; they are checked where they are used. Poses are (4, 4).
 """
 
 from __future__ import annotations
@@ -19,19 +18,23 @@ from armsim_ros.planning.scene.allowed_collision_matrix import AcmUpdate, Allowe
 from armsim_ros.planning.scene.content import (
     Color,
     FixedFrame,
-    SceneContent,
     SceneDraft,
 )
-from armsim_ros.planning.scene.object_operations import apply_attached, apply_object
+from armsim_ros.planning.scene.object_operations import (
+    apply_attached,
+    apply_attached_in_state,
+    apply_object,
+)
 from armsim_ros.planning.scene.objects import (
     AttachedObject,
     check_pose,
     CollisionObject,
     object_error,
     ObjectOperation,
+    ObjectType,
 )
 
-#: Refusals of one message that are told; what comes after them is not tried any more.
+#: Refusals of one message that are described; of others only the number is reported.
 MOST_REFUSALS = 10
 
 
@@ -43,8 +46,9 @@ class StartState:
     :param joint_names: joints that differ from the monitored state.
     :param positions: [rad or m], one a joint name.
     :param is_diff: whether attached objects of the monitored scene stay.
-    :param attached_objects: objects to attach for this request.
+    :param attached_objects: objects to attach or to take away for this request.
     :param velocities: [rad/s or m/s] of the joints; may be empty.
+    :param unreadable: why other attached objects could not be read.
     """
 
     joint_names: tuple[str, ...] = ()
@@ -52,6 +56,7 @@ class StartState:
     is_diff: bool = True
     attached_objects: tuple[AttachedObject, ...] = ()
     velocities: tuple[float, ...] = ()
+    unreadable: tuple[PlanningError, ...] = ()
 
     @classmethod
     def from_positions(cls, positions: Mapping[str, float]) -> StartState:
@@ -64,12 +69,14 @@ class SceneUpdate:
     """
     Content of ``moveit_msgs/msg/PlanningScene``.
 
-    :param is_diff: False replaces the whole scene.
+    :param is_diff: False replaces world, colours and allowed collision matrix.
     :param acm: None where the client gave none.
     :param link_padding: link -> [m].
     :param link_scale: link -> factor.
     :param fixed_frames: further frames by name.
-    :param object_colors: object id -> rgba in 0..1.
+    :param object_colors: object id -> rgba.
+    :param replaces_world: whether the objects take the place of those in the world.
+    :param unreadable: why other parts could not be read.
     """
 
     is_diff: bool = True
@@ -81,94 +88,108 @@ class SceneUpdate:
     link_scale: Mapping[str, float] = field(default_factory=dict)
     fixed_frames: Mapping[str, FixedFrame] = field(default_factory=dict)
     object_colors: Mapping[str, Color] = field(default_factory=dict)
-
-    @property
-    def empty(self) -> bool:
-        """Whether it is a diff that changes nothing."""
-        state = self.robot_state
-        return self.is_diff and not (
-            self.name
-            or state.joint_names
-            or state.positions
-            or state.attached_objects
-            or self.objects
-            or (self.acm is not None and self.acm.entry_names)
-            or self.link_padding
-            or self.link_scale
-            or self.fixed_frames
-            or self.object_colors
-        )
+    replaces_world: bool = False
+    unreadable: tuple[PlanningError, ...] = ()
 
 
-def apply_update(draft: SceneDraft, update: SceneUpdate, initial: SceneContent) -> None:
-    """
-    Do all that a scene message asks for.
+class _Attempts:
+    """Operations on a draft, each of which is done or changes nothing."""
 
-    Every operation is tried, so that the error can name what is wrong with each.
+    def __init__(self, draft: SceneDraft, refusals: Sequence[PlanningError] = ()) -> None:
+        self._draft = draft
+        self.refusals = list(refusals)
 
-    :param draft: to be dropped where the update is refused.
-    :param initial: what a message that is no difference starts from; its allowed collision
-        matrix stays where such a message gives none.
-    :raises PlanningError: with the code of the first refusal and the sentences of all.
-    """
-    refusals: list[PlanningError] = []
+    def __call__(self, step: Callable[..., None], *arguments: Any) -> None:
+        try:
+            step(self._draft, *arguments)
+        except PlanningError as error:
+            self.refusals.append(error)
 
-    def attempt(step: Callable[..., None], *arguments: Any) -> None:
-        if len(refusals) < MOST_REFUSALS:
-            try:
-                step(draft, *arguments)
-            except PlanningError as error:
-                refusals.append(error)
 
-    if not update.is_diff:
-        draft.begin_anew(initial, keep_attached=update.robot_state.is_diff)
-    standing = frozenset(draft.objects)
-    if update.name:
+def apply_update(draft: SceneDraft, update: SceneUpdate) -> list[PlanningError]:
+    """Do all that a scene message asks for and that can be done; return the other refusals."""
+    state = update.robot_state
+    attempt = _Attempts(draft, (*update.unreadable, *state.unreadable))
+    whole = not update.is_diff
+    if whole or update.replaces_world or (update.name and update.name != draft.name) or (
+        (update.acm is not None and update.acm.entry_names)
+        or update.link_padding or update.link_scale
+    ):
+        draft.whole_version += 1
+    if whole or update.name:
         draft.name = update.name
-    attempt(_set_frames, update.fixed_frames)
-    if update.robot_state.joint_names or update.robot_state.positions:
-        attempt(_set_joints, update.robot_state)
-        if not update.robot_state.is_diff:
-            draft.attached = dict(initial.attached)
-    for attached in update.robot_state.attached_objects:
-        attempt(apply_attached, attached)
-    attempt(_set_acm, update.acm)
-    attempt(_set_padding, update.link_padding)
-    attempt(_set_scale, update.link_scale)
-    attempt(_set_colors, update.object_colors)
+    for frame in update.fixed_frames.items():
+        attempt(_set_frame, *frame)
+    if state.joint_names:
+        attempt(_set_state, state)
+    for attached in state.attached_objects:
+        attempt(apply_attached if state.is_diff else _add_attached, attached)
+    if whole:
+        attempt(_replace_acm, update.acm or AcmUpdate())
+        draft.colors, draft.first_colors = {}, {}
+        draft.attached.update({
+            id_: replace(item, object=replace(item.object, type=ObjectType()))
+            for id_, item in draft.attached.items() if not item.object.type.empty
+        })
+    elif update.acm is not None:
+        attempt(_merge_acm, update.acm)
+    for padding in update.link_padding.items():
+        attempt(_set_padding, *padding)
+    for scale in update.link_scale.items():
+        attempt(_set_scale, *scale)
+    for color in update.object_colors.items():
+        attempt(_set_color, *color)
+    if whole or update.replaces_world:
+        draft.objects = {}
     for item in update.objects:
-        taken = item.id in standing and item.id not in draft.objects
-        if item.operation == ObjectOperation.REMOVE and taken and item.id in draft.attached:
-            continue  # the same message has attached it
         attempt(apply_object, item)
-    if refusals:
-        raise _joined(refusals)
+    return attempt.refusals
 
 
-def _joined(refusals: Sequence[PlanningError]) -> PlanningError:
-    """Return the errors of an update as one."""
-    first = refusals[0]
+def joined(refusals: Sequence[PlanningError]) -> PlanningError:
+    """Return the errors of an update, at least one, as a single error."""
+    first, more = refusals[0], len(refusals) - MOST_REFUSALS
     if len(refusals) == 1:
         return first
-    text = '; '.join(map(str, refusals))
-    more = ', and perhaps more' if len(refusals) == MOST_REFUSALS else ''
+    text = '; '.join(map(str, refusals[:MOST_REFUSALS]))
+    if more > 0:
+        text += f'; and {more} more'
     return PlanningError(
-        first.code, f'{len(refusals)} parts{more}, are refused: {text}', first.source
-    )
+        first.code, f'{len(refusals)} parts are refused: {text}', first.source)
 
 
-def apply_start_state(draft: SceneDraft, start: StartState, *, strict: bool) -> None:
+def apply_start_state(
+    draft: SceneDraft, start: StartState, *, strict: bool
+) -> list[PlanningError]:
     """
-    Take over a client's start state.
+    Take over a client's start state; return why attached objects were refused.
 
-    :raises PlanningError: INVALID_ROBOT_STATE, or what an attached object is refused for.
+    :param strict: whether a state that is no difference drops the scene's attached objects.
+    :raises PlanningError: INVALID_ROBOT_STATE.
     """
     _set_joints(draft, start)
     given = bool(start.joint_names or start.attached_objects)
     if strict and given and not start.is_diff:
         draft.attached = {}
+    attempt = _Attempts(draft, start.unreadable)
     for attached in start.attached_objects:
-        apply_attached(draft, attached)
+        attempt(apply_attached_in_state, attached)
+    return attempt.refusals
+
+
+def _set_state(draft: SceneDraft, state: StartState) -> None:
+    _set_joints(draft, state)
+    if not state.is_diff:
+        draft.attached = {}
+
+
+def _add_attached(draft: SceneDraft, item: AttachedObject) -> None:
+    if item.object.operation != ObjectOperation.ADD:
+        raise object_error(
+            f"attached object '{item.id}': a robot state whose is_diff is false takes ADD only; "
+            'set robot_state.is_diff to detach or change it'
+        )
+    apply_attached(draft, item)
 
 
 def _set_joints(draft: SceneDraft, state: StartState) -> None:
@@ -185,39 +206,38 @@ def _set_joints(draft: SceneDraft, state: StartState) -> None:
         draft.q = q
 
 
-def _set_frames(draft: SceneDraft, frames: Mapping[str, FixedFrame]) -> None:
-    for name, frame in frames.items():
-        if name.lstrip('/'):
-            draft.frames[name.lstrip('/')] = replace(
-                frame, pose=check_pose(frame.pose, f"the pose of frame '{name}'"))
-    for name in frames:
-        draft.frame_pose(name.lstrip('/'))
+def _set_frame(draft: SceneDraft, name: str, frame: FixedFrame) -> None:
+    pose = check_pose(frame.pose, f"the pose of frame '{name}'")
+    draft.frame_pose(frame.parent)
+    draft.frames[name.removeprefix('/')] = replace(frame, pose=pose)
 
 
-def _set_acm(draft: SceneDraft, acm: AcmUpdate | None) -> None:
-    if acm is not None:
-        made = AllowedCollisionMatrix.from_update(acm)
-        draft.acm = made if acm.entry_names else draft.acm
+def _replace_acm(draft: SceneDraft, acm: AcmUpdate) -> None:
+    draft.acm = AllowedCollisionMatrix.from_update(acm)
 
 
-def _set_padding(draft: SceneDraft, padding: Mapping[str, float]) -> None:
-    for link, value in padding.items():
-        draft.check_link(link, 'padding is given for')
-        if not (math.isfinite(value) and value >= 0.0):
-            raise object_error(f"padding {value} m of link '{link}'; allowed: 0 or more")
-    draft.link_padding.update(padding)
+def _merge_acm(draft: SceneDraft, acm: AcmUpdate) -> None:
+    made = AllowedCollisionMatrix.from_update(acm)
+    if acm.entry_names:
+        draft.acm = made
 
 
-def _set_scale(draft: SceneDraft, scale: Mapping[str, float]) -> None:
-    for link, value in scale.items():
-        draft.check_link(link, 'scale is given for')
-        if not (math.isfinite(value) and value > 0.0):
-            raise object_error(f"scale {value} of link '{link}'; allowed: above 0")
-    draft.link_scale.update(scale)
+def _set_padding(draft: SceneDraft, link: str, padding: float) -> None:
+    draft.check_link(link, 'padding is given for')
+    if not (math.isfinite(padding) and padding >= 0.0):
+        raise object_error(f"padding {padding} m of link '{link}'; allowed: 0 or more")
+    draft.link_padding[link] = padding
 
 
-def _set_colors(draft: SceneDraft, colors: Mapping[str, Color]) -> None:
-    for id_, color in colors.items():
-        if not all(math.isfinite(part) and 0.0 <= part <= 1.0 for part in color):
-            raise object_error(f"color {color} of object '{id_}'; allowed: 0 to 1 for r, g, b, a")
-    draft.colors.update(colors)
+def _set_scale(draft: SceneDraft, link: str, scale: float) -> None:
+    draft.check_link(link, 'scale is given for')
+    if not (math.isfinite(scale) and scale > 0.0):
+        raise object_error(f"scale {scale} of link '{link}'; allowed: above 0")
+    draft.link_scale[link] = scale
+
+
+def _set_color(draft: SceneDraft, id_: str, color: Color) -> None:
+    if not id_:
+        raise object_error('a colour needs the id of an object that is not empty')
+    draft.colors[id_] = color
+    draft.first_colors.setdefault(id_, color)

@@ -29,7 +29,7 @@ from moveit_msgs.srv import (
 )
 from rclpy.qos import QoSProfile
 from sensor_msgs.msg import JointState
-from wire import joint_goal, quiet_diff, robot_state
+from wire import detached, joint_goal, quiet_diff, robot_state
 
 from armsim_ros.testing.clients.client_node import ClientNode
 from armsim_ros.testing.clients.parameter_client import ParameterClient
@@ -367,6 +367,8 @@ class ArmBench:
     def clear(self, rules: PlanningScene) -> None:
         """Empty the world and take the rules of an earlier scene."""
         scene = PlanningScene(is_diff=False)
+        scene.robot_state.is_diff = True
+        scene.robot_state.attached_collision_objects = [detached()]
         scene.allowed_collision_matrix = rules.allowed_collision_matrix
         scene.link_padding, scene.link_scale = rules.link_padding, rules.link_scale
         assert self.apply(scene)

@@ -15,7 +15,14 @@ from xml.etree import ElementTree
 from action_msgs.msg import GoalStatus
 from faster import FASTER
 from moveit_msgs.action import ExecuteTrajectory, MoveGroup
-from moveit_msgs.msg import Constraints, JointConstraint, PlanningScene, RobotState
+from moveit_msgs.msg import (
+    AttachedCollisionObject,
+    CollisionObject,
+    Constraints,
+    JointConstraint,
+    PlanningScene,
+    RobotState,
+)
 from moveit_msgs.srv import ApplyPlanningScene, GetPlanningScene
 import pytest
 from sensor_msgs.msg import JointState
@@ -155,7 +162,9 @@ def running_stack() -> Iterator[Stack]:
 def stack(running: Stack) -> Stack:
     """Return the stack with an empty world."""
     scene = PlanningScene(is_diff=False)
-    scene.robot_state.is_diff = False
+    scene.robot_state.is_diff = True
+    scene.robot_state.attached_collision_objects = [AttachedCollisionObject(
+        object=CollisionObject(operation=CollisionObject.REMOVE))]
     empty = running.scene()
     scene.allowed_collision_matrix = empty.allowed_collision_matrix
     scene.link_padding, scene.link_scale = empty.link_padding, empty.link_scale

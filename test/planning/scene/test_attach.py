@@ -24,7 +24,7 @@ ADD, REMOVE, APPEND, MOVE = ObjectOperation
 def cup(operation=ADD, **changes):
     """Return an update of an object with a shape 1 m ahead."""
     values = {'shapes': (ObjectShape(Sphere(0.05), pose_matrix((0.9, 0, 0))),)}
-    return CollisionObject('cup', operation, **{**values, **changes})
+    return CollisionObject(**{'id': 'cup', 'operation': operation, **values, **changes})
 
 
 def by_id(id_='cup', operation=ADD, link='fore', **changes):
@@ -57,26 +57,44 @@ def test_attach_with_geometry_replaces_the_world_object(scene):
 
 
 def test_same_id_again_replaces(scene):
-    """SCN-8: an attached object can be attached anew, here with another link."""
+    """SCN-8: an attached object can be attached anew with its shapes, here to another link."""
     scene.apply_attached(AttachedObject('fore', cup(), ('fore',)))
-    scene.apply_attached(by_id(link='finger', touch_links=('finger', 'finger')))
+    scene.apply_attached(AttachedObject('finger', cup(), ('finger', 'finger')))
     assert scene.attached['cup'].link_name == 'finger'
     assert scene.attached['cup'].touch_links == ('finger',)
     np.testing.assert_allclose(scene.frame_pose('cup'), pose_matrix((0.9, 0, 0)), atol=1e-12)
 
 
 def test_append_merges_shapes_and_touch_links(scene):
-    """SCN-8: APPEND keeps the pose there is, unless one is given."""
-    scene.apply_attached(AttachedObject('fore', cup(), ('fore',), weight=0.2))
-    more = cup(APPEND, shapes=(ObjectShape(Sphere(0.05), pose_matrix((0.8, 0, 0))),))
+    """
+    APPEND keeps the pose on the link; the new shapes are in the object's frame, before the old.
+
+    moveit_core planning_scene.cpp, processAttachedCollisionObjectMsg.
+    """
+    scene.apply_attached(AttachedObject('fore', cup(subframes={'rim': pose_matrix()}), ('fore',),
+                                        weight=0.2))
+    offsets = (pose_matrix((0.1, 0, 0)), pose_matrix((0.2, 0, 0)))
+    more = cup(APPEND, shapes=tuple(ObjectShape(Sphere(0.02), offset) for offset in offsets),
+               subframes={'top': pose_matrix()})
     scene.apply_attached(AttachedObject('fore', more, ('finger',)))
     attached = scene.attached['cup']
-    assert len(attached.object.shapes) == 2
+    assert [shape.geometry.radius for shape in attached.object.shapes] == [0.02, 0.02, 0.05]
     assert attached.touch_links == ('fore', 'finger')
     assert attached.weight == 0.2
+    assert set(attached.object.subframes) == {'rim', 'top'}
     np.testing.assert_allclose(scene.frame_pose('cup'), pose_matrix((0.9, 0, 0)), atol=1e-12)
-    second = scene.frame_pose('cup') @ attached.object.shapes[1].pose
-    np.testing.assert_allclose(second, pose_matrix((0.8, 0, 0)), atol=1e-12)
+    np.testing.assert_allclose(attached.object.shapes[1].pose, offsets[1])
+
+
+def test_append_with_a_pose_moves_the_attached_object(scene):
+    """
+    The pose of the message, where one is given, becomes that of the object.
+
+    moveit_core planning_scene.cpp, processAttachedCollisionObjectMsg.
+    """
+    scene.apply_attached(AttachedObject('fore', cup()))
+    scene.apply_attached(AttachedObject('fore', cup(APPEND, pose=pose_matrix((0.7, 0, 0)))))
+    np.testing.assert_allclose(scene.frame_pose('cup'), pose_matrix((0.7, 0, 0)), atol=1e-12)
 
 
 def test_detach_returns_the_object_where_it_is(scene):
@@ -117,7 +135,9 @@ ROTTEN = {
     'detach from another link': by_id('held', REMOVE, 'finger'),
     'detach from an unknown link': by_id('held', REMOVE, 'nose'),
     'move': by_id('held', MOVE),
-    'append on another link': by_id('held', APPEND, 'finger'),
+    'append on another link': AttachedObject('finger', cup(APPEND, id='held')),
+    'append without shapes': by_id('cup', APPEND),
+    'attached already': by_id('held', link='finger'),
     'unknown operation': by_id('held', 9),
     'geometry in an unknown frame': AttachedObject('fore', cup(frame_id='nowhere')),
 }
@@ -134,16 +154,3 @@ def test_refused_attach_leaves_the_scene_as_it_was(scene, what):
         scene.apply_attached(ROTTEN[what])
     assert len(str(caught.value)) > 20
     assert scene.content is before
-
-
-def test_remove_of_what_the_same_message_attaches_is_fine(scene):
-    """A message that attaches an object and removes it from the world is one transfer."""
-    scene.apply_object(cup())
-    start = SceneUpdate().robot_state
-    update = SceneUpdate(
-        robot_state=type(start)(attached_objects=(AttachedObject('fore', cup()),)),
-        objects=(CollisionObject('cup', REMOVE),),
-    )
-    scene.apply(update)
-    assert set(scene.attached) == {'cup'}
-    assert not scene.objects

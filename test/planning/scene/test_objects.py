@@ -74,17 +74,36 @@ def test_quaternion_of_any_length_is_normalized():
         np.testing.assert_allclose(pose, pose_matrix((0, 0, 0), (0, 0, math.pi / 2)), atol=1e-12)
 
 
-def test_append_adds_shapes_where_they_are_given(scene):
-    """SCN-1: APPEND keeps the shapes there are and the object's pose."""
-    scene.apply_object(box(at=(1.0, 0.0, 0.0)))
+@pytest.mark.parametrize('pose', [pose_matrix(), pose_matrix((5.0, 0.0, 0.0))])
+def test_append_adds_shapes_in_the_object_frame(scene, pose):
+    """
+    APPEND keeps the object's pose; the message's header and pose do not count.
+
+    moveit_core planning_scene.cpp, processCollisionObjectAdd; world.cpp, addToObject.
+    """
+    scene.apply_object(box(at=(1.0, 0.0, 0.0), subframes={'old': pose_matrix()}))
+    offsets = (pose_matrix((0.0, 0.5, 0.0)), pose_matrix((0.0, 0.6, 0.0)))
     scene.apply_object(CollisionObject(
-        'box', APPEND, pose=pose_matrix((1.0, 0.0, 0.0)),
-        shapes=(ObjectShape(Sphere(0.1), pose_matrix((0.0, 0.5, 0.0))),),
+        'box', APPEND, 'fore', pose,
+        tuple(ObjectShape(Sphere(0.1), offset) for offset in offsets),
         subframes={'top': pose_matrix()}))
     item = scene.objects['box']
     np.testing.assert_allclose(item.pose, pose_matrix((1.0, 0.0, 0.0)))
-    np.testing.assert_allclose(item.shapes[1].pose, pose_matrix((0.0, 0.5, 0.0)))
+    for shape, offset in zip(item.shapes[1:], offsets, strict=True):
+        np.testing.assert_allclose(shape.pose, offset)
     assert set(item.subframes) == {'top'}
+
+
+def test_append_of_a_single_shape_without_object_pose_is_at_the_origin(scene):
+    """
+    The pose of an only shape is read as the object's, which APPEND ignores.
+
+    moveit_core planning_scene.cpp, shapesAndPosesFromCollisionObjectMessage.
+    """
+    scene.apply_object(box(subframes={'old': pose_matrix()}))
+    scene.apply_object(box(operation=APPEND, at=(0.0, 7.0, 0.0)))
+    np.testing.assert_allclose(scene.objects['box'].shapes[1].pose, np.eye(4))
+    assert not scene.objects['box'].subframes
 
 
 def test_append_to_nothing_creates(scene):
@@ -101,12 +120,28 @@ def test_move_moves_shapes_and_subframes(scene):
     np.testing.assert_allclose(scene.frame_pose('box/top'), pose_matrix((0, 3, 0.15)))
 
 
-def test_move_can_place_the_shapes(scene):
-    """SCN-6: shape poses of a MOVE are one a shape."""
+def test_move_to_the_identity_is_a_move(scene):
+    """
+    MOVE with the identity brings the object to the origin of the header's frame.
+
+    moveit_core planning_scene.cpp, processCollisionObjectMove.
+    """
+    scene.apply_object(box())
+    scene.apply_object(CollisionObject('box', MOVE, 'fore', pose_matrix()))
+    np.testing.assert_allclose(scene.objects['box'].pose, pose_matrix((0.4, 0, 0)), atol=1e-12)
+
+
+@pytest.mark.parametrize('pose', [pose_matrix(), pose_matrix((0, 1, 0))])
+def test_move_can_place_the_shapes(scene, pose):
+    """
+    Shape poses of a MOVE are one for each shape, in the object's frame, whatever their kind.
+
+    moveit_core planning_scene.cpp, processCollisionObjectMove.
+    """
     scene.apply_object(CollisionObject('two', shapes=(ObjectShape(BOX), ObjectShape(BOX))))
     poses = (pose_matrix((1, 0, 0)), pose_matrix((2, 0, 0)))
-    scene.apply_object(CollisionObject(
-        'two', MOVE, pose=pose_matrix((0, 1, 0)), shape_poses=(poses, (), ())))
+    scene.apply_object(CollisionObject('two', MOVE, pose=pose, shape_poses=poses))
+    np.testing.assert_allclose(scene.objects['two'].pose, pose)
     np.testing.assert_allclose(scene.objects['two'].shapes[1].pose, poses[1])
 
 
@@ -175,9 +210,7 @@ ROTTEN = {
     'move of nothing': CollisionObject('ghost', MOVE, pose=pose_matrix()),
     'move to an unknown frame': CollisionObject('box', MOVE, 'nowhere', pose_matrix()),
     'move with too many poses': CollisionObject(
-        'box', MOVE, pose=pose_matrix((5, 0, 0)), shape_poses=((pose_matrix(),) * 2, (), ())),
-    'move with poses of another kind': CollisionObject(
-        'box', MOVE, pose=pose_matrix((5, 0, 0)), shape_poses=((), (pose_matrix(),), ())),
+        'box', MOVE, pose=pose_matrix((5, 0, 0)), shape_poses=(pose_matrix(),) * 2),
 }
 
 

@@ -1,8 +1,7 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Frames, states, whole scenes, differences, listeners."""
+"""Frames, states, listeners, threads."""
 
-import math
 import threading
 
 import numpy as np
@@ -11,7 +10,6 @@ import pytest
 from armsim_ros.errors import PlanningError
 from armsim_ros.model.geometry import Mesh, Sphere
 from armsim_ros.model.transforms import pose_matrix
-from armsim_ros.planning.scene.allowed_collision_matrix import AcmUpdate
 from armsim_ros.planning.scene.content import FixedFrame
 from armsim_ros.planning.scene.objects import (
     AttachedObject,
@@ -137,11 +135,47 @@ def test_attached_objects_stay_unless_strict(scene, strict, kept):
 
 
 def test_attached_objects_of_a_start_state_are_attached_there(scene):
-    """REQ-7g: their frame is that of the start state."""
+    """REQ-7g: their frame is that of the start state; the world stays as it is."""
+    scene.apply_object(ball('held', (5.0, 0.0, 0.0)))
     start = StartState(('shoulder',), (np.pi / 2,), attached_objects=(held(link='tool'),))
     overlay = scene.with_start_state(start)
     np.testing.assert_allclose(overlay.frame_pose('held')[:3, 3], (0, 0.8, 0), atol=1e-12)
+    assert set(overlay.objects) == {'held'}
     assert not scene.attached
+
+
+def test_an_attached_object_can_vanish_for_a_request(scene):
+    """
+    REMOVE in a start state takes an attached object away; it is not put into the world.
+
+    moveit_core conversions.cpp, msgToAttachedBody.
+    """
+    scene.apply_attached(held())
+    gone = AttachedObject('', CollisionObject('held', REMOVE))
+    overlay = scene.with_start_state(StartState(attached_objects=(gone,)))
+    assert not overlay.attached
+    assert not overlay.objects
+    assert set(scene.attached) == {'held'}
+
+
+@pytest.mark.parametrize('bad', [
+    AttachedObject('fore', CollisionObject('ball')),
+    AttachedObject('fore', CollisionObject('ghost', REMOVE)),
+    held(link='nose'),
+    AttachedObject('fore', ball('held', operation=APPEND)),
+])
+def test_a_start_state_names_attached_objects_that_it_cannot_take(scene, bad):
+    """
+    ADD needs shapes and REMOVE an attached object; the rest of the start state counts.
+
+    moveit_core conversions.cpp, msgToAttachedBody.
+    """
+    scene.apply_object(ball())
+    overlay = scene.with_start_state(StartState(
+        ('elbow',), (1.0,), attached_objects=(bad, held('good'))))
+    assert set(overlay.attached) == {'good'}
+    assert overlay.q[1] == 1.0
+    assert overlay.refused
 
 
 def test_state_is_read_only(scene):
@@ -150,118 +184,7 @@ def test_state_is_read_only(scene):
         scene.q[0] = 1.0
 
 
-# ---------------------------------------------------------------- whole scenes and differences
-
-
-def test_overlay_leaves_the_scene_alone(scene):
-    """REQ-14: a difference for one request never reaches the scene."""
-    overlay = scene.with_update(SceneUpdate(objects=(ball(),)))
-    assert set(overlay.objects) == {'ball'}
-    assert not scene.objects
-
-
-def test_full_scene_replaces_everything(scene):
-    """SRV-51: world, matrix, colours, padding; attached objects go."""
-    scene.apply_object(ball('old'))
-    scene.apply_attached(held())
-    scene.apply(SceneUpdate(link_padding={'fore': 0.1}, object_colors={'old': (1, 1, 1, 1)}))
-    acm = AcmUpdate(('base', 'upper'), ((False, True), (True, False)))
-    scene.apply(SceneUpdate(is_diff=False, robot_state=StartState(is_diff=False),
-                            objects=(ball('new'),), acm=acm))
-    assert set(scene.objects) == {'new'}
-    assert not scene.attached
-    assert not scene.colors
-    assert scene.link_padding['fore'] == 0.0
-    assert scene.acm.allowed('base', 'upper')
-    assert not scene.acm.allowed('upper', 'fore')
-
-
-def test_full_scene_can_keep_attached_objects(scene):
-    """SRV-51: a robot state that is a difference keeps them."""
-    scene.apply_attached(held())
-    scene.apply(SceneUpdate(is_diff=False, objects=(ball(),)))
-    assert set(scene.attached) == {'held'}
-
-
-def test_matrix_of_a_difference_replaces_the_whole(scene):
-    """SCN-13: it is no merge; one with only defaults changes nothing."""
-    before = scene.acm
-    scene.apply(SceneUpdate(acm=AcmUpdate(default_entry_names=('a',),
-                                          default_entry_values=(True,))))
-    assert scene.acm is before
-    scene.apply(SceneUpdate(acm=AcmUpdate(('a', 'b'), ((False, True), (False, False)))))
-    assert scene.acm.allowed('b', 'a')
-    assert not scene.acm.allowed('base', 'upper')
-
-
-NOWHERE = CollisionObject('lost', frame_id='nowhere', shapes=(ObjectShape(Sphere(0.1)),))
-REFUSED = {
-    'unknown padding link': {'link_padding': {'nose': 0.1}},
-    'negative padding': {'link_padding': {'fore': -0.1}},
-    'scale 0': {'link_scale': {'fore': 0.0}},
-    'unknown scale link': {'link_scale': {'nose': 1.1}},
-    'colour': {'object_colors': {'x': (2.0, 0.0, 0.0, 1.0)}},
-    'frame that is no pose': {'fixed_frames': {'cam': FixedFrame('', np.full((4, 4), np.nan))}},
-    'frame in no frame': {'fixed_frames': {'cam': FixedFrame('nowhere', np.eye(4))}},
-    'unknown joint': {'robot_state': StartState(('knee',), (0.0,))},
-    'joint at no number': {'robot_state': StartState(('elbow',), (math.nan,))},
-    'names without positions': {'robot_state': StartState(('elbow',), ())},
-    'unknown link': {'robot_state': StartState(
-        attached_objects=(AttachedObject('nose', ball('held')),))},
-    'attached in an unknown frame': {'robot_state': StartState(
-        attached_objects=(AttachedObject('tool', NOWHERE),))},
-    'unknown frame': {'objects': (NOWHERE,)},
-    'unknown operation': {'objects': (ball('it', operation=7),)},
-    'unknown object': {'objects': (CollisionObject('ghost', ObjectOperation.REMOVE),)},
-    'matrix that is not square': {'acm': AcmUpdate(('a', 'b'), ((True,),))},
-    'defaults without values': {'acm': AcmUpdate(default_entry_names=('a',))},
-    'matrix that contradicts itself': {'acm': AcmUpdate(
-        ('a', 'b', 'a'), ((False, True, False), (False,) * 3, (False,) * 3))},
-    'defaults that contradict': {'acm': AcmUpdate((), (), ('a', 'a'), (True, False))},
-}
-
-
-@pytest.mark.parametrize('what', REFUSED)
-@pytest.mark.parametrize('is_diff', [True, False])
-def test_a_refused_part_refuses_the_whole(scene, what, is_diff):
-    """SRV-51, SCN-13a, SCN-14, SCN-17, SCN-18: one wrong part, and nothing at all changes."""
-    scene.apply_object(ball('old'))
-    scene.apply_attached(held())
-    before = scene.content
-    good = {
-        'is_diff': is_diff, 'name': 'other', 'objects': (
-            ball('new'),
-            CollisionObject('new', ObjectOperation.MOVE, pose=pose_matrix((3, 0, 0)))),
-        'link_padding': {'upper': 0.1}, 'link_scale': {'upper': 1.5},
-        'object_colors': {'old': (0.0, 1.0, 0.0, 1.0)},
-        'fixed_frames': {'table': FixedFrame('', np.eye(4))},
-        'robot_state': StartState(('elbow',), (0.5,)),
-        'acm': AcmUpdate(('a', 'b'), ((False, True), (False, False))),
-    }
-    scene.with_update(SceneUpdate(**good))
-    bad = REFUSED[what]
-    mixed = good | bad | {'objects': (*good['objects'], *bad.get('objects', ()))}
-    with pytest.raises(PlanningError) as caught:
-        scene.apply(SceneUpdate(**mixed))
-    assert len(str(caught.value)) > 20
-    assert scene.content is before
-
-
-def test_every_refusal_is_told(scene):
-    """SRV-51: the user hears of all parts at once, with the code of the first."""
-    with pytest.raises(PlanningError, match=r"2 parts.*'nose'.*'ghost'") as caught:
-        scene.apply(SceneUpdate(link_padding={'nose': 0.1}, objects=(
-            CollisionObject('ghost', ObjectOperation.REMOVE),)))
-    assert caught.value.code == -18
-
-
-def test_a_name_that_is_there_twice_may_say_the_same(scene):
-    """SCN-13: only a contradiction is refused."""
-    row = (False, True, False)
-    scene.apply(SceneUpdate(acm=AcmUpdate(
-        ('a', 'b', 'a'), (row, (True, False, True), row), ('a', 'a'), (False, False))))
-    assert scene.acm.allowed('a', 'b')
-    assert scene.acm.names == ('a', 'b')
+# ---------------------------------------------------------------- listeners and threads
 
 
 def test_the_robot_moves_on_while_a_long_edit_is_made(scene):
@@ -284,9 +207,6 @@ def test_the_robot_moves_on_while_a_long_edit_is_made(scene):
     assert scene.link_padding['fore'] == 0.1
     assert scene.kinematic_model.positions(scene.q)['elbow'] == 0.7
     assert scene.has_frame('cam')
-
-
-# ---------------------------------------------------------------- listeners and threads
 
 
 def test_listener_sees_every_edit_once(scene):

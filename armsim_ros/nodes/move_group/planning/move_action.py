@@ -15,6 +15,7 @@ from armsim_ros.nodes.conversions.motion_plan_request import (
     request_from_message,
     robot_trajectory_message,
 )
+from armsim_ros.nodes.conversions.planning_scene import is_empty
 from armsim_ros.nodes.move_group.action_server import MoveGroupActionServer
 from armsim_ros.nodes.move_group.context import Context
 from armsim_ros.nodes.move_group.execution.execution import ExecutionOutcome, ExecutionWatch
@@ -22,7 +23,11 @@ from armsim_ros.nodes.move_group.execution.path_watch import PathWatch
 from armsim_ros.nodes.move_group.execution.state_recorder import StateRecorder
 from armsim_ros.nodes.move_group.execution.trajectory_execution import TrajectoryExecutionManager
 from armsim_ros.nodes.move_group.failures import fill_error, reported
-from armsim_ros.nodes.move_group.planning.planning_job import PlanningAnswer, PlanningJob
+from armsim_ros.nodes.move_group.planning.planning_job import (
+    drop_robot_state,
+    PlanningAnswer,
+    PlanningJob,
+)
 
 DEFAULT_REPLANS = 5
 PLAN_AGAIN = (
@@ -80,14 +85,15 @@ class MoveAction:
 
     async def _plan_and_execute(self, goal: ServerGoalHandle, result: Any) -> None:
         options, request = goal.request.planning_options, goal.request.request
-        if request.start_state.joint_state.name:
-            self._context.logger.warning(
-                'move_action: the start state is ignored, a motion begins where the robot is'
-            )
-        request.start_state = RobotState(is_diff=True)
-        if await self._already_there(goal):
+        unchanged = is_empty(options.planning_scene_diff)
+        if unchanged and await self._already_there(goal):
             fill_error(result.error_code, MoveItErrorCode.SUCCESS, 'the robot is at the goal')
             return
+        state, warn = request.start_state, self._context.logger.warning
+        if state.joint_state.name or state.attached_collision_objects:
+            warn('move_action: the start state is ignored, a motion begins where the robot is')
+        request.start_state = RobotState(is_diff=True)
+        drop_robot_state(options.planning_scene_diff, warn, 'move_action')
         attempts = max(options.replan_attempts, 0) or DEFAULT_REPLANS if options.replan else 1
         for attempt in range(1, attempts + 1):
             if goal.is_cancel_requested:
@@ -114,9 +120,6 @@ class MoveAction:
             await self._pause(goal, options.replan_delay)
 
     async def _already_there(self, goal: ServerGoalHandle) -> bool:
-        diff = goal.request.planning_options.planning_scene_diff
-        if diff.world.collision_objects or diff.robot_state.attached_collision_objects:
-            return False
         scene = await self._job.scene()
         request = request_from_message(goal.request.request)
         context = self._context

@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from moveit_msgs.msg import MotionPlanRequest as RequestMessage
@@ -177,9 +177,18 @@ def overlay(scene: PlanningScene, message: SceneMessage) -> PlanningScene:
     """
     Return a scene with a request's own changes.
 
-    :raises PlanningError: a change is refused.
+    :param message: a difference, whatever its ``is_diff`` is.
     """
-    update = update_from_message(message)
-    if update.is_diff and update.empty:
-        return scene
-    return scene.with_update(update)
+    update = update_from_message(message, scene.model_frame)
+    return scene.with_update(replace(update, is_diff=True))
+
+
+def drop_robot_state(
+    message: SceneMessage, warn: Callable[[str], object], source: str
+) -> None:
+    """Take the robot state out of a scene difference: a motion is executed from the present."""
+    state = message.robot_state
+    if state.joint_state.name or state.attached_collision_objects:
+        warn(f'{source}: the robot state of planning_scene_diff is ignored, a motion is executed '
+             'from the present state of the robot with what it carries')
+    message.robot_state = RobotState(is_diff=True)

@@ -17,8 +17,11 @@ from armsim_ros.nodes.move_group.execution.path_watch import PathWatch
 from armsim_ros.nodes.move_group.execution.trajectory_execution import TrajectoryExecutionManager
 from armsim_ros.nodes.move_group.failures import fill_error, reported
 from armsim_ros.nodes.move_group.planning.move_action import plans_only
+from armsim_ros.nodes.move_group.planning.planning_job import drop_robot_state
 from armsim_ros.nodes.move_group.planning.sequence_job import SequenceJob
 from armsim_ros.planning.pilz.sequence import SequenceResponse
+
+SOURCE = 'sequence_move_group'
 
 
 class SequenceMoveGroup:
@@ -36,23 +39,25 @@ class SequenceMoveGroup:
         self._context = context
         self._job = job
         self._execution = execution
-        self._server = MoveGroupActionServer(context, Action, 'sequence_move_group', self._execute)
+        self._server = MoveGroupActionServer(context, Action, SOURCE, self._execute)
 
     async def _execute(self, goal: ServerGoalHandle) -> Any:
         result, options = Action.Result(), goal.request.planning_options
         code = result.response.error_code
-        fill_error(code, MoveItErrorCode.FAILURE, 'not planned', 'sequence_move_group')
+        fill_error(code, MoveItErrorCode.FAILURE, 'not planned', SOURCE)
         goal.publish_feedback(Action.Feedback(state='PLANNING'))
-        with reported(self._context.logger, 'sequence_move_group', code):
+        with reported(self._context.logger, SOURCE, code):
+            plan_only = plans_only(self._context, SOURCE, wanted=options.plan_only)
+            if not plan_only:
+                drop_robot_state(
+                    options.planning_scene_diff, self._context.logger.warning, SOURCE)
             plan = await self._job.run(
                 goal.request.request,
                 result.response,
                 scene_diff=options.planning_scene_diff,
                 cancelled=lambda: goal.is_cancel_requested,
             )
-            if code.val == MoveItErrorCode.SUCCESS and not plans_only(
-                self._context, 'sequence_move_group', wanted=options.plan_only
-            ):
+            if code.val == MoveItErrorCode.SUCCESS and not plan_only:
                 await self._run(goal, plan, code)
         goal.publish_feedback(Action.Feedback(state='IDLE'))
         self._server.end(goal, code.val)
@@ -68,5 +73,5 @@ class SequenceMoveGroup:
             )
             if not outcome.success:
                 fill_error(code, outcome.code, outcome.message, 'execution')
-                self._context.logger.error(f'sequence_move_group: {outcome.message}')
+                self._context.logger.error(f'{SOURCE}: {outcome.message}')
                 return

@@ -40,6 +40,8 @@ class CheckStateValidity:
         context = self._context
         present = await context.present_scene()
         scene = present.with_start_state(start_state_from_message(request.robot_state))
+        if scene.refused:
+            context.logger.warning(f'check_state_validity: {scene.refused}')
         constraints = constraints_from_message(request.constraints)
         report = await context.queries.submit(
             lambda: context.query_planner.check_state(

@@ -62,4 +62,6 @@ class ComputeFk:
                 f"no link, attached object or subframe is called {', '.join(map(repr, unknown))}",
                 'compute_fk',
             )
-        fill_error(response.error_code, MoveItErrorCode.SUCCESS)
+        if scene.refused:
+            context.logger.warning(f'compute_fk: {scene.refused}')
+        fill_error(response.error_code, MoveItErrorCode.SUCCESS, scene.refused)

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from builtin_interfaces.msg import Time
 from moveit_msgs.msg import CollisionObject as CollisionObjectMessage
 from moveit_msgs.msg import PlanningScene as PlanningSceneMessage
 from rclpy.clock import Clock, ClockType
@@ -24,6 +25,7 @@ from armsim_ros.nodes.conversions.planning_scene import (
     transforms,
 )
 from armsim_ros.nodes.conversions.robot_state import robot_state_to_message
+from armsim_ros.nodes.conversions.time import time_from_ns
 from armsim_ros.nodes.move_group.context import Context
 from armsim_ros.planning.scene.content import SceneContent
 from armsim_ros.planning.scene.planning_scene import PlanningScene
@@ -35,11 +37,12 @@ GEOMETRY = ('objects', 'attached', 'acm', 'link_padding', 'link_scale', 'colors'
 
 class MonitoredPlanningScene:
     """
-    Publishes the scene: once in full, then only changes.
+    Publishes the scene in full at first, then changes.
 
-    An edit of objects and rules goes out at once, so that whoever moves the arm by it, such as
-    servo_node, knows of it; motion goes out some times a second. No message is made while nobody
-    listens.
+    After a full scene, a replaced world, and changes of the allowed collision matrix, padding,
+    scale or name by message, it is published in full again. An edit of objects and rules goes
+    out at once, so that a program that moves the arm by it, such as servo_node, has it; motion
+    goes out some times a second. No message is made while there is no subscription.
 
     :param context: the parts of move_group.
     """
@@ -85,13 +88,18 @@ class MonitoredPlanningScene:
         before, now = self._published, self._context.scene.snapshot()
         self._published = now
         if heard and (before is None or before.content is not now.content):
-            self._pending = self._context.edits.submit(lambda: self._publish(before, now))
+            stamp = time_from_ns(max(self._context.states.stamp_ns, 0))
+            self._pending = self._context.edits.submit(lambda: self._publish(before, now, stamp))
             # An edit meanwhile could not be looked at.
             self._pending.add_done_callback(self._look_soon)
 
-    def _publish(self, before: PlanningScene | None, now: PlanningScene) -> None:
-        message = scene_to_message(now) if before is None else self._difference(before, now)
+    def _publish(self, before: PlanningScene | None, now: PlanningScene, stamp: Time) -> None:
+        if before is None or before.content.whole_version != now.content.whole_version:
+            message: PlanningSceneMessage | None = scene_to_message(now)
+        else:
+            message = self._difference(before, now)
         if message is not None:
+            message.robot_state.joint_state.header.stamp = stamp
             self._publisher.publish(message)
 
     def _difference(

@@ -4,13 +4,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from moveit_msgs.msg import PlanningScene, PlanningSceneWorld
 
-from armsim_ros.nodes.conversions.planning_scene import update_from_message
+from armsim_ros.nodes.conversions.planning_scene import update_from_message, world_from_message
 from armsim_ros.nodes.move_group.context import Context
 from armsim_ros.nodes.move_group.failures import reported
 from armsim_ros.nodes.move_group.worker import Job
+from armsim_ros.planning.scene.update import SceneUpdate
 from armsim_ros.scene_sources.simulated_world import of_world
+
+WORLD = 'planning_scene_world'
 
 
 class PlanningSceneTopics:
@@ -23,32 +28,35 @@ class PlanningSceneTopics:
     def __init__(self, context: Context) -> None:
         self._context = context
         context.subscribe(PlanningScene, 'planning_scene', self._receive)
-        context.subscribe(PlanningSceneWorld, 'planning_scene_world', self._receive_world)
+        context.subscribe(PlanningSceneWorld, WORLD, self._receive_world)
 
     def _receive(self, message: PlanningScene) -> None:
         apply_scene_message(self._context, message, 'planning_scene')
 
     def _receive_world(self, message: PlanningSceneWorld) -> None:
-        scene = PlanningScene(is_diff=True, world=message)
-        scene.robot_state.is_diff = True
-        apply_scene_message(self._context, scene, 'planning_scene_world')
+        _apply(self._context, lambda: world_from_message(message), message, WORLD)
 
 
 def apply_scene_message(context: Context, message: PlanningScene, source: str) -> Job:
     """
-    Apply a scene message.
-
-    All of it or nothing: where a part is refused, the log says why, and nothing has changed.
+    Apply a scene message part by part; the log names the parts that are refused.
 
     :param source: the endpoint that the message came by.
-    :returns: whether it was taken, when that is known.
+    :returns: whether all of it was taken, when that is known.
     """
-    if message.world.octomap.octomap.data:
+    frame = context.frame
+    return _apply(context, lambda: update_from_message(message, frame), message.world, source)
+
+
+def _apply(
+    context: Context, read: Callable[[], SceneUpdate], world: PlanningSceneWorld, source: str
+) -> Job:
+    if world.octomap.octomap.data:
         context.warn_once(f'{source}: octomaps are not supported; the rest of the scene is used')
 
     def edit() -> bool:
         with reported(context.logger, source, None):
-            update = update_from_message(message)
+            update = read()
             if of_world(update):
                 context.ownership.apply(update)
             else:

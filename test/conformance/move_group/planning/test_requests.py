@@ -12,7 +12,7 @@ from typing import Any
 from move_group_bench import name_of, seconds, xyz
 from moveit_msgs.msg import Constraints, JointConstraint, RobotState
 import pytest
-from wire import at, box, joint_goal, pose_goal, quiet_diff, robot_state, thing
+from wire import at, box, joint_goal, pose_goal, robot_state, thing
 
 
 def beyond(arm: Any) -> dict[str, float]:
@@ -199,18 +199,6 @@ def test_plan_only_does_not_move(arm: Any) -> None:
     assert set(start.joint_state.name) >= set(arm.joints)
     assert not ended.result.executed_trajectory.joint_trajectory.points
     assert arm.positions() == pytest.approx(before, abs=2e-3)
-
-
-@pytest.mark.statement('REQ-14')
-def test_a_scene_diff_counts_for_one_request_alone(arm: Any) -> None:
-    """An object of the diff blocks this plan, and is not in the monitored scene."""
-    goal = arm.near(0.4)
-    scene = quiet_diff()
-    scene.world.collision_objects = [wrap(arm, goal)]
-    ended = arm.move(goal, plan_only=True, planning_scene_diff=scene)
-    assert ended.code == 'GOAL_IN_COLLISION'
-    assert 'wrap' not in arm.objects()
-    assert arm.move(goal, plan_only=True).code == 'SUCCESS'
 
 
 @pytest.mark.statement('REQ-17', 'ADP-6')

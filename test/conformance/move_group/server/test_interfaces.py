@@ -235,9 +235,45 @@ def test_every_plan_is_displayed(arm: Any) -> None:
     heard.close()
 
 
-@pytest.mark.statement('IF-33', 'IF-34', 'SCN-16')
+@pytest.mark.statement('M8')
+def test_some_changes_bring_the_whole_monitored_scene(arm: Any) -> None:
+    """
+    A full scene, another name and padding go out in full, all else as a difference with a stamp.
+
+    moveit_ros planning_scene_monitor.cpp, newPlanningSceneMessage and scenePublishingThread.
+    """
+    heard = arm.client.collect(
+        arm.name('monitored_planning_scene'), PlanningScene, QoSProfile(depth=100)
+    )
+    assert arm.add(thing('early', arm.frame, [box(0.1, 0.1, 0.1)], pose=at(2.0)))
+    heard.wait_for(lambda one: any(o.id == 'early' for o in one.world.collision_objects))
+    named = quiet_diff()
+    for change in ('name', 'link_padding', 'is_diff'):
+        if change == 'is_diff':
+            named = arm.scene()
+        else:
+            scene = arm.scene()
+            setattr(named, change, f'{scene.name}+' if change == 'name' else scene.link_padding)
+        heard.clear()
+        assert arm.apply(named)
+        whole = heard.wait_for(lambda one: not one.is_diff)
+        assert [o.id for o in whole.world.collision_objects] == ['early']
+        assert whole.robot_state.joint_state.header.stamp.sec > 0
+    heard.clear()
+    assert arm.add(thing('late', arm.frame, [box(0.1, 0.1, 0.1)], pose=at(3.0)))
+    late = heard.wait_for(lambda one: any(o.id == 'late' for o in one.world.collision_objects))
+    assert late.is_diff
+    assert late.robot_state.joint_state.header.stamp.sec > 0
+    heard.close()
+
+
+@pytest.mark.statement('IF-33', 'IF-34', 'M7')
 def test_scene_topics_change_the_scene(arm: Any) -> None:
-    """planning_scene and planning_scene_world add objects without a service."""
+    """
+    planning_scene adds objects without a service, planning_scene_world replaces all of them.
+
+    moveit_ros planning_scene_monitor.cpp, newPlanningSceneWorldCallback.
+    """
     node = arm.client.node
     scene = quiet_diff()
     scene.world.collision_objects = [thing('one', arm.frame, [box(0.1, 0.1, 0.1)], pose=at(2))]
@@ -246,7 +282,8 @@ def test_scene_topics_change_the_scene(arm: Any) -> None:
     for name, message, wanted in (
         ('planning_scene', scene, 'one'), ('planning_scene_world', other, 'two'),
     ):
-        publish_until(arm, node, name, message, lambda wanted=wanted: wanted in arm.objects())
+        publish_until(
+            arm, node, name, message, lambda wanted=wanted: list(arm.objects()) == [wanted])
 
 
 def publish_until(arm: Any, node: Any, name: str, message: Any, done: Any) -> None:
