@@ -162,4 +162,5 @@ def test_subframes_stay_through_attach_and_detach(arm: Any) -> None:
     arm.attach(carried(item, arm.tip))
     carried_at = xyz(arm.pose(link='tool/point').pose.position)
     arm.attach(detached('tool'))
-    assert xyz(arm.pose(link='tool/point').pose.position) == pytest.approx(carried_at, abs=2e-3)
+    assert arm.add(thing('ring', 'tool/point', [box(0.1, 0.1, 0.1)], pose=at()))
+    assert xyz(arm.objects()['ring'].pose.position) == pytest.approx(carried_at, abs=2e-3)
