@@ -23,6 +23,7 @@ from armsim_ros.launch.failures import (
     MissingPackageError,
     StoppedError,
 )
+from armsim_ros.launch.lookup import current_lookup
 from armsim_ros.launch.process_spec import ProcessSpec, RosNode
 from armsim_ros.launch.report import Report
 from armsim_ros.launch.runner import Runner
@@ -122,11 +123,23 @@ class Engine:
 
     def keep_text(self, name: str, text: str) -> str:
         """Write a text into a file that is removed at the end, and return its path."""
-        if self._folder is None:
-            self._folder = Path(tempfile.mkdtemp(prefix='armsim_launch_'))
-        path = self._folder / f'{next(self._order)}_{name}'
+        path = self._kept() / f'{next(self._order)}_{name}'
         path.write_text(text, encoding='utf-8')
         return str(path)
+
+    def source_modules(self) -> str:
+        """Return a folder with links to the Python modules in the sources of all packages."""
+        folder = self._kept() / 'python'
+        if not folder.exists():
+            folder.mkdir()
+            for name, place in current_lookup().modules().items():
+                (folder / (place.name if place.is_file() else name)).symlink_to(place)
+        return str(folder)
+
+    def _kept(self) -> Path:
+        if self._folder is None:
+            self._folder = Path(tempfile.mkdtemp(prefix='armsim_launch_'))
+        return self._folder
 
     # The loop.
 

@@ -75,6 +75,13 @@ class MissingArgumentsError(ArmsimError):
                 for name, choices in self.arguments]
 
 
+def missing_module_text(module: str) -> str:
+    """Return what to do about a Python module that a program lacks."""
+    top = module.partition('.')[0]
+    return (f"Python module '{module}' is missing: clone the ROS package that has it into src/ of "
+            f"the workspace, or install it ('pip install {top}')")
+
+
 class StoppedError(BaseException):
     """
     A launch file does not come to an end; no ``except Exception`` of a user's file catches it.

@@ -13,6 +13,7 @@ import sys
 
 from armsim_ros.errors import ResourceError
 from armsim_ros.launch.failures import MissingPackageError
+from armsim_ros.launch.python_sources import python_sources
 from armsim_ros.packages import Packages
 
 #: Prefix of paths below a missing package; many are never opened.
@@ -83,6 +84,27 @@ class Lookup:
             if _is_program(installed):
                 return installed
         return None if found is None else _source_program(found, name)
+
+
+    def console_script(self, package: str, name: str) -> str:
+        """Return ``module:function`` of a program in the sources of a package, '' without one."""
+        found = self.packages.find(package)
+        return '' if found is None else python_sources(found).scripts.get(name, '')
+
+    def module(self, name: str) -> Path | None:
+        """Return folder or file of a Python module in the sources of a package, None without."""
+        own = self.packages.find(name)
+        if own is not None and name in python_sources(own).modules:
+            return python_sources(own).modules[name]
+        return self.modules().get(name)
+
+    def modules(self) -> dict[str, Path]:
+        """Return name -> folder or file of the Python modules in the sources of all packages."""
+        found: dict[str, Path] = {}
+        for folder in self.packages.names().values():
+            if folder.parent.name != 'share':
+                found = {**python_sources(folder).modules, **found}
+        return found
 
 
 def missing_package_of(path: str | Path) -> str:

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import MutableMapping, Sequence
 import os
 from pathlib import Path
 import sys
@@ -13,6 +13,9 @@ from armsim_ros.errors import ArmsimError, USAGE_STATUS
 from armsim_ros.launch.command_line import parse_words, USAGE
 from armsim_ros.launch.evaluation import Launch
 from armsim_ros.launch.overlay import environment_with, overlay_folder, write_overlay
+
+#: What a sourced installation of Jazzy sets.
+ROS_VARIABLES = {'ROS_DISTRO': 'jazzy', 'ROS_VERSION': '2', 'ROS_PYTHON_VERSION': '3'}
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -32,6 +35,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     except ArmsimError as error:
         print(f'launch: {error}', file=sys.stderr)
         return USAGE_STATUS
+    _complete_environment(os.environ)
     launch = Launch(wanted)
     if wanted.show_arguments:
         return launch.show_arguments()
@@ -45,6 +49,17 @@ def main(argv: Sequence[str] | None = None) -> int:
         folder = write_overlay(overlay_folder())
         os.execve(real, [real, 'launch', *words], environment_with(folder))
     return launch.run()
+
+
+def _complete_environment(environment: MutableMapping[str, str]) -> None:
+    """Set what sourcing a ROS installation sets; launch files and their programs rely on it."""
+    for name, value in ROS_VARIABLES.items():
+        environment.setdefault(name, value)
+    programs = str(Path(sys.executable).parent)
+    paths = environment.get('PATH', os.defpath).split(os.pathsep)
+    if programs not in paths:
+        # The environment need not be active for its xacro and ros2 to be found.
+        environment['PATH'] = os.pathsep.join([*paths, programs])
 
 
 def _real_ros2() -> str:

@@ -21,6 +21,7 @@ from armsim_ros.launch.api.process import ExecuteLocal
 from armsim_ros.launch.lookup import current_lookup
 from armsim_ros.launch.originals import is_known, ProgramRole, role_of
 from armsim_ros.launch.process_spec import ProcessSpec, RosNode
+from armsim_ros.launch.python_sources import script_text
 from armsim_ros.launch.spawn_arguments import read_spawn_arguments
 from armsim_ros.packages import package_of, workspace_of
 
@@ -184,14 +185,21 @@ class Mapping:
         if node is None:
             command = ['/bin/sh', '-c', ' '.join(spec.command)] if spec.shell else spec.command
             return Start(action, spec, Kind.RUN, [*spec.prefix, *command])
-        program = current_lookup().program(node.package, node.executable)
-        assert program is not None
-        words = [str(program)] if os.access(program, os.X_OK) and program.suffix != '.py' \
-            else [sys.executable, str(program)]
-        command = [*spec.prefix, *words, *node.arguments, *self._ros_args(node, {})]
+        command = [*spec.prefix, *self._program(node), *node.arguments,
+                   *self._ros_args(node, {})]
         if spec.shell:
             command = ['/bin/sh', '-c', shlex.join(command)]
         return Start(action, spec, Kind.RUN, command)
+
+    def _program(self, node: RosNode) -> list[str]:
+        """Return the words that start a program, installed or in its package's sources."""
+        lookup = current_lookup()
+        program = lookup.program(node.package, node.executable)
+        if program is None:
+            text = script_text(lookup.console_script(node.package, node.executable))
+            return [sys.executable, self._keep_text(f'{node.executable}.py', text)]
+        runs = os.access(program, os.X_OK) and program.suffix != '.py'
+        return [str(program)] if runs else [sys.executable, str(program)]
 
     def _ros_args(self, node: RosNode, extra: dict[str, Any]) -> list[str]:
         """Return ``--ros-args`` with everything that the launch file gives a node."""

@@ -206,16 +206,14 @@ class _Finder(MetaPathFinder, Loader):
             setattr(module, child.rpartition('.')[2], import_module(child))
 
     def _source_package(self, name: str) -> Any:
-        folder = self._lookup.find(name)
-        if folder is None:
+        place = self._lookup.module(name)
+        if place is None:
             return None
-        for place in (folder / name, folder / 'src' / name):
-            file = place / '__init__.py'
-            if file.is_file():
-                self.made.append(name)
-                return spec_from_file_location(
-                    name, file, submodule_search_locations=[str(place)])
-        return None
+        self.made.append(name)
+        if place.is_file():
+            return spec_from_file_location(name, place)
+        return spec_from_file_location(
+            name, place / '__init__.py', submodule_search_locations=[str(place)])
 
 
 @contextmanager

@@ -80,7 +80,8 @@ def is_known(spec: ProcessSpec) -> bool:
     if role_of(spec) is not None:
         return True
     if spec.node is not None:
-        return current_lookup().program(spec.node.package, spec.node.executable) is not None
+        lookup, names = current_lookup(), (spec.node.package, spec.node.executable)
+        return lookup.program(*names) is not None or bool(lookup.console_script(*names))
     program = spec.command[0]
     if spec.shell:
         return True

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 import contextlib
 from dataclasses import dataclass, field
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -17,6 +18,7 @@ from typing import Any, TYPE_CHECKING
 
 from armsim_ros.cli.child_process import child_environment, die_with_parent
 from armsim_ros.launch.api.process import ExecuteLocal
+from armsim_ros.launch.failures import missing_module_text
 from armsim_ros.launch.mapping import Kind, Mapping, Start
 from armsim_ros.launch.process_spec import ProcessSpec
 from armsim_ros.launch.report import Report
@@ -24,6 +26,8 @@ from armsim_ros.launch.report import Report
 if TYPE_CHECKING:
     from armsim_ros.launch.engine import Engine
 
+#: Last line of a Python program that lacks a module.
+_MISSING_MODULE = re.compile(r"ModuleNotFoundError: No module named '([^']+)'")
 _STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM)
 #: Longest line that is printed whole [bytes].
 _LONGEST_LINE = 1 << 20
@@ -38,6 +42,7 @@ class _Process:
     process: asyncio.subprocess.Process
     tasks: list[asyncio.Task[Any]] = field(default_factory=list)
     retries: int = 0
+    missing_module: str = ''
 
     @property
     def pid(self) -> int:
@@ -164,6 +169,9 @@ class ProcessRunner:
         if start.is_ours:
             environment.update({key: value for key, value in child_environment().items()
                                 if key in ('PYTHONPATH', 'RCUTILS_COLORIZED_OUTPUT')})
+        else:
+            paths = environment.get('PYTHONPATH', ''), self._engine.source_modules()
+            environment['PYTHONPATH'] = os.pathsep.join(filter(None, paths))
         environment.setdefault('PYTHONUNBUFFERED', '1')
         try:
             process = await asyncio.create_subprocess_exec(
@@ -199,6 +207,8 @@ class ProcessRunner:
             text = line.decode(errors='replace').rstrip('\r\n')
             with contextlib.suppress(BrokenPipeError):
                 print(f'[{one.name}] {text}', file=sink, flush=True)
+            if fd == 2 and (missing := _MISSING_MODULE.match(text)):
+                one.missing_module = missing[1]
             self._engine.printed(one.start.action, one.name, one.pid, line, fd)
             self._changed.set()
 
@@ -218,6 +228,8 @@ class ProcessRunner:
             words = words if len(words) < 300 else words[:300] + '...'
             self._report.log(level, f'process has died [pid {one.pid}, exit code {status}, cmd '
                              f"'{words}']", one.name)
+            if one.missing_module:
+                self._report.log('ERROR', missing_module_text(one.missing_module), one.name)
         if one.start.is_simulation:
             self._simulation_ended(status)
         if not (one.start.is_simulation and spec.label.endswith('create')):
