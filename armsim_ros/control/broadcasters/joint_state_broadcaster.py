@@ -147,7 +147,9 @@ class JointStateBroadcaster(Broadcaster[JointStateBroadcasterParameters, JointSt
             for joint in hardware.joint_names
             for kind in hardware.state_interfaces.get(joint, ())
         )
-        return (*of_joints, *hardware.other_states)
+        # What controllers export, as controller/joint/interface, comes and goes with them.
+        others = (name for name in hardware.other_states if name.count('/') == 1)
+        return (*of_joints, *others)
 
     @property
     def reads_all_states(self) -> bool:

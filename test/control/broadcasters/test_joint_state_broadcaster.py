@@ -232,6 +232,16 @@ def test_without_state_interfaces_activation_fails(rig, monkeypatch):
     assert 'no state interfaces' in result.message
 
 
+def test_states_of_controllers_are_not_needed(rig):
+    """A broadcaster of everything becomes active beside a controller that exports states."""
+    r = rig()
+    r.load('loop', 'pid_controller/PidController', dof_names=['a'], command_interface='velocity',
+           reference_and_state_interfaces=['position'], gains={'a': {'p': 1.0}})  # fmt: skip
+    states = broadcaster(r)
+    r.step()
+    assert samples(states)[0].names == ('a', 'b')
+
+
 def test_nothing_is_claimed(rig):
     """A broadcaster claims no command interface."""
     r = rig()
