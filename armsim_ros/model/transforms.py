@@ -186,10 +186,15 @@ def rotation_vector(rotation: Matrix) -> Matrix:
 
 
 def euler_xyz(rotation: Matrix) -> Matrix:
-    """Return the angles (3,) [rad] of the rotations about x, then the new y, then the new z."""
-    y = math.atan2(rotation[0, 2], math.hypot(rotation[0, 0], rotation[0, 1]))
-    if math.hypot(rotation[0, 0], rotation[0, 1]) < 1e-9:
-        return np.array([math.atan2(rotation[1, 0], rotation[1, 1]), y, 0.0])
+    """
+    Return the angles (3,) [rad] of the rotations about x, then the new y, then the new z.
+
+    Where y is a right angle only the sum or difference of the others is known: z is 0 then.
+    """
+    cosine = math.hypot(rotation[0, 0], rotation[0, 1])
+    y = math.atan2(rotation[0, 2], cosine)
+    if cosine < 1e-9:
+        return np.array([math.atan2(rotation[2, 1], rotation[1, 1]), y, 0.0])
     return np.array([
         math.atan2(-rotation[1, 2], rotation[2, 2]), y,
         math.atan2(-rotation[0, 1], rotation[0, 0]),

@@ -15,7 +15,8 @@ from armsim_ros.log import Log
 from armsim_ros.planning.budget import nothing, Poll
 from armsim_ros.planning.collision.collision_model import CollisionChecker
 from armsim_ros.planning.collision.state_validity import StateValidity
-from armsim_ros.planning.constraints import ConstraintSet, Frame
+from armsim_ros.planning.constraint_terms import Frame
+from armsim_ros.planning.constraints import ConstraintSet
 from armsim_ros.planning.scene.planning_scene import PlanningScene
 from armsim_ros.planning.settings import PlanningSettings
 from armsim_ros.planning.timing.limits import LimitTable

@@ -89,8 +89,8 @@ def _goal_sets(
         if goal.empty:
             continue
         made = ConstraintSet(merged(goal, joints, context.log), scene, context.log)
-        reasons += made.dropped
-        if not made.empty:
+        reasons += made.unusable
+        if made.satisfiable and not made.empty:
             usable.append(made)
     if not usable:
         raise PlanningError(

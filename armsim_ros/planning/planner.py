@@ -15,7 +15,7 @@ from armsim_ros.log import Log
 from armsim_ros.planning.budget import Budget
 from armsim_ros.planning.cartesian.cartesian_path import plan_cartesian
 from armsim_ros.planning.collision.contacts import Contact
-from armsim_ros.planning.constraints import ConstraintSet
+from armsim_ros.planning.constraints import ConstraintSet, merged
 from armsim_ros.planning.context import PlanningContext
 from armsim_ros.planning.pilz.sequence import join, plan_items, SequenceItem, SequenceResponse
 from armsim_ros.planning.pilz.sequence import SOURCE as SEQUENCE
@@ -202,27 +202,28 @@ class MotionPlanner:
             return check_state(context, scene, q, group, constraints or Constraints())
 
     def path_fault(
-        self, trajectory: JointTrajectory, from_time: float, scene: PlanningScene,
-        group: str, path_constraints: Constraints | None = None,
+        self, trajectory: JointTrajectory, from_time: float, scene: PlanningScene, group: str,
     ) -> str:
         """
-        Return why the rest of a trajectory cannot be run in a scene; '' where it can.
+        Return where the rest of a trajectory collides in a scene, links unpadded; '' for nowhere.
 
-        :param from_time: [s] of the trajectory; what comes before is not looked at.
+        :param from_time: [s] of the trajectory; the part before is not checked.
         """
         with self._request() as context:
-            return path_fault(
-                context, trajectory, from_time, scene, group,
-                path_constraints or Constraints(),
-            )
+            return path_fault(context, trajectory, from_time, scene, group)
 
     def goal_reached(self, request: MotionPlanRequest, scene: PlanningScene) -> bool:
-        """Return whether the scene's robot state satisfies one of a request's goals already."""
+        """
+        Return whether the scene's robot state satisfies one of a request's goals already.
+
+        Path constraints have to be satisfied too. A goal without a constraint that can be used
+        is not a goal.
+        """
         with self._request() as context:
-            sets = (
-                ConstraintSet(goal, scene, context.log)
-                for goal in request.goal_constraints
-            )
             return any(
-                not made.empty and not made.dropped and made.satisfied(scene.q) for made in sets
+                not ConstraintSet(goal, scene, context.log).empty
+                and ConstraintSet(
+                    merged(goal, request.path_constraints, context.log), scene, context.log,
+                ).satisfied(scene.q)
+                for goal in request.goal_constraints
             )

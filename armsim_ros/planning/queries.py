@@ -13,7 +13,8 @@ from armsim_ros.arrays import Matrix, Vector
 from armsim_ros.errors import MoveItErrorCode, PlanningError
 from armsim_ros.kinematics.inverse import IKOptions, IKTarget
 from armsim_ros.planning.collision.contacts import Contact
-from armsim_ros.planning.constraints import ConstraintResult, ConstraintSet
+from armsim_ros.planning.constraint_terms import ConstraintResult
+from armsim_ros.planning.constraints import ConstraintSet
 from armsim_ros.planning.context import PlanningContext
 from armsim_ros.planning.request import Constraints, is_place
 from armsim_ros.planning.scene.planning_scene import PlanningScene
@@ -35,7 +36,7 @@ class StateReport:
     Whether a state is free and keeps constraints; joint limits are not asked.
 
     :param contacts: one a colliding pair.
-    :param constraint_results: joints, positions, orientations.
+    :param constraint_results: of all given constraints: joints, positions, orientations.
     :param message: what is wrong, '' where nothing is.
     """
 
@@ -111,7 +112,6 @@ def check_state(
     reasons = [
         *(str(contact) for contact in contacts),
         *(result.text for result in results if not result.satisfied),
-        *made.dropped,
     ]
     return StateReport(not reasons, contacts, results, '; '.join(reasons))
 
@@ -214,17 +214,16 @@ def _targets(
 
 def path_fault(
     context: PlanningContext, trajectory: JointTrajectory, from_time: float,
-    scene: PlanningScene, group: str, path_constraints: Constraints,
+    scene: PlanningScene, group: str,
 ) -> str:
     """
-    Return why the rest of a trajectory cannot be run in a scene; '' where it can.
+    Return where the rest of a trajectory collides in a scene, links unpadded; '' for nowhere.
 
     :param trajectory: with velocities and accelerations.
     :param from_time: [s] of the trajectory; what comes before is not looked at.
     :param group: planning group whose motion it is.
     """
-    on_path = ConstraintSet(path_constraints, scene, context.log)
-    validity = context.validity(scene, group, on_path)
+    validity = context.validity(scene.unpadded(), group)
     start = context.model.extract(scene.q, group)
     motion = QuinticMotion.of(trajectory, dict(zip(validity.joint_names, start, strict=True)))
     return first_fault(

@@ -114,6 +114,7 @@ class PositionConstraint:
     :param frame_id: frame of the regions.
     :param regions: one is enough.
     :param target_point_offset: (3,) the point [m] in the link's frame.
+    :param left_out: why further regions of a message cannot be used.
     """
 
     link_name: str
@@ -121,6 +122,7 @@ class PositionConstraint:
     frame_id: str = ''
     target_point_offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
     weight: float = 1.0
+    left_out: tuple[str, ...] = ()
 
 
 class Parameterization(IntEnum):
@@ -135,8 +137,9 @@ class OrientationConstraint:
     """
     A link's orientation stays near a given one.
 
-    :param quat_xyzw: the orientation in ``frame_id``; the tolerances are about its axes.
-    :param tolerances: (x, y, z) [rad], each the largest absolute error.
+    :param quat_xyzw: the orientation in ``frame_id``.
+    :param tolerances: (x, y, z) [rad], each the largest absolute error; about the axes of the
+        orientation as XYZ_EULER_ANGLES, of ``frame_id`` as ROTATION_VECTOR.
     :param parameterization: a value of :class:`Parameterization`.
     """
 

@@ -9,7 +9,7 @@ import pytest
 
 from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.model.geometry import Box, Cylinder, Mesh, Sphere
-from armsim_ros.model.transforms import euler_xyz, matrix_from_rpy, pose_matrix, quat_xyzw_from_rpy
+from armsim_ros.model.transforms import matrix_from_rpy, pose_matrix, quat_xyzw_from_rpy
 from armsim_ros.planning.constraints import ConstraintSet, merged
 from armsim_ros.planning.request import (
     Constraints,
@@ -61,26 +61,69 @@ def test_joint_distance(make):
     assert result.distance == pytest.approx(0.6)
 
 
-def test_target_beyond_the_limits_is_clamped(make, log):
-    """CON-1: a position beyond the limits counts as the limit, with a warning."""
-    made = make(joints=(JointConstraint('axis1', 3.5, 0.01, 0.01),))
-    assert made.satisfied(q(2.9, 0.0, 0.0))
-    assert 'outside its limits' in log.recorder.text()
+@pytest.mark.parametrize(('target', 'value', 'kept'), [
+    (3.5, 2.9, True), (3.5, 2.89, False), (-3.5, -2.9, True), (-3.5, -2.89, False),
+    (2.95, 2.86, True), (2.95, 2.84, False),
+])
+def test_target_beyond_a_limit(make, target, value, kept):
+    """
+    A position beyond a limit by more than its tolerance becomes the limit, inner tolerance 0.
+
+    Upstream: kinematic_constraint.cpp, JointConstraint::configure.
+    """
+    made = make(joints=(JointConstraint('axis1', target, 0.1, 0.1),))
+    assert made.satisfied(q(value, 0.0, 0.0)) is kept
 
 
-@pytest.mark.parametrize('tolerances', [(-0.1, 0.1), (0.1, -0.1), (math.nan, 0.1)])
-def test_negative_tolerance_drops_the_constraint(make, log, tolerances):
-    """CON-1: a negative tolerance makes that constraint invalid; it is dropped and said."""
-    made = make(joints=(JointConstraint('axis1', 0.0, *tolerances),))
-    assert made.empty
+def test_target_beyond_a_limit_is_reported(make, log):
+    """The warning of a position beyond a limit names both."""
+    make(joints=(JointConstraint('axis1', 3.5, 0.01, 0.01),))
+    assert "3.5000 of joint 'axis1' is outside its limits -2.9000 .. 2.9000" \
+        in log.recorder.text()
+
+
+@pytest.mark.parametrize('tolerances', [(-0.1, 0.1), (0.1, -0.1)])
+def test_negative_joint_tolerance_counts_as_satisfied(make, log, tolerances):
+    """
+    A joint constraint with a negative tolerance is warned about; the others still hold.
+
+    Upstream: kinematic_constraint.cpp, JointConstraint::configure and decide.
+    """
+    made = make(joints=(JointConstraint('axis1', 2.0, *tolerances),
+                        JointConstraint('axis2', 0.5, 0.1, 0.1)))
+    assert made.satisfied(q(0.0, 0.5, 0.0))
+    assert not made.satisfied(q(2.0, 0.0, 0.0))
     assert 'constraint ignored' in log.recorder.text()
+    assert [each.satisfied for each in made.evaluate(q(0.0, 0.0, 0.0))] == [True, False]
 
 
-def test_unknown_joint_is_dropped(make):
-    """CON-1: an unknown joint cannot be constrained; the reason names the nearest one."""
+@pytest.mark.parametrize('constraint', [
+    {'joints': (JointConstraint('axis1', math.nan, 0.1, 0.1),)},
+    {'joints': (JointConstraint('axis1', 0.0, math.nan, 0.1),)},
+    {'positions': (PositionConstraint(
+        'tool', (Region(Sphere(9.0), np.eye(4)),), 'base', (math.nan, 0.0, 0.0)),)},
+    {'positions': (PositionConstraint('tool', (Region(Sphere(0.0), np.eye(4)),), 'base'),)},
+    {'orientations': (OrientationConstraint('tool', (0, 0, 0, math.nan), (9.0,) * 3, 'base'),)},
+    {'orientations': (OrientationConstraint('tool', (0, 0, 0, 1), (9, 9, math.nan), 'base'),)},
+], ids=['joint', 'joint tolerance', 'offset', 'region', 'orientation', 'tolerance'])
+def test_numbers_that_are_none_are_never_satisfied(make, constraint):
+    """
+    A constraint with a number that is not finite, or a region of no extent, is never satisfied.
+
+    Upstream: kinematic_constraint.cpp, the comparisons in decide.
+    """
+    made = make(**constraint)
+    assert not made.empty
+    assert not made.satisfiable
+    assert not made.satisfied(q(0.0, 0.0, 0.0))
+    assert [each.satisfied for each in made.evaluate(q(0.0, 0.0, 0.0))] == [False]
+
+
+def test_unknown_joint_is_ignored(make):
+    """An unknown joint cannot be constrained; the warning names the nearest one."""
     made = make(joints=(JointConstraint('axsi1', 0.0, 0.1, 0.1),))
     assert made.empty
-    assert "did you mean 'axis1'" in made.dropped[0]
+    assert "did you mean 'axis1'" in made.unusable[0]
 
 
 def test_continuous_joints_wrap(turning, log):
@@ -132,19 +175,74 @@ def test_target_point_offset(make):
     assert make(positions=(there,)).satisfied(q(0.0, 0.0, 0.0))
 
 
-def test_position_without_frame_is_invalid(make):
-    """CON-2: an empty frame makes a position constraint invalid."""
+def test_position_without_frame_is_ignored(make):
+    """
+    A position constraint with an empty frame is not used.
+
+    Upstream: kinematic_constraint.cpp, PositionConstraint::configure.
+    """
     made = make(positions=(PositionConstraint(
-        'tool', (Region(Sphere(1.0), np.eye(4)),), ''),))
+        'tool', (Region(Sphere(0.001), np.eye(4)),), ''),))
     assert made.empty
-    assert 'frame_id is empty' in made.dropped[0]
+    assert made.satisfied(q(0.0, 0.0, 0.0))
+    assert 'frame_id is empty' in made.unusable[0]
 
 
-def test_position_of_an_unknown_link(make):
-    """CON-2: an unknown link makes the constraint invalid."""
-    made = make(positions=(PositionConstraint(
-        'toll', (Region(Sphere(1.0), np.eye(4)),), 'base'),))
-    assert "'toll'" in made.dropped[0]
+@pytest.mark.parametrize('kind', ['position', 'orientation'])
+def test_unknown_link_is_ignored(make, kind):
+    """
+    A constraint of an unknown link counts as satisfied.
+
+    Upstream: kinematic_constraint.cpp, configure and decide.
+    """
+    made = make(
+        positions=(PositionConstraint(
+            'toll', (Region(Sphere(0.001), np.eye(4)),), 'base'),) if kind == 'position' else (),
+        orientations=(OrientationConstraint(
+            'toll', (1, 0, 0, 0), (0.1,) * 3, 'base'),) if kind == 'orientation' else ())
+    assert made.empty
+    assert made.satisfied(q(0.0, 0.0, 0.0))
+    assert "'toll'" in made.unusable[0]
+
+
+def test_position_without_a_region_is_ignored(make, log):
+    """
+    A position constraint whose shapes have no pose counts as satisfied.
+
+    Upstream: kinematic_constraint.cpp, PositionConstraint::configure.
+    """
+    made = make(positions=(PositionConstraint('tool', (), 'base', left_out=('no pose',)),))
+    assert made.empty
+    assert made.satisfied(q(0.0, 0.0, 0.0))
+    assert [each.satisfied for each in made.evaluate(q(0.0, 0.0, 0.0))] == [True]
+    assert 'no pose' in log.recorder.text()
+
+
+def test_unknown_frame_is_the_model_frame(make, log):
+    """
+    A frame that is not known counts as the model frame, with a warning.
+
+    Upstream: robot_state.cpp, getFrameTransform.
+    """
+    region = Region(Sphere(0.001), pose_matrix((0.7, 0.0, 0.1)))
+    made = make(positions=(PositionConstraint('tool', (region,), 'nowhere'),),
+                orientations=(OrientationConstraint(
+                    'tool', (0.0, 0.0, 0.0, 1.0), (0.01,) * 3, 'nowhere'),))
+    assert made.satisfied(q(0.0, 0.0, 0.0))
+    assert not made.satisfied(q(0.1, 0.0, 0.0))
+    assert "frame 'nowhere' is not known" in log.recorder.text()
+
+
+def test_orientation_without_frame_is_in_the_model_frame(make):
+    """
+    An orientation constraint with an empty frame is one in the model frame.
+
+    Upstream: kinematic_constraint.cpp, OrientationConstraint::configure.
+    """
+    made = make(orientations=(OrientationConstraint(
+        'tool', tuple(quat_xyzw_from_rpy((0.0, 0.0, 0.3))), (0.01,) * 3, ''),))
+    assert made.satisfied(q(0.3, 0.0, 0.0))
+    assert not made.satisfied(q(0.0, 0.0, 0.0))
 
 
 def test_frame_that_moves(make):
@@ -156,22 +254,95 @@ def test_frame_that_moves(make):
 
 @pytest.mark.parametrize('parameterization', [0, 1])
 def test_orientation_tolerance_axes(make, parameterization):
-    """CON-3: each axis of the constraint frame has a tolerance of its own."""
+    """Each axis has a tolerance of its own."""
     made = make(orientations=(orientation(
         (0.0, 0.0, 0.0), (0.01, 0.01, 0.5), parameterization=parameterization),))
     assert made.satisfied(q(0.4, 0.0, 0.0))
     assert not made.satisfied(q(0.6, 0.0, 0.0))
 
 
-def test_tolerance_axes_are_those_of_the_constraint_frame(make):
-    """CON-3: a wanted orientation that is turned does not turn the tolerance axes."""
-    made = make(orientations=(orientation(
-        (0.0, 0.0, math.pi / 2), (0.01, 0.01, 0.5)),))
-    assert made.satisfied(q(math.pi / 2 + 0.4, 0.0, 0.0))
+# The wanted orientation's x axis points along the frame's z axis: turning the arm about its
+# axis is a turn about x in the first, about z in the second.
+@pytest.mark.parametrize(('parameterization', 'free', 'kept'), [
+    (0, 0, True), (0, 2, False), (1, 0, False), (1, 2, True)])
+def test_whose_axes_tolerances_are_about(make, parameterization, free, kept):
+    """
+    Euler angles are about the axes of the desired orientation, a rotation vector the frame's.
+
+    Upstream: kinematic_constraint.cpp, OrientationConstraint::decide.
+    """
+    desired = (0.0, -math.pi / 2, 0.0)
+    tolerances = [0.01, 0.01, 0.01]
+    tolerances[free] = 0.5
+    term, = make(orientations=(orientation(
+        desired, tuple(tolerances), parameterization=parameterization),)).orientations
+    poses = {link: np.eye(4) for link in (term.target.link, term.frame.link)}
+    poses[term.target.link] = pose_matrix(rpy=(0.0, 0.0, 0.4)) @ pose_matrix(rpy=desired) \
+        @ np.linalg.inv(term.target.offset)
+    assert term.evaluate(poses).satisfied is kept
+
+
+def test_orientation_tolerances_have_no_sign(make):
+    """
+    Tolerances of an orientation are taken by absolute value.
+
+    Upstream: kinematic_constraint.cpp, OrientationConstraint::configure.
+    """
+    made = make(orientations=(orientation((0.0, 0.0, 0.0), (-0.01, 0.01, -0.5)),))
+    assert made.satisfied(q(0.4, 0.0, 0.0))
+    assert not made.satisfied(q(0.6, 0.0, 0.0))
+
+
+def test_orientation_distance(make):
+    """
+    The distance of an orientation is the weighted sum of its angles; weight 0 counts as 1.
+
+    Upstream: kinematic_constraint.cpp, OrientationConstraint::decide.
+    """
+    made = make(orientations=(
+        orientation((0.0, 0.0, 0.3), (0.1, 0.1, 0.1), weight=2.0),
+        orientation((0.2, 0.0, 0.0), (0.1, 0.1, 0.1), weight=0.0)))
+    first, second = made.evaluate(q(0.0, 0.0, 0.0))
+    assert first.distance == pytest.approx(0.6)
+    assert second.distance == pytest.approx(0.2)
+
+
+def test_position_distance(make):
+    """
+    The distance is that to the first region that holds the point, else to the last region.
+
+    Upstream: kinematic_constraint.cpp, PositionConstraint::decide.
+    """
+    def regions(*spheres):
+        return tuple(Region(Sphere(r), pose_matrix((x, 0.0, 0.1))) for r, x in spheres)
+    made = make(positions=(
+        PositionConstraint('tool', regions((0.01, 0.0), (0.5, 0.5), (0.5, 0.7)), 'base'),
+        PositionConstraint('tool', regions((0.01, 0.6), (0.01, 0.4)), 'base', weight=2.0)))
+    held, outside = made.evaluate(q(0.0, 0.0, 0.0))
+    assert (held.satisfied, held.distance) == (True, pytest.approx(0.2))
+    assert (outside.satisfied, outside.distance) == (False, pytest.approx(0.6))
+
+
+@pytest.mark.parametrize(('pitch', 'tolerances', 'kept'), [
+    (math.pi / 2, (0.3, 2.0, 0.3), True), (-math.pi / 2, (0.3, 2.0, 0.3), True),
+    (math.pi / 2, (0.3, 2.0, 0.1), False), (math.pi / 2, (0.1, 2.0, 0.3), False),
+])
+def test_gimbal_lock(make, pitch, tolerances, kept):
+    """
+    At a pitch of a right angle the sum of roll and yaw has to be within both tolerances.
+
+    Upstream: kinematic_constraint.cpp, OrientationConstraint::decide.
+    """
+    term, = make(orientations=(orientation((0.0, 0.0, 0.0), tolerances),)).orientations
+    turned = (matrix_from_rpy((0.2, 0.0, 0.0)) @ matrix_from_rpy((0.0, pitch, 0.0)))
+    poses = {term.frame.link: np.eye(4)}
+    poses[term.target.link] = np.eye(4)
+    poses[term.target.link][:3, :3] = turned @ term.target.offset[:3, :3].T
+    assert term.evaluate(poses).satisfied is kept
 
 
 def test_free_axis(make):
-    """CON-3: a tolerance of pi or more leaves an axis free."""
+    """A tolerance of 3.14 rad or more leaves an axis free."""
     made = make(orientations=(orientation((0.0, 0.0, 0.0), (0.01, 0.01, 3.1416)),))
     assert made.satisfied(q(2.9, 0.2, 0.0))
 
@@ -190,14 +361,6 @@ def test_unknown_parameterization(make, log):
         (0.0, 0.0, 0.0), (0.1, 0.1, 0.1), parameterization=7),))
     assert not made.empty
     assert 'parameterization 7' in log.recorder.text()
-
-
-def test_rotation_errors_by_their_definition():
-    """CON-3: Euler angles multiply back as x, y, z."""
-    a, b, c = 0.3, -0.7, 1.1
-    rotation = (matrix_from_rpy((a, 0, 0)) @ matrix_from_rpy((0, b, 0))
-                @ matrix_from_rpy((0, 0, c)))
-    assert euler_xyz(rotation) == pytest.approx((a, b, c))
 
 
 def test_results_in_order(make):
@@ -230,6 +393,18 @@ def test_merging_intersects_intervals(log):
     joint, = both.joint_constraints
     assert joint.position - joint.tolerance_below == pytest.approx(0.2)
     assert joint.position + joint.tolerance_above == pytest.approx(0.5)
+
+
+def test_merging_weights_positions(log):
+    """
+    The merged position is the weighted mean, within the common part.
+
+    Upstream: kinematic_constraints/utils.cpp, mergeConstraints.
+    """
+    both = merged(Constraints((JointConstraint('a', 0.0, 0.5, 0.5, weight=3.0),)),
+                  Constraints((JointConstraint('a', 0.4, 0.5, 0.5, weight=1.0),)), log)
+    joint, = both.joint_constraints
+    assert (joint.position, joint.weight) == (pytest.approx(0.1), 2.0)
 
 
 def test_merging_without_common_part(log):

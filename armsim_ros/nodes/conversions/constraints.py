@@ -4,17 +4,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from itertools import zip_longest
 
-from geometry_msgs.msg import Pose
 from moveit_msgs.msg import Constraints as ConstraintsMessage
 from moveit_msgs.msg import OrientationConstraint as OrientationConstraintMessage
 from moveit_msgs.msg import PositionConstraint as PositionConstraintMessage
-import numpy as np
+from shape_msgs.msg import Mesh
 
-from armsim_ros.model.geometry import Geometry
 from armsim_ros.nodes.conversions.geometry import (
     mesh_from_message,
+    missing_primitive,
     pose_from_message,
     primitive_from_message,
 )
@@ -30,9 +29,9 @@ from armsim_ros.planning.request import (
 
 def constraints_from_message(message: ConstraintsMessage) -> Constraints:
     """
-    Return the constraints of a message as they were given.
+    Return the constraints of a message; shapes without dimensions or a pose are left out.
 
-    :raises PlanningError: for a region whose shape or pose cannot exist.
+    :raises PlanningError: for a region whose dimensions or pose cannot exist.
     """
     return Constraints(
         name=message.name,
@@ -62,12 +61,17 @@ def constraints_from_message(message: ConstraintsMessage) -> Constraints:
 
 
 def _position(message: PositionConstraintMessage) -> PositionConstraint:
-    volume = message.constraint_region
-    regions = [
-        *_regions([primitive_from_message(item) for item in volume.primitives],
-                  volume.primitive_poses),
-        *_regions([mesh_from_message(item) for item in volume.meshes], volume.mesh_poses),
-    ]
+    volume, regions, left_out = message.constraint_region, [], []
+    for shapes, poses, missing, converted in (
+        (volume.primitives, volume.primitive_poses, missing_primitive, primitive_from_message),
+        (volume.meshes, volume.mesh_poses, _missing_mesh, mesh_from_message),
+    ):
+        for shape, pose in zip_longest(shapes, poses[:len(shapes)]):
+            reason = missing(shape) or ('' if pose is not None else 'a shape has no pose')
+            if reason:
+                left_out.append(reason)
+            else:
+                regions.append(Region(converted(shape), pose_from_message(pose)))
     offset = message.target_point_offset
     return PositionConstraint(
         link_name=message.link_name,
@@ -75,13 +79,12 @@ def _position(message: PositionConstraintMessage) -> PositionConstraint:
         frame_id=message.header.frame_id,
         target_point_offset=(float(offset.x), float(offset.y), float(offset.z)),
         weight=float(message.weight),
+        left_out=tuple(left_out),
     )
 
 
-def _regions(shapes: Sequence[Geometry], poses: Sequence[Pose]) -> list[Region]:
-    given = [pose_from_message(pose) for pose in poses]
-    given += [np.eye(4)] * (len(shapes) - len(given))
-    return [Region(shape, pose) for shape, pose in zip(shapes, given, strict=False)]
+def _missing_mesh(message: Mesh) -> str:
+    return '' if message.triangles else 'a mesh has no triangles'
 
 
 def _orientation(message: OrientationConstraintMessage) -> OrientationConstraint:

@@ -75,19 +75,26 @@ def primitive_from_message(message: SolidPrimitive) -> Geometry:
 
     :raises PlanningError: for an unknown type, missing or impossible dimensions.
     """
-    if message.type not in _DIMENSIONS:
-        known = ', '.join(f'{name} ({number})' for number, (name, _) in _DIMENSIONS.items())
-        raise _refused(f'primitive type {message.type} is not supported; allowed: {known}')
-    name, count = _DIMENSIONS[message.type]
+    missing = missing_primitive(message)
+    if missing:
+        raise _refused(missing)
     sizes = [float(value) for value in message.dimensions]
-    if len(sizes) != count:
-        raise _refused(f'a {name} needs {count} dimensions, {len(sizes)} were given')
     if message.type == SolidPrimitive.BOX:
         return _usable(Box((sizes[0], sizes[1], sizes[2])))
     if message.type == SolidPrimitive.SPHERE:
         return _usable(Sphere(sizes[0]))
     kind = Cylinder if message.type == SolidPrimitive.CYLINDER else Cone
     return _usable(kind(radius=sizes[1], length=sizes[0]))
+
+
+def missing_primitive(message: SolidPrimitive) -> str:
+    """Return why a message describes no primitive: its type or number of dimensions; or ''."""
+    if message.type not in _DIMENSIONS:
+        known = ', '.join(f'{name} ({number})' for number, (name, _) in _DIMENSIONS.items())
+        return f'primitive type {message.type} is not supported; allowed: {known}'
+    name, count = _DIMENSIONS[message.type]
+    given = len(message.dimensions)
+    return '' if given == count else f'a {name} needs {count} dimensions, {given} were given'
 
 
 def mesh_from_message(message: MeshMessage) -> Mesh:

@@ -14,7 +14,8 @@ from armsim_ros.arrays import Matrix, Vector
 from armsim_ros.errors import MoveItErrorCode, nearest, PlanningError
 from armsim_ros.planning.cartesian.curves import CurveFollower, Line
 from armsim_ros.planning.collision.state_validity import StateValidity
-from armsim_ros.planning.constraints import ConstraintSet, Frame
+from armsim_ros.planning.constraint_terms import Frame
+from armsim_ros.planning.constraints import ConstraintSet
 from armsim_ros.planning.context import PlanningContext
 from armsim_ros.planning.request import CartesianRequest, CartesianResponse, is_place
 from armsim_ros.planning.scene.planning_scene import PlanningScene

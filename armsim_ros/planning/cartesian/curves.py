@@ -20,7 +20,7 @@ from armsim_ros.model.transforms import (
     skew,
 )
 from armsim_ros.planning.collision.state_validity import StateValidity
-from armsim_ros.planning.constraints import Frame
+from armsim_ros.planning.constraint_terms import Frame
 from armsim_ros.planning.context import PlanningContext
 
 _SOURCE = 'CIRC'

@@ -16,7 +16,8 @@ from armsim_ros.model.transforms import matrix_from_quat_xyzw, pose_from_parts
 from armsim_ros.planning.budget import Budget
 from armsim_ros.planning.cartesian.curves import Arc, Curve, CurveFollower, Line
 from armsim_ros.planning.collision.state_validity import StateValidity
-from armsim_ros.planning.constraints import ConstraintSet, Frame
+from armsim_ros.planning.constraint_terms import Frame
+from armsim_ros.planning.constraints import ConstraintSet
 from armsim_ros.planning.context import PlanningContext
 from armsim_ros.planning.pilz.profile import along_curve, point_to_point, TrapezoidalProfile
 from armsim_ros.planning.request import (

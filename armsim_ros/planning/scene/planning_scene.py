@@ -331,6 +331,15 @@ class PlanningScene:
         """What of the request's update and start state was refused; '' where all was taken."""
         return str(joined(self.refusals)) if self.refusals else ''
 
+    def unpadded(self) -> PlanningScene:
+        """Return a snapshot in which every link has its own size against the world."""
+        copy = self.snapshot()
+        links = copy._content.link_padding
+        copy._commit(replace(
+            copy._content, link_padding=MappingProxyType(dict.fromkeys(links, 0.0)),
+            link_scale=MappingProxyType(dict.fromkeys(links, 1.0))))
+        return copy
+
     def add_listener(self, listener: Listener) -> Callable[[], None]:
         """
         Call a function with the contents before and after every edit, in the editing thread.

@@ -14,16 +14,16 @@ from armsim_ros.arrays import Matrix, Vector
 from armsim_ros.errors import MoveItErrorCode, PlanningError
 from armsim_ros.kinematics.inverse import IKOptions, IKTarget, InverseKinematics
 from armsim_ros.kinematics.kinematic_model import KinematicModel
-from armsim_ros.model.transforms import matrix_from_axis_angle, pose_from_parts
+from armsim_ros.model.transforms import pose_from_parts
 from armsim_ros.planning.budget import Budget
 from armsim_ros.planning.collision.state_validity import StateValidity
-from armsim_ros.planning.constraints import (
-    ConstraintSet,
+from armsim_ros.planning.constraint_terms import (
     JointTerm,
     OrientationTerm,
     Poses,
     PositionTerm,
 )
+from armsim_ros.planning.constraints import ConstraintSet
 
 MAX_GOALS = 10
 """Most goal states that a search gets."""
@@ -149,7 +149,7 @@ class GoalSampler:
             if draw > 1:
                 q[self._indices] = self._rng.uniform(low, high)
             for term in goal.joints:
-                value = term.target if not draw else self._rng.uniform(term.lower, term.upper)
+                value = term.middle if not draw else self._rng.uniform(term.lower, term.upper)
                 self._set(q, term, value)
             yield self._model.apply_mimic(q)
 
@@ -165,7 +165,7 @@ class GoalSampler:
     ) -> Iterator[Vector]:
         seed = self._start.copy()
         for term in goal.joints:
-            self._set(seed, term, term.target)
+            self._set(seed, term, term.middle)
         seed = self._model.apply_mimic(seed)
         options = IKOptions(rng=self._rng, clock=budget.now, deadline=budget.deadline)
         draws = _DRAWS if has_room(goal) else 1
@@ -268,13 +268,8 @@ class GoalSampler:
         return term.regions[int(self._rng.integers(len(term.regions)))].random_point(self._rng)
 
     def _rotation(self, term: OrientationTerm, poses: Poses, middle: bool) -> Matrix:
-        frame = term.frame.pose(poses)[:3, :3]
-        wanted = term.wanted
-        if not middle:
-            reach = np.minimum(term.tolerances, math.pi)
-            angles = self._rng.uniform(-reach, reach)
-            wanted = _small_rotation(angles, term.rotation_vector) @ wanted
-        result: Matrix = frame @ wanted
+        desired = term.desired if middle else term.random(self._rng)
+        result: Matrix = term.frame.pose(poses)[:3, :3] @ desired
         return result
 
 
@@ -290,16 +285,4 @@ def has_room(goal: ConstraintSet) -> bool:
         or any(float(np.max(term.tolerances)) > 0.02 for term in goal.orientations)
         or any(term.target.link not in linked for term in goal.positions)
         or (bool(goal.orientations) and not goal.positions)
-    )
-
-
-def _small_rotation(angles: Vector, rotation_vector: bool) -> Vector:
-    if rotation_vector:
-        angle = float(np.linalg.norm(angles))
-        return np.eye(3) if angle < 1e-12 else matrix_from_axis_angle(angles / angle, angle)
-    x, y, z = np.eye(3)
-    return (
-        matrix_from_axis_angle(x, float(angles[0]))
-        @ matrix_from_axis_angle(y, float(angles[1]))
-        @ matrix_from_axis_angle(z, float(angles[2]))
     )

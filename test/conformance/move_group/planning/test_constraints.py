@@ -44,7 +44,7 @@ def test_joint_goals(arm: Any) -> None:
     assert reached == pytest.approx(goal, abs=1.1e-4)
 
 
-@pytest.mark.statement('CON-1')
+@pytest.mark.statement('CON-1', 'M21')
 def test_a_joint_goal_beyond_the_limit_is_clamped(arm: Any) -> None:
     """A target beyond the limits is the limit."""
     goal = arm.near(0.1)
@@ -54,7 +54,7 @@ def test_a_joint_goal_beyond_the_limit_is_clamped(arm: Any) -> None:
     assert reached[name] == pytest.approx(upper, abs=1e-3)
 
 
-@pytest.mark.statement('CON-1')
+@pytest.mark.statement('CON-1', 'M18')
 def test_an_unknown_joint_is_dropped_among_others(arm: Any) -> None:
     """The other constraints of the same goal count."""
     goal = joint_goal({**arm.near(0.3), 'no_such_joint': 1.0})
@@ -113,8 +113,8 @@ def offset_pose(arm: Any, state: Any, z: float) -> tuple[float, ...]:
     return tuple(p + z * a for p, a in zip(xyz(pose.position), axis, strict=True))
 
 
-@pytest.mark.statement('CON-2')
-@pytest.mark.parametrize('case', ['frame', 'link', 'region'])
+@pytest.mark.statement('CON-2', 'M17', 'M18', 'M19')
+@pytest.mark.parametrize('case', ['frame', 'link', 'region', 'pose'])
 def test_position_goals_that_are_none(arm: Any, case: str) -> None:
     """Without frame, with an unknown link or without region nothing usable is left."""
     goal = position_goal(arm.tip, elsewhere(arm))
@@ -123,8 +123,9 @@ def test_position_goals_that_are_none(arm: Any, case: str) -> None:
     elif case == 'link':
         goal.link_name = 'third_hand'
     else:
-        goal.constraint_region.primitives = []
         goal.constraint_region.primitive_poses = []
+        if case == 'region':
+            goal.constraint_region.primitives = []
     code = arm.refused(Constraints(position_constraints=[goal]))
     assert name_of(code) == 'INVALID_GOAL_CONSTRAINTS'
 
@@ -148,6 +149,35 @@ def test_a_quaternion_that_is_none_is_the_identity(arm: Any) -> None:
     goal = orientation_goal(arm.tip, pose, 0.05)
     reached = arm.pose(end(arm.planned(Constraints(orientation_constraints=[goal]))))
     assert turn(reached.pose.orientation, Quaternion(w=1.0)) < 0.1
+
+
+@pytest.mark.statement('M15', 'M16')
+@pytest.mark.parametrize('axis', [0, 1, 2])
+def test_tolerances_are_about_the_axes_of_the_orientation(arm: Any, axis: int) -> None:
+    """
+    A link turned about an axis of its own is off by that axis' Euler angle alone.
+
+    Upstream: kinematic_constraint.cpp, OrientationConstraint::decide.
+    """
+    state = arm.near(0.4)
+    pose = arm.pose(state)
+    pose.pose.orientation = turned(pose.pose.orientation, axis, -0.4)
+    goal = orientation_goal(arm.tip, pose, 0.01)
+    for name in 'xyz':
+        setattr(goal, f'absolute_{name}_axis_tolerance', -0.5 if name == 'xyz'[axis] else 0.01)
+        goal.weight = 0.0
+    report = arm.validity(state, constraints=Constraints(orientation_constraints=[goal]))
+    assert report.constraint_result[0].result
+    assert report.constraint_result[0].distance == pytest.approx(0.4, abs=1e-4)
+
+
+def turned(q: Quaternion, axis: int, angle: float) -> Quaternion:
+    """Return an orientation turned about an axis of its own."""
+    x, y, z = (math.sin(0.5 * angle) if k == axis else 0.0 for k in range(3))
+    w = math.cos(0.5 * angle)
+    return Quaternion(
+        x=q.w * x + q.x * w + q.y * z - q.z * y, y=q.w * y - q.x * z + q.y * w + q.z * x,
+        z=q.w * z + q.x * y - q.y * x + q.z * w, w=q.w * w - q.x * x - q.y * y - q.z * z)
 
 
 @pytest.mark.statement('CON-3')
@@ -232,19 +262,20 @@ def test_an_orientation_kept_along_the_path(arm: Any) -> None:
         assert turn(arm.pose(state).pose.orientation, pose.pose.orientation) < 0.1 * 3**0.5
 
 
-@pytest.mark.statement('CON-8', 'SRV-20')
+@pytest.mark.statement('CON-8', 'SRV-20', 'M18', 'M20')
 def test_constraint_results(arm: Any) -> None:
-    """One result a constraint, joints before positions before orientations."""
+    """A result for each constraint: joints, positions, orientations; unusable ones hold."""
     state = arm.positions()
     state = {name: state[name] for name in arm.group_joints}
     pose = arm.pose()
     pose.pose.position.x += 0.5
-    asked = joint_goal({arm.group_joints[0]: state[arm.group_joints[0]]}, 0.1)
+    asked = joint_goal({'no_such_joint': 1.0, arm.group_joints[0]: state[arm.group_joints[0]]},
+                       0.1)
     asked.position_constraints = [position_goal(arm.tip, pose)]
     asked.orientation_constraints = [orientation_goal(arm.tip, pose, 0.1)]
     report = arm.validity(state, constraints=asked)
-    assert [one.result for one in report.constraint_result] == [True, False, True]
-    assert report.constraint_result[1].distance == pytest.approx(0.5, abs=0.01)
+    assert [one.result for one in report.constraint_result] == [True, True, False, True]
+    assert report.constraint_result[2].distance == pytest.approx(0.5, abs=0.01)
     assert not report.valid
 
 
