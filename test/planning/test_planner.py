@@ -12,6 +12,8 @@ from trajectory_judge import between, judge, poses
 from armsim_ros.model.transforms import (
     pose_matrix,
 )
+from armsim_ros.planning.request import Constraints
+from armsim_ros.planning.scene.update import SceneUpdate
 from armsim_ros.planning.settings import PlanningSettings
 
 
@@ -167,6 +169,46 @@ def test_goal_reached(six_scene, plan_for):
     six_scene.set_positions(dict(zip(SIX, RIGHT, strict=True)))
     assert planner.goal_reached(request((joint_goal(LEFT), joint_goal(RIGHT))), six_scene)
     assert not planner.goal_reached(request(joint_goal(LEFT)), six_scene)
+
+
+def test_goal_reached_satisfies_path_constraints(six_scene, plan_for):
+    """
+    A goal is reached where the state satisfies its and the path's constraints.
+
+    Upstream: move_action_capability.cpp, executeMoveCallbackPlanAndExecute.
+    """
+    planner = plan_for(six_scene)
+    six_scene.set_positions(dict(zip(SIX, RIGHT, strict=True)))
+    goal = joint_goal(RIGHT[:1], SIX[:1])
+    for kept, reached in ((RIGHT[1], True), (RIGHT[1] + 0.5, False)):
+        asked = request(goal, path_constraints=joint_goal((kept,), SIX[1:2]))
+        assert planner.goal_reached(asked, six_scene) is reached
+
+
+def test_a_goal_without_usable_constraints_is_not_reached(six_scene, plan_for):
+    """A goal of which no constraint can be used is planned, and refused there."""
+    planner = plan_for(six_scene)
+    assert not planner.goal_reached(request(joint_goal((0.0,), ('no_joint',))), six_scene)
+    assert not planner.goal_reached(request(Constraints()), six_scene)
+
+
+def test_rest_of_a_path_is_checked_without_padding(six_scene, add_box, plan_for, clock):
+    """
+    The rest of a path is checked for collisions of links that are not padded.
+
+    Upstream: plan_execution.cpp, isRemainingPathValid.
+    """
+    planner = plan_for(six_scene)
+    six_scene.set_positions(dict(zip(SIX, LEFT, strict=True)))
+    trajectory = planner.plan(request(joint_goal(RIGHT)), six_scene, clock=clock).trajectory
+    links = six_scene.link_padding
+    thick = six_scene.with_update(SceneUpdate(
+        link_padding=dict.fromkeys(links, 0.3), link_scale=dict.fromkeys(links, 1.2)))
+    add_box(thick, 'near', (0.02, 0.02, 0.02), (0.5, 0.0, 0.7))
+    middle = between(trajectory, 0.5 * trajectory.duration)
+    thick.set_positions(dict(zip(SIX, middle, strict=True)))
+    assert not planner.check_state(thick, thick.q, 'arm').valid
+    assert planner.path_fault(trajectory, 0.0, thick, 'arm') == ''
 
 
 def test_rest_of_a_path_when_the_world_changes(six_scene, add_box, plan_for, clock):

@@ -4,10 +4,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from rclpy.task import Future
 
 from armsim_ros.nodes.move_group.context import Context
-from armsim_ros.planning.request import MotionPlanRequest
+from armsim_ros.planning.scene.planning_scene import PlanningScene
 from armsim_ros.trajectory import JointTrajectory
 
 #: A joint of another robot that has moved this far triggers a new check [rad or m].
@@ -16,22 +18,25 @@ MOVED = 0.03
 
 class PathWatch:
     """
-    Checks what is left of a trajectory against the monitored scene.
+    Checks the rest of a trajectory for collisions in the monitored scene.
 
-    The robot's own joints that the trajectory does not move are taken as they were planned
-    with: a hand may close meanwhile. Those of other robots count.
+    As in MoveIt, links are not padded, path constraints are not checked, and the goal's own
+    changes of the scene count.
 
     :param context: the parts of move_group.
     :param trajectory: the one that is being executed.
-    :param request: names the group and the path constraints.
+    :param group: planning group that it moves.
+    :param overlaid: returns a scene with the goal's scene difference.
     """
 
     def __init__(
-        self, context: Context, trajectory: JointTrajectory, request: MotionPlanRequest
+        self, context: Context, trajectory: JointTrajectory, group: str,
+        overlaid: Callable[[PlanningScene], PlanningScene],
     ) -> None:
         self._context = context
         self._trajectory = trajectory
-        self._request = request
+        self._group = group
+        self._overlaid = overlaid
         joints = set(trajectory.joint_names)
         self._others = sorted(
             name for robot in context.robots if not robot & joints for name in robot
@@ -62,11 +67,7 @@ class PathWatch:
             context, scene = self._context, self._context.scene.snapshot()
             self._pending = context.queries.submit(
                 lambda: context.query_planner.path_fault(
-                    self._trajectory,
-                    elapsed,
-                    scene,
-                    self._request.group_name,
-                    self._request.path_constraints,
+                    self._trajectory, elapsed, self._overlaid(scene), self._group
                 )
             )
         return ''

@@ -18,13 +18,15 @@ from armsim_ros.nodes.conversions.motion_plan_request import (
 from armsim_ros.nodes.conversions.planning_scene import is_empty
 from armsim_ros.nodes.move_group.action_server import MoveGroupActionServer
 from armsim_ros.nodes.move_group.context import Context
-from armsim_ros.nodes.move_group.execution.execution import ExecutionOutcome, ExecutionWatch
+from armsim_ros.nodes.move_group.execution.execution import ExecutionOutcome
 from armsim_ros.nodes.move_group.execution.path_watch import PathWatch
+from armsim_ros.nodes.move_group.execution.plan_execution import execute_plan
 from armsim_ros.nodes.move_group.execution.state_recorder import StateRecorder
 from armsim_ros.nodes.move_group.execution.trajectory_execution import TrajectoryExecutionManager
 from armsim_ros.nodes.move_group.failures import fill_error, reported
 from armsim_ros.nodes.move_group.planning.planning_job import (
     drop_robot_state,
+    overlay,
     PlanningAnswer,
     PlanningJob,
 )
@@ -135,16 +137,12 @@ class MoveAction:
         if goal.is_cancel_requested:
             return ExecutionOutcome(MoveItErrorCode.PREEMPTED, 'cancelled before it moved')
         goal.publish_feedback(Action.Feedback(state='MONITOR'))
-        trajectory = plan.response.trajectory
-        path = PathWatch(self._context, trajectory, plan.request)
-        return await self._execution.run(
-            trajectory,
-            ExecutionWatch(
-                cancelled=lambda: goal.is_cancel_requested,
-                invalid=path.invalid,
-                observe=recorder.note,
-            ),
-        )
+        trajectory, options = plan.response.trajectory, goal.request.planning_options
+        path = PathWatch(
+            self._context, trajectory, plan.request.group_name,
+            lambda scene: overlay(scene, options.planning_scene_diff))
+        return await execute_plan(
+            self._execution, trajectory, path, lambda: goal.is_cancel_requested, recorder.note)
 
     async def _pause(self, goal: ServerGoalHandle, seconds: float) -> None:
         end = self._context.clock() + min(max(seconds, 0.0), 60.0)

@@ -12,12 +12,12 @@ from rclpy.action.server import ServerGoalHandle
 from armsim_ros.errors import MoveItErrorCode
 from armsim_ros.nodes.move_group.action_server import MoveGroupActionServer
 from armsim_ros.nodes.move_group.context import Context
-from armsim_ros.nodes.move_group.execution.execution import ExecutionWatch
 from armsim_ros.nodes.move_group.execution.path_watch import PathWatch
+from armsim_ros.nodes.move_group.execution.plan_execution import execute_plan
 from armsim_ros.nodes.move_group.execution.trajectory_execution import TrajectoryExecutionManager
 from armsim_ros.nodes.move_group.failures import fill_error, reported
 from armsim_ros.nodes.move_group.planning.move_action import plans_only
-from armsim_ros.nodes.move_group.planning.planning_job import drop_robot_state
+from armsim_ros.nodes.move_group.planning.planning_job import drop_robot_state, overlay
 from armsim_ros.nodes.move_group.planning.sequence_job import SequenceJob
 from armsim_ros.planning.pilz.sequence import SequenceResponse
 
@@ -65,12 +65,12 @@ class SequenceMoveGroup:
 
     async def _run(self, goal: ServerGoalHandle, plan: SequenceResponse, code: Any) -> None:
         goal.publish_feedback(Action.Feedback(state='MONITOR'))
+        diff = goal.request.planning_options.planning_scene_diff
         for trajectory, request in zip(plan.trajectories, plan.requests, strict=True):
-            path = PathWatch(self._context, trajectory, request)
-            outcome = await self._execution.run(
-                trajectory,
-                ExecutionWatch(cancelled=lambda: goal.is_cancel_requested, invalid=path.invalid),
-            )
+            path = PathWatch(
+                self._context, trajectory, request.group_name, lambda scene: overlay(scene, diff))
+            outcome = await execute_plan(
+                self._execution, trajectory, path, lambda: goal.is_cancel_requested)
             if not outcome.success:
                 fill_error(code, outcome.code, outcome.message, 'execution')
                 self._context.logger.error(f'{SOURCE}: {outcome.message}')

@@ -9,7 +9,7 @@ from typing import Any
 from motions import SLOW, target, until_at_rest, until_moving
 from move_group_bench import ABORTED
 import pytest
-from wire import box, thing
+from wire import box, quiet_diff, thing
 
 
 @pytest.mark.statement('ACT-7', 'ACT-6', 'E19')
@@ -34,6 +34,29 @@ def test_an_object_beside_the_path(home: Any) -> None:
     handle = home.send_move(goal, **{**SLOW, 'max_velocity_scaling_factor': 0.08})
     until_moving(home)
     place = home.pose(goal)
+    place.pose.position.x += 5.0
+    home.add(thing('beside', place.header.frame_id, [box(0.1, 0.1, 0.1)], pose=place.pose))
+    assert home.ended(handle).code == 'SUCCESS'
+
+
+@pytest.mark.statement('M23')
+def test_the_goals_own_changes_of_the_scene_count(home: Any) -> None:
+    """
+    An object that the goal's scene difference removes is not in the way after a change either.
+
+    Upstream: plan_execution.cpp, isRemainingPathValid.
+    """
+    goal = target(home)
+    place = home.pose(goal)
+    known = thing('known', place.header.frame_id, [box(0.02, 0.02, 0.02)], pose=place.pose)
+    home.add(known)
+    without = quiet_diff()
+    gone = thing('known', place.header.frame_id, [])
+    gone.operation = gone.REMOVE
+    without.world.collision_objects = [gone]
+    handle = home.send_move(goal, planning_scene_diff=without,
+                            **{**SLOW, 'max_velocity_scaling_factor': 0.08})
+    until_moving(home)
     place.pose.position.x += 5.0
     home.add(thing('beside', place.header.frame_id, [box(0.1, 0.1, 0.1)], pose=place.pose))
     assert home.ended(handle).code == 'SUCCESS'

@@ -163,9 +163,8 @@ def test_tolerances_are_about_the_axes_of_the_orientation(arm: Any, axis: int) -
     pose = arm.pose(state)
     pose.pose.orientation = turned(pose.pose.orientation, axis, -0.4)
     goal = orientation_goal(arm.tip, pose, 0.01)
-    for name in 'xyz':
-        setattr(goal, f'absolute_{name}_axis_tolerance', -0.5 if name == 'xyz'[axis] else 0.01)
-        goal.weight = 0.0
+    goal.parameterization, goal.weight = goal.XYZ_EULER_ANGLES, 0.0
+    setattr(goal, f'absolute_{"xyz"[axis]}_axis_tolerance', -0.5)
     report = arm.validity(state, constraints=Constraints(orientation_constraints=[goal]))
     assert report.constraint_result[0].result
     assert report.constraint_result[0].distance == pytest.approx(0.4, abs=1e-4)
