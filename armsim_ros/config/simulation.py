@@ -200,6 +200,9 @@ class SimulationSettings(Settings):
     clock_rate: float = parameter(
         100.0, 'rate of /clock in simulated time [Hz]', gt=0.0, le=1000.0, read_only=True
     )
+    state_publisher: bool = parameter(
+        True, 'whether transforms and robot_description are published; false where a '
+        'robot_state_publisher does that', read_only=True)
     sensors: dict[str, SensorSettings] = parameter(
         {}, "sensor -> its kind and link, beside those of the URDF's <ros2_control>",
         read_only=True)

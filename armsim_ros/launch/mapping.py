@@ -27,8 +27,6 @@ from armsim_ros.packages import package_of, workspace_of
 
 _DUMPER = getattr(yaml, 'CSafeDumper', yaml.SafeDumper)
 _DESCRIPTION = 'robot_description'
-#: Our own parameter: the simulation publishes transforms as soon as it knows its robot.
-DESCRIPTION_ONLY = 'armsim.description_only'
 #: Parameter of ours: the simulation's own broadcaster publishes, which no spawner starts.
 JOINT_STATES = 'armsim.joint_states'
 #: Packages and files that a robot description names.
@@ -42,7 +40,7 @@ _PROGRAMS = {
     ProgramRole.STATIC_TRANSFORM: 'static_transform_publisher',
 }
 #: Programs whose work the simulation does; they get no process of their own.
-_PARTS = (ProgramRole.WORLD, ProgramRole.BRIDGE, ProgramRole.DESCRIPTION, ProgramRole.JOINT_STATES)
+_PARTS = (ProgramRole.WORLD, ProgramRole.BRIDGE)
 
 
 class Kind(Enum):
@@ -85,8 +83,6 @@ class Mapping:
         self._keep_text = keep_text
         self._descriptions: dict[str, str] = {}
         self._simulated: set[str] = set()
-        #: Namespaces whose simulation waits for a robot description.
-        self._waiting: set[str] = set()
         self._world = ''
         self._tells_joints = False
 
@@ -98,21 +94,18 @@ class Mapping:
                 text = spec.node.merged().get(_DESCRIPTION)
                 if text:
                     self._descriptions[spec.node.namespace] = str(text)
-        making = {ProgramRole.SIMULATION, ProgramRole.SPAWN_ROBOT, ProgramRole.WORLD}
-        comes = not making.isdisjoint(roles)
         self._tells_joints = ProgramRole.JOINT_STATES in roles and not any(
             role is ProgramRole.SPAWNER and 'joint_state' in ' '.join(_words(spec))
             for (_, spec), role in zip(batch, roles, strict=True))
-        return [self._decide(action, spec, role, comes or bool(self._simulated))
+        return [self._decide(action, spec, role)
                 for (action, spec), role in zip(batch, roles, strict=True)]
 
     def simulation_ended(self) -> None:
         """Note that another simulation may be started."""
         self._simulated.clear()
-        self._waiting.clear()
 
-    def _decide(self, action: ExecuteLocal, spec: ProcessSpec, role: ProgramRole | None,
-                simulated: bool) -> Start:
+    def _decide(self, action: ExecuteLocal, spec: ProcessSpec, role: ProgramRole | None
+                ) -> Start:
         if role is None:
             return self._other(action, spec)
         if role is ProgramRole.SPAWN_ROBOT:
@@ -122,22 +115,14 @@ class Mapping:
                                 if word.endswith(('.sdf', '.world'))), '')
         if role is ProgramRole.SIMULATION and self._place(spec.node) in self._simulated:
             return Start(action, spec, Kind.PART, note='one simulation serves both')
-        if role is ProgramRole.DESCRIPTION and self._place(spec.node) in self._waiting:
-            self._waiting.discard(self._place(spec.node))
-            return self._ours(action, spec, role, {DESCRIPTION_ONLY: True})
-        if role is ProgramRole.JOINT_STATES and _merges(spec):
-            return self._ours(action, spec, role)
-        if role in _PARTS and (simulated or role is ProgramRole.BRIDGE):
+        if role in _PARTS:
             return Start(action, spec, Kind.PART, note=f'{role.value}: part of the simulation')
-        if role is ProgramRole.WORLD:
-            return Start(action, spec, Kind.PART, note='the simulation starts with its robot')
         return self._ours(action, spec, role)
 
-    def _ours(self, action: ExecuteLocal, spec: ProcessSpec, role: ProgramRole,
-              more: dict[str, Any] | None = None) -> Start:
+    def _ours(self, action: ExecuteLocal, spec: ProcessSpec, role: ProgramRole) -> Start:
         node = spec.node or RosNode('-', _PROGRAMS[role])
         words = _words(spec)
-        extra = dict(more or {})
+        extra: dict[str, Any] = {}
         if role is ProgramRole.SIMULATION:
             self._simulated.add(self._place(node))
             text = str(node.merged().get(_DESCRIPTION) or self._description(node))
@@ -146,8 +131,6 @@ class Mapping:
                 extra[_DESCRIPTION] = text
             if self._tells_joints:
                 extra[JOINT_STATES] = True
-            if not text:
-                self._waiting.add(self._place(node))
         elif role is ProgramRole.MOVE_GROUP:
             extra = self._own_parameters(str(node.merged().get(_DESCRIPTION) or ''))
         command = program_command('original', [
@@ -252,12 +235,6 @@ class Mapping:
 def _words(spec: ProcessSpec) -> list[str]:
     """Return a program's arguments, of ``ros2 run PACKAGE PROGRAM ...`` too."""
     return list(spec.node.arguments if spec.node is not None else spec.command[4:])
-
-
-def _merges(spec: ProcessSpec) -> bool:
-    """Return whether a joint_state_publisher listens to others, and not just to itself."""
-    sources = spec.node.merged().get('source_list') if spec.node is not None else None
-    return any(str(one).strip('/') != 'joint_states' for one in sources or ())
 
 
 def _around(path: Path) -> list[Path | None]:

@@ -48,15 +48,15 @@ def tells_joints(texts):
     return any(JOINT_STATES in one for one in texts)
 
 
-def test_a_joint_state_publisher_beside_hardware_is_the_simulation(decided):
+def test_a_joint_state_publisher_beside_hardware(decided):
     """
-    What listens to its own topic alone is part of the simulation, which then publishes.
+    It runs, and the simulation publishes what the driver would have.
 
     Drivers that publish joint states themselves have no broadcaster spawned.
     """
-    (_, part, _), texts = decided(CONTROL, publisher(source_list=['joint_states']),
+    (_, publishing, _), texts = decided(CONTROL, publisher(source_list=['joint_states']),
                                   spawner('arm_controller'))
-    assert part.kind is Kind.PART
+    assert publishing.kind is Kind.RUN
     assert tells_joints(texts)
 
 
@@ -66,11 +66,21 @@ def test_a_spawned_broadcaster_is_enough(decided):
     assert not tells_joints(texts)
 
 
-def test_a_joint_state_publisher_merges_the_topics_of_others(decided):
-    """What collects joint states from other topics goes on doing so beside the simulation."""
-    (_, merging), _ = decided(CONTROL, publisher(source_list=['arm/joint_states']))
-    assert merging.kind is Kind.RUN
-    assert 'joint_state_publisher' in merging.command
+def test_state_publishers_run_beside_the_simulation(decided, tmp_path):
+    """Each keeps its name, its namespace and its parameters."""
+    (_, states, transforms), texts = decided(
+        CONTROL, publisher(source_list=['joint_states']),
+        Node(package='robot_state_publisher', executable='robot_state_publisher', name='rsp',
+             namespace='left', remappings=[('joint_states', 'merged')],
+             parameters=[{'robot_description': '<robot name="r"/>', 'frame_prefix': 'left/',
+                          'publish_frequency': 5.0}]))
+    assert states.command[-4:] == [
+        'joint_state_publisher', '--ros-args', '--params-file', str(tmp_path / 'parameters.yaml')]
+    words = transforms.command
+    assert words[words.index('robot_state_publisher'):] == [
+        'robot_state_publisher', '--ros-args', '-r', '__node:=rsp', '-r', '__ns:=/left',
+        '--params-file', str(tmp_path / 'parameters.yaml'), '-r', 'joint_states:=merged']
+    assert {'frame_prefix': 'left/', 'publish_frequency': 5.0}.items() <= texts[-1].items()
 
 
 def test_a_package_is_known_by_the_files_of_its_meshes(decided, workspace):

@@ -25,7 +25,7 @@ from armsim_ros.nodes.camera.gl_backend import choose_backend, NoRenderingError,
 from armsim_ros.nodes.camera.picture_source import PictureSource
 from armsim_ros.nodes.camera.topics import CameraTopics
 from armsim_ros.nodes.polling_node import PollingNode
-from armsim_ros.nodes.simulation.tf import transform
+from armsim_ros.nodes.state_publishers.joint_transforms import transform
 from armsim_ros.sim.camera.camera import Camera
 from armsim_ros.sim.camera.snapshot import Snapshot
 

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""joint_state_publisher without a simulation: every joint where it stands, or at its middle."""
+"""The program joint_state_publisher, and joint_state_publisher_gui without its sliders."""
 
 from __future__ import annotations
 
@@ -9,19 +9,31 @@ from pathlib import Path
 import sys
 from typing import Any
 
+from rclpy.exceptions import ParameterAlreadyDeclaredException
 from rclpy.node import Node
+from rclpy.parameter import Parameter
 from sensor_msgs.msg import JointState
+from std_msgs.msg import String
 
-from armsim_ros.cli.arguments import split_ros_args
-from armsim_ros.errors import ArmsimError, USAGE_STATUS
-from armsim_ros.model.robot_model import RobotModel
-from armsim_ros.nodes.originals.description_topic import wait_for_descriptions
-from armsim_ros.nodes.originals.node_parameters import NodeArguments, read_node_arguments
-from armsim_ros.nodes.originals.robot_state_publisher import robot_of
+from armsim_ros.cli.arguments import split_ros_args, UsageError
+from armsim_ros.errors import ArmsimError, ModelError, USAGE_STATUS
+from armsim_ros.nodes import qos
 from armsim_ros.nodes.originals.spinning import spin
+from armsim_ros.nodes.state_publishers.joint_states import (
+    DependentJointError,
+    FIELDS,
+    JointStateOptions,
+    JointStates,
+)
 
-_DESCRIPTION = 'robot_description'
-_RATE = 10.0
+NAME = 'joint_state_publisher'
+#: Parameter -> its default; all are read once, at the start.
+_DEFAULTS = {
+    'publish_default_positions': True, 'publish_default_velocities': False,
+    'publish_default_efforts': False, 'rate': 10, 'use_mimic_tags': True,
+    'use_smallest_joint_limits': True, 'delta': 0.0,
+}
+_OF_DEPENDENT = ('parent', 'factor', 'offset')
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -29,57 +41,110 @@ def main(argv: Sequence[str] | None = None) -> int:
     Publish until SIGINT or SIGTERM.
 
     :param argv: the words that the original would get; the first may be a URDF file.
-    :returns: 0 after a signal, 2 where the description is none.
+    :returns: 0 after a signal, 1 where dependent joints follow each other in a circle, 2 where
+        a parameter or the file is wrong.
     """
     words, ros_args = split_ros_args(sys.argv[1:] if argv is None else argv)
     try:
-        arguments = read_node_arguments(ros_args, 'joint_state_publisher')
-        robot = robot_of(_description(words, arguments))
+        return spin(NAME, ros_args, lambda node: JointStatePublisher(node, words),
+                    automatically_declare_parameters_from_overrides=True)
+    except DependentJointError as error:
+        print(error, file=sys.stderr, flush=True)
+        return 1
     except ArmsimError as error:
         print(error, file=sys.stderr, flush=True)
         return USAGE_STATUS
-    except KeyboardInterrupt:
-        return 0
-    return spin(arguments.name, ros_args,
-                lambda node: JointStatePublisher(node, robot, arguments.values))
 
 
 class JointStatePublisher:
     """
-    Publishes ``joint_states``.
+    Publishes ``joint_states`` of the description on ``robot_description``, or of a file.
 
-    :param node: the node that publishes.
-    :param robot: the robot.
-    :param values: parameters: ``rate``, ``source_list``, ``zeros.JOINT``.
+    :param node: the node that publishes; it has declared the parameters that it was given.
+    :param words: the first is a URDF file, if there is one.
+    :raises ArmsimError: a parameter or the file is wrong.
     """
 
-    def __init__(self, node: Node, robot: RobotModel, values: dict[str, Any]) -> None:
+    def __init__(self, node: Node, words: Sequence[str] = ()) -> None:
         self._node = node
-        self._robot = robot
-        zeros = {name.removeprefix('zeros.'): float(value) for name, value in values.items()
-                 if name.startswith('zeros.')}
-        self._positions = {name: value for name, value in zeros.items()
-                           if name in robot.active_joints}
+        given = {name: _declared(node, name, default) for name, default in _DEFAULTS.items()}
+        _check_dependent(node)
+        self._options = JointStateOptions(
+            use_mimic_tags=bool(given['use_mimic_tags']),
+            use_smallest_joint_limits=bool(given['use_smallest_joint_limits']),
+            zeros={name: float(one.value)
+                   for name, one in node.get_parameters_by_prefix('zeros').items()},
+            defaults=[kind for kind, key in zip(
+                FIELDS, ('positions', 'velocities', 'efforts'), strict=True)
+                if given[f'publish_default_{key}']])
+        rate, self._delta = float(given['rate']), float(given['delta'])
+        if not rate > 0.0:
+            raise UsageError(f"the parameter 'rate' is {rate:g}; allowed: above 0")
+        self._joints: JointStates | None = None
+        if words:
+            self._joints = JointStates(_read(Path(words[0])), self._options)
+        else:
+            node.get_logger().info('waiting for the topic robot_description')
+        node.create_subscription(String, 'robot_description', self._describe, qos.DESCRIPTION)
+        for topic in _declared(node, 'source_list', []) or ():
+            node.create_subscription(JointState, topic, self._take, 10)
         self._publisher = node.create_publisher(JointState, 'joint_states', 10)
-        self._kept = [node.create_subscription(JointState, topic, self._take, 10)
-                      for topic in values.get('source_list') or ()]
-        node.create_timer(1.0 / float(values.get('rate') or _RATE), self._publish)
+        node.create_timer(1.0 / rate, self._publish)
+
+    def _describe(self, message: String) -> None:
+        try:
+            self._joints = JointStates(message.data, self._options)
+        except ModelError as error:
+            self._node.get_logger().warning(str(error))
 
     def _take(self, message: JointState) -> None:
-        self._positions.update((name, position) for name, position in zip(
-            message.name, message.position, strict=False) if name in self._robot.active_joints)
+        if self._joints is not None:
+            self._joints.take(message.name, **{kind: getattr(message, kind) for kind in FIELDS})
 
     def _publish(self) -> None:
-        full = self._robot.complete(self._positions)
-        message = JointState(name=list(full), position=list(full.values()))
+        if self._joints is None or not self._joints.names:
+            return
+        if self._delta > 0.0:
+            self._joints.step(self._delta)
+        message = JointState(name=self._joints.names, **self._joints.state())
         message.header.stamp = self._node.get_clock().now().to_msg()
         self._publisher.publish(message)
 
 
-def _description(words: Sequence[str], arguments: NodeArguments) -> str:
-    given = arguments.values.get(_DESCRIPTION)
-    if given:
-        return str(given)
-    if words and Path(words[0]).is_file():
-        return Path(words[0]).read_text(encoding='utf-8')
-    return wait_for_descriptions(arguments, (_DESCRIPTION,))[_DESCRIPTION]
+def _declared(node: Node, name: str, default: Any) -> Any:
+    try:
+        if default == []:
+            node.declare_parameter(name, Parameter.Type.STRING_ARRAY)
+            node.set_parameters([Parameter(name, Parameter.Type.STRING_ARRAY, [])])
+        else:
+            node.declare_parameter(name, default)
+    except ParameterAlreadyDeclaredException:
+        pass
+    return node.get_parameter(name).value
+
+
+def _check_dependent(node: Node) -> None:
+    """
+    Check ``dependent_joints.JOINT.KEY``, which has no effect beyond that, as upstream.
+
+    :raises UsageError: a key is unknown, or a joint has no parent.
+    """
+    joints: dict[str, set[str]] = {}
+    for name in node.get_parameters_by_prefix('dependent_joints'):
+        joint, _, key = name.partition('.')
+        if key not in _OF_DEPENDENT:
+            raise UsageError(f"unknown parameter 'dependent_joints.{name}'; allowed: "
+                             f"dependent_joints.JOINT.{'|'.join(_OF_DEPENDENT)}")
+        joints.setdefault(joint, set()).add(key)
+    for joint, keys in joints.items():
+        if 'parent' not in keys:
+            raise UsageError(f"the parameter 'dependent_joints.{joint}.parent' is missing")
+    if joints:
+        node.get_logger().warning("dependent_joints has no effect: the URDF's <mimic> tags count")
+
+
+def _read(file: Path) -> str:
+    try:
+        return file.read_text(encoding='utf-8')
+    except OSError as error:
+        raise UsageError(f"the file '{file}' cannot be read: {error.strerror}") from None

@@ -57,9 +57,14 @@ class RobotPackage:
         return self._config / f'{self.name}.urdf'
 
     def add_simulation(self, *, spawn: Iterable[str] = (), placement: Mapping[str, Any]) -> None:
-        """Say which controllers are active from the start, and where the robot stands."""
+        """
+        Say which controllers are active from the start, and where the robot stands.
+
+        Description and transforms are left to the robot_state_publisher of the launch file.
+        """
         self._dump('simulation.yaml', {
-            'spawn': list(spawn), **({'placement': dict(placement)} if placement else {})})
+            'spawn': list(spawn), 'state_publisher': False,
+            **({'placement': dict(placement)} if placement else {})})
 
     def add_controllers(self, number: int, text: str) -> Path:
         """Add a file with ros2_control's controllers."""

@@ -20,9 +20,11 @@ from armsim_ros.cli.arguments import ProgramArguments, UsageError
 from armsim_ros.cli.settings import cell_of
 from armsim_ros.control.events import ControllerEvent
 from armsim_ros.errors import USAGE_STATUS
+from armsim_ros.model.transforms import matrix_from_rpy, pose_from_parts
 from armsim_ros.nodes.bringup.domain_lock import DomainLock, lock_domain
 from armsim_ros.nodes.camera.link import NAME as CAMERA
 from armsim_ros.nodes.camera.link import socket_path
+from armsim_ros.nodes.latched_text import publish_text
 from armsim_ros.nodes.simulation.camera_feed import CameraFeed
 from armsim_ros.nodes.simulation.clock import Clock
 from armsim_ros.nodes.simulation.clock_hint import ClockHint
@@ -31,7 +33,6 @@ from armsim_ros.nodes.simulation.lockstep.digest import Digest
 from armsim_ros.nodes.simulation.lockstep.dump import Dump
 from armsim_ros.nodes.simulation.lockstep.sync import Sync
 from armsim_ros.nodes.simulation.robot_nodes import RobotNodes
-from armsim_ros.nodes.simulation.robot_state_publisher import RobotStatePublisher
 from armsim_ros.nodes.simulation.sim_time import IDLE_PERIOD, SimTime
 from armsim_ros.nodes.simulation.threads import (
     ControlThread,
@@ -40,6 +41,8 @@ from armsim_ros.nodes.simulation.threads import (
 )
 from armsim_ros.nodes.simulation.world.server import WorldServer
 from armsim_ros.nodes.simulation.world.work import Work
+from armsim_ros.nodes.state_publishers.joint_transforms import transform
+from armsim_ros.nodes.state_publishers.robot_state_publisher import RobotStatePublisher
 from armsim_ros.recording.flight_recorder import FlightRecorder
 from armsim_ros.sim.assembly import build_control, build_simulation
 from armsim_ros.sim.camera.camera import Camera, cameras_of
@@ -223,14 +226,26 @@ class SimulationProgram:
         if not self._cell.model.srdf:
             self._robots[0].node.get_logger().info(
                 "without an SRDF the robot's links pass through each other in the physics")
-        RobotStatePublisher(
-            self._node('robot_state_publisher', '/'), self._cell.model, self._simulation
-        ).follow(self._loop, self._dispatcher)
+        period_ns = round(1e9 / settings.simulation.clock_rate)
+        if settings.simulation.state_publisher:
+            self._create_state_publisher(period_ns)
         post = self._dispatcher.bounded()
-        self._loop.every(
-            round(1e9 / settings.simulation.clock_rate),
-            lambda time_ns: post(partial(self._publish, time_ns)),
-        )
+        self._loop.every(period_ns, lambda time_ns: post(partial(self._publish, time_ns)))
+
+    def _create_state_publisher(self, period_ns: int) -> None:
+        """Publish what robot_state_publisher does, from the positions of all joints."""
+        model, placement = self._cell.model, self._cell.settings.simulation.placement
+        node = self._node('robot_state_publisher', '/')
+        fixed = []
+        if model.model_frame != model.root_link:
+            pose = pose_from_parts(placement.xyz, matrix_from_rpy(placement.rpy))
+            fixed.append(transform(model.model_frame, model.root_link, pose))
+        publisher = RobotStatePublisher(node, model.urdf, fixed)
+        self._semantic = publish_text(node, 'robot_description_semantic', model.srdf)
+        names, position = model.movable_joints, self._simulation.state.position
+        post = self._dispatcher.bounded()
+        self._loop.every(period_ns, lambda time_ns: post(partial(
+            publisher.take, names, position.copy(), time_ns, now_ns=time_ns)))
 
     def _create_services(self) -> None:
         """

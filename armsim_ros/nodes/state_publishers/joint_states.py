@@ -1,0 +1,180 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The joint states that joint_state_publisher publishes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+import math
+from typing import TypeAlias
+
+from armsim_ros.errors import ModelError, Problem
+from armsim_ros.model.description.xml_tree import parse_xml, XmlElement
+
+#: Types of joints that are not published.
+_LEFT_OUT = ('fixed', 'floating', 'planar')
+#: Fields of a joint state, in the order of JointState.
+FIELDS = ('position', 'velocity', 'effort')
+
+Values: TypeAlias = dict[str, list[float]]
+
+
+class DependentJointError(ModelError):
+    """A dependent joint follows itself in the end, or no joint that is published."""
+
+
+@dataclass(frozen=True, slots=True)
+class JointStateOptions:
+    """
+    Parameters of joint_state_publisher that bear on its joints.
+
+    :param use_mimic_tags: whether ``<mimic>`` makes a joint dependent.
+    :param use_smallest_joint_limits: whether ``<safety_controller>`` narrows the range.
+    :param zeros: joint -> first position [rad or m].
+    :param defaults: those of ``FIELDS`` that free joints have without a source.
+    """
+
+    use_mimic_tags: bool = True
+    use_smallest_joint_limits: bool = True
+    zeros: Mapping[str, float] = field(default_factory=dict)
+    defaults: Sequence[str] = ('position',)
+
+
+@dataclass(slots=True)
+class _FreeJoint:
+    lower: float
+    upper: float
+    continuous: bool
+    values: dict[str, float]
+    forward: bool = True
+
+
+class JointStates:
+    """
+    The joints of one description and where they are.
+
+    :param urdf: the description.
+    :param options: the node's parameters.
+    :raises ModelError: the text is not a URDF, or a joint has no limits.
+    """
+
+    def __init__(self, urdf: str, options: JointStateOptions) -> None:
+        root = parse_xml(urdf, 'robot_description')
+        if root.tag != 'robot':
+            raise ModelError(Problem(f'the description is a <{root.tag}>', root.where, '<robot>'))
+        #: All joints, in the description's order.
+        self.names: list[str] = []
+        self._free: dict[str, _FreeJoint] = {}
+        self._dependent: dict[str, tuple[str, float, float]] = {}
+        for element in root.all('joint'):
+            if element.get('type') not in _LEFT_OUT:
+                self._add(element, options)
+
+    def take(self, names: Sequence[str], **values: Sequence[float]) -> None:
+        """
+        Take over what a source says of the free joints.
+
+        :param values: position [rad or m], velocity, effort; empty where it has none.
+        """
+        for i, name in enumerate(names):
+            joint = self._free.get(name)
+            if joint is not None:
+                joint.values.update((kind, given[i]) for kind, given in values.items()
+                                    if i < len(given))
+
+    def step(self, delta: float) -> None:
+        """Move each free joint on between its limits by ``delta`` [rad or m]."""
+        for joint in self._free.values():
+            position = joint.values.get('position', 0.0) + (delta if joint.forward else -delta)
+            if joint.forward and position > joint.upper:
+                joint.forward = joint.continuous
+                position = joint.lower if joint.continuous else joint.upper
+            elif not joint.forward and position < joint.lower:
+                joint.forward, position = True, joint.lower
+            joint.values['position'] = position
+
+    def state(self) -> Values:
+        """
+        Return position, velocity and effort of all joints; empty where no joint has one.
+
+        :raises DependentJointError: a dependent joint follows no free joint.
+        """
+        found: Values = {}
+        leaders = [self._leader(name) for name in self.names]
+        for kind in FIELDS:
+            given = any(kind in joint.values for joint in self._free.values())
+            if not given and not (kind == 'position' and self._dependent):
+                found[kind] = []
+                continue
+            scales = [(joint.values.get(kind), factor, offset)
+                      for joint, factor, offset in leaders]
+            found[kind] = [0.0 if value is None else self._following(kind, value, factor, offset)
+                           for value, factor, offset in scales]
+        return found
+
+    @staticmethod
+    def _following(kind: str, value: float, factor: float, offset: float) -> float:
+        if kind == 'effort':
+            return value
+        return value * factor + (offset if kind == 'position' else 0.0)
+
+    def _leader(self, name: str) -> tuple[_FreeJoint, float, float]:
+        """Return the free joint that a joint follows, with factor and offset."""
+        factor, offset = 1.0, 0.0
+        passed = [name]
+        while name not in self._free:
+            name, own_factor, own_offset = self._dependent[name]
+            if name not in self.names:
+                raise DependentJointError(Problem(
+                    f"dependent joint '{passed[-1]}' follows '{name}', which does not move"))
+            if name in passed:
+                raise DependentJointError(Problem(
+                    f"dependent joints follow each other: {' -> '.join((*passed, name))}"))
+            passed.append(name)
+            offset += factor * own_offset
+            factor *= own_factor
+        return self._free[name], factor, offset
+
+    def _add(self, element: XmlElement, options: JointStateOptions) -> None:
+        name = element.get('name')
+        lower, upper = _range(element, options.use_smallest_joint_limits)
+        self.names.append(name)
+        mimic = element.first('mimic')
+        if options.use_mimic_tags and mimic is not None:
+            self._dependent[name] = (mimic.get('joint'), _number(mimic, 'multiplier', 1.0),
+                                     _number(mimic, 'offset', 0.0))
+            return
+        first = options.zeros.get(name)
+        if first is None:
+            first = 0.0 if lower <= 0.0 <= upper else 0.5 * (lower + upper)
+        values = {kind: first if kind == 'position' else 0.0 for kind in options.defaults}
+        self._free[name] = _FreeJoint(lower, upper, element.get('type') == 'continuous', values)
+
+
+def _range(element: XmlElement, narrowed: bool) -> tuple[float, float]:
+    lower, upper = -math.pi, math.pi
+    if element.get('type') != 'continuous':
+        limit = element.first('limit')
+        for key in ('lower', 'upper'):
+            if limit is None or key not in limit.attributes:
+                raise ModelError(Problem(
+                    f"joint '{element.get('name')}' of type '{element.get('type')}' has no "
+                    f"'{key}' limit", element.where))
+        assert limit is not None
+        lower, upper = _number(limit, 'lower', 0.0), _number(limit, 'upper', 0.0)
+    safety = element.first('safety_controller')
+    if narrowed and safety is not None:
+        lower = max(lower, _number(safety, 'soft_lower_limit', lower))
+        upper = min(upper, _number(safety, 'soft_upper_limit', upper))
+    return lower, upper
+
+
+def _number(element: XmlElement, key: str, default: float) -> float:
+    if key not in element.attributes:
+        return default
+    try:
+        return float(element.get(key))
+    except ValueError:
+        raise ModelError(Problem(f"'{key}' is '{element.get(key)}'", element.where,
+                                 'a number')) from None
