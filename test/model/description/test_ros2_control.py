@@ -80,7 +80,8 @@ def test_a_joint_in_no_tag_is_held_and_not_listed(small_package):
     """Nobody can read or claim it."""
     small_package.ros2_control(joint('shoulder', 'position'), joint('elbow', 'position'))
     simulation, manager, _ = start(small_package)
-    assert 'grip' not in manager.controllers['joint_state_broadcaster'].joint_names
+    manager.switch(activate=['joint_state_broadcaster'])
+    assert 'grip' not in manager.controllers['joint_state_broadcaster'].read(0).names
     for _ in range(200):
         simulation.write(1)
         simulation.step()
