@@ -20,6 +20,16 @@ def test_a_missing_argument_is_named_with_its_choices(entities):
     assert said.status == 2
 
 
+def test_choices_may_be_a_text(entities):
+    """A text as choices allows its parts, as Python's ``in`` does in launch."""
+    said = entities("""
+        DeclareLaunchArgument('arm', choices='ur5e', default_value='ur5'), node('x'),
+    """)
+    assert list(said.processes()) == ['x']
+    said = entities("DeclareLaunchArgument('arm', choices='ur5e'),", 'arm:=ur10')
+    assert "argument 'arm' is 'ur10'; allowed: ur5e" in said.errors
+
+
 def test_choices_are_checked(entities):
     """P37: a value that is none of the choices is refused, with the line of the file."""
     said = entities("DeclareLaunchArgument('who', choices=['anna', 'bert']),", 'who:=otto')

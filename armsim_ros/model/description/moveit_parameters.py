@@ -117,7 +117,9 @@ class MoveItParameters:
         return self._read('moveit_cpp.yaml', file_path)
 
     def sensors_3d(self, file_path: str | Path | None = None) -> Parameters:
-        """Return the sensors of an octomap; none where the list or its first entry is empty."""
+        """Return the sensors of an octomap; none where file, list or its first entry is absent."""
+        if file_path and not self._named(file_path).is_file():
+            return {}
         found = self._read('sensors_3d.yaml', file_path)
         listed = found.get('sensors')
         return found if isinstance(listed, list) and listed and listed[0] else {}

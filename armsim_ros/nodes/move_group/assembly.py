@@ -96,7 +96,8 @@ class MoveGroup:
         for line in coverage_report(robot, settings.moveit_controllers):
             context.logger.warning(line)
         ready = context.planning.submit(warm_up)
-        ready.add_done_callback(lambda _: context.logger.info(READY))
+        # As upstream: printed, not logged, so that it is there at every log level.
+        ready.add_done_callback(lambda _: print(f'\n{READY}\n', flush=True))
 
     @property
     def execution(self) -> TrajectoryExecutionManager:

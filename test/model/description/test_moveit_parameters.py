@@ -85,3 +85,4 @@ def test_sensors_that_are_none(parameters, small_package, text):
     assert parameters.sensors_3d() == {}
     small_package.write('config/sensors_3d.yaml', 'sensors: [kinect]\n')
     assert parameters.sensors_3d() == {'sensors': ['kinect']}
+    assert parameters.sensors_3d('config/absent.yaml') == {}

@@ -25,7 +25,7 @@ class DeclareLaunchArgument(Action):
 
     :param name: of the argument.
     :param default_value: without one it has to be given.
-    :param choices: the values that it may have.
+    :param choices: the values that it may have; of a text, its parts, as ``in`` does.
     """
 
     def __init__(
@@ -41,7 +41,8 @@ class DeclareLaunchArgument(Action):
         self.default_value = (None if default_value is None
                               else normalize_to_list_of_substitutions(default_value))
         self.description = description or 'no description given'
-        self.choices = None if choices is None else [str(one) for one in choices]
+        self.choices = choices if choices is None or isinstance(choices, str) else [
+            str(choice) for choice in choices]
 
     @classmethod
     def parse(cls, entity: Any, parser: Any) -> tuple[type, dict[str, Any]]:
@@ -66,11 +67,15 @@ class DeclareLaunchArgument(Action):
         values = context.launch_configurations
         if self.name not in values:
             if self.default_value is None:
-                raise MissingArgumentsError([(self.name, self.choices or ())])
+                raise MissingArgumentsError([(self.name, self._listed_choices())])
             values[self.name] = perform_substitutions(context, self.default_value)
         if self.choices is not None and values[self.name] not in self.choices:
             raise LaunchError(f"argument '{self.name}' is '{values[self.name]}'; allowed: "
-                                f"{', '.join(self.choices)}", self.where)
+                                f"{', '.join(self._listed_choices())}", self.where)
+
+    def _listed_choices(self) -> list[str]:
+        """Return the choices for messages."""
+        return [self.choices] if isinstance(self.choices, str) else self.choices or []
 
 
 class _SetAction(Action):
