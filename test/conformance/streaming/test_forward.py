@@ -62,7 +62,7 @@ def test_a_far_position_is_reached_by_the_drive(arm: Streamed) -> None:
     arm.until(lambda: np.abs(arm.positions - goal).max() < 2e-3, 'the command is reached')
     track, stamps = arm.moved(arm.measured), np.array(arm.measured.stamps)
     speed = np.abs(np.diff(track, axis=0)) / np.diff(stamps)[: len(track) - 1, None]
-    assert speed.max() < 3.14 * 1.2  # of the joint itself, which swings in at first
+    assert speed.max() < 3.14 * 1.5  # the drive has headroom, and the joint swings in at first
 
 
 @statement('X3', 'C21')
