@@ -22,9 +22,9 @@ class GripperParameters(Settings):
     )
     allow_stalling: bool = parameter(False, 'a stalled gripper has succeeded')
     stall_velocity_threshold: float = parameter(
-        0.001, 'slower than this is stalled [rad/s or m/s]', ge=0.0
+        0.001, 'slower than this is stalled, below 0 nothing is [rad/s or m/s]'
     )
-    stall_timeout: float = parameter(1.0, 'so long slow is stalled [s]', ge=0.0)
+    stall_timeout: float = parameter(1.0, 'slow for longer than this is stalled [s]')
     action_monitor_rate: float = parameter(
         20.0, 'checks a second for a result [Hz]', read_only=True, ge=0.1, allow_inf_nan=False
     )
@@ -63,6 +63,7 @@ class ParallelGripperActionControllerParameters(GripperParameters):
     state_interfaces: tuple[Literal['position', 'velocity'], ...] = parameter(
         ('position', 'velocity'), 'interfaces to read', read_only=True
     )
+    stall_timeout: float = parameter(1.0, 'slow for longer than this is stalled [s]', ge=0.0)
     max_effort_interface: str = parameter(
         '', "command interface for a goal's effort, as joint/interface", read_only=True
     )

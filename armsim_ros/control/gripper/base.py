@@ -90,6 +90,7 @@ class GripperBase(Controller[ParametersT]):
             if cancels:
                 if goal is self._goal:
                     self._target = float(self.context.hardware.state.position[self._index])
+                    self._bound = self._default_bound
                     self._end(GoalStatus.CANCELED)
                 continue
             self._end(GoalStatus.CANCELED)
@@ -138,7 +139,7 @@ class GripperBase(Controller[ParametersT]):
             self._end(GoalStatus.SUCCEEDED, reached=True)
         elif abs(state.velocity[self._index]) > parameters.stall_velocity_threshold:
             self._last_movement_ns = time_ns
-        elif (time_ns - self._last_movement_ns) * 1e-9 >= parameters.stall_timeout:
+        elif (time_ns - self._last_movement_ns) * 1e-9 > parameters.stall_timeout:
             allowed = parameters.allow_stalling
             self._end(GoalStatus.SUCCEEDED if allowed else GoalStatus.ABORTED, stalled=True)
 

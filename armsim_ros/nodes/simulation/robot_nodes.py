@@ -111,11 +111,14 @@ class RobotNodes:
     def publish(self, time_ns: int) -> None:
         """Publish what is due at the rate of /clock [ns]."""
         for side in self._registry.sides:
-            side.publish(time_ns)
+            if side.opened:
+                side.publish(time_ns)
         self._events.drain()
 
     def watch(self, time_ns: int) -> None:
         """Check what rarely changes, also while time [ns] stands still."""
+        if any(side.due for side in self._registry.sides):
+            self._dispatcher.post(self._registry.open_due)
         self._events.drain()
         self._activity.publish_if_changed(time_ns)
         self._watch_domain.look()

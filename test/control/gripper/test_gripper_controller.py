@@ -46,6 +46,30 @@ def test_stalls(rig, allowed, status):
     assert not goal.result.reached_goal
 
 
+def test_a_negative_threshold_never_stalls(rig):
+    """stall_velocity_threshold has no bounds (gripper_action_controller_parameters.yaml)."""
+    r = rig()
+    hand = gripper(r, stall_velocity_threshold=-1.0, stall_timeout=0.1)
+    goal = hand.send_goal(0.5).goal
+    r.hardware.frozen = True
+    r.run(1.0)
+    assert goal.status.name == 'EXECUTING'
+
+
+@pytest.mark.parametrize('kind', [POSITION, PARALLEL])
+def test_cancel_takes_the_goals_effort_back(rig, kind):
+    """After a cancel the parameter's max_effort counts again (set_hold_position)."""
+    r = rig(gain=0.05)
+    parameters = {'max_effort_interface': 'a/effort'} if kind == PARALLEL else {}
+    hand = gripper(r, kind, max_effort=7.0, **parameters)
+    goal = hand.close_to(1.0, 3.0).goal
+    r.step()
+    assert r.hardware.effort_bound[0] == 3.0
+    hand.cancel(goal)
+    r.step()
+    assert r.hardware.effort_bound[0] == 7.0
+
+
 def test_cancel_holds(rig):
     """N4: CANCELED, and the joint stays where it is."""
     r = rig(gain=0.05)

@@ -65,7 +65,24 @@ class ControllerRegistry(Mapping[str, ControllerNode]):
         side = create_controller_node(controller, node, self._dispatcher)
         self._sides = {**self._sides, controller.name: side}
         self._executor.add_node(node)
+        if side.due:
+            side.open()
         return side
+
+    def configure(self, name: str) -> None:
+        """
+        Configure a controller and create its endpoints.
+
+        :raises ControllerError: it cannot be configured.
+        """
+        self._manager.configure(name)
+        self.open_due()
+
+    def open_due(self) -> None:
+        """Create the endpoints of controllers whose time has come; in the executor's thread."""
+        for side in self._sides.values():
+            if side.due:
+                side.open()
 
     def unload(self, name: str) -> None:
         """

@@ -61,7 +61,7 @@ class ControllerManagerServices:
         self._loader = loader
         self._dispatcher = dispatcher
         self._create('load_controller', LoadController, self._named(loader.load))
-        self._create('configure_controller', ConfigureController, self._named(manager.configure))
+        self._create('configure_controller', ConfigureController, self._named(loader.configure))
         self._create('cleanup_controller', CleanupController, self._named(manager.cleanup))
         self._create('unload_controller', UnloadController, self._named(loader.unload))
         waiting = ReentrantCallbackGroup()
@@ -138,4 +138,5 @@ class ControllerManagerServices:
         if not switch.done() and switch.cancel():
             return False, f'the control loop did not switch within {timeout:g} s; it is overloaded'
         result = switch.result()
+        self._loader.open_due()
         return result.ok, result.message

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Callable
-from typing import Any
+from typing import Any, ClassVar
 
 from rclpy.node import Node
 from std_msgs.msg import Float64
@@ -21,7 +21,7 @@ from armsim_ros.control.command_controllers.admittance_controller import Admitta
 from armsim_ros.control.command_controllers.forward_command_controller import ForwardController
 from armsim_ros.control.command_controllers.gpio_command_controller import GpioCommandController
 from armsim_ros.control.command_controllers.pid_controller import PidController
-from armsim_ros.control.controller import Controller
+from armsim_ros.control.controller import Controller, LifecycleState
 from armsim_ros.control.gripper.gripper_controller import (
     GripperController,
     ParallelGripperController,
@@ -61,16 +61,36 @@ class ControllerNode:
     """
     The ROS side of one controller: a node of its name in the manager's namespace.
 
+    The endpoints exist from the time at which the controller is configured, as upstream's do.
+
     :param controller: the controller.
     :param node: a fresh node.
     """
+
+    #: States of the controller in which the endpoints are created; they stay from then on.
+    opening_states: ClassVar[tuple[LifecycleState, ...]] = (
+        LifecycleState.INACTIVE, LifecycleState.ACTIVE)
 
     def __init__(self, controller: Controller, node: Node, dispatcher: Dispatcher) -> None:
         """Parameters are declared later, by ``declare_parameters``."""
         self.controller = controller
         self.node = node
         self.dispatcher = dispatcher
+        self.opened = False
         self._parameters: SettingsParameters | None = None
+
+    @property
+    def due(self) -> bool:
+        """Whether the endpoints are to be created now."""
+        return not self.opened and self.controller.state in self.opening_states
+
+    def open(self) -> None:
+        """Create the endpoints; only from the executor's thread, or before it runs."""
+        self._open(self.node)
+        self.opened = True
+
+    def _open(self, node: Node) -> None:
+        """Create the endpoints of the controller's kind."""
 
     def declare_parameters(self) -> None:
         """Declare the controller's parameters; later changes go to the controller."""
@@ -79,7 +99,11 @@ class ControllerNode:
         )
 
     def publish(self, time_ns: int) -> None:
-        """Publish what is due; called in the publishing thread at the rate of /clock."""
+        """
+        Publish what is due at the rate of /clock.
+
+        Called in the publishing thread once the endpoints are there.
+        """
 
     def refused(self, reason: str) -> None:
         """Publish why a goal or trajectory was refused."""
@@ -108,17 +132,11 @@ class BroadcasterNode(ControllerNode):
 
     controller: Broadcaster[Any, Any]
 
-    def __init__(
-        self, controller: Broadcaster[Any, Any], node: Node, dispatcher: Dispatcher
-    ) -> None:
-        super().__init__(controller, node, dispatcher)
-        self._open(node)
-        post = dispatcher.bounded(1)  # one call takes all samples
-        controller.listen(lambda: post(self._publish_samples))
-
-    @abstractmethod
-    def _open(self, node: Node) -> None:
-        """Create the topics."""
+    def open(self) -> None:
+        """Create the topics and listen to the controller."""
+        super().open()
+        post = self.dispatcher.bounded(1)  # one call takes all samples
+        self.controller.listen(lambda: post(self._publish_samples))
 
     @abstractmethod
     def _publish_sample(self, sample: Any) -> None:
@@ -156,27 +174,30 @@ class ActionControllerNode(ControllerNode):
     """A controller with an action and a topic of rejected goals."""
 
     _action: GoalServer
+    _rejected: RejectedGoals
 
-    def __init__(self, controller: Controller, node: Node, dispatcher: Dispatcher) -> None:
-        super().__init__(controller, node, dispatcher)
+    def _open(self, node: Node) -> None:
         self._rejected = RejectedGoals(node)
 
     def refused(self, reason: str) -> None:
         """Publish why a goal or trajectory was refused."""
-        self._rejected.publish(reason)
+        if self.opened:
+            self._rejected.publish(reason)
 
     @property
     def pending(self) -> int:
         """Goals without a result."""
-        return len(self._action.running)
+        return len(self._action.running) if self.opened else 0
 
     def end(self, sentence: str) -> None:
         """Abort running goals and accept no more."""
-        self._action.end(sentence)
+        if self.opened:
+            self._action.end(sentence)
 
     def destroy(self) -> None:
         """Destroy the action server and the node."""
-        self._action.destroy()
+        if self.opened:
+            self._action.destroy()
         super().destroy()
 
 
@@ -185,11 +206,10 @@ class TrajectoryControllerNode(ActionControllerNode):
 
     controller: JointTrajectoryController
 
-    def __init__(
-        self, controller: JointTrajectoryController, node: Node, dispatcher: Dispatcher
-    ) -> None:
-        super().__init__(controller, node, dispatcher)
-        self._action = FollowJointTrajectoryServer(node, controller, dispatcher)
+    def _open(self, node: Node) -> None:
+        super()._open(node)
+        controller = self.controller
+        self._action = FollowJointTrajectoryServer(node, controller, self.dispatcher)
         self._state = ControllerStatePublisher(node, controller)
         self._inputs: list[Any] = [
             JointTrajectorySubscription(node, controller),
@@ -205,29 +225,27 @@ class TrajectoryControllerNode(ActionControllerNode):
 
 
 class GripperNode(ActionControllerNode):
-    """A gripper controller of either kind: its action."""
+    """A gripper controller of either kind: its action, from the first activation on."""
 
-    def __init__(
-        self,
-        controller: GripperController | ParallelGripperController,
-        node: Node,
-        dispatcher: Dispatcher,
-    ) -> None:
-        super().__init__(controller, node, dispatcher)
+    controller: GripperController | ParallelGripperController
+    opening_states: ClassVar[tuple[LifecycleState, ...]] = (LifecycleState.ACTIVE,)
+
+    def _open(self, node: Node) -> None:
+        super()._open(node)
+        controller = self.controller
         if isinstance(controller, ParallelGripperController):
-            self._action = ParallelGripperCommandServer(node, controller, dispatcher)
+            self._action = ParallelGripperCommandServer(node, controller, self.dispatcher)
         else:
-            self._action = GripperCommandServer(node, controller, dispatcher)
+            self._action = GripperCommandServer(node, controller, self.dispatcher)
 
 
 class ForwardControllerNode(ControllerNode):
     """A forward controller of any kind: its commands."""
 
-    def __init__(
-        self, controller: ForwardController, node: Node, dispatcher: Dispatcher
-    ) -> None:
-        super().__init__(controller, node, dispatcher)
-        self._commands = Commands(node, controller)
+    controller: ForwardController
+
+    def _open(self, node: Node) -> None:
+        self._commands = Commands(node, self.controller)
 
 
 class SensorBroadcasterNode(BroadcasterNode):
@@ -249,13 +267,10 @@ class SensorBroadcasterNode(BroadcasterNode):
 class FollowingControllerNode(ControllerNode):
     """A controller that others may write to: its references and its state."""
 
-    def __init__(
-        self,
-        controller: PidController | AdmittanceController,
-        node: Node,
-        dispatcher: Dispatcher,
-    ) -> None:
-        super().__init__(controller, node, dispatcher)
+    controller: PidController | AdmittanceController
+
+    def _open(self, node: Node) -> None:
+        controller = self.controller
         self._topics: PidTopics | AdmittanceTopics
         if isinstance(controller, PidController):
             self._topics = PidTopics(node, controller)
@@ -273,12 +288,9 @@ class StandInNode(ControllerNode):
 
     controller: StandInController
 
-    def __init__(
-        self, controller: StandInController, node: Node, dispatcher: Dispatcher
-    ) -> None:
+    def _open(self, node: Node) -> None:
         """Create the publisher, if there is something to publish."""
-        super().__init__(controller, node, dispatcher)
-        self._scaling = None
+        controller, self._scaling = self.controller, None
         if controller.type.endswith('/SpeedScalingStateBroadcaster'):
             self._scaling = node.create_publisher(Float64, '~/speed_scaling', 10)
         self._rate = Rate(controller.parameters.state_publish_rate)

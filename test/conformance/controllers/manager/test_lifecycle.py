@@ -6,6 +6,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from control_msgs.action import GripperCommand
+from control_msgs.srv import QueryTrajectoryState
 from controller_bench import Bench, Result, TrajectoryController
 import pytest
 
@@ -37,6 +39,29 @@ def test_the_life_of_a_controller(bench: Bench, load: Callable[..., bool]) -> No
     assert manager.states()['mortal'] == 'unconfigured'
     assert manager.unload('mortal')
     assert 'mortal' not in manager.states()
+
+
+@statement('C19')
+def test_endpoints_come_with_the_life_cycle(bench: Bench, load: Callable[..., bool]) -> None:
+    """
+    A trajectory controller is there once it is configured, a gripper's action once it is active.
+
+    joint_trajectory_controller.cpp, on_configure; gripper_action_controller_impl.hpp, on_activate.
+    """
+    gripper = {'joint': 'finger', 'joints': None, 'command_interfaces': None,
+               'state_interfaces': None}  # fmt: skip
+    query, action = bench.name('late/query_state'), bench.name('later/gripper_cmd')
+    send_goal = f'{action}/_action/send_goal'
+    assert load('late')
+    assert load('later', 'position_controllers/GripperActionController', **gripper)
+    assert bench.manager.configure('later')
+    assert bench.manager.configure('late')
+    bench.client.connect({query: QueryTrajectoryState})
+    services = dict(bench.client.node.get_service_names_and_types())
+    assert send_goal not in services
+    bench.activate('later')
+    bench.client.connect({send_goal: GripperCommand.Impl.SendGoalService})
+    bench.activate()
 
 
 @statement('C3', 'B11')
