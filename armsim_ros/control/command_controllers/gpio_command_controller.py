@@ -35,6 +35,11 @@ class GpioCommandController(SensorBroadcaster):
         return parameters
 
     @property
+    def gpios(self) -> tuple[str, ...]:
+        """What is commanded or published."""
+        return self._own.gpios
+
+    @property
     def required_command_interfaces(self) -> tuple[str, ...]:
         """Those that the parameters name."""
         return self._own.commands

@@ -21,17 +21,19 @@ class GpioTopics:
         self._controller = controller
         kind = DynamicInterfaceGroupValues
         self._publisher = WantedPublisher(node, kind, '~/gpio_states', qos.STATE)
+        self._gpios = controller.gpios
         self._subscription = node.create_subscription(
-            kind, '~/commands', self._receive, qos.COMMAND)
+            kind, '~/commands', self._receive, qos.COMMAND
+        ) if controller.required_command_interfaces else None
 
     def publish(self, sample: SensorSample) -> None:
         """Publish a sample, one group per GPIO."""
         if not self._publisher.wanted(sample.time_ns):
             return
-        groups: dict[str, InterfaceValue] = {}
+        groups = {gpio: InterfaceValue() for gpio in self._gpios}
         for name, value in zip(self._controller.interfaces, sample.values.tolist(), strict=False):
             gpio, _, kind = name.rpartition('/')
-            group = groups.setdefault(gpio, InterfaceValue())
+            group = groups[gpio]
             group.interface_names.append(kind)
             group.values.append(value)
         message = DynamicInterfaceGroupValues(
