@@ -43,7 +43,11 @@ class Cone:
 
 @dataclass(frozen=True, slots=True)
 class Plane:
-    """The half space below ``a*x + b*y + c*z + d = 0``; (a, b, c) is the normal."""
+    """
+    The plane ``a*x + b*y + c*z + d = 0``; (a, b, c) is the normal.
+
+    In a planning scene it is infinitely thin; in the simulation all below it is solid.
+    """
 
     a: float
     b: float

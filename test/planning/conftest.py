@@ -20,6 +20,9 @@ from armsim_ros.planning.scene.planning_scene import PlanningScene
 def pytest_addoption(parser):
     """Add what makes random tests longer."""
     parser.addoption('--clutter', type=int, default=None, help='random problems for each robot')
+    parser.addoption('--placements', type=int, default=None,
+                     help='placements of two shapes that are checked for contact')
+    parser.addoption('--placement-seed', type=int, default=None, help='first of their seeds')
 
 
 class Recorder(logging.Handler):

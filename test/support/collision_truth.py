@@ -34,8 +34,8 @@ def shape_of(geometry):
         return coal.Sphere(geometry.radius)
     if isinstance(geometry, Plane):
         normal = np.array([geometry.a, geometry.b, geometry.c])
-        return coal.Halfspace(normal / np.linalg.norm(normal),
-                              -geometry.d / np.linalg.norm(normal))
+        return coal.Plane(normal / np.linalg.norm(normal),
+                          -geometry.d / np.linalg.norm(normal))
     kind = {Cylinder: coal.Cylinder, Cone: coal.Cone, Capsule: coal.Capsule}[type(geometry)]
     return kind(geometry.radius, geometry.length)
 

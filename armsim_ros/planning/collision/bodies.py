@@ -56,8 +56,8 @@ def exact_shape(geometry: Geometry) -> Any:
     """
     Return the shape itself for coal: primitives are exact, meshes are their triangles.
 
-    A plane is the half space below it. A mesh is a surface: what is wholly inside of it does
-    not touch it.
+    A plane and a mesh are surfaces: a shape that is wholly on one side or inside of them does not
+    touch them.
     """
     if isinstance(geometry, Mesh):
         return _triangles(_MeshContent.of(geometry))
@@ -73,7 +73,7 @@ def exact_shape(geometry: Geometry) -> Any:
         return coal.Capsule(geometry.radius, geometry.length)
     normal = np.array([geometry.a, geometry.b, geometry.c])
     length = float(np.linalg.norm(normal))
-    return coal.Halfspace(normal / length, -geometry.d / length)
+    return coal.Plane(normal / length, -geometry.d / length)
 
 
 def hull_shape(geometry: Geometry) -> Any:

@@ -286,9 +286,8 @@ class CollisionChecker:
         """
         smallest = math.inf
         for tables in self._followed():
-            tables.ready(True, group)
-            for first, second, distance in tables.exact.distances(q):
-                smallest = min(smallest, distance - tables.margin(first, second))
+            for first, second, distance in tables.ready(True, group).near(q, math.inf):
+                smallest = min(smallest, tables.apart(first, second, distance))
         return smallest
 
     def pair_distances(
@@ -310,7 +309,7 @@ class CollisionChecker:
                 one, other = tables.shapes[first], tables.shapes[second]
                 found.append(PairDistance(
                     (one.body.name, other.body.name), (one.body.type, other.body.type),
-                    (one.joint, other.joint), distance - tables.margin(first, second)))
+                    (one.joint, other.joint), tables.apart(first, second, distance)))
         return found
 
     @property
@@ -381,5 +380,5 @@ def _contact(tables: CollisionTables, first: int, second: int) -> Contact:
     else:
         position = np.array(best.pos, dtype=np.float64).reshape(3)
         normal = np.array(best.normal, dtype=np.float64).reshape(3)
-        depth = tables.margin(first, second) - float(best.penetration_depth)
+        depth = max(0.0, tables.margin(first, second) - float(best.penetration_depth))
     return Contact(a.name, b.name, a.type, b.type, position, normal, depth)

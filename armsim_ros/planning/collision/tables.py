@@ -21,16 +21,15 @@ from armsim_ros.planning.collision.bodies import (
     PlacedShape,
     required_pairs,
 )
+from armsim_ros.planning.collision.contact_query import (
+    contact_request,
+    ContactDistances,
+    PlaneDistance,
+)
 from armsim_ros.planning.scene.content import SceneContent
 
 Judge = Callable[[Vector], bool]
 """Says whether a robot state (n,) touches anything."""
-
-#: Ask only whether two shapes touch.
-_NOTHING_ELSE = coal.CollisionRequestFlag.NO_REQUEST
-#: Distance [m] that counts as contact where GJK begins between the shapes' bounding boxes: that
-#: is quicker, but loses contacts of shapes about nearly one centre where there is no margin.
-_GUESSED_MARGIN = 1e-4
 
 
 class BroadPhase:
@@ -46,22 +45,17 @@ class BroadPhase:
     :param model: Pinocchio's kinematic model; somebody else keeps it alive as well.
     :param shapes: (joint, pose (4, 4) on it, coal shape) each.
     :param pairs: (g, g) upper triangle, the pairs that can be checked.
-    :param margins: (g, g) [m] distance that counts as contact.
-    :param exact: no pair counts as touching from any farther; else it is quicker, and they may
-        from a tenth of a millimetre.
+    :param margins: (g, g) [m] distance that counts as contact, at least the tolerances.
     """
 
     def __init__(
         self, model: Any, shapes: Sequence[tuple[int, Matrix, Any]], pairs: Mask,
-        margins: Matrix, exact: bool,
+        margins: Matrix,
     ) -> None:
         self._model = model
         self._shapes = list(shapes)
         self._pairs = pairs
         self._margins = margins
-        self._exact = exact
-        #: The least margin [m] that may be set.
-        self.least_margin = 0.0 if exact else _GUESSED_MARGIN
         self._active: Mask | None = None
         #: (pairs,) which of them are active.
         self._looked_at = np.zeros(0, dtype=bool)
@@ -73,6 +67,8 @@ class BroadPhase:
         #: (pairs,) sums of the radii of the spheres around two shapes [m].
         self._radii = np.zeros(0)
         self._pair_table = np.zeros((0, 2), dtype=np.intp)
+        #: Numbers of a mesh and a plane -> their distance.
+        self._planes: dict[tuple[int, ...], PlaneDistance] = {}
 
     def _build(self) -> None:
         """Build the tables; done at the first question, so as not to do it in vain."""
@@ -86,29 +82,17 @@ class BroadPhase:
         self._geometry_data = pin.GeometryData(self._geometry)
         # Pinocchio has GJK begin where it ended the last time. From far away it then loses
         # contacts, such as that of two boxes about one centre.
-        for requests, plain in (
-            (self._geometry_data.collisionRequests, coal.CollisionRequest(_NOTHING_ELSE, 1)),
-            (self._geometry_data.distanceRequests, coal.DistanceRequest()),
-        ):
-            for k in range(len(requests)):
-                requests[k] = plain
-        if not self._exact:
-            self._guess()
+        for k in range(len(self._geometry.collisionPairs)):
+            self._geometry_data.distanceRequests[k] = coal.DistanceRequest()
+        plain, guessing = contact_request(False), contact_request(True)
+        for k, pair in enumerate(self._geometry.collisionPairs):
+            curved = not any(isinstance(self._shapes[number][2], (coal.BVHModelBase, coal.Plane))
+                             for number in (pair.first, pair.second))
+            self._geometry_data.collisionRequests[k] = guessing if curved else plain
         self._manager = pin.TreeBroadPhaseManager_NaiveCollisionManager(
             self._model, self._geometry, self._geometry_data
         )
         self._geometry_data.setSecurityMargins(self._geometry, self._margins)
-
-    def _guess(self) -> None:
-        """Let GJK of two convex shapes begin with the way from one bounding box to the other."""
-        guessing = coal.CollisionRequest(_NOTHING_ELSE, 1)
-        guessing.gjk_initial_guess = coal.GJKInitialGuess.BoundingVolumeGuess
-        plain = {number for number, (_, _, shape) in enumerate(self._shapes)
-                 if isinstance(shape, (coal.BVHModelBase, coal.Halfspace))}
-        requests = self._geometry_data.collisionRequests
-        for k, pair in enumerate(self._geometry.collisionPairs):
-            if not plain or plain.isdisjoint((pair.first, pair.second)):
-                requests[k] = guessing
 
     def set_margins(self, margins: Matrix) -> None:
         """Set the distance [m] below which a pair (g, g) counts as touching."""
@@ -152,18 +136,6 @@ class BroadPhase:
             if active[k] and results[k].isCollision()
         ]
 
-    def distances(self, q: Vector) -> list[tuple[int, int, float]]:
-        """Return (first, second, distance [m]) of all active pairs; negative where they touch."""
-        data = self._geometry_data
-        pin.computeDistances(self._model, self._data, self._geometry, data, q)
-        active = data.activeCollisionPairs
-        results = data.distanceResults
-        return [
-            (pair.first, pair.second, float(results[k].min_distance))
-            for k, pair in enumerate(self._geometry.collisionPairs)
-            if active[k]
-        ]
-
     def near(self, q: Vector, within: float) -> list[tuple[int, int, float]]:
         """
         Return (first, second, distance [m]) of the active pairs nearer than ``within`` [m].
@@ -182,10 +154,24 @@ class BroadPhase:
         apart = np.einsum('ij,ij->i', ways, ways) < (self._radii + within) ** 2
         found = []
         for k in np.flatnonzero(self._looked_at & apart):
-            distance = float(pin.computeDistance(geometry, data, int(k)).min_distance)
+            distance = self._distance(int(k))
             if distance < within:
                 found.append((int(first[k]), int(second[k]), distance))
         return found
+
+    def _distance(self, number: int) -> float:
+        """Return the distance [m] of a pair where the shapes were placed last."""
+        places = tuple(int(place) for place in self._pair_table[number])
+        kinds = [self._shapes[place][2].getNodeType() for place in places]
+        if coal.NODE_TYPE.GEOM_PLANE in kinds and coal.NODE_TYPE.BV_OBBRSS in kinds:
+            mesh, plane = sorted(
+                places, key=lambda place: isinstance(self._shapes[place][2], coal.Plane))
+            if places not in self._planes:
+                self._planes[places] = PlaneDistance(
+                    self._shapes[mesh][2], self._shapes[plane][2])
+            return self._planes[places].between(self.pose(mesh), self.pose(plane))
+        return float(pin.computeDistance(
+            self._geometry, self._geometry_data, number).min_distance)
 
     def _bound_shapes(self) -> tuple[list[int], NDArray[np.intp], Matrix]:
         """
@@ -242,18 +228,20 @@ class CollisionTables:
         self._group_masks: dict[str | None, Mask] = {}
         self._rigid_hits: dict[str | None, bool] = {}
         self._margins = margins(self.shapes, content)
-        #: (clearance, least margin) [m] -> margins (g, g) [m].
-        self._kept: dict[tuple[float, float], Matrix] = {}
+        self._distances = ContactDistances([shape.exact for shape in self.shapes])
+        within = self._within = self._distances.within(self._margins)
+        #: Clearance [m] -> distances (g, g) [m] that count as contact.
+        self._kept: dict[float, Matrix] = {0.0: within}
         self.exact = BroadPhase(
             kinematics.model, [(s.joint, s.pose, s.exact) for s in self.shapes], self._required,
-            self._margins, exact=True,
+            within,
         )
         #: With the robot's meshes as hulls; None where it has no meshes.
         self.hull: BroadPhase | None = None
         if any(shape.hull is not shape.exact for shape in self.shapes):
             self.hull = BroadPhase(
                 kinematics.model, [(s.joint, s.pose, s.hull) for s in self.shapes],
-                self._required, self._margins, exact=False,
+                self._required, within,
             )
 
     def mask(self, group: str | None) -> Mask:
@@ -298,10 +286,10 @@ class CollisionTables:
         :param clearance: [m] nearer than this counts as touching.
         """
         stage = self.exact if exact or self.hull is None else self.hull
-        found = self._kept.get((clearance, stage.least_margin))
+        found = self._kept.get(clearance)
         if found is None:
-            found = np.maximum(self._margins + clearance, stage.least_margin)
-            self._kept[clearance, stage.least_margin] = found
+            found = self._kept[clearance] = self._distances.within(
+                self._margins + clearance)
         stage.activate(self.mask(group))
         stage.set_margins(found)
         return stage
@@ -344,8 +332,8 @@ class CollisionTables:
         for begin in range(0, len(states), POLLED_STATES[exact]):
             poll()
             part = slice(begin, begin + POLLED_STATES[exact])
-            margins = None if reach is None else np.maximum(
-                (reach[part] @ weights).reshape(-1, count, count) + kept, stage.least_margin)
+            margins = None if reach is None else self._distances.within(
+                (reach[part] @ weights).reshape(-1, count, count) + kept)
             for k, q in enumerate(states[part]):
                 if margins is not None:
                     stage.set_margins(margins[k])
@@ -376,12 +364,17 @@ class CollisionTables:
         """Return the distance [m] at which two shapes count as touching."""
         return float(self._margins[first, second])
 
+    def apart(self, first: int, second: int, distance: float) -> float:
+        """Return a distance found [m] without the padding; not positive where they touch."""
+        left = distance - self.margin(first, second)
+        return left if distance > self._within[first, second] else min(left, 0.0)
+
     def collide(self, first: int, second: int, pose_1: Matrix, pose_2: Matrix) -> Any:
         """Return coal's result for two shapes at poses (4, 4) in a common frame."""
         request = coal.CollisionRequest()
         request.enable_contact = True
         request.num_max_contacts = CONTACTS_OF_A_PAIR
-        request.security_margin = self.margin(first, second)
+        request.security_margin = float(self._within[first, second])
         result = coal.CollisionResult()
         coal.collide(
             self.shapes[first].exact,

@@ -1,0 +1,98 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""
+The query to coal that finds every contact.
+
+Coal measures the distance of convex shapes with GJK, which ends as soon as the distance found is
+within a tolerance of the true one; and it reports contact where the distance found is zero. Of
+shapes that overlap, GJK may so find any distance up to the tolerance, mostly if they are parallel
+to each other. EPA, which runs where contacts are requested, corrects that at twice the time. It is
+cheaper, and misses nothing, to count as contact whatever is found within the tolerance; gaps of
+up to a micrometre are contacts then.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import coal
+import numpy as np
+
+from armsim_ros.arrays import Matrix
+
+#: Error of the distances found, in [m] and as a share of the distance of the shapes' cores: a
+#: sphere's is its centre, a capsule's its axis.
+GJK_TOLERANCE = 1e-6
+#: coal takes the axes of two capsules for parallel where their cross product is below the square
+#: root of a hundred times the machine's precision [m^2]; this is half a turn's arc more.
+_TAKEN_FOR_PARALLEL = 0.5 * np.pi * 1.5e-7
+#: Some more, for rounding.
+_MORE = 1.1
+_NOTHING_ELSE = coal.CollisionRequestFlag.NO_REQUEST
+
+
+def contact_request(between_boxes: bool) -> Any:
+    """
+    Return a request that asks only whether two shapes touch.
+
+    :param between_boxes: begin with the way between the shapes' bounding boxes, which is quicker;
+        not for planes, and not for triangles.
+    """
+    request = coal.CollisionRequest(_NOTHING_ELSE, 1)
+    request.gjk_tolerance = GJK_TOLERANCE
+    if between_boxes:
+        request.gjk_initial_guess = coal.GJKInitialGuess.BoundingVolumeGuess
+    return request
+
+
+class ContactDistances:
+    """
+    The distances found that count as contact of shapes.
+
+    :param shapes: of coal, numbered.
+    """
+
+    def __init__(self, shapes: Sequence[Any]) -> None:
+        radii = np.array([shape.radius if isinstance(shape, (coal.Sphere, coal.Capsule)) else 0.0
+                          for shape in shapes])
+        #: (g, g) [m] where the margin is 0.
+        self._least = (
+            _MORE * GJK_TOLERANCE * (1.0 + radii[:, None] + radii) + _capsule_errors(shapes))
+
+    def within(self, margins: Matrix) -> Matrix:
+        """Return the distances (..., g, g) [m] for shapes within margins (..., g, g) [m]."""
+        distances: Matrix = margins * (1.0 + _MORE * GJK_TOLERANCE) + self._least
+        return distances
+
+
+def _capsule_errors(shapes: Sequence[Any]) -> Matrix:
+    """Return the most (g, g) [m] by which coal errs in the distance of two capsules."""
+    lengths = np.array([2.0 * shape.halfLength if isinstance(shape, coal.Capsule) else np.inf
+                        for shape in shapes])
+    shorter = np.minimum(lengths[:, None], lengths)
+    longer = np.where(np.isfinite(lengths[:, None] + lengths),
+                      np.maximum(lengths[:, None], lengths), 0.0)
+    errors: Matrix = np.minimum(longer, _TAKEN_FOR_PARALLEL / shorter)
+    return errors
+
+
+class PlaneDistance:
+    """
+    The distance of a mesh and a plane; that of coal is wrong, which takes a plane for a piece.
+
+    :param mesh: of coal, as is the plane.
+    """
+
+    def __init__(self, mesh: Any, plane: Any) -> None:
+        corners = (mesh.tri_indices(number) for number in range(mesh.num_tris))
+        self._corners = np.array([[corner[0], corner[1], corner[2]] for corner in corners])
+        self._vertices = mesh.vertices()
+        self._plane = plane
+
+    def between(self, mesh_pose: Matrix, plane_pose: Matrix) -> float:
+        """Return it [m] for poses (4, 4); not positive where a triangle crosses the plane."""
+        normal = plane_pose[:3, :3] @ self._plane.n
+        origin = normal @ (mesh_pose[:3, 3] - plane_pose[:3, 3]) - self._plane.d
+        heights = (self._vertices @ (mesh_pose[:3, :3].T @ normal) + origin)[self._corners]
+        return float(np.maximum(heights.min(axis=1), -heights.max(axis=1)).min())
