@@ -5,6 +5,8 @@ A judge of motions that shares no code with any planner.
 
 Pinocchio reads the URDF and its meshes; every pair that the SRDF does not allow is checked with
 plain ``computeCollisions``, without a broad phase, hulls or margins, in steps of 0.0017 rad.
+The requests include contacts and so penetration depths: without, as in the requests that Pinocchio
+makes itself, coal loses contacts of shapes that are parallel to each other.
 """
 
 from __future__ import annotations
@@ -141,6 +143,9 @@ class Referee:
     def _collision(self, problem: Any, states: Iterator[np.ndarray]) -> str:
         geometry = self._scene(problem.obstacles)
         data, geometry_data = self._model.createData(), pin.GeometryData(geometry)
+        for k in range(len(geometry.collisionPairs)):
+            geometry_data.collisionRequests[k] = coal.CollisionRequest(
+                coal.CollisionRequestFlag.CONTACT, 1)
         q = np.zeros(self._model.nq)
         for state in _thinned(states):
             q[self._order] = state

@@ -155,10 +155,11 @@ class AllowedCollisionMatrix:
             of links that one joint, or none, separates.
         """
         semantic = robot.semantic
-        pairs: dict[Pair, bool] = {sorted_pair(*p): True for p in semantic.disabled_collisions}
-        if auto_disable_adjacent and not pairs:
-            pairs.update(dict.fromkeys(adjacent_pairs(robot), True))
-        pairs.update({sorted_pair(*p): False for p in semantic.enabled_collisions})
+        disabled = {sorted_pair(*pair) for pair in semantic.disabled_collisions}
+        if auto_disable_adjacent and not disabled:
+            disabled = set(adjacent_pairs(robot)) - semantic.enabled_collisions
+        pairs = {sorted_pair(*pair): False for pair in semantic.enabled_collisions}
+        pairs.update(dict.fromkeys(disabled, True))
         defaults = {name: True for name in robot.links if name in semantic.default_disabled}
         names = [name for name, link in robot.links.items() if link.collisions]
         return cls(pairs, defaults, _united(names, (n for p in sorted(pairs) for n in p)))

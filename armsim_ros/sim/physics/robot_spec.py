@@ -255,11 +255,11 @@ def untouching_pairs(model: RobotModel) -> list[tuple[str, str]]:
         return list(combinations(sorted(solid), 2))
     semantic = model.semantic
     pairs = {_sorted_pair(joint.parent, joint.child) for joint in model.joints.values()}
-    pairs |= set(semantic.disabled_collisions)
     pairs |= {
         _sorted_pair(quiet, other) for quiet in semantic.default_disabled for other in model.links
     }
     pairs -= semantic.enabled_collisions
+    pairs |= set(semantic.disabled_collisions)
     return sorted(pair for pair in pairs if pair[0] != pair[1] and solid.issuperset(pair))
 
 

@@ -28,6 +28,17 @@ def test_enabled_pairs_win_over_defaults(make_robot):
     assert not acm.allowed('finger', 'base')
 
 
+def test_a_pair_both_enabled_and_disabled_is_disabled(make_robot):
+    """What the SRDF disables is set last (upstream's collision_matrix.cpp, the constructor)."""
+    acm = AllowedCollisionMatrix.from_robot(make_robot(
+        [('upper', 'fore')],
+        default_disabled=frozenset({'fore'}),
+        enabled_collisions=frozenset({('fore', 'upper'), ('base', 'fore')}),
+    ))
+    assert acm.allowed('upper', 'fore')
+    assert not acm.allowed('base', 'fore')
+
+
 def test_neighbours_are_exempt_where_the_srdf_is_silent(make_robot):
     """SCN-12: an SRDF without any disabled pair would make every state collide."""
     acm = AllowedCollisionMatrix.from_robot(make_robot())

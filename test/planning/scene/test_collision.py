@@ -198,6 +198,43 @@ def test_static_links_count_without_a_group(scene):
     assert not checker.in_collision(scene.q, 'arm')
 
 
+def test_a_plane_is_infinitely_thin(scene):
+    """Only what crosses a plane touches it (upstream's createCollisionGeometry)."""
+    checker = CollisionChecker(scene)
+    for height, hits in ((0.06, False), (0.04, True), (0.0, True), (-0.04, True), (-0.06, False)):
+        scene.apply_object(thing('floor', Plane(0, 0, 1, -height), (0, 0, 0)))
+        for exact in (True, False):
+            assert checker.in_collision(scene.q, exact=exact) == hits, (height, exact)
+        assert bool(checker.contacts(scene.q)) == hits
+        assert (checker.distance(scene.q) <= 0.0) == hits
+    assert checker.distance(scene.q) == pytest.approx(0.01, abs=1e-6)
+
+
+@pytest.mark.parametrize('tilt', [(0, 0, 0), (0.3, 0.2, 0.1)])
+def test_a_plane_has_a_distance_from_a_mesh(mesh_kinematics, tilt):
+    """That of the nearest triangle, on both sides, not positive where a triangle crosses."""
+    scene = PlanningScene(mesh_kinematics)
+    checker = CollisionChecker(scene)
+    normal = pose_matrix((0, 0, 0), tilt)[:3, 2]
+    reach = np.abs(normal) @ (0.15, 0.025, 0.025)
+    for way in (reach + 0.02, reach - 0.02, 0.0, -reach - 0.02):
+        scene.apply_object(
+            thing('sheet', Plane(0, 0, 1, 0), np.array([0.2, 0, 0]) + way * normal, tilt))
+        found = {pair.names: pair.distance for pair in checker.pair_distances(scene.q, 0.05)}
+        distance = found['upper', 'sheet']
+        assert checker.in_collision(scene.q) or distance == pytest.approx(abs(way) - reach)
+        assert (distance <= 0.0) == (abs(way) < reach)
+
+
+def test_a_mesh_is_a_surface(scene, make_mesh):
+    """What is wholly inside of a mesh does not touch it; what crosses its faces does."""
+    checker = CollisionChecker(scene)
+    scene.apply_object(thing('hall', make_mesh(4.0), (0, 0, 0)))
+    assert not checker.in_collision(scene.q)
+    scene.apply_object(thing('hall', make_mesh(4.0), (2.5, 0, 0)))
+    assert checker.in_collision(scene.q)
+
+
 def test_object_with_the_name_of_a_touch_link_is_no_link(scene):
     """SCN-10: touch links name links and attached objects, never the world."""
     checker = CollisionChecker(scene)
