@@ -119,8 +119,9 @@ def _rename(content: dict[str, Any], parameters: Any, path: Sequence[str], name:
 
 
 def _kinematics(block: KinematicsSettings, name: Rename) -> KinematicsSettings:
-    return block.model_copy(
-        update={'joints': {name(joint): one for joint, one in block.joints.items()}})
+    return block.model_copy(update={
+        'joints': tuple(name(joint) for joint in block.joints),
+        'weights': {name(joint): one for joint, one in block.weights.items()}})
 
 
 def _ompl(block: OmplSettings, name: Rename) -> OmplSettings:

@@ -276,9 +276,21 @@ def _known_only(block: YamlNode) -> YamlNode:
 
 
 def _kinematics(draft: ConfigDraft) -> dict[str, KinematicsSettings]:
-    return {name: _checked(draft, node, KinematicsSettings, f"kinematics of group '{name}'",
-                           UNUSED_KINEMATICS_KEYS)
+    return {name: _checked(draft, _with_weights(node), KinematicsSettings,
+                           f"kinematics of group '{name}'", UNUSED_KINEMATICS_KEYS)
             for name, node in draft.section('kinematics').entries.items()}
+
+
+def _with_weights(node: YamlNode) -> YamlNode:
+    """Return a solver's block with those of its joints in one."""
+    listed = node.get('joints')
+    names = () if listed is None else (one.value for one in listed.items)
+    blocks = {name: node.entries[name] for name in names
+              if isinstance(name, str) and name in node.entries}
+    if not blocks:
+        return node
+    rest = node.without(*blocks)
+    return rest.with_value({**rest.entries, 'weights': node.with_value(blocks)})
 
 
 def _ompl(draft: ConfigDraft) -> OmplSettings:

@@ -218,6 +218,7 @@ class HardwareJoint:
     :param bounds: command interface -> (least, largest) value, narrower than the URDF's.
     :param limited: whether commands are kept within limits where the manager is told to.
     :param free: whether a joint that mimics another in the URDF is driven by itself.
+    :param follows: what the hardware makes a joint follow that mimics none in the URDF.
     """
 
     name: str
@@ -227,6 +228,7 @@ class HardwareJoint:
     bounds: dict[str, tuple[float, float]] = field(default_factory=dict)
     limited: bool = True
     free: bool = False
+    follows: Mimic | None = None
 
 
 @dataclass(frozen=True, slots=True)

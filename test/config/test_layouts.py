@@ -154,3 +154,23 @@ def test_gains_that_gazebo_reads(files):
     files.write('pid.yaml', 'sunday:\n  gazebo_ros_control:\n    pid_gains:\n'
                 '      joint_1: {p: 50.0, i: 1.0, d: 2}\n')
     assert files.load().simulation.servo.gains['joint_1'].d == 2.0
+
+
+def test_joints_of_a_solver_have_a_block_each(files):
+    """
+    The list joints names them, and beside it is one block per joint; the resolution may be 0.
+
+    moveit_kinematics/kdl_kinematics_plugin/src/kdl_kinematics_parameters.yaml;
+    moveit_ros/planning/kinematics_plugin_loader/src/kinematics_parameters.yaml.
+    """
+    files.write('kinematics.yaml', (
+        'manipulator:\n  kinematics_solver: kdl_kinematics_plugin/KDLKinematicsPlugin\n'
+        '  kinematics_solver_search_resolution: 0.0\n'
+        '  joints: [joint_1, joint_2]\n  joint_1: {weight: 2.5}\n  joint_2: {weight: 0.5}\n'))
+    settings = files.load()
+    solver = settings.kinematics['manipulator']
+    assert solver.joints == ('joint_1', 'joint_2')
+    assert {name: one.weight for name, one in solver.weights.items()} == {
+        'joint_1': 2.5, 'joint_2': 0.5}
+    assert solver.kinematics_solver_search_resolution == 0.0
+    assert not [one for one in settings.remarks if 'kinematics' in str(one)]

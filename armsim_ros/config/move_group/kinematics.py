@@ -26,7 +26,7 @@ UNUSED_KINEMATICS_KEYS = {
 class JointWeight(Settings):
     """Weight of one joint in the solver of KDL."""
 
-    weight: float = parameter(1.0, 'relative weight of the joint', ge=0.0)
+    weight: float = parameter(1.0, 'relative weight of the joint', gt=0.0)
 
 
 class KinematicsSettings(Settings):
@@ -36,13 +36,14 @@ class KinematicsSettings(Settings):
         '', 'name of the solver plugin; the built-in solver does the work of each, without a name '
         'the group has none')
     kinematics_solver_search_resolution: float = parameter(
-        0.1, 'step of the search of a redundant joint [rad or m]', gt=0.0)
+        0.1, 'step of the search of a redundant joint [rad or m]', ge=0.0)
     kinematics_solver_timeout: float = parameter(
         0.05, 'time for one solution where a request gives none [s]', gt=0.0)
     kinematics_solver_attempts: int = parameter(3, 'ROS 1: has no effect', ge=0)
-    max_solver_iterations: int = parameter(500, 'largest number of steps from one start', ge=1)
+    max_solver_iterations: int = parameter(500, 'largest number of steps from one start', ge=0)
     epsilon: float = parameter(1e-5, 'largest error of a solution [m and rad]', gt=0.0)
     orientation_vs_position: float = parameter(
         1.0, 'weight of orientation against position; 0 is position only', ge=0.0)
     position_only_ik: bool = parameter(False, 'leave the orientation free')
-    joints: dict[str, JointWeight] = parameter({}, 'joint -> weight')
+    joints: tuple[str, ...] = parameter((), 'joints with a weight, a block of its name each')
+    weights: dict[str, JointWeight] = parameter({}, 'joint -> its block')

@@ -11,7 +11,13 @@ import re
 
 from armsim_ros.errors import Location, nearest, Problem, Severity
 from armsim_ros.model.description.xml_tree import TextReport, XmlElement
-from armsim_ros.model.robot_model import HardwareJoint, HardwareSensor, HardwareSystem, Joint
+from armsim_ros.model.robot_model import (
+    HardwareJoint,
+    HardwareSensor,
+    HardwareSystem,
+    Joint,
+    Mimic,
+)
 
 _PARAMETERS = re.compile(r'<parameters>\s*([^<]*?)\s*</parameters>')
 _TRUE, _FALSE = ('true', '1'), ('false', '0')
@@ -231,7 +237,8 @@ def _read_joint(element: XmlElement, joints: Mapping[str, Joint], report: TextRe
     if mimic in _TRUE and joint.mimic is None:
         report.ignored(f"joint '{name}' has mimic='true' and no <mimic> in the URDF",
                        element.where, 'add <mimic joint=.../> to the URDF')
-    follows = joint.mimic is not None and mimic not in _FALSE
+    leader = _leader(element, joint, report)
+    follows = leader is not None or (joint.mimic is not None and mimic not in _FALSE)
     commands = tuple(content.commands)
     if follows and commands:
         report.ignored(
@@ -244,7 +251,20 @@ def _read_joint(element: XmlElement, joints: Mapping[str, Joint], report: TextRe
     return HardwareJoint(
         name, commands, tuple(content.states), content.initial.get('position'),
         {kind: bounds for kind, bounds in content.bounds.items() if kind in _QUANTITIES},
-        limited=enabled, free=joint.mimic is not None and not follows)
+        limited=enabled, free=joint.mimic is not None and not follows, follows=leader)
+
+
+def _leader(element: XmlElement, joint: Joint, report: TextReport) -> Mimic | None:
+    """Return what the parameters of the hardware make a joint follow."""
+    given = {part.get('name'): part.content for part in element.all('param')}
+    if joint.mimic is not None or not given.get('mimic'):
+        return None
+    try:
+        return Mimic(given['mimic'], float(given.get('multiplier', '1')))
+    except ValueError:
+        report.error(f"the multiplier of joint '{joint.name}' is '{given['multiplier']}'",
+                     element.where, 'a number')
+        return None
 
 
 def _interfaces(element: XmlElement, report: TextReport) -> _Interfaces:

@@ -171,9 +171,8 @@ class _Reader:
                 continue
             if name in states.get(group, {}):
                 self._report.warning(
-                    f"named state '{name}' of group '{group}' is there twice; the first counts",
+                    f"named state '{name}' of group '{group}' is there twice; the last counts",
                     element.where)
-                continue
             values = {}
             for part in element.all('joint'):
                 value = self._state_value(name, groups[group], part)

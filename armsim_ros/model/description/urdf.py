@@ -83,10 +83,11 @@ def parse_urdf(text: str, file: str, *, read_mesh: MeshReader,
         if joint is not None:
             joints[name] = joint
     root_link = _check_tree(root, links, joints, places, report)
-    _check_mimics(joints, places, report)
     hardware = read_hardware(root, links, joints, report)
-    for one in (one for system in hardware for one in system.joints if one.free):
-        joints[one.name] = replace(joints[one.name], mimic=None)
+    for one in (one for system in hardware for one in system.joints):
+        if one.free or one.follows is not None:
+            joints[one.name] = replace(joints[one.name], mimic=one.follows)
+    _check_mimics(joints, places, report)
     transmissions = read_transmissions(root, report)
     _check_transmissions(transmissions, joints, root.where, report)
     _remark_others(root, report)

@@ -151,17 +151,17 @@ def _limits(element: XmlElement, kind: JointType, report: TextReport) -> JointLi
 
 
 def _bound(holder: XmlElement, key: str, joint: str, report: TextReport) -> float:
-    """Return a bound that is not negative; 0, which exporters write for unknown, is none."""
+    """Return a bound's absolute value; 0, which exporters write for unknown, is none."""
     value = read_number(holder, key, report)
     if value is None:
         return math.inf
     if value < 0.0:
-        report.ignored(f"{key} limit of joint '{joint}' is {value:g}, which is taken as no limit",
+        report.ignored(f"{key} limit of joint '{joint}' is {value:g}; {-value:g} is taken",
                        holder.where, 'give a number above 0')
     if value == 0.0:
         report.warning(f"{key} limit of joint '{joint}' is 0, which would hold it still; it is "
                        'taken as no limit', holder.where, 'give the real value')
-    return value if value > 0.0 else math.inf
+    return abs(value) or math.inf
 
 
 def _soft_limits(element: XmlElement, report: TextReport) -> SoftLimits | None:

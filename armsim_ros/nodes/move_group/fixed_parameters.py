@@ -121,7 +121,8 @@ def _robot(settings: RobotSettings) -> Iterator[tuple[str, Any]]:
     for joint, each in limits.joint_limits.items():
         yield from _flat(f'{planning}.joint_limits.{joint}', each.model_dump())
     for group, kinematics in settings.kinematics.items():
-        yield from _flat(f'robot_description_kinematics.{group}', kinematics.model_dump())
+        block = kinematics.model_dump()
+        yield from _flat(f'robot_description_kinematics.{group}', block | block.pop('weights'))
 
 
 def _pipeline(settings: RobotSettings, pipeline: str) -> Iterator[tuple[str, Any]]:

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from armsim_ros.errors import Severity
+from armsim_ros.errors import ConfigError, Severity
 from armsim_ros.model.cell_loading import survey_cell
 from armsim_ros.sim.assembly import build_managers, build_simulation
 
@@ -393,3 +393,28 @@ def test_a_component_that_is_not_active_keeps_its_joints(small_package):
                          'grip/position': False}
     assert manager.switch(deactivate=['arm_controller']).ok
     assert manager.switch(activate=['arm_controller']).ok
+
+
+def test_hardware_makes_a_joint_follow(small_package):
+    """
+    <param name="mimic"> and <param name="multiplier"> of a joint couple it to another.
+
+    topic_based_ros2_control, mujoco_ros2_control and Humble's Gazebo plugin read them so.
+    """
+    small_package.ros2_control(
+        joint('shoulder', 'position'), joint('elbow', 'position'),
+        joint('grip', inside='<param name="mimic">elbow</param>'
+                             '<param name="multiplier">-0.5</param>'))
+    simulation, manager, _ = start(small_package)
+    assert 'grip/position' not in [one.name for one in manager.list_hardware_interfaces()[0]]
+    simulation.set_positions({'elbow': 0.4})
+    place = simulation.joint_names.index('grip')
+    assert simulation.state.position[place] == pytest.approx(-0.2)
+
+
+def test_a_joint_follows_one_that_is_there(small_package):
+    """A leader that the URDF lacks is a mistake with its name."""
+    small_package.ros2_control(joint('elbow', 'position'), joint(
+        'grip', inside='<param name="mimic">elbw</param>'))
+    with pytest.raises(ConfigError, match="'elbw'"):
+        survey_cell(str(small_package.folder)).checked()

@@ -156,3 +156,16 @@ def test_names_that_are_not_there(make_model):
         "planning group 'g' has no joints and is left out",
         "<grup> is not known and has no effect; did you mean 'group'?",
     ]
+
+
+def test_of_two_states_with_one_name_the_last_counts(make_model):
+    """
+    A later state of the same group replaces the former one.
+
+    moveit_core/robot_model/src/joint_model_group.cpp: addDefaultState.
+    """
+    state = '<group_state name="up" group="g"><joint name="{}" value="{}"/></group_state>'
+    model, warnings = make_model('<group name="g"><joint name="j1"/><joint name="j2"/></group>'
+                                 + state.format('j1', 0.1) + state.format('j2', 0.2))
+    assert model.semantic.named_states['g']['up'] == {'j2': 0.2}
+    assert any('the last counts' in text for text in warnings)

@@ -223,3 +223,27 @@ def test_a_box_without_volume_is_left_out_with_a_warning():
     content = parse_urdf(text, 'r.urdf', read_mesh=lambda uri, scale: None)
     assert content.links['ground'].collisions == ()
     assert "link 'ground' has no collision geometry of a box" in str(content.problems[0])
+
+
+def test_bounds_below_zero_count_without_their_sign():
+    """
+    The absolute value of velocity and effort is the bound.
+
+    moveit_core/robot_model/src/robot_model.cpp: jointBoundsFromURDF;
+    ros2_control/joint_limits/include/joint_limits/joint_limits_urdf.hpp: getJointLimits.
+    """
+    content = read(robot(link('a'), link('b'), joint(
+        'j', 'a', 'b', 'continuous', '<limit velocity="-3" effort="-5"/>')))
+    limits = content.joints['j'].limits
+    assert (limits.velocity, limits.effort) == (3.0, 5.0)
+    assert len(content.problems) >= 2
+
+
+def test_soft_limits_are_read():
+    """<safety_controller> has 0 where an attribute is missing; k_velocity is required."""
+    text = joint('j', 'a', 'b', 'revolute', LIMIT + '<safety_controller {}/>')
+    soft = read(robot(link('a'), link('b'), text.format(
+        'soft_lower_limit="-0.5" k_velocity="3"'))).joints['j'].soft_limits
+    assert (soft.lower, soft.upper, soft.k_position, soft.k_velocity) == (-0.5, 0.0, 0.0, 3.0)
+    with pytest.raises(ModelError, match='k_velocity'):
+        read(robot(link('a'), link('b'), text.format('k_position="3"')))
