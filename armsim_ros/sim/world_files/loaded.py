@@ -22,6 +22,10 @@ class Fault(Enum):
     UNSUPPORTED_ASSETS = 'unsupported assets'
 
 
+#: Faults of files that a world refers to.
+ASSET_FAULTS = (Fault.MISSING_ASSETS, Fault.UNSUPPORTED_ASSETS)
+
+
 class ResourceFaultError(SimulationError):
     """
     A file or text of a world cannot be used.

@@ -10,6 +10,7 @@ files: meshes are read here, from the folders that are allowed, and handed over.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import mujoco
@@ -25,6 +26,7 @@ from armsim_ros.model.transforms import inverse_pose, matrix_from_quat_wxyz, pos
 from armsim_ros.model.world_objects import WorldObject
 from armsim_ros.sim.physics.compiler import compile_model
 from armsim_ros.sim.world_files.loaded import (
+    ASSET_FAULTS,
     check_names,
     Fault,
     LoadedObject,
@@ -57,16 +59,19 @@ def mjcf_object(text: str, file: str, read_mesh: MeshReader) -> LoadedObject:
         unused.add('gravity of <option>: an object has none')
     for body in tops[1:]:
         unused.add(f"body '{model.body(body).name}': an object is one body")
-    return LoadedObject(reader.thing(tops[0]), unused.lines)
+    thing = reader.thing(tops[0])
+    return LoadedObject(replace(thing, name=model.body(tops[0]).name), unused.lines)
 
 
-def mjcf_world(text: str, file: str, read_mesh: MeshReader) -> LoadedWorld:
+def mjcf_world(text: str, file: str, read_mesh: MeshReader, *, ignore_assets: bool = False
+               ) -> LoadedWorld:
     """
     Return the world of an MJCF text.
 
+    :param ignore_assets: leave out meshes that are missing or cannot be read.
     :raises ResourceFaultError: the text is wrong.
     """
-    model, unused = _compiled(text, file, read_mesh)
+    model, unused = _compiled(text, file, read_mesh, ignore_assets)
     reader = _Reader(model, unused)
     x, y, z = (float(value) for value in model.opt.gravity)
     things = [reader.thing(body) for body in range(1, model.nbody)
@@ -188,7 +193,8 @@ class _Reader:
                         np.diag(self._model.body_inertia[body]))
 
 
-def _compiled(text: str, file: str, read_mesh: MeshReader) -> tuple[Any, Unused]:
+def _compiled(text: str, file: str, read_mesh: MeshReader, ignore_assets: bool = False
+              ) -> tuple[Any, Unused]:
     """Return the ``MjModel`` of a text without what is not read, and what that was."""
     try:
         root = parse_xml(text, file)
@@ -212,7 +218,9 @@ def _compiled(text: str, file: str, read_mesh: MeshReader) -> tuple[Any, Unused]
         for word in _PATHS:
             compiler.attributes.pop(word, None)  # type: ignore[attr-defined]
     for asset in root.all('asset'):
-        _take_meshes(asset, folder, read_mesh, meshes, unused)
+        missing = _take_meshes(asset, folder, read_mesh, meshes, unused, ignore_assets)
+        if missing:
+            _leave_out(root, missing)
     _clean(root, unused)
     try:
         spec = mujoco.MjSpec.from_string(xml_text(root))
@@ -228,7 +236,10 @@ def _compiled(text: str, file: str, read_mesh: MeshReader) -> tuple[Any, Unused]
 
 
 def _take_meshes(asset: XmlElement, folder: str, read_mesh: MeshReader,
-                 meshes: list[tuple[str, Mesh]], unused: Unused) -> None:
+                 meshes: list[tuple[str, Mesh]], unused: Unused, ignore_assets: bool
+                 ) -> set[str]:
+    """Read meshes and take them out of the text; return the names of those that are left out."""
+    missing: set[str] = set()
     for child in list(asset.children):
         if child.tag not in _IN_ASSET:
             unused.add(f"<{child.tag} name='{child.get('name')}'>")
@@ -243,8 +254,26 @@ def _take_meshes(asset: XmlElement, folder: str, read_mesh: MeshReader,
                 raise ResourceFaultError(
                     Fault.RESOURCE_PARSE_ERROR,
                     f"{child.where}: scale is '{' '.join(words)}'; allowed: 3 numbers") from None
-            meshes.append((name, read_mesh(f'{folder}/{file}' if folder else file, (x, y, z))))
             asset.children.remove(child)
+            try:
+                meshes.append(
+                    (name, read_mesh(f'{folder}/{file}' if folder else file, (x, y, z))))
+            except ResourceFaultError as error:
+                if not ignore_assets or error.fault not in ASSET_FAULTS:
+                    raise
+                unused.add(f'left out: {error}')
+                missing.add(name)
+    return missing
+
+
+def _leave_out(element: XmlElement, meshes: set[str]) -> None:
+    """Take out the shapes that are made of some meshes, and bodies without any other."""
+    for child in list(element.children):
+        _leave_out(child, meshes)
+        gone = child.tag == 'geom' and child.get('mesh') in meshes
+        shapes = any(one.tag in ('geom', 'body') for one in child.children)
+        if gone or (child.tag == 'body' and not shapes):
+            element.children.remove(child)
 
 
 def _clean(element: XmlElement, unused: Unused) -> None:

@@ -69,35 +69,33 @@ class WorldResources:
         """
         Return the object that an address or a text describes; its pose is not changed.
 
-        :param uri: used where there is no text.
-        :param name: what messages call it.
+        Its name is the one that the resource gives it, '' where it gives none.
+
+        :param text: used where there is no address.
+        :param name: what messages call the text.
         :raises ResourceFaultError: neither is given, or it cannot be used.
         """
-        if text:
-            return self._object(text, name or 'text', None)
         if not uri:
-            raise ResourceFaultError(
-                Fault.NO_RESOURCE, "neither 'uri' nor 'resource_string' is given")
+            return self._object(_given(text), name or 'text', None)
         if uri.startswith(SCHEME):
             return self._own(uri)
         file = self._file(uri)
         return self._object(_read(file), file.name, file)
 
-    def world(self, uri: str, text: str) -> LoadedWorld:
+    def world(self, uri: str, text: str, *, ignore_assets: bool = False) -> LoadedWorld:
         """
         Return the world that an address, a name or a text describes.
 
+        :param text: used where there is no address.
+        :param ignore_assets: leave out meshes and models that are missing or cannot be read.
         :raises ResourceFaultError: neither is given, or it cannot be used.
         """
-        if text:
-            return self._world(text, 'text', None)
         if not uri:
-            raise ResourceFaultError(
-                Fault.NO_RESOURCE, "neither 'uri' nor 'resource_string' is given")
+            return self._world(_given(text), 'text', None, ignore_assets)
         name = uri.removeprefix(SCHEME)
         found = self.worlds()
         file = found[name] if name in found else self._file(uri)
-        return self._world(_read(file), file.name, file)
+        return self._world(_read(file), file.name, file, ignore_assets)
 
     def worlds(self, more: Iterable[Path] = ()) -> dict[str, Path]:
         """
@@ -140,13 +138,13 @@ class WorldResources:
         if world not in worlds or not name:
             allowed = [*MEASURES, *(f'{one}/<object>' for one in worlds)]
             raise ResourceFaultError(
-                Fault.NO_RESOURCE, f"'{uri}' names nothing; allowed: {SCHEME}"
+                Fault.MISSING_ASSETS, f"'{uri}' names nothing; allowed: {SCHEME}"
                 + f', {SCHEME}'.join(allowed))
         things = {thing.name: thing for thing in self.world(world, '').things}
         if name not in things:
             hint = nearest(name, tuple(things)) or f'it has: {", ".join(things) or "none"}'
             raise ResourceFaultError(
-                Fault.NO_RESOURCE, f"world '{world}' has no object '{name}'; {hint}")
+                Fault.MISSING_ASSETS, f"world '{world}' has no object '{name}'; {hint}")
         return LoadedObject(replace(things[name], pose=np.eye(4)))
 
     def _file(self, uri: str) -> Path:
@@ -157,11 +155,11 @@ class WorldResources:
         try:
             file = resolve_uri(uri, self._packages, within=self._allowed)
         except ResourceError as error:
-            raise ResourceFaultError(Fault.NO_RESOURCE, str(error)) from None
+            raise ResourceFaultError(Fault.MISSING_ASSETS, str(error)) from None
         if file.is_dir():
             file = file / 'model.sdf'
         if not file.is_file():
-            raise ResourceFaultError(Fault.NO_RESOURCE, f"'{uri}' is no file")
+            raise ResourceFaultError(Fault.MISSING_ASSETS, f"'{uri}' is not a file")
         return _inside(file, self._allowed)
 
     def _object(self, text: str, name: str, file: Path | None) -> LoadedObject:
@@ -172,15 +170,19 @@ class WorldResources:
             return urdf_object(text, name, read_mesh)
         if kind == 'mjcf':
             return mjcf_object(text, name, read_mesh)
-        return LoadedObject(_yaml_object(text, name))
+        return LoadedObject(replace(
+            _yaml_object(text, name), name=file.stem if file is not None else ''))
 
-    def _world(self, text: str, name: str, file: Path | None) -> LoadedWorld:
+    def _world(
+        self, text: str, name: str, file: Path | None, ignore_assets: bool
+    ) -> LoadedWorld:
         kind, read_mesh = _kind(text, name), partial(self._mesh, file)
         stem = file.stem if file is not None else ''
         if kind == 'sdf':
-            world = sdf_world(text, name, read_mesh, partial(self._model, file))
+            world = sdf_world(
+                text, name, read_mesh, partial(self._model, file), ignore_assets=ignore_assets)
         elif kind == 'mjcf':
-            world = mjcf_world(text, name, read_mesh)
+            world = mjcf_world(text, name, read_mesh, ignore_assets=ignore_assets)
         elif kind == 'urdf':
             raise ResourceFaultError(
                 Fault.UNSUPPORTED_FORMAT, f'{name}: a URDF is no world; allowed: sdf, mjcf, yaml')
@@ -197,12 +199,12 @@ class WorldResources:
         for folder in self.folders if uri.startswith('model://') else ():
             if (folder / uri[len('model://'):]).is_file():
                 uri = str(folder / uri[len('model://'):])
+        fault, within = Fault.MISSING_ASSETS, self._within(file)
         try:
-            return load_mesh(uri, scale, packages=self._packages, base=base,
-                             within=self._within(file))
+            resolve_uri(uri, self._packages, base=base, within=within)
+            fault = Fault.UNSUPPORTED_ASSETS
+            return load_mesh(uri, scale, packages=self._packages, base=base, within=within)
         except ResourceError as error:
-            exists = 'does not exist' in str(error) or 'outside' in str(error)
-            fault = Fault.MISSING_ASSETS if exists else Fault.UNSUPPORTED_ASSETS
             raise ResourceFaultError(fault, str(error)) from None
 
     def _model(self, file: Path | None, uri: str) -> tuple[str, MeshReader, ModelReader]:
@@ -227,6 +229,13 @@ class WorldResources:
 
     def _within(self, file: Path | None) -> tuple[Path, ...]:
         return self._allowed if file is None else (file.parent, *self._allowed)
+
+
+def _given(text: str) -> str:
+    if not text:
+        raise ResourceFaultError(
+            Fault.NO_RESOURCE, "neither 'uri' nor 'resource_string' is given")
+    return text
 
 
 def _kind(text: str, name: str) -> str:
@@ -270,7 +279,7 @@ def _inside(file: Path, folders: Iterable[Path]) -> Path:
     try:
         check_inside(file.resolve(), [folder.resolve() for folder in folders])
     except ResourceError as error:
-        raise ResourceFaultError(Fault.NO_RESOURCE, str(error)) from None
+        raise ResourceFaultError(Fault.MISSING_ASSETS, str(error)) from None
     return file
 
 

@@ -14,6 +14,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 import math
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -26,6 +27,7 @@ from armsim_ros.model.robot_model import Inertial, LinkGeometry
 from armsim_ros.model.transforms import pose_matrix
 from armsim_ros.model.world_objects import WorldObject
 from armsim_ros.sim.world_files.loaded import (
+    ASSET_FAULTS,
     check_names,
     Fault,
     LoadedObject,
@@ -35,6 +37,7 @@ from armsim_ros.sim.world_files.loaded import (
 )
 
 Triple = tuple[float, float, float]
+Value = TypeVar('Value')
 MeshReader = Callable[[str, Triple], Mesh]
 #: Returns the text of the model that an address names, and what reads the files it names.
 ModelReader = Callable[[str], tuple[str, MeshReader, 'ModelReader']]
@@ -62,23 +65,24 @@ def sdf_object(text: str, file: str, read_mesh: MeshReader, read_model: ModelRea
     model = root if root.tag == 'model' else root.first('model')
     if model is None:
         raise _refused(root, 'it has no <model>')
-    reader = _Reader(read_mesh, read_model, unused)
+    reader = _Reader(read_mesh, read_model, unused, ignore_assets=False)
     thing = reader.model(model, _Scope(), 0)
     return LoadedObject(thing, unused.lines, tuple(unused.remarks))
 
 
-def sdf_world(text: str, file: str, read_mesh: MeshReader, read_model: ModelReader
-              ) -> LoadedWorld:
+def sdf_world(text: str, file: str, read_mesh: MeshReader, read_model: ModelReader, *,
+              ignore_assets: bool = False) -> LoadedWorld:
     """
     Return the world of an SDF text.
 
+    :param ignore_assets: leave out meshes and models that are missing or cannot be read.
     :raises ResourceFaultError: the text is wrong; with its line.
     """
     root, unused = _parse(text, file), Unused()
     world = root.first('world')
     if world is None:
         raise _refused(root, 'it has no <world>')
-    reader = _Reader(read_mesh, read_model, unused)
+    reader = _Reader(read_mesh, read_model, unused, ignore_assets)
     for child in world.children:
         if child.tag not in _WORLD:
             unused.add(_named(child))
@@ -87,8 +91,9 @@ def sdf_world(text: str, file: str, read_mesh: MeshReader, read_model: ModelRead
     pull = world.first('gravity')
     gravity = None if pull is None else _triple(_floats(pull, 3))
     scope = _Scope.of(world, ('model', 'frame'))
-    things = [reader.model(one, scope, 0) for one in world.all('model')]
-    things += [reader.include(one, scope, 0) for one in world.all('include')]
+    read = [reader.asset(reader.model, one, scope, 0) for one in world.all('model')]
+    read += [reader.asset(reader.include, one, scope, 0) for one in world.all('include')]
+    things = [thing for thing in read if thing is not None]
     check_names(things)
     return LoadedWorld(world.get('name') or 'world', tuple(things), False, unused.lines, gravity,
                        tuple(unused.remarks))
@@ -128,8 +133,21 @@ class _Scope:
 class _Reader:
     """Reads models; ``read_mesh`` and ``read_model`` keep to the folders that are allowed."""
 
-    def __init__(self, read_mesh: MeshReader, read_model: ModelReader, unused: Unused) -> None:
+    def __init__(self, read_mesh: MeshReader, read_model: ModelReader, unused: Unused,
+                 ignore_assets: bool) -> None:
         self._read_mesh, self._read_model, self._unused = read_mesh, read_model, unused
+        self._ignore_assets, self._left_out = ignore_assets, 0
+
+    def asset(self, read: Callable[..., Value], *arguments: Any) -> Value | None:
+        """Return what is read from a file; None where it is left out."""
+        try:
+            return read(*arguments)
+        except ResourceFaultError as error:
+            if not self._ignore_assets or error.fault not in ASSET_FAULTS:
+                raise
+            self._left_out += 1
+            self._unused.add(f'left out: {error}')
+            return None
 
     def include(self, element: XmlElement, scope: _Scope, depth: int) -> WorldObject:
         uri = _text(element, 'uri')
@@ -139,7 +157,7 @@ class _Reader:
         if model is None or depth >= MOST_NESTED:
             raise _refused(element, f"'{uri}' holds no <model>" if model is None else
                            'models are nested too deeply')
-        reader = _Reader(read_mesh, read_model, self._unused)
+        reader = _Reader(read_mesh, read_model, self._unused, self._ignore_assets)
         thing = reader.model(model, _Scope(), depth + 1)
         static = _flag(element, 'static')
         return WorldObject(
@@ -155,6 +173,7 @@ class _Reader:
         name = element.get('name')
         if not name:
             raise _refused(element, 'a <model> has no name')
+        left_out = self._left_out
         static = _flag(element, 'static')
         scope = _Scope.of(element, ('link', 'frame', 'model'))
         parts: list[LinkGeometry] = []
@@ -173,7 +192,8 @@ class _Reader:
         inner = [(scope.pose(one), self.model(one, scope, depth + 1))
                  for one in element.all('model')]
         inner += [(thing.pose, thing) for thing in (
-            self.include(one, scope, depth + 1) for one in element.all('include'))]
+            self.asset(self.include, one, scope, depth + 1) for one in element.all('include'))
+            if thing is not None]
         for pose, thing in inner:
             parts += [LinkGeometry(part.geometry, pose @ part.origin, rgba=part.rgba)
                       for part in thing.parts]
@@ -181,7 +201,10 @@ class _Reader:
                 inertials.append(Inertial(thing.inertial.mass, pose @ thing.inertial.origin,
                                           thing.inertial.inertia))
         if not parts:
-            raise _refused(element, f"model '{name}' has no <collision> that is read")
+            fault = _refused(element, f"model '{name}' has no <collision> that is read")
+            if self._left_out > left_out:
+                fault.fault = Fault.MISSING_ASSETS
+            raise fault
         if not static and any(isinstance(part.geometry, Plane) for part in parts):
             raise _refused(element, f"model '{name}' has a plane and is not static")
         return self._object(name, outer.pose(element), parts, static, inertials, friction)
@@ -243,7 +266,7 @@ class _Reader:
             return Plane(a, b, c, 0.0), np.eye(4)
         if shape.tag == 'mesh':
             scale = _triple(_numbers(shape, 'scale', 3, (1.0, 1.0, 1.0)))
-            return self._read_mesh(_text(shape, 'uri'), scale), np.eye(4)
+            return self.asset(self._read_mesh, _text(shape, 'uri'), scale), np.eye(4)
         self._unused.add(f"shape <{shape.tag}> of collision '{collision.get('name')}'")
         return None, np.eye(4)
 

@@ -29,7 +29,7 @@ _COMMON = {'mass': 1, 'friction': 1, 'color': 0}
 
 def shape_object(shape: str, query: str) -> LoadedObject:
     """
-    Return the object that an address describes.
+    Return the object that an address describes; it has no name.
 
     :param shape: such as ``box``.
     :param query: what follows the question mark.
@@ -59,7 +59,7 @@ def shape_object(shape: str, query: str) -> LoadedObject:
         first = error.errors(include_url=False)[0]
         place = '.'.join(str(key) for key in first['loc'])
         raise _refused(f"armsim://{shape}: {place}: {first['msg']}") from None
-    return LoadedObject(object_from_settings(shape, checked))
+    return LoadedObject(object_from_settings('', checked))
 
 
 def _numbers(word: str, text: str, count: int) -> list[float]:

@@ -72,15 +72,16 @@ def test_files_below_the_users_folders_and_addresses_of_ours(world: WorldUser) -
         assert response.result.result == OK, response.result.error_message
 
 
-@statement('A9', 'A10')
+@statement('A9', 'A10', 'S27')
 @pytest.mark.parametrize(('uri', 'code'), [
-    ('/etc/hostname', 104),
-    ('file:///etc/passwd', 104),
-    ('../../../../etc/passwd', 104),
+    ('/etc/hostname', 107),
+    ('file:///etc/passwd', 107),
+    ('../../../../etc/passwd', 107),
+    ('package://no_such_package/model.sdf', 107),
     ('https://example.org/model.sdf', 103),
-    ('armsim://nothing', 104),
+    ('armsim://nothing', 107),
     ('armsim://box?size=1,2', 106),
-    ('armsim://feeding_place/nothing', 104),
+    ('armsim://feeding_place/nothing', 107),
 ])
 def test_addresses_that_are_not_read(world: WorldUser, uri: str, code: int) -> None:
     """Files elsewhere and networks are refused, and nothing of a file is told."""
@@ -129,6 +130,20 @@ def test_names_are_unique_and_spelt_right(world: WorldUser) -> None:
     assert world.spawn('A-1./_b', (0, 2, 3)).entity_name == 'A-1./_b'
     assert world.spawn('', (0, 3, 3), allow_renaming=True).result.result == OK
     assert world.spawn('y', (0, 4, 3), entity_namespace='1 bad').result.result == 105
+
+
+@statement('S26', 'S27')
+def test_an_empty_name_is_that_of_the_resource(world: WorldUser) -> None:
+    """
+    The model's own name counts where none is given, and the address before the text.
+
+    simulation_interfaces SpawnEntity.srv, name.
+    """
+    assert world.spawn('', (0, 2, 3), uri='', resource_string=SDF).entity_name == 'lamp'
+    assert world.spawn('', (0, 3, 3), uri='', resource_string=SDF).result.result == 101
+    response = world.spawn('', (0, 4, 3), 'armsim://feeding_place/star', resource_string=SDF)
+    assert response.entity_name == 'star_1' or response.result.result == 101
+    assert world.spawn('', (0, 5, 3), uri='', resource_string=YAML).result.result == 102
 
 
 @statement('A10')

@@ -82,7 +82,7 @@ def test_a_world_is_exchanged_under_a_goal(world: WorldUser) -> None:
 
 @statement('A20')
 @pytest.mark.parametrize(('request_', 'code'), [
-    ({}, 102), ({'uri': 'nowhere'}, 102), ({'uri': 'https://a/b.sdf'}, 101),
+    ({}, 102), ({'uri': 'nowhere'}, 104), ({'uri': 'https://a/b.sdf'}, 101),
     ({'resource_string': '<sdf><world>'}, 103), ({'resource_string': '<robot name="a"/>'}, 101),
     ({'resource_string': SDF, 'fail_on_unsupported_element': True}, 106),
     ({'resource_string': MJCF.replace('ball', 'sunday')}, 103),
@@ -96,6 +96,23 @@ def test_a_world_that_cannot_be_loaded_leaves_the_old_one(
     assert (found, bool(words)) == (code, True)
     assert 'cube' in world.entities()
     assert goal.result().status == SUCCEEDED
+
+
+@statement('S26')
+def test_a_world_can_leave_missing_assets_out(world: WorldUser) -> None:
+    """
+    Shapes whose files are missing are left out, and the answer names them.
+
+    simulation_interfaces LoadWorld.srv, ignore_missing_or_unsupported_assets.
+    """
+    text = SDF.replace('</model>', """<link name="more"><collision name="c"><geometry>
+        <mesh><uri>file:///nowhere.stl</uri></mesh></geometry></collision></link></model>""", 1)
+    assert world.result('load_world', resource_string=text)[0] == 104
+    code, words = world.result(
+        'load_world', resource_string=text, ignore_missing_or_unsupported_assets=True)
+    assert code == OK
+    assert 'nowhere.stl' in words
+    assert world.entities() == ['can', 'shelf', 'sunday']
 
 
 @statement('A14', 'A20')

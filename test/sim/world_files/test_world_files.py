@@ -184,5 +184,104 @@ def test_a_link_that_leads_elsewhere_is_not_followed(resources, tmp_path):
     (tmp_path / 'x.sdf').symlink_to('/etc/passwd')
     with pytest.raises(ResourceFaultError) as caught:
         resources.object(str(tmp_path / 'x.sdf'), '', '')
-    assert caught.value.fault is Fault.NO_RESOURCE
+    assert caught.value.fault is Fault.MISSING_ASSETS
     assert 'root:' not in str(caught.value)
+
+
+MESH = '<mesh><uri>{}</uri></mesh>'
+
+
+def test_an_address_counts_before_a_text(resources, tmp_path):
+    """
+    The text is used where the address is empty, for objects and worlds.
+
+    simulation_interfaces Resource.msg, SpawnEntity.srv, LoadWorld.srv.
+    """
+    (tmp_path / 'a.sdf').write_text(model(link(BOX), 'of_the_file'))
+    text = model(link(BALL), 'of_the_text')
+    assert resources.object(str(tmp_path / 'a.sdf'), text, '').thing.name == 'of_the_file'
+    assert resources.object('', text, '').thing.name == 'of_the_text'
+    (tmp_path / 'w.sdf').write_text(
+        f'<sdf version="1.9"><world name="w"><model name="m">{link(BALL)}</model></world></sdf>')
+    assert resources.world(str(tmp_path / 'w.sdf'), 'objects: {}\n').name == 'w'
+
+
+@pytest.mark.parametrize(('uri', 'text', 'name'), [
+    ('', model(link(BOX), 'lamp'), 'lamp'),
+    ('', '<robot name="tool"><link name="a"><collision><geometry><sphere radius="0.1"/></geometry>'
+         '</collision></link></robot>', 'tool'),
+    ('', '<mujoco><worldbody><body name="ball"><geom size="0.1"/></body></worldbody></mujoco>',
+     'ball'),
+    ('', '<mujoco><worldbody><body><geom size="0.1"/></body></worldbody></mujoco>', ''),
+    ('', 'parts: [{shape: {type: sphere, radius: 0.1}}]\n', ''),
+    ('armsim://box', '', ''),
+    ('armsim://feeding_place/cube', '', 'cube'),
+])
+def test_a_resource_has_its_own_name_or_none(resources, uri, text, name):
+    """
+    The name that a file or text gives; '' where it gives none.
+
+    simulation_interfaces SpawnEntity.srv, name.
+    """
+    assert resources.object(uri, text, 'x').thing.name == name
+
+
+@pytest.mark.parametrize('uri', [
+    'nowhere.sdf', 'package://no_such_package/a.sdf', 'file:///nowhere.sdf', 'armsim://nothing',
+    'armsim://feeding_place/nothing', '/etc/hostname',
+])
+def test_what_is_not_found_is_a_missing_asset(resources, uri):
+    """
+    Files, packages and addresses that are not found among those that are read.
+
+    simulation_interfaces SpawnEntity.srv, MISSING_ASSETS.
+    """
+    with pytest.raises(ResourceFaultError) as caught:
+        resources.object(uri, '', 'x')
+    assert caught.value.fault is Fault.MISSING_ASSETS
+
+
+@pytest.mark.parametrize('uri', ['package://no_such_package/a.stl', 'file:///nowhere.stl'])
+def test_a_mesh_that_is_not_found_is_a_missing_asset(resources, uri):
+    """The package of a mesh may be missing, too."""
+    with pytest.raises(ResourceFaultError) as caught:
+        read(resources, model(link(MESH.format(uri))))
+    assert caught.value.fault is Fault.MISSING_ASSETS
+
+
+def test_a_world_can_leave_missing_assets_out(resources, tmp_path):
+    """
+    Shapes and models whose files are missing or cannot be read are left out, and named.
+
+    simulation_interfaces LoadWorld.srv, ignore_missing_or_unsupported_assets.
+    """
+    (tmp_path / 'bad.stl').write_text('nothing')
+    bad = str(tmp_path / 'bad.stl')
+    text = ('<sdf version="1.9"><world name="w">'
+            f'<model name="both">{link(BOX)}{link(MESH.format(bad), "k")}</model>'
+            f'<model name="gone">{link(MESH.format("file:///nowhere.stl"))}</model>'
+            '<include><uri>model://nowhere</uri></include></world></sdf>')
+    with pytest.raises(ResourceFaultError):
+        resources.world('', text)
+    world = resources.world('', text, ignore_assets=True)
+    assert [(thing.name, len(thing.parts)) for thing in world.things] == [('both', 1)]
+    assert sum(line.startswith('left out') for line in world.unused) == 4
+
+
+def test_an_mjcf_world_can_leave_missing_meshes_out(resources):
+    """Bodies without any other shape go with them."""
+    text = ('<mujoco><asset><mesh name="m" file="file:///nowhere.stl"/></asset><worldbody>'
+            '<body name="a"><freejoint/><geom type="mesh" mesh="m"/></body>'
+            '<body name="b"><geom size="0.1"/><geom type="mesh" mesh="m"/></body>'
+            '</worldbody></mujoco>')
+    world = resources.world('', text, ignore_assets=True)
+    assert [(thing.name, len(thing.parts)) for thing in world.things] == [('b', 1)]
+    assert any('nowhere.stl' in line for line in world.unused)
+
+
+def test_missing_assets_are_the_only_faults_that_are_left_out(resources):
+    """A model without any shape is a mistake of the text."""
+    text = '<sdf version="1.9"><world name="w"><model name="m"/></world></sdf>'
+    with pytest.raises(ResourceFaultError) as caught:
+        resources.world('', text, ignore_assets=True)
+    assert caught.value.fault is Fault.RESOURCE_PARSE_ERROR

@@ -4,8 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
+from builtin_interfaces.msg import Time
 from geometry_msgs.msg import TransformStamped
 from rclpy.clock import Clock, ClockType
 from tf2_msgs.msg import TFMessage
@@ -14,7 +13,6 @@ from armsim_ros.arrays import Matrix
 from armsim_ros.model.transforms import quat_xyzw_from_matrix
 from armsim_ros.nodes import qos
 from armsim_ros.nodes.move_group.context import Context
-from armsim_ros.planning.scene.objects import CollisionObject
 
 RATE, PREFIX = 'planning_scene_frame_publishing_rate', 'planning_scene_tf_prefix'
 
@@ -23,8 +21,9 @@ class SceneFrames:
     """
     Publishes the frames of objects and their subframes, attached ones included.
 
-    A frame is ``<prefix>/<object>`` or ``<prefix>/<object>/<subframe>``; the prefix is the node's
-    name unless the parameter says otherwise, and '' is none.
+    The frame of an object is ``<prefix>/<object>``; that of a subframe,
+    ``<prefix>/<object>/<subframe>``, is its child. The prefix is a parameter, by default the
+    node's name; '' is none. Each message holds one transform.
 
     :param context: the parts of move_group.
     """
@@ -43,26 +42,21 @@ class SceneFrames:
     def _publish(self) -> None:
         scene = self._context.scene.snapshot()
         stamp = self._context.node.get_clock().now().to_msg()
-        message = TFMessage()
         placed = [(self._context.frame, item) for item in scene.objects.values()]
         placed += [(item.link_name, item.object) for item in scene.attached.values()]
         for parent, item in placed:
-            for name, pose in _frames(item):
-                made = TransformStamped(child_frame_id=f'{self._prefix}{name}')
-                made.header.stamp, made.header.frame_id = stamp, parent
-                place, turn = made.transform.translation, made.transform.rotation
-                place.x, place.y, place.z = map(float, pose[:3, 3])
-                turn.x, turn.y, turn.z, turn.w = map(float, quat_xyzw_from_matrix(pose))
-                message.transforms.append(made)
-        if message.transforms:
-            self._publisher.publish(message)
+            frame = f'{self._prefix}{item.id}'
+            self._send(parent, frame, item.pose, stamp)
+            for name, pose in item.subframes.items():
+                self._send(frame, f'{frame}/{name}', pose, stamp)
 
-
-def _frames(item: CollisionObject) -> Iterator[tuple[str, Matrix]]:
-    """Yield the frames of an object with their poses (4, 4) in the object's parent."""
-    yield item.id, item.pose
-    for name, pose in item.subframes.items():
-        yield f'{item.id}/{name}', item.pose @ pose
+    def _send(self, parent: str, child: str, pose: Matrix, stamp: Time) -> None:
+        made = TransformStamped(child_frame_id=child)
+        made.header.stamp, made.header.frame_id = stamp, parent
+        place, turn = made.transform.translation, made.transform.rotation
+        place.x, place.y, place.z = map(float, pose[:3, 3])
+        turn.x, turn.y, turn.z, turn.w = map(float, quat_xyzw_from_matrix(pose))
+        self._publisher.publish(TFMessage(transforms=[made]))
 
 
 def _parameter(context: Context, name: str, default: object) -> object:

@@ -154,14 +154,15 @@ class Spawning:
         return name, told_of(loaded)
 
     def _name(self, order: _Order, thing: WorldObject) -> str:
-        wanted = order.name
+        wanted = order.name or thing.name
         if not wanted and not order.renaming:
             raise _RefusedError(
-                SpawnResult.NAME_INVALID, 'the name is empty; allow_renaming lets it be chosen')
+                SpawnResult.NAME_INVALID, 'the name is empty, and the resource gives none; '
+                'allow_renaming lets it be chosen')
         if not _NAME.fullmatch(wanted):
             if not order.renaming:
                 self._check_name(wanted)
-            wanted = re.sub(r'[^A-Za-z0-9_./-]', '_', wanted or thing.name)[:LONGEST_NAME - 8]
+            wanted = re.sub(r'[^A-Za-z0-9_./-]', '_', wanted)[:LONGEST_NAME - 8] or 'entity'
         taken = self._entities.has(wanted) or wanted in _RESERVED
         if taken and not order.renaming:
             raise _RefusedError(

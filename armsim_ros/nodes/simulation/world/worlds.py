@@ -113,7 +113,9 @@ class Worlds:
     async def _load(self, request: Any, response: Any) -> None:
         try:
             world = await self._work.beside(
-                lambda: self._resources.world(request.uri, request.resource_string))
+                lambda: self._resources.world(
+                    request.uri, request.resource_string,
+                    ignore_assets=request.ignore_missing_or_unsupported_assets))
         except ResourceFaultError as error:
             refuse(response.result, _CODES[error.fault], str(error))
             return

@@ -63,14 +63,21 @@ def published():
         frame = scene.model_frame
         frames = SceneFrames(SimpleNamespace(node=node, scene=scene, frame=frame))
         node.publish()
-        return frames, node, {each.child_frame_id: each for each in node.sent[-1].transforms}
+        assert all(len(message.transforms) == 1 for message in node.sent)
+        sent = [message.transforms[0] for message in node.sent]
+        return frames, node, {each.child_frame_id: each for each in sent}
 
     return make
 
 
 def test_objects_and_subframes(published):
-    """Each has a frame in the planning frame, or on the link that carries it."""
+    """
+    Each has a frame in the planning frame, or on the link that carries it; subframes are in it.
+
+    moveit_ros tf_publisher_capability.cpp.
+    """
     _, node, transforms = published()
+    assert node.parameters['planning_scene_frame_publishing_rate'] == 10
     assert node.period == pytest.approx(0.1)
     assert set(transforms) == {
         'move_group/box', 'move_group/box/top', 'move_group/tool', 'move_group/tool/top',
@@ -78,8 +85,11 @@ def test_objects_and_subframes(published):
     box = transforms['move_group/box']
     assert box.header.frame_id == 'world'
     assert box.transform.translation.z == pytest.approx(1.2)
-    assert transforms['move_group/box/top'].transform.translation.z == pytest.approx(1.25)
+    top = transforms['move_group/box/top']
+    assert top.header.frame_id == 'move_group/box'
+    assert top.transform.translation.z == pytest.approx(0.05)
     assert transforms['move_group/tool'].header.frame_id == 'link_6'
+    assert transforms['move_group/tool/top'].header.frame_id == 'move_group/tool'
 
 
 @pytest.mark.parametrize(('prefix', 'name'), [('scene', 'scene/box'), ('', 'box')])
