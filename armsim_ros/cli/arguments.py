@@ -11,6 +11,8 @@ from typing import Any
 from armsim_ros.cli.launch_answers import HARMLESS_VALUES, REPLACED_ARGUMENTS, SPAWNER_FLAGS
 from armsim_ros.errors import ArmsimError, nearest
 
+#: What names an argument of the robot's xacro that is called as one of the program's own.
+XACRO = 'xacro:'
 TRUE_WORDS = ('true', '1', 'yes', 'on')
 FALSE_WORDS = ('false', '0', 'no', 'off')
 
@@ -101,7 +103,7 @@ class ProgramArguments:
         words = [f'{entry.name}:={to_word(getattr(self, entry.name))}'
                  for entry in argument_table()
                  if getattr(self, entry.name) != entry.default]
-        words += [f'{name}:={value}' for name, value in self.xacro]
+        words += [f'{XACRO}{name}:={value}' for name, value in self.xacro]
         return [*words, *self.ros_args]
 
 
@@ -116,6 +118,9 @@ def parse_arguments(argv: Sequence[str], *, xacro: bool = False) -> ProgramArgum
 
     ``name:=value`` (as in ros2 launch), ``--name value`` and ``--name=value`` say the same;
     ``--name`` alone switches a true/false argument on. The last of several wins.
+
+    ``xacro:name:=value`` is an argument of the robot's xacro even where the program has one of
+    that name.
 
     :param argv: the words after the program's name.
     :param xacro: whether ``name:=value`` may be an argument of the robot's xacro; it is kept for
@@ -132,7 +137,7 @@ def parse_arguments(argv: Sequence[str], *, xacro: bool = False) -> ProgramArgum
         position += 1
         name, sign, text = _take_apart(word)
         if xacro and name not in table and sign == ':=':
-            unknown[name] = text
+            unknown[name.removeprefix(XACRO)] = text
             continue
         if name in HARMLESS_VALUES and name not in table:
             if not sign and position < len(words) and _is_value(words[position], True):
@@ -175,6 +180,20 @@ def check_xacro_words(arguments: ProgramArguments, declared: Iterable[str]) -> N
         if names and 'known: ' in hint:
             hint += f"; the robot's xacro declares: {', '.join(names)}"
         raise UsageError(hint)
+
+
+def shadowed_xacro_words(arguments: ProgramArguments, declared: Iterable[str]) -> list[str]:
+    """
+    Return a line for each argument that was given to the program and that the xacro declares, too.
+
+    :param declared: the arguments that the robot's xacro declares.
+    """
+    given = dict(arguments.xacro)
+    return [f"{entry.name}:={to_word(getattr(arguments, entry.name))} is the program's argument; "
+            f"the robot's xacro declares one of that name, which {XACRO}{entry.name}:=VALUE sets"
+            for entry in argument_table()
+            if entry.name in declared and entry.name not in given
+            and getattr(arguments, entry.name) != entry.default]
 
 
 def split_ros_args(argv: Sequence[str]) -> tuple[list[str], tuple[str, ...]]:

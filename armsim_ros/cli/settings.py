@@ -16,13 +16,16 @@ from armsim_ros.cli.arguments import (
     check_xacro_words,
     parse_arguments,
     ProgramArguments,
+    shadowed_xacro_words,
     UsageError,
+    XACRO,
 )
 from armsim_ros.config.robot_folder import FileOptions, find_files
 from armsim_ros.config.robot_settings import RobotSettings
 from armsim_ros.errors import Severity
 from armsim_ros.model.cell import Cell
 from armsim_ros.model.cell_loading import survey_cell
+from armsim_ros.model.default_floor import with_default_floor
 from armsim_ros.model.description.xacro_text import declared_arguments
 from armsim_ros.packages import split_path
 
@@ -90,10 +93,13 @@ def cell_of(arguments: ProgramArguments) -> tuple[Cell, list[str]]:
     check_xacro_words(arguments, survey.declared)
     cell = survey.checked()
     warnings = [str(one) for one in survey.problems if one.severity is Severity.WARNING]
+    warnings += shadowed_xacro_words(arguments, survey.declared)
     moved = {axis: _number(axis, getattr(arguments, axis))
              for axis in 'xyz' if getattr(arguments, axis)}
     if moved:
-        cell = replace(cell, settings=_placed(cell.settings, moved))
+        settings, remarks = with_default_floor(_placed(cell.settings, moved), cell.model)
+        cell = replace(cell, settings=settings)
+        warnings += map(str, remarks)
     return cell, list(dict.fromkeys(warnings))
 
 
@@ -119,7 +125,9 @@ def _overrides(arguments: ProgramArguments) -> dict[str, object]:
 def _mode(arguments: ProgramArguments) -> dict[str, object]:
     """Return what mode, seed and record mean in settings."""
     if arguments.mode not in MODES:
-        raise UsageError(f"'{arguments.mode}' is no mode; allowed: {', '.join(MODES)}")
+        raise UsageError(
+            f"'{arguments.mode}' is not a mode; allowed: {', '.join(MODES)}; an argument 'mode' "
+            f"of the robot's xacro is set with {XACRO}mode:={arguments.mode}")
     seed = arguments.seed
     if seed and not seed.isdecimal():
         raise UsageError(f"cannot read the seed '{seed}'; allowed: 0 or a positive whole number")

@@ -108,6 +108,11 @@ def survey_files(
         complete_controllers(draft, files.folder)
     else:
         _read_files(files.yaml_files, draft)
+        if files.controller_files:
+            for section in ('controllers', 'controller_manager'):
+                draft.sections.pop(section, None)
+            draft.namespaces.clear()
+            _read_files(files.controller_files, draft)
     _apply_overrides(draft, overrides or {})
     chosen = _namespace(draft, namespace)
     values = read_sections(draft, published=files.package is not None)
@@ -127,7 +132,7 @@ def survey_files(
         urdf_file=files.urdf_file,
         srdf_file=files.srdf_file,
         world_file=world_file,
-        files=files.yaml_files,
+        files=(*files.yaml_files, *files.controller_files),
         arguments=dict(files.arguments),
         spawn_only=files.package is not None,
         start=start_positions(draft),

@@ -56,6 +56,8 @@ class RobotFolder:
     :param declared: arguments that the URDF's xacro declares, with their values, where it was
         run already.
     :param package: which of the files means what, where the folder is a package.
+    :param controller_files: named by the user; of a folder that is not a package, what they say
+        replaces the controllers of ``yaml_files``.
     """
 
     name: str
@@ -69,6 +71,7 @@ class RobotFolder:
     arguments: Mapping[str, str] = field(default_factory=dict)
     declared: Mapping[str, str] = field(default_factory=dict)
     package: PackageRoles | None = None
+    controller_files: tuple[Path, ...] = ()
 
 
 class FileOptions(TypedDict, total=False):
@@ -126,17 +129,17 @@ def find_files(robot: str, *, config: Path | None = None, urdf: Path | None = No
     settings_folder = config if config is not None else folder
     yaml_files, remarks = _yaml_files(settings_folder)
     srdf_file = _optional_srdf(srdf, name, folder, settings_folder)
-    yaml_files = tuple(dict.fromkeys((*yaml_files, *controllers)))
+    yaml_files = tuple(file for file in yaml_files if file not in controllers)
     robots = robots_file(folder) if urdf is None else None
     if robots is not None:
         others = tuple(file for file in yaml_files if file != robots)
         return RobotFolder(name, settings_folder, robots, srdf_file, others, remarks, True,
-                           packages, arguments or {})
+                           packages, arguments or {}, controller_files=tuple(controllers))
     urdf_file = _one_file(
         urdf, 'urdf', name, _candidates(folder, _URDF_ENDINGS)
         or _candidates(settings_folder, _URDF_ENDINGS) or _own_urdf(name), folder)
     return RobotFolder(name, settings_folder, urdf_file, srdf_file, yaml_files, remarks, False,
-                       packages, arguments or {})
+                       packages, arguments or {}, controller_files=tuple(controllers))
 
 
 def _robot_folder(robot: str, packages: Packages) -> Path:

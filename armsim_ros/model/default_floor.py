@@ -29,7 +29,7 @@ def with_default_floor(settings: RobotSettings, model: RobotModel
     A floor that was chosen, by a world file, stays where it is. Links that no joint moves may
     reach below the floor: the robot is mounted there.
 
-    :returns: the settings, and a remark if the floor was lowered.
+    :returns: the settings, and a warning if the floor was lowered.
     :raises SimulationError: the start does not fit the robot.
     """
     if settings.world_file is not None:
@@ -43,15 +43,14 @@ def with_default_floor(settings: RobotSettings, model: RobotModel
         ((height, link, where) for where, positions in poses
          for height, link in _lowest_points(settings, model, positions)),
         default=(0.0, '', ''))
-    if height >= -TOLERANCE:
-        return settings, []
-    floor = math.floor((height - CLEARANCE) * 100.0) / 100.0
-    lowered = settings.model_copy(
+    is_low = height < -TOLERANCE
+    floor = math.floor((height - CLEARANCE) * 100.0) / 100.0 if is_low else True
+    settings = settings.model_copy(
         update={'world': settings.world.model_copy(update={'floor': floor})})
-    return lowered, [Problem(
+    return settings, [] if not is_low else [Problem(
         f"the floor is at z = {floor:g} m: link '{link}' reaches down to z = {height:.3f} m "
         f'{where}',
-        Location(str(settings.urdf_file)), severity=Severity.CHANGED,
+        Location(str(settings.urdf_file)), severity=Severity.WARNING,
         remedy='choose a world with world:=FILE to have a floor at another height')]
 
 

@@ -32,6 +32,32 @@ def test_a_declared_word_reaches_the_xacro(reaching):
     assert 'tip_0.2' in cell(reaching).model.links
 
 
+MODE = '<xacro:arg name="mode" default="mock"/><link name="tip_$(arg mode)"/>' + (
+    '<joint name="tip" type="fixed"><parent link="lower"/><child link="tip_$(arg mode)"/></joint>')
+
+
+def test_an_argument_that_is_called_as_one_of_bringups(small_package):
+    """With ``xacro:`` before its name it is the xacro's, and the program's keeps its meaning."""
+    small_package.write('config/small.urdf.xacro', small_package.XACRO.format(
+        '<xacro:include filename="$(find small_description)/urdf/arm.urdf"/>' + MODE))
+    words = [f'robot:={small_package.folder}', 'xacro:mode:=real']
+    arguments = parse_arguments(words, xacro=True)
+    assert arguments.mode == 'realtime'
+    assert parse_arguments(arguments.to_argv(), xacro=True) == arguments
+    assert 'tip_real' in cell_of(arguments)[0].model.links
+
+
+def test_a_shadowed_argument_is_told(small_package):
+    """Where both have an argument, a warning names the form that sets the xacro's."""
+    small_package.write('config/small.urdf.xacro', small_package.XACRO.format(
+        '<xacro:include filename="$(find small_description)/urdf/arm.urdf"/>' + MODE))
+    words = [f'robot:={small_package.folder}', 'mode:=lockstep']
+    warnings = cell_of(parse_arguments(words, xacro=True))[1]
+    assert any('xacro:mode:=VALUE sets' in line for line in warnings)
+    with pytest.raises(UsageError, match='xacro:mode:=mock'):
+        cell(small_package, 'mode:=mock')
+
+
 def test_the_words_go_on_to_the_programs(reaching):
     """Simulation and move_group read the same robot as bringup."""
     words = [f'robot:={reaching.folder}', 'reach:=0.7', 'packages_path:=/a']

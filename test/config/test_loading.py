@@ -52,6 +52,17 @@ def test_a_namespace_may_be_chosen():
     assert load_robot_settings('sunday', namespace='').namespace == ''
 
 
+def test_named_controllers_replace_those_of_the_folder(files, tmp_path):
+    """Files of controllers that the user names replace all controllers of the folder's files."""
+    other = tmp_path / 'elsewhere.yaml'
+    other.write_text('left_arm_controller:\n'
+                     '  type: position_controllers/JointTrajectoryController\n'
+                     '  joints: [joint_1]\n')
+    settings = files.load(controllers=(other,))
+    assert [controller.name for controller in settings.controllers] == ['left_arm_controller']
+    assert settings.kinematics == files.load().kinematics
+
+
 def test_controllers_without_a_namespace(files):
     """A controller at the left margin stands in the root namespace."""
     files.write('trajectory_control.yaml', 'group_controller:\n'
