@@ -21,6 +21,7 @@ LEGAL_COMMAND_SETS = (
     ('position',),
     ('position', 'velocity'),
     ('position', 'velocity', 'acceleration'),
+    ('position', 'acceleration'),
     ('velocity',),
     ('effort',),
     ('position', 'effort'),
@@ -242,6 +243,12 @@ class JointTrajectoryControllerParameters(Settings):
     def speed_source(self) -> str:
         """The state interface that the pace is read from, '' where it is not."""
         return self.speed_scaling.state_interface
+
+    @property
+    def initial_pace(self) -> float:
+        """The pace at the start; only where positions alone are commanded it can be changed."""
+        alone = self.command_interfaces == ('position',)
+        return self.speed_scaling.initial_scaling_factor if alone else 1.0
 
 
 class ScaledJointTrajectoryControllerParameters(JointTrajectoryControllerParameters):

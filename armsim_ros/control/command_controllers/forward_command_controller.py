@@ -27,7 +27,7 @@ from armsim_ros.config.controllers.forward_command_controller import (
     JointVelocityControllerParameters,
     MultiInterfaceForwardCommandControllerParameters,
 )
-from armsim_ros.control.command_controllers.command_targets import CommandTargets
+from armsim_ros.control.command_targets import CommandTargets
 from armsim_ros.control.controller import Controller, NEVER_NS
 from armsim_ros.control.mailbox import Mailbox
 from armsim_ros.control.repeated_warning import RepeatedWarning

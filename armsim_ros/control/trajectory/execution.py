@@ -73,7 +73,7 @@ class TrajectoryExecution:
         """Start holding at zero; :meth:`hold` says where."""
         self.parameters = parameters
         self.joints = len(parameters.joints)
-        self.scaling = parameters.speed_scaling.initial_scaling_factor
+        self.scaling = parameters.initial_pace
         self.cmd_timeout = 0.0
         self.phase = Phase.HOLDING
         self.goal: TrajectoryGoal | None = None

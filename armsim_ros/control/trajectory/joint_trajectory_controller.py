@@ -99,8 +99,7 @@ class JointTrajectoryController(Controller[JointTrajectoryControllerParameters])
         parameters = self.parameters
         hardware, source = self.context.hardware, parameters.speed_source
         if source and (source == self._given_pace or source in hardware.other_states):
-            initial = parameters.speed_scaling.initial_scaling_factor
-            hardware.given_states.setdefault(source, initial)
+            hardware.given_states.setdefault(source, parameters.initial_pace)
         check_configuration(parameters, self.context.hardware)
         warn_of_configuration(parameters, self.events, self.time_ns)
         self._loop = TrajectoryLoop(

@@ -16,6 +16,7 @@ from armsim_ros.config.controllers.joint_trajectory_controller import (
     JointTrajectoryControllerParameters,
 )
 from armsim_ros.control.action_goal import GoalStatus
+from armsim_ros.control.command_targets import CommandTargets
 from armsim_ros.control.command_writer import CommandWriter, compact
 from armsim_ros.control.controller import ControllerContext
 from armsim_ros.control.events import EventQueue
@@ -63,9 +64,9 @@ class TrajectoryLoop:
         joints = len(parameters.joints)
         width = joints * (4 if 'effort' in commands else 3)
         velocity = 'velocity' in states and ('velocity' in commands or 'effort' in commands)
-        acceleration = velocity and 'acceleration' in states and 'acceleration' in commands
+        acceleration = 'acceleration' in states and 'acceleration' in commands
         self._current, self._parameters = current, parameters
-        self.ring = StateRing(joints, width, 1 + velocity + acceleration)
+        self.ring = StateRing(joints, width, 3 if acceleration else 1 + velocity)
         self.writer = CommandWriter(parameters, hardware)
         self.execution = TrajectoryExecution(
             parameters,
@@ -83,6 +84,8 @@ class TrajectoryLoop:
         ]
         self._index, self._position = index, hardware.state.position
         self._plan = hardware.plan
+        owner, _, kind = parameters.speed_scaling.command_interface.rpartition('/')
+        self._pace = CommandTargets([(owner, kind)], hardware) if kind else None
         self._continuous = properties.continuous
         self._wraps = len(properties.continuous) > 0
         self._events = events
@@ -128,6 +131,8 @@ class TrajectoryLoop:
         self._note(record, time_ns)
         execution.advance(period)
         self.writer.write(self._ahead, record.error, record.output, period)
+        if self._pace is not None:
+            self._pace.write(np.array([execution.scaling]))
         self.ring.close(record)
 
     @property

@@ -31,15 +31,7 @@ def check_configuration(
                 f"joint '{joint}' is no joint of the hardware ({', '.join(hardware.joint_names)})"
                 f'{"; " if hint else ""}{hint}'
             )
-    strangers = [name for name in parameters.command_joints if name not in parameters.joints]
-    chained = [name for name in strangers if '/' in name]
-    if strangers and len(chained) != len(parameters.joints):
-        odd = next((name for name in strangers if '/' not in name), strangers[0])
-        raise ControllerError(
-            f"command_joints: '{odd}' is not among "
-            f'joints ({", ".join(parameters.joints)}); allowed: some of them, or for each of them '
-            "one 'controller/joint' of a following controller"
-        )
+    _check_command_joints(parameters, hardware)
     commands = parameters.command_interfaces
     if (commands == ('velocity',) or 'effort' in commands) and (
         'velocity' not in parameters.state_interfaces
@@ -48,6 +40,22 @@ def check_configuration(
             f'command_interfaces {", ".join(commands)} need the state_interfaces position and '
             f'velocity, not only {", ".join(parameters.state_interfaces)}'
         )
+
+
+def _check_command_joints(
+    parameters: JointTrajectoryControllerParameters, hardware: HardwareInterface
+) -> None:
+    joints, commanded = parameters.joints, parameters.commanded
+    allowed = (
+        f"allowed: some of joints ({', '.join(joints)}), or in place of each of them another "
+        "joint of the hardware or 'controller/joint' of a following controller"
+    )
+    following = sum('/' in name for name in commanded)
+    for name in commanded:
+        if len(commanded) < len(joints) and name not in joints:
+            raise ControllerError(f"command_joints: '{name}' is not among joints; {allowed}")
+        if '/' not in name and (following or name not in hardware.index):
+            raise ControllerError(f"command_joints: '{name}' is no joint to command; {allowed}")
 
 
 def warn_of_configuration(
@@ -60,6 +68,9 @@ def warn_of_configuration(
             'their trajectory wherever the joints are'
         )
         events.add(time_ns, 'info', 'warning', text)
+    if parameters.initial_pace != parameters.speed_scaling.initial_scaling_factor:
+        text = 'speed_scaling.initial_scaling_factor has no effect: it needs [position] alone'
+        events.add(time_ns, 'warning', 'warning', text)
     if parameters.open_loop_control:
         text = 'open_loop_control is deprecated, use interpolate_from_desired_state'
         events.add(time_ns, 'warning', 'warning', text)

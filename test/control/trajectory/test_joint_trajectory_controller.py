@@ -111,6 +111,45 @@ def test_bad_speed_scaling_is_ignored(rig):
     assert not other.set_speed_scaling(0.5)
 
 
+def test_the_pace_is_passed_on_to_the_hardware(rig):
+    """
+    The factor is written to the command interface at each update.
+
+    joint_trajectory_controller.cpp, update.
+    """
+    r = rig()
+    r.hardware.other_commands['pace/factor'] = math.nan
+    arm = r.arm(speed_scaling={'command_interface': 'pace/factor', 'initial_scaling_factor': 0.7})
+    assert r.hardware.other_commands['pace/factor'] == 0.7
+    arm.set_speed_scaling(0.5)
+    r.step()
+    assert r.hardware.other_commands['pace/factor'] == 0.5
+
+
+def test_the_initial_factor_counts_for_positions_alone(rig):
+    """With other command interfaces the pace is 1, with a warning (on_configure)."""
+    r = rig()
+    arm = r.arm(command_interfaces=['position', 'velocity'],
+                speed_scaling={'initial_scaling_factor': 0.7})  # fmt: skip
+    assert arm.snapshot().speed_scaling_factor == 1.0
+    assert any('initial_scaling_factor' in text for text in r.texts())
+
+
+def test_command_joints_in_place_of_joints(rig, trajectory):
+    """
+    As many command_joints as joints may be others: each gets the trajectory of its place.
+
+    joint_trajectory_controller.cpp, on_configure: map_cmd_to_joints_.
+    """
+    kinds = dict.fromkeys(('a', 'b', 'c', 'd'), JointType.REVOLUTE)
+    r = rig(kinds)
+    arm = r.arm(joints=['a', 'b'], command_joints=['c', 'd'])
+    assert arm.required_command_interfaces == ('c/position', 'd/position')
+    arm.send_goal(trajectory((0.2, [0.1, 0.3])))
+    r.run(0.5)
+    np.testing.assert_allclose(r.hardware.state.position, [0.0, 0.0, 0.1, 0.3])
+
+
 def test_unknown_scaling_interface_fails_activation(rig):
     """B15: an interface that does not exist makes activation fail, with its name."""
     r = rig()
@@ -251,7 +290,8 @@ def test_fewer_command_joints(rig):
     ('parameters', 'word'),
     [
         ({'joints': ['a', 'c']}, "'c'"),
-        ({'joints': ['a'], 'command_joints': ['b']}, "'b'"),
+        ({'joints': ['a', 'b'], 'command_joints': ['c']}, "'c'"),
+        ({'joints': ['a'], 'command_joints': ['c']}, "'c'"),
         ({'joints': ['a'], 'command_interfaces': ['effort'], 'state_interfaces': ['position']},
          'velocity'),
     ],

@@ -111,13 +111,14 @@ def test_illegal_parameters_are_not_loaded(load: Load, parameters: dict[str, Any
 @pytest.mark.parametrize(
     'interfaces',
     [['position'], ['position', 'velocity'], ['position', 'velocity', 'acceleration'],
+     ['position', 'acceleration'],
      ['velocity'], ['effort'], ['position', 'effort']],
     ids='+'.join,
 )
 def test_legal_sets_of_command_interfaces(
     bench: Bench, load: Load, interfaces: list[str]
 ) -> None:
-    """All six legal sets can be configured."""
+    """All legal sets can be configured (validate_jtc_parameters.hpp)."""
     assert load('legal', command_interfaces=interfaces)
     assert bench.manager.configure('legal')
 
@@ -131,9 +132,10 @@ def test_loops_need_a_velocity_state(bench: Bench, load: Load, interfaces: list[
 
 
 @statement('B2')
-@pytest.mark.parametrize('joints', [['axis_1', 'drive_1'], ['axis_1', 'axis_2', 'drive_1']])
+@upstream('check_interface_names_with_command_joints_greater_than_dof')
+@pytest.mark.parametrize('joints', [['drive_1'], ['axis_1', 'axis_2', 'drive_1']])
 def test_command_joints_are_a_subset(bench: Bench, load: Load, joints: list[str]) -> None:
-    """Command joints that are not among the joints: it cannot be configured."""
+    """More command joints than joints, or fewer that are others: it cannot be configured."""
     assert not (load('foreign', command_joints=joints) and bench.manager.configure('foreign'))
 
 
