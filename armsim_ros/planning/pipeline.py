@@ -33,19 +33,21 @@ _DEFAULT_TIME = 1.0
 
 
 def run_pipeline(
-    context: PlanningContext, request: MotionPlanRequest, scene: PlanningScene, budget: Budget
+    context: PlanningContext, request: MotionPlanRequest, present: PlanningScene,
+    scene: PlanningScene, budget: Budget,
 ) -> tuple[JointTrajectory, float]:
     """
     Run every stage in order; each raises PlanningError where it cannot go on.
 
+    :param present: the monitored scene.
     :param scene: what to plan in, of the request alone; its state is the start.
     :param budget: ends at the request's allowed planning time.
     :returns: the trajectory, and its path's length [rad or m].
     """
     group = request.group_name
-    _check_group(context, group)
     if _pipeline(context, request) == PILZ:
-        return run_command(context, request, scene, budget)
+        return run_command(context, request, present, scene, budget)
+    _check_group(context, group)
     seed = request.seed if request.seed >= 0 else context.settings.seed
     rng = np.random.default_rng(seed if seed >= 0 else None)
     if seed >= 0:

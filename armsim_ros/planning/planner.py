@@ -113,7 +113,8 @@ class MotionPlanner:
                 positions = context.model.positions(started.q)
                 refused = started.refused
                 with context.polled(lambda: budget.check('planning pipeline')):
-                    trajectory, length = run_pipeline(context, request, started, budget)
+                    trajectory, length = run_pipeline(
+                        context, request, scene, started, budget)
             except PlanningError as error:
                 source = error.source or 'planning pipeline'
                 context.log.error(f'{source}: {error}')
@@ -130,19 +131,21 @@ class MotionPlanner:
 
     def plan_sequence(
         self, items: Sequence[SequenceItem], scene: PlanningScene, *,
-        clock: Callable[[], float], cancelled: Callable[[], bool] = never,
+        clock: Callable[[], float], cancelled: Callable[[], bool] = never, pipeline: str = '',
     ) -> SequenceResponse:
         """
         Return trajectories for motions that follow each other, or why there are none.
 
         :param items: the first may give a start state, later ones only for another group.
+        :param pipeline: plans all motions; '' for the pipeline of the first.
         """
         if not items:
             return SequenceResponse()
         began = clock()
         try:
             requests, answers = plan_items(
-                items, lambda request: self.plan(request, scene, clock=clock, cancelled=cancelled)
+                items, pipeline or items[0].request.pipeline_id,
+                lambda request: self.plan(request, scene, clock=clock, cancelled=cancelled),
             )
             with self._request() as context:
                 runs = join(context, items, requests, answers, scene)

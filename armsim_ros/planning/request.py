@@ -115,6 +115,8 @@ class PositionConstraint:
     :param regions: one is enough.
     :param target_point_offset: (3,) the point [m] in the link's frame.
     :param left_out: why further regions of a message cannot be used.
+    :param primitive_poses: (4, 4) each, also of primitives without a shape, which PTP, LIN and
+        CIRC do not need; None for those of the regions.
     """
 
     link_name: str
@@ -123,6 +125,14 @@ class PositionConstraint:
     target_point_offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
     weight: float = 1.0
     left_out: tuple[str, ...] = ()
+    primitive_poses: tuple[Matrix, ...] | None = None
+
+    @property
+    def poses(self) -> tuple[Matrix, ...]:
+        """The poses (4, 4) of the primitives."""
+        if self.primitive_poses is None:
+            return tuple(region.pose for region in self.regions)
+        return self.primitive_poses
 
 
 class Parameterization(IntEnum):

@@ -26,8 +26,6 @@ from armsim_ros.quintic_motion import QuinticMotion
 COLLISION = 'FixStartStateCollision'
 PATH_CONSTRAINTS = 'FixStartStatePathConstraints'
 
-_STEP = 0.1  # [s] between two points of the way out
-
 ROUNDING = 1e-5
 """How far [rad or m] a measured position may lie beyond a limit without a word."""
 
@@ -135,7 +133,7 @@ class StartRepairs:
         if COLLISION in wanted and validity.collides(start):
             free = self._jiggled(validity, start)
             if free is not None:
-                motion = point_to_point(start, free, self._limits, _STEP)
+                motion = point_to_point(start, free, self._limits)
                 start = free
         if PATH_CONSTRAINTS in wanted and not validity.constrained(start):
             motion = motion.then(self._to_constraints(scene, validity, start))

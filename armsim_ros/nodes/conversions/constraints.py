@@ -80,6 +80,7 @@ def _position(message: PositionConstraintMessage) -> PositionConstraint:
         target_point_offset=(float(offset.x), float(offset.y), float(offset.z)),
         weight=float(message.weight),
         left_out=tuple(left_out),
+        primitive_poses=tuple(pose_from_message(pose) for pose in volume.primitive_poses),
     )
 
 

@@ -17,16 +17,15 @@ from armsim_ros.model.transforms import (
     pose_from_parts,
     rotation_angle,
     rotation_vector,
-    skew,
 )
 from armsim_ros.planning.collision.state_validity import StateValidity
 from armsim_ros.planning.constraint_terms import Frame
 from armsim_ros.planning.context import PlanningContext
 
 _SOURCE = 'CIRC'
-_LEAST_RADIUS = 1e-6
-_COLINEAR = 1e-5
-_RADIUS_TOLERANCE = 1e-2
+_LEAST_RADIUS = 1e-5  # [m]
+_COLINEAR = 1e-5  # sine at a centre; [m^2] of start, interim point and goal
+_RADIUS_TOLERANCE = 1e-2  # [m]
 
 
 class Curve(ABC):
@@ -53,15 +52,11 @@ class Curve(ABC):
         if self.angle >= 1e-12:
             axis = self._velocity / self.angle
             rotation = matrix_from_axis_angle(axis, place * self.angle) @ rotation
-        return pose_from_parts(self._point(place)[0], rotation)
-
-    def twist(self, place: float) -> Vector:
-        """Return linear and angular velocity (6,) over the place, in the model frame."""
-        return np.concatenate([self._point(place)[1], self._velocity])
+        return pose_from_parts(self._point(place), rotation)
 
     @abstractmethod
-    def _point(self, place: float) -> tuple[Vector, Vector]:
-        """Return position (3,) and its change (3,) over the place."""
+    def _point(self, place: float) -> Vector:
+        """Return the position (3,) [m] at a place."""
 
 
 class Line(Curve):
@@ -73,8 +68,8 @@ class Line(Curve):
         self._way: Vector = last[:3, 3] - first[:3, 3]
         self.length = float(np.linalg.norm(self._way))
 
-    def _point(self, place: float) -> tuple[Vector, Vector]:
-        return self._origin + place * self._way, self._way
+    def _point(self, place: float) -> Vector:
+        return self._origin + place * self._way
 
 
 class Arc(Curve):
@@ -96,10 +91,10 @@ class Arc(Curve):
         self._sweep = sweep
         self.length = float(np.linalg.norm(self._x)) * sweep
 
-    def _point(self, place: float) -> tuple[Vector, Vector]:
-        cos, sin = math.cos(place * self._sweep), math.sin(place * self._sweep)
-        return (self._center + cos * self._x + sin * self._y,
-                self._sweep * (cos * self._y - sin * self._x))
+    def _point(self, place: float) -> Vector:
+        angle = place * self._sweep
+        point: Vector = self._center + math.cos(angle) * self._x + math.sin(angle) * self._y
+        return point
 
     @classmethod
     def around(cls, first: Vector, last: Vector, center: Vector) -> Arc:
@@ -114,7 +109,7 @@ class Arc(Curve):
         if min(radius, other) < _LEAST_RADIUS:
             raise _error('the centre of the circle is where the motion starts or ends: its radius '
                          'would be 0')
-        if abs(radius - other) > _RADIUS_TOLERANCE * max(radius, other):
+        if abs(radius - other) > _RADIUS_TOLERANCE:
             raise _error(f'start and goal are {radius:.4f} m and {other:.4f} m from the centre; '
                          'both have to be equally far from it')
         normal = np.cross(a, b)
@@ -135,7 +130,7 @@ class Arc(Curve):
         a, b = interim - first[:3, 3], last[:3, 3] - first[:3, 3]
         normal = np.cross(a, b)
         size = float(np.linalg.norm(normal))
-        if size <= _COLINEAR * float(np.linalg.norm(a)) * float(np.linalg.norm(b)):
+        if size < _COLINEAR:
             raise _error('start, interim point and goal lie on one line: no circle goes through '
                          'them')
         to_center = (
@@ -152,9 +147,6 @@ class Arc(Curve):
 
 def _error(text: str) -> PlanningError:
     return PlanningError(MoveItErrorCode.INVALID_MOTION_PLAN, text, _SOURCE)
-
-
-_DAMPING = 1e-6
 
 
 class CurveFollower:
@@ -182,38 +174,22 @@ class CurveFollower:
         pose: Matrix = link @ self.frame.offset
         return pose
 
-    def solve(self, pose: Matrix, *starts: Vector) -> tuple[Vector | None, IKResult]:
+    def solve(self, pose: Matrix, start: Vector) -> tuple[Vector | None, IKResult]:
         """
         Return the state (m,) with the frame at a pose (4, 4), None where there is none nearby.
 
-        :param starts: (m,) states to start from, the first one first.
+        :param start: (m,) state to start from.
         """
         target = IKTarget(self.frame.link, pose, self.frame.offset, self.position_only)
-        for start in starts:
-            result = self._inverse.solve(
-                [target], self._validity.full(start), IKOptions(max_starts=0))
-            if result.q is not None:
-                return self._model.extract(result.q, self._validity.group), result
-        return None, result
+        result = self._inverse.solve(
+            [target], self._validity.full(start), IKOptions(max_starts=0))
+        found = result.q
+        if found is not None:
+            found = self._model.extract(found, self._validity.group)
+        return found, result
 
     def distance(self, values: Vector, pose: Matrix) -> tuple[float, float]:
         """Return how far the frame is from a pose (4, 4): [m] and [rad], 0 where it is free."""
         here = self.pose(values)
         turn = 0.0 if self.position_only else rotation_angle(here, pose)
         return float(np.linalg.norm(here[:3, 3] - pose[:3, 3])), turn
-
-    def slope(self, values: Vector, twist: Vector) -> Vector:
-        """
-        Return how the joints (m,) move with the place on a curve.
-
-        :param twist: (6,) linear and angular velocity of the frame over the place.
-        """
-        q = self._validity.full(values)
-        jacobian = self._model.jacobian(q, self.frame.link, self._validity.group)
-        arm = self._model.link_pose(q, self.frame.link)[:3, :3] @ self.frame.offset[:3, 3]
-        jacobian[:3] -= skew(arm) @ jacobian[3:]
-        rows = 3 if self.position_only else 6
-        used = jacobian[:rows]
-        square = used @ used.T + _DAMPING * np.eye(rows)
-        slope: Vector = used.T @ np.linalg.solve(square, twist[:rows])
-        return slope

@@ -54,10 +54,10 @@ class Bench:
     def request(self, command: str, goal: Constraints, **options: Any) -> MotionPlanRequest:
         """Return the request for a command, at a tenth of the limits."""
         usual = {
-            'pipeline_id': 'pilz_industrial_motion_planner',
+            'goal_constraints': (goal,), 'pipeline_id': 'pilz_industrial_motion_planner',
             'max_velocity_scaling_factor': 0.1, 'max_acceleration_scaling_factor': 0.1,
         }
-        return MotionPlanRequest(GROUP, (goal,), planner_id=command, **{**usual, **options})
+        return MotionPlanRequest(GROUP, planner_id=command, **{**usual, **options})
 
     def run(self, command: str, goal: Constraints, **options: Any) -> Any:
         """Plan a command."""

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-import time
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -12,26 +12,12 @@ import pytest
 
 from armsim_ros.errors import MoveItErrorCode
 from armsim_ros.model.geometry import Box
-from armsim_ros.model.transforms import pose_from_parts
-from armsim_ros.planning.pilz.profile import TrapezoidalProfile
-from armsim_ros.planning.request import Constraints, JointConstraint, MotionPlanRequest
+from armsim_ros.model.transforms import pose_from_parts, pose_matrix
+from armsim_ros.planning.request import Constraints, JointConstraint
 from armsim_ros.planning.scene.objects import CollisionObject, ObjectShape
-from armsim_ros.planning.scene.update import StartState
-from armsim_ros.quintic_motion import QuinticMotion
 
 GROUP, TIP = 'manipulator', 'tool0'
 START = (0.3, -0.9, 1.2, 0.2, 0.9, 0.1)
-
-
-def test_profile_keeps_its_limits_and_arrives() -> None:
-    """The rounded trapezoid goes from 0 to 1 within speed and acceleration."""
-    profile = TrapezoidalProfile(0.5, 1.0, 2.0)
-    times = np.linspace(0.0, profile.duration, 500)
-    place, speed, rate = profile.sample(times)
-    assert (place[0], place[-1]) == pytest.approx((0.0, 1.0), abs=1e-9)
-    assert speed.max() == pytest.approx(0.5)
-    assert (rate.max(), rate.min()) == pytest.approx((1.0, -2.0))
-    assert np.gradient(place, times)[1:-1] == pytest.approx(speed[1:-1], abs=1e-3)
 
 
 def test_ptp_starts_and_stops_all_joints_together(bench: Any) -> None:
@@ -44,14 +30,58 @@ def test_ptp_starts_and_stops_all_joints_together(bench: Any) -> None:
     assert share[-1] == pytest.approx(np.ones(6))
 
 
-def test_ptp_keeps_the_scaled_limits(bench: Any) -> None:
-    """PLZ-5: speed and acceleration of every joint stay below limit times scaling."""
-    answer = bench.run('PTP', bench.joints(np.array(START) * 0.5))
-    speed, acceleration = QuinticMotion.of(answer.trajectory).peaks()
-    model = bench.model
-    index = model.group_indices(GROUP)
-    assert (speed <= 0.1 * model.velocity_limits[index] * 1.001).all()
-    assert (acceleration <= 0.1 * model.acceleration_limits[index] * 1.001).all()
+def test_ptp_uses_the_smallest_limits_of_all_joints(bench: Any) -> None:
+    """
+    The joint with the longest way moves with the smallest velocity and acceleration limit.
+
+    pilz, trajectory_generator_ptp.cpp, planPTP.
+    """
+    goal = np.add(START, (0.2, 0.0, 0.0, 0.0, 0.0, 1.5))
+    answer = bench.run('PTP', bench.joints(goal), max_acceleration_scaling_factor=0.5)
+    index = bench.model.group_indices(GROUP)
+    speed = 0.1 * bench.model.velocity_limits[index].min()
+    rate = 0.5 * bench.model.acceleration_limits[index].min()
+    assert bench.model.velocity_limits[index[-1]] > bench.model.velocity_limits[index].min()
+    assert answer.trajectory.duration == pytest.approx(1.5 / speed + speed / rate)
+    assert np.abs(answer.trajectory.velocities).max() == pytest.approx(speed)
+    assert np.abs(answer.trajectory.accelerations).max() == pytest.approx(rate)
+
+
+def test_ptp_at_its_goal_is_one_point(bench: Any) -> None:
+    """
+    A goal within 1 mrad of the start in every joint gives the start at 0.1 s.
+
+    pilz, trajectory_generator_ptp.cpp, planPTP.
+    """
+    answer = bench.run('PTP', bench.joints(np.array(START) + 0.0009))
+    assert answer.success, answer.message
+    assert answer.trajectory.times.tolist() == [0.1]
+    assert answer.trajectory.positions[0] == pytest.approx(START)
+    assert not answer.trajectory.velocities.any()
+
+
+def test_ptp_of_some_joints_leaves_the_others(bench: Any) -> None:
+    """
+    A joint goal of a PTP need not name all joints.
+
+    pilz, trajectory_generator_ptp.cpp, extractMotionPlanInfo.
+    """
+    goal = Constraints(joint_constraints=(JointConstraint(bench.names[2], 1.0),))
+    answer = bench.run('PTP', goal)
+    assert answer.trajectory.positions[-1] == pytest.approx((*START[:2], 1.0, *START[3:]))
+
+
+def test_goal_of_a_ptp_may_touch_objects_before_validation(bench: Any) -> None:
+    """
+    The goal state is that of the start's own posture; an object in it makes the plan fail.
+
+    pilz, trajectory_functions.cpp, isStateColliding.
+    """
+    wanted = bench.moved(0.0, 0.1, 0.0)
+    bench.scene.apply_object(CollisionObject(
+        'post', pose=pose_from_parts(wanted[:3, 3] - (0.0, 0.0, 0.02), np.eye(3)),
+        shapes=(ObjectShape(Box((0.05, 0.05, 0.01)), np.eye(4)),)))
+    assert bench.run('PTP', bench.at(wanted)).error_code == MoveItErrorCode.INVALID_MOTION_PLAN
 
 
 def test_ptp_reaches_a_pose(bench: Any) -> None:
@@ -74,14 +104,73 @@ def test_lin_is_straight(bench: Any) -> None:
     assert off[-1] == pytest.approx(wanted[:3, 3] - bench.pose[:3, 3], abs=1e-4)
 
 
-def test_points_are_no_further_apart_than_the_sampling_time(bench: Any) -> None:
-    """PLZ-9: a point at least every 0.1 s, rest at both ends."""
-    answer = bench.run('LIN', bench.at(bench.moved(-0.1, 0.15, -0.05)))
-    times = answer.trajectory.times
-    assert np.diff(times).max() <= 0.1 + 1e-9
-    assert (np.diff(times) > 0.0).all()
-    assert not np.any(answer.trajectory.velocities[0])
-    assert np.abs(answer.trajectory.velocities[-1]).max() < 1e-9
+@pytest.mark.parametrize('command', ['LIN', 'PTP'])
+def test_points_are_a_tenth_of_a_second_apart(bench: Any, command: str) -> None:
+    """
+    Points at multiples of 0.1 s and one at the end; rest at both ends.
+
+    pilz, trajectory_functions.cpp, generateJointTrajectory; trajectory_generator_ptp.cpp, planPTP.
+    """
+    trajectory = bench.run(command, bench.at(bench.moved(-0.1, 0.15, -0.05))).trajectory
+    assert np.diff(trajectory.times)[:-1] == pytest.approx(0.1)
+    assert 0.0 < np.diff(trajectory.times)[-1] <= 0.1 + 1e-9
+    for quantity in (trajectory.velocities, trajectory.accelerations):
+        assert not quantity[0].any()
+        assert not quantity[-1].any()
+
+
+def test_lin_has_velocities_of_finite_differences(bench: Any) -> None:
+    """
+    Velocity and acceleration of a point are differences to the points before it.
+
+    pilz, trajectory_functions.cpp, generateJointTrajectory.
+    """
+    trajectory = bench.run('LIN', bench.at(bench.moved(-0.1, 0.15, -0.05))).trajectory
+    speed = np.diff(trajectory.positions, axis=0) / np.diff(trajectory.times)[:, None]
+    assert trajectory.velocities[1:-1] == pytest.approx(speed[:-1])
+    rate = np.diff(trajectory.velocities[:-1], axis=0) / 0.1
+    assert trajectory.accelerations[1:-1] == pytest.approx(rate)
+
+
+def test_lin_lasts_as_long_as_the_cartesian_limits_demand(bench: Any) -> None:
+    """
+    A trapezoid of max_trans_vel and max_trans_acc; braking uses the acceleration too.
+
+    pilz, trajectory_generator.cpp, cartesianTrapVelocityProfile.
+    """
+    tool = bench.planner.settings.cartesian_limits
+    speed, rate = 0.05 * tool.max_trans_vel, 0.1 * tool.max_trans_acc
+    answer = bench.run('LIN', bench.at(bench.moved(0.0, 0.15, 0.0)),
+                       max_velocity_scaling_factor=0.05)
+    assert answer.trajectory.duration == pytest.approx(0.15 / speed + speed / rate, abs=1e-6)
+
+
+def test_rotation_counts_as_length(bench: Any) -> None:
+    """
+    A turn on the spot lasts as long as a way of angle * max_trans_vel / max_rot_vel.
+
+    pilz, trajectory_generator_lin.cpp, setPathLIN.
+    """
+    tool = bench.planner.settings.cartesian_limits
+    wanted = bench.pose @ pose_matrix((0.0, 0.0, 0.0), (0.0, 0.0, 0.6))
+    speed, rate = 0.1 * tool.max_trans_vel, 0.1 * tool.max_trans_acc
+    answer = bench.run('LIN', bench.at(wanted))
+    way = 0.6 * tool.max_trans_vel / tool.max_rot_vel
+    assert answer.trajectory.duration == pytest.approx(way / speed + speed / rate, abs=1e-5)
+
+
+def test_lin_to_joint_positions(bench: Any) -> None:
+    """
+    A joint goal of a LIN is a line of the solver's tip, and names every joint.
+
+    pilz, trajectory_generator_lin.cpp, extractMotionPlanInfo.
+    """
+    goal = np.add(START, (0.1, 0.05, -0.1, 0.0, 0.05, 0.1))
+    answer = bench.run('LIN', bench.joints(goal))
+    assert answer.success, answer.message
+    assert answer.trajectory.positions[-1] == pytest.approx(goal, abs=1e-4)
+    answer = bench.run('LIN', bench.joints(goal[:5]))
+    assert answer.error_code == MoveItErrorCode.INVALID_GOAL_CONSTRAINTS
 
 
 def test_circ_through_an_interim_point(bench: Any) -> None:
@@ -96,6 +185,57 @@ def test_circ_through_an_interim_point(bench: Any) -> None:
     assert np.linalg.norm(tips - interim[:3, 3], axis=1).min() < 2e-3
 
 
+def test_circ_takes_the_long_way_round(bench: Any) -> None:
+    """
+    An interim point on the far side makes an arc of more than half a circle.
+
+    pilz, path_circle_generator.cpp, circleFromInterim.
+    """
+    interim, wanted = bench.moved(-0.06, 0.03, 0.0), bench.moved(0.0, 0.06, 0.0)
+    answer = bench.run('CIRC', bench.at(wanted),
+                       path_constraints=bench.at(interim, name='interim'))
+    assert answer.success, answer.message
+    way = np.linalg.norm(np.diff(bench.tips(answer.trajectory), axis=0), axis=1).sum()
+    radius = (0.06**2 + 0.03**2) / (2.0 * 0.06)
+    assert way == pytest.approx(2.0 * radius * (np.pi - np.arcsin(0.03 / radius)), rel=1e-2)
+
+
+def test_circ_to_joint_positions(bench: Any) -> None:
+    """
+    The arc of a joint goal is that of the link that the path constraint names.
+
+    pilz, trajectory_generator_circ.cpp, extractMotionPlanInfo.
+    """
+    wanted = bench.moved(-0.08, 0.08, 0.0)
+    goal = bench.joints(bench.run('PTP', bench.at(wanted)).trajectory.positions[-1])
+    center = bench.moved(0.0, 0.08, 0.0)
+    answer = bench.run('CIRC', goal, path_constraints=bench.at(center, name='center'))
+    assert answer.success, answer.message
+    tips = bench.tips(answer.trajectory)
+    assert np.linalg.norm(tips - center[:3, 3], axis=1) == pytest.approx(0.08, abs=1e-3)
+    unknown = bench.run('CIRC', goal, path_constraints=bench.at(center, 'nowhere', 'center'))
+    assert unknown.error_code == MoveItErrorCode.INVALID_LINK_NAME
+
+
+def test_offset_of_a_pose_goal_shifts_the_arc_too(bench: Any) -> None:
+    """
+    target_point_offset of the goal is taken off the goal and off the centre.
+
+    pilz, trajectory_generator_circ.cpp, extractMotionPlanInfo.
+    """
+    offset = (0.0, 0.0, 0.05)
+    shift = bench.pose[:3, :3] @ offset
+    center, wanted = bench.moved(0.0, 0.08, 0.0), bench.moved(-0.08, 0.08, 0.0)
+    plain = bench.run('CIRC', bench.at(wanted), path_constraints=bench.at(center, name='center'))
+    goal = bench.at(pose_from_parts(wanted[:3, 3] + shift, wanted[:3, :3]))
+    goal = replace(goal, position_constraints=(
+        replace(goal.position_constraints[0], target_point_offset=offset),))
+    moved = bench.at(pose_from_parts(center[:3, 3] + shift, np.eye(3)), name='center')
+    shifted = bench.run('CIRC', goal, path_constraints=moved)
+    assert shifted.success, shifted.message
+    assert shifted.trajectory.positions == pytest.approx(plain.trajectory.positions, abs=1e-4)
+
+
 def test_circ_about_a_center(bench: Any) -> None:
     """PLZ-4: the shorter arc about the centre."""
     center, wanted = bench.moved(0.0, 0.08, 0.0), bench.moved(-0.08, 0.08, 0.0)
@@ -103,65 +243,6 @@ def test_circ_about_a_center(bench: Any) -> None:
     assert answer.success, answer.message
     tips = bench.tips(answer.trajectory)
     assert np.linalg.norm(tips - center[:3, 3], axis=1) == pytest.approx(0.08, abs=1e-3)
-
-
-@pytest.mark.parametrize(('case', 'code'), [
-    ('colinear', 'INVALID_MOTION_PLAN'), ('radii', 'INVALID_MOTION_PLAN'),
-    ('zero radius', 'INVALID_MOTION_PLAN'), ('name', 'INVALID_MOTION_PLAN'),
-    ('count', 'INVALID_GOAL_CONSTRAINTS'), ('link', 'INVALID_LINK_NAME'),
-])
-def test_circ_refuses_what_is_no_circle(bench: Any, case: str, code: str) -> None:
-    """PLZ-4: each mistake has its code."""
-    wanted = bench.moved(0.0, 0.1, 0.0)
-    helpers = {
-        'colinear': bench.at(bench.moved(0.0, 0.05, 0.0), name='interim'),
-        'radii': bench.at(bench.moved(0.1, 0.02, 0.0), name='center'),
-        'zero radius': bench.at(bench.pose, name='center'),
-        'name': bench.at(bench.moved(0.05, 0.05, 0.0), name='elsewhere'),
-        'count': Constraints(name='interim'),
-        'link': bench.at(bench.moved(0.05, 0.05, 0.0), link='nowhere', name='interim'),
-    }
-    answer = bench.run('CIRC', bench.at(wanted), path_constraints=helpers[case])
-    assert answer.error_code == MoveItErrorCode[code]
-    assert answer.message
-    assert not len(answer.trajectory)
-
-
-@pytest.mark.parametrize(('options', 'code'), [
-    ({'max_velocity_scaling_factor': 0.0}, 'INVALID_MOTION_PLAN'),
-    ({'max_acceleration_scaling_factor': 1.5}, 'INVALID_MOTION_PLAN'),
-    ({'planner_id': 'SPLINE'}, 'PLANNING_FAILED'),
-    ({'goal_constraints': ()}, 'INVALID_GOAL_CONSTRAINTS'),
-    ({'group_name': 'nobody'}, 'INVALID_GROUP_NAME'),
-    ({'start_state': StartState(('shoulder_pan_joint',), (0.1,), velocities=(0.3,))},
-     'INVALID_ROBOT_STATE'),
-])
-def test_preconditions_have_codes(bench: Any, options: dict[str, Any], code: str) -> None:
-    """PLZ-1, PLZ-2: what is wrong with a request is told by code and sentence."""
-    fields = {
-        'group_name': GROUP, 'goal_constraints': (bench.at(bench.moved(0.0, 0.05, 0.0)),),
-        'pipeline_id': 'pilz_industrial_motion_planner', 'planner_id': 'LIN', **options,
-    }
-    answer = bench.planner.plan(
-        MotionPlanRequest(**fields), bench.scene.snapshot(), clock=time.monotonic
-    )
-    assert answer.error_code == MoveItErrorCode[code]
-    assert answer.message
-
-
-def test_goals_that_are_no_single_goal_are_refused(bench: Any) -> None:
-    """PLZ-2: mixed goals, foreign joints, two links and values beyond limits are -16."""
-    pose = bench.at(bench.moved(0.0, 0.05, 0.0))
-    mixed = Constraints(bench.joints(START).joint_constraints, pose.position_constraints,
-                        pose.orientation_constraints)
-    other = bench.at(bench.moved(0.0, 0.05, 0.0), link='wrist_1_link').orientation_constraints
-    two_links = Constraints(position_constraints=pose.position_constraints,
-                            orientation_constraints=other)
-    for goal in (
-        mixed, two_links, Constraints(joint_constraints=(JointConstraint('nobody', 0.0),)),
-        bench.joints([50.0]), Constraints(position_constraints=pose.position_constraints),
-    ):
-        assert bench.run('LIN', goal).error_code == MoveItErrorCode.INVALID_GOAL_CONSTRAINTS
 
 
 def test_unreachable_goal(bench: Any) -> None:
@@ -172,10 +253,14 @@ def test_unreachable_goal(bench: Any) -> None:
 
 
 def test_too_fast_for_a_joint(bench: Any) -> None:
-    """PLZ-3: a joint limit that the line would break is 99999 and names the joint."""
+    """
+    A joint limit that the differences between points exceed is -1 and names the joint.
+
+    pilz, trajectory_functions.cpp, verifySampleJointLimits.
+    """
     answer = bench.run('LIN', bench.at(bench.moved(-0.1, 0.3, -0.1)),
                        max_velocity_scaling_factor=1.0, max_acceleration_scaling_factor=1.0)
-    assert answer.error_code == MoveItErrorCode.FAILURE
+    assert answer.error_code == MoveItErrorCode.PLANNING_FAILED
     assert '_joint' in answer.message
 
 

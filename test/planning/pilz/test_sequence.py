@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import math
+import time
 from typing import Any
 
 import numpy as np
@@ -16,11 +17,11 @@ from armsim_ros.model.transforms import pose_from_parts
 from armsim_ros.planning.pilz.sequence import SequenceItem
 from armsim_ros.planning.scene.objects import AttachedObject, CollisionObject, ObjectShape
 from armsim_ros.planning.scene.update import StartState
-from armsim_ros.quintic_motion import QuinticMotion
 
 CORNERS = ((0.0, 0.15, 0.0), (0.0, 0.15, 0.12), (0.0, 0.0, 0.12))
 RADIUS = 0.05
 TIP = 'tool0'
+START = (0.3, -0.9, 1.2, 0.2, 0.9, 0.1)
 
 
 def line(bench: Any, corner: tuple[float, ...], radius: float = 0.0, **options: Any) -> Any:
@@ -75,25 +76,51 @@ def test_a_blend_rounds_its_corner_without_a_stop(bench: Any) -> None:
     assert np.abs(outside[:, 0]).max() < 2e-3
 
 
-def test_a_blend_has_no_step_in_position_and_velocity(bench: Any) -> None:
-    """What the points say is what the positions between them do, within the limits."""
+def test_a_blend_keeps_the_limits_at_its_points(bench: Any) -> None:
+    """
+    Points of the blend are 0.1 s apart, and their differences keep the joint limits.
+
+    pilz, trajectory_blender_transition_window.cpp, blend.
+    """
     (trajectory,) = around(bench, RADIUS).trajectories
-    motion = QuinticMotion.of(trajectory)
-    times = np.linspace(0.0, motion.duration, 4001)
-    positions, velocities, _ = motion.states(times)
-    np.testing.assert_allclose(np.gradient(positions, times, axis=0), velocities, atol=2e-3)
-    assert np.diff(motion.times).max() <= 0.1 + 1e-9
-    speed, acceleration = motion.peaks()
+    steps = np.diff(trajectory.times)
+    assert steps.min() > 0.0
+    assert steps.max() <= 0.1 + 1e-9
+    speed = np.diff(trajectory.positions, axis=0) / steps[:, None]
+    rate = np.diff(speed, axis=0) / (0.5 * (steps[1:] + steps[:-1]))[:, None]
     index = bench.model.group_indices('manipulator')
-    assert (speed <= bench.model.velocity_limits[index] * 1.01).all()
-    assert (acceleration <= bench.model.acceleration_limits[index] * 1.01).all()
+    assert (np.abs(speed) <= bench.model.velocity_limits[index]).all()
+    assert (np.abs(rate) <= bench.model.acceleration_limits[index] * 1.001).all()
+
+
+def test_a_blend_begins_and_ends_at_the_sphere(bench: Any) -> None:
+    """
+    Points outside of the sphere are those of the motions without blend.
+
+    pilz, trajectory_blender_transition_window.cpp, searchIntersectionPoints.
+    """
+    first, second = CORNERS[:2]
+    apart = [bench.run('LIN', bench.at(bench.moved(*first)), max_velocity_scaling_factor=0.05)]
+    (blended,) = bench.sequence(
+        line(bench, first, RADIUS), line(bench, second)).trajectories
+    tips = np.array([
+        bench.model.link_pose(bench.model.insert(bench.q, 'manipulator', values), TIP)[:3, 3]
+        for values in blended.positions])
+    away = np.linalg.norm(tips - bench.moved(*first)[:3, 3], axis=1)
+    entered = int(np.argmax(away <= RADIUS))
+    assert blended.positions[:entered] == pytest.approx(
+        apart[0].trajectory.positions[:entered], abs=1e-9)
+    assert blended.times[:entered] == pytest.approx(apart[0].trajectory.times[:entered])
 
 
 def test_commands_of_all_kinds_follow_each_other(bench: Any) -> None:
-    """A PTP blends into a LIN; the planner's name alone chooses the pipeline."""
-    first = SequenceItem(
-        bench.request('PTP', bench.at(bench.moved(*CORNERS[0])), pipeline_id=''), RADIUS)
-    answer = bench.sequence(first, line(bench, CORNERS[1]))
+    """
+    A PTP blends into a LIN; the pipeline of the first motion plans the second, too.
+
+    pilz, move_group_sequence_action.cpp, planUsingSequenceManager.
+    """
+    first = SequenceItem(bench.request('PTP', bench.at(bench.moved(*CORNERS[0]))), RADIUS)
+    answer = bench.sequence(first, line(bench, CORNERS[1], pipeline_id='nowhere'))
     assert answer.error_code == MoveItErrorCode.SUCCESS, answer.message
     assert 0.0 < distances(bench, answer.trajectories[0], CORNERS[0]).min() < RADIUS
 
@@ -102,7 +129,7 @@ def test_commands_of_all_kinds_follow_each_other(bench: Any) -> None:
     ((-0.1, 0.0, 0.0), 'motion 0 is -0.1'),
     ((math.nan, 0.0, 0.0), 'motion 0 is nan'),
     ((0.0, 0.0, 0.05), 'last motion is 0.05'),
-    ((0.08, 0.05, 0.0), 'before and after motion 1 overlap'),
+    ((0.08, 0.05, 0.0), 'after motion 0 and after motion 1 overlap'),
 ])
 def test_radii_that_cannot_be(bench: Any, radii: tuple[float, ...], said: str) -> None:
     """PLZ-8: negative, overlapping, or at the end: -2 with the motion and the numbers."""
@@ -120,15 +147,52 @@ def test_a_radius_beyond_the_motion(bench: Any) -> None:
     assert 'the first motion lies within the blend radius 0.05 m' in answer.message
 
 
-def test_a_blend_that_is_too_fast_says_how_slow_it_may_be(bench: Any) -> None:
-    """PLZ-8: a sharp corner at speed is 99999, with joint and remedy."""
-    first, second, third = CORNERS
-    fast = {'max_velocity_scaling_factor': 0.1}
-    answer = bench.sequence(line(bench, first, 0.02, **fast), line(bench, second, 0.02, **fast),
-                            line(bench, third))
+def test_a_blend_that_is_too_fast(bench: Any) -> None:
+    """
+    A sharp corner at speed is 99999, with joint and remedy.
+
+    pilz, plan_components_builder.cpp, blend.
+    """
+    first, second = CORNERS[:2]
+    fast = {'max_velocity_scaling_factor': 0.2, 'max_acceleration_scaling_factor': 0.3}
+    answer = bench.sequence(line(bench, first, 0.03, **fast), line(bench, second, **fast))
     assert answer.error_code == MoveItErrorCode.FAILURE
-    assert "of joint 'elbow_joint'" in answer.message
-    assert 'max_velocity_scaling_factor below 0.' in answer.message
+    assert 'the blend before motion 1' in answer.message
+    assert 'max_velocity_scaling_factor' in answer.message
+
+
+def test_overlap_of_two_motions_is_no_matter(bench: Any) -> None:
+    """
+    Only radii between three motions or more can overlap.
+
+    pilz, command_list_manager.cpp, checkForOverlappingRadii.
+    """
+    answer = bench.sequence(line(bench, CORNERS[0], 0.149), line(bench, CORNERS[1]))
+    assert answer.error_code != MoveItErrorCode.INVALID_MOTION_PLAN
+
+
+def test_sequences_that_stay_where_they_are(bench: Any) -> None:
+    """
+    Motions to the place where the robot is leave one point at 0.1 s.
+
+    pilz, plan_components_builder.cpp, appendWithStrictTimeIncrease.
+    """
+    here = SequenceItem(bench.request('PTP', bench.joints(START)))
+    (trajectory,) = bench.sequence(here, here).trajectories
+    assert trajectory.times.tolist() == [0.1]
+
+
+def test_the_pipeline_may_be_given(bench: Any) -> None:
+    """
+    All motions are planned by one pipeline, whatever they name; an unknown one is 99999.
+
+    pilz, move_group_sequence_service.cpp, plan.
+    """
+    answer = bench.planner.plan_sequence(
+        (line(bench, CORNERS[0]),), bench.scene.snapshot(), clock=time.monotonic,
+        pipeline='nowhere')
+    assert answer.error_code == MoveItErrorCode.FAILURE
+    assert "'nowhere' is not known" in answer.message
 
 
 def test_only_the_first_motion_gives_a_start_state(bench: Any) -> None:
@@ -152,10 +216,14 @@ def test_the_first_start_state_is_where_it_begins(bench: Any) -> None:
 
 
 def test_a_motion_without_a_plan_is_named(bench: Any) -> None:
-    """PLZ-8: the code of the motion that fails, and its number."""
+    """
+    Whatever a motion fails with is 99999 for the sequence; the message has number and code.
+
+    pilz, command_list_manager.cpp, solveSequenceItems.
+    """
     answer = bench.sequence(line(bench, CORNERS[0]), line(bench, (5.0, 0.0, 0.0)))
-    assert answer.error_code == MoveItErrorCode.NO_IK_SOLUTION
-    assert answer.message.startswith('motion 1: ')
+    assert answer.error_code == MoveItErrorCode.FAILURE
+    assert answer.message.startswith('motion 1: NO_IK_SOLUTION: ')
 
 
 def test_a_blend_that_hits_something(bench: Any) -> None:
@@ -198,6 +266,6 @@ def test_every_motion_carries_what_the_first_one_does(bench: Any) -> None:
     assert empty.error_code == MoveItErrorCode.SUCCESS, empty.message
     holding = StartState(attached_objects=(feeler,))
     answer = bench.sequence(line(bench, first, start_state=holding), line(bench, second))
-    assert answer.error_code == MoveItErrorCode.INVALID_MOTION_PLAN
-    assert answer.message.startswith('motion 1: ')
+    assert answer.error_code == MoveItErrorCode.FAILURE
+    assert answer.message.startswith('motion 1: INVALID_MOTION_PLAN: ')
     assert "'post'" in answer.message

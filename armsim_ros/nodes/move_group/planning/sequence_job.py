@@ -42,10 +42,12 @@ class SequenceJob:
         *,
         scene_diff: SceneMessage | None = None,
         cancelled: Callable[[], bool] = never,
+        pipeline: str = '',
     ) -> SequenceResponse:
         """
         Plan, fill the answer, and return it as values too.
 
+        :param pipeline: plans all motions; '' for the pipeline of the first.
         :raises PlanningError: the message holds what cannot exist, or no state ever came.
         """
         items = [
@@ -59,7 +61,8 @@ class SequenceJob:
             scene = overlay(scene, scene_diff)
         response = await self._job.in_planner(
             lambda: context.planner.plan_sequence(
-                items, scene, clock=context.planning_clock(), cancelled=cancelled
+                items, scene, clock=context.planning_clock(), cancelled=cancelled,
+                pipeline=pipeline,
             ),
             cancelled,
         )

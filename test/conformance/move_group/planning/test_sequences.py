@@ -58,7 +58,7 @@ def two_lines(arm: Any, pose: Any, radius: float, **fields: Any) -> MotionSequen
 
 
 def planned(arm: Any, request: MotionSequenceRequest) -> Any:
-    """Return the answer of plan_sequence_path."""
+    """Return the answer of plan_sequence_path, which plans in the default pipeline."""
     wanted = GetMotionSequence.Request(request=request)
     return arm.client.call(
         arm.name('plan_sequence_path'), GetMotionSequence, wanted, TIMEOUT
@@ -79,10 +79,13 @@ def run(arm: Any, action: Any, request: MotionSequenceRequest, **options: Any) -
 
 @pytest.mark.statement('IF-25', 'PLZ-8')
 @pytest.mark.parametrize('radius', [0.0, 0.015])
-def test_a_sequence_is_one_trajectory(arm: Any, start: Any, radius: float) -> None:
+def test_a_sequence_is_one_trajectory(
+    arm: Any, action: Any, start: Any, radius: float
+) -> None:
     """From the start state given, through or past the corner, to the last goal."""
     pose = arm.pose(start)
-    answer = planned(arm, two_lines(arm, pose, radius, start_state=robot_state(start)))
+    request = two_lines(arm, pose, radius, start_state=robot_state(start))
+    answer = run(arm, action, request, plan_only=True).result.response
     assert name_of(answer.error_code) == 'SUCCESS', answer.error_code
     assert answer.planning_time > 0.0
     (trajectory,) = [one.joint_trajectory for one in answer.planned_trajectories]
@@ -116,9 +119,9 @@ def test_an_empty_sequence_is_a_success(arm: Any, action: Any) -> None:
     ('last', 'INVALID_MOTION_PLAN'),
     ('overlap', 'INVALID_MOTION_PLAN'),
     ('start', 'INVALID_ROBOT_STATE'),
-    ('unreachable', 'NO_IK_SOLUTION'),
+    ('unreachable', 'FAILURE'),
 ])
-def test_codes(arm: Any, start: Any, case: str, code: str) -> None:
+def test_codes(arm: Any, action: Any, start: Any, case: str, code: str) -> None:
     """Each mistake has its code and a sentence, and no trajectory comes with it."""
     pose = arm.pose(start)
     request = two_lines(arm, pose, 0.0, start_state=robot_state(start))
@@ -136,10 +139,26 @@ def test_codes(arm: Any, start: Any, case: str, code: str) -> None:
         second.req.start_state = robot_state(start)
     else:
         request.items = [first, item(arm, pose, (9.0, 0.0, 0.0))]
-    answer = planned(arm, request)
+    answer = run(arm, action, request, plan_only=True).result.response
     assert name_of(answer.error_code) == code, answer.error_code
     assert answer.error_code.message
     assert not answer.planned_trajectories
+
+
+@pytest.mark.statement('M36')
+def test_the_service_plans_in_the_default_pipeline(arm: Any, start: Any) -> None:
+    """
+    plan_sequence_path does not use the pipeline of its first motion, here OMPL plans.
+
+    pilz, move_group_sequence_service.cpp, plan.
+    """
+    request = two_lines(arm, arm.pose(start), 0.0, start_state=robot_state(start))
+    for each in request.items:
+        each.req.max_velocity_scaling_factor = 0.0  # -2 for LIN, 1 for OMPL
+    answer = planned(arm, request)
+    assert name_of(answer.error_code) == 'SUCCESS', answer.error_code
+    assert len(answer.planned_trajectories) == 1
+    assert answer.planning_time > 0.0
 
 
 @pytest.mark.statement('IF-3')

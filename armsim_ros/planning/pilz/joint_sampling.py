@@ -1,0 +1,124 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Joint trajectories of a frame that follows poses, checked against the joint limits."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from armsim_ros.arrays import Matrix, Vector
+from armsim_ros.errors import MoveItErrorCode, PlanningError
+from armsim_ros.kinematics.inverse import IKOptions, IKTarget
+from armsim_ros.model.robot_model import RobotModel
+from armsim_ros.planning.collision.state_validity import StateValidity
+from armsim_ros.planning.constraint_terms import Frame
+from armsim_ros.planning.context import PlanningContext
+from armsim_ros.planning.pilz.profile import SAMPLING_TIME
+from armsim_ros.quintic_motion import QuinticMotion
+
+
+class JointSampler:
+    """
+    Solves inverse kinematics pose by pose, each from the solution before it.
+
+    Velocities and accelerations are finite differences, which have to keep the limits that the
+    joints have; between the poses nothing is checked.
+
+    :param context: the robot and its solvers.
+    :param validity: of the group that moves.
+    :param frame: follows the poses; fixed to the tip of the group's solver.
+    :param source: names the command in messages.
+    :param check: called for every pose; raises where the request was cancelled.
+    """
+
+    def __init__(
+        self, context: PlanningContext, validity: StateValidity, frame: Frame, source: str,
+        check: Callable[[], None],
+    ) -> None:
+        self._context = context
+        self._validity = validity
+        self._frame = frame
+        self._source = source
+        self._check = check
+        self._fastest, self._hardest = given_limits(context.model.robot, validity.joint_names)
+
+    def from_rest_to_rest(
+        self, poses: Sequence[Matrix], times: Vector, start: Vector
+    ) -> QuinticMotion:
+        """
+        Return the motion through poses (k, 4, 4) at times (k,) [s], at rest at both ends.
+
+        :param start: (m,) the group's values before the first pose.
+        """
+        first = self._solved(poses[0], start)
+        motion = QuinticMotion.at_rest(first)
+        if len(poses) == 1:
+            return motion
+        rest = self.followed(poses[1:], times[1:], first, np.zeros_like(first))
+        rest.velocities[-1] = rest.accelerations[-1] = 0.0
+        return motion.joined(rest, 0.0)
+
+    def followed(
+        self, poses: Sequence[Matrix], times: Vector, values: Vector, velocity: Vector,
+        step: float = SAMPLING_TIME,
+    ) -> QuinticMotion:
+        """
+        Return the motion through poses (k, 4, 4) at times (k,) [s] after 0.
+
+        :param values: (m,) the group's values at time 0.
+        :param velocity: (m,) before time 0.
+        :param step: time [s] from each point to the next, but for the last one.
+        :raises PlanningError: NO_IK_SOLUTION for a pose without a solution; PLANNING_FAILED
+            where a joint would exceed a limit.
+        """
+        rows: list[tuple[Vector, Vector, Vector]] = []
+        before = 0.0
+        for pose, time in zip(poses, times.tolist(), strict=True):
+            found = self._solved(pose, values)
+            interval = time - before
+            speed = (found - values) / interval
+            rate = 2.0 * (speed - velocity) / (interval + step)
+            self._check_limit('velocity', speed, self._fastest, time)
+            self._check_limit('acceleration', rate, self._hardest, time)
+            rows.append((found, speed, rate))
+            values, velocity, before = found, speed, time
+        positions, velocities, accelerations = (
+            np.array(each) for each in zip(*rows, strict=True))
+        return QuinticMotion(times, positions, velocities, accelerations)
+
+    def _solved(self, pose: Matrix, start: Vector) -> Vector:
+        """Return the state (m,) at a pose: near the start, or any other."""
+        self._check()
+        group, q = self._validity.group, self._validity.full(start)
+        inverse = self._context.inverse(group)
+        target = [IKTarget(self._frame.link, pose, self._frame.offset)]
+        result = inverse.solve(target, q, IKOptions(max_starts=0))
+        if result.q is None:
+            result = inverse.solve(target, q)
+        if result.q is None:
+            raise PlanningError(
+                MoveItErrorCode.NO_IK_SOLUTION,
+                f"{self._source}: '{self._frame.link}' cannot follow its path: {result.message}",
+                self._source)
+        return self._context.model.extract(result.q, group)
+
+    def _check_limit(self, kind: str, found: Vector, allowed: Vector, time: float) -> None:
+        share = np.abs(found) / allowed
+        worst = int(np.argmax(share))
+        if share[worst] > 1.0:
+            raise PlanningError(
+                MoveItErrorCode.PLANNING_FAILED,
+                f'{self._source}: at {time:.3f} s the {kind} of joint '
+                f"'{self._validity.joint_names[worst]}' would be {abs(found[worst]):.3f}, its "
+                f'limit is {allowed[worst]:.3f}; set a lower max_velocity_scaling_factor or '
+                'max_acceleration_scaling_factor, or avoid the singularity', self._source)
+
+
+def given_limits(robot: RobotModel, joint_names: Sequence[str]) -> tuple[Vector, Vector]:
+    """Return velocity and acceleration limits (m,) of joints, infinite where none is given."""
+    limits = [robot.joints[name].limits for name in joint_names]
+    given = np.array([[each.velocity, each.acceleration] for each in limits], dtype=np.float64)
+    velocity, acceleration = np.where(np.isfinite(given) & (given > 0.0), given, np.inf).T
+    return velocity, acceleration
