@@ -28,17 +28,18 @@ from armsim_ros.nodes.simulation.wanted_publisher import WantedPublisher
 
 
 class WrenchTopics:
-    """``~/wrench`` and ``~/wrench_filtered``."""
+    """``~/wrench`` and, where there is a filter chain, messages on ``~/wrench_filtered``."""
 
     def __init__(self, node: Node, parameters: ForceTorqueSensorBroadcasterParameters) -> None:
         self._publishers = [WantedPublisher(node, WrenchStamped, topic, qos.STATE)
                             for topic in ('~/wrench', '~/wrench_filtered')]  # fmt: skip
+        self._topics = 2 if parameters.sensor_filter_chain else 1
         self._message = WrenchStamped()
         self._message.header.frame_id = parameters.frame_id
 
     def publish(self, sample: SensorSample) -> None:
         """Publish a sample: force, torque."""
-        wanted = [one for one in self._publishers if one.wanted(sample.time_ns)]
+        wanted = [one for one in self._publishers[: self._topics] if one.wanted(sample.time_ns)]
         if not wanted:
             return
         fill_time(self._message.header.stamp, sample.time_ns)
