@@ -13,7 +13,7 @@ from armsim_ros.config.move_group.kinematics import KinematicsSettings
 from armsim_ros.config.move_group.ompl_planning import OmplSettings
 from armsim_ros.config.move_group.planning_parameters import PlanningParameters
 from armsim_ros.planning.collision.state_validity import FINE_STEP
-from armsim_ros.planning.search.planners import PlannerTable
+from armsim_ros.planning.search.planners import DEFAULT_PLANNER, PlannerTable
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,21 +65,9 @@ def settings_from_config(
     :param pipeline: of the default pipeline.
     :param kinematics: planning group -> its block of kinematics.yaml.
     """
-    configs: dict[str, dict[str, Any]] = {
-        name: {'type': config.type, **config.parameters}
-        for name, config in pipeline.planner_configs.items()
-    }
-    if not pipeline.simplify_solutions:
-        for config in configs.values():
-            config.setdefault('simplify_solutions', False)
-    groups = pipeline.groups
     timeouts = {name: each.kinematics_solver_timeout for name, each in kinematics.items()}
     return PlanningSettings(
-        planners=PlannerTable(
-            configs,
-            {name: each.default_planner_config for name, each in groups.items()},
-            {name: each.planner_configs for name, each in groups.items() if each.planner_configs},
-        ),
+        planners=PlannerTable(_planner_configs(pipeline)),
         pipelines=parameters.planning_pipelines,
         default_pipeline=parameters.default_planning_pipeline,
         position_only_ik=frozenset(
@@ -99,3 +87,20 @@ def settings_from_config(
             name for name, each in kinematics.items() if each.kinematics_solver),
         ik_timeouts=timeouts,
     )
+
+
+def _planner_configs(pipeline: OmplSettings) -> dict[str, dict[str, Any]]:
+    """Return the configurations ``group`` and ``group[config]`` of all groups with settings."""
+    configs: dict[str, dict[str, Any]] = {}
+    offered = pipeline.planner_configs
+    for group, settings in pipeline.groups.items():
+        names = {f'{group}[{name}]': name for name in settings.planner_configs if name in offered}
+        shared = {'type': f'geometric::{DEFAULT_PLANNER}', **settings.shared_parameters}
+        if not pipeline.simplify_solutions:
+            shared['simplify_solutions'] = False
+        configs[group] = shared
+        if settings.default_planner_config in offered:
+            names[group] = settings.default_planner_config
+        for key, name in names.items():
+            configs[key] = {**shared, 'type': offered[name].type, **offered[name].parameters}
+    return configs

@@ -14,6 +14,7 @@ from armsim_ros.model.transforms import (
 )
 from armsim_ros.planning.request import Constraints
 from armsim_ros.planning.scene.update import SceneUpdate
+from armsim_ros.planning.search.planners import PlannerTable
 from armsim_ros.planning.settings import PlanningSettings
 
 
@@ -58,9 +59,10 @@ def test_around_a_wall(wall, plan_for, clock, seed):
 ])
 def test_planners_of_all_types(wall, plan_for, clock, planner, seconds):
     """OMP-1: each of them finds a way round a wall."""
-    response = plan_for(wall).plan(
-        request(joint_goal(RIGHT), planner_id=planner, allowed_planning_time=seconds), wall,
-        clock=clock)
+    settings = PlanningSettings(
+        planners=PlannerTable({'arm': {'type': f'geometric::{planner}'}}))
+    response = plan_for(wall, settings).plan(
+        request(joint_goal(RIGHT), allowed_planning_time=seconds), wall, clock=clock)
     assert response.success, response.message
     judge(response, wall.robot, [(WALL[0], pose_matrix(WALL[1]))], samples=60)
 

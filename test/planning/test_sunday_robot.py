@@ -91,7 +91,7 @@ def test_a_round_through_all_named_states(planner, scene, model, request_for, cl
 @pytest.mark.parametrize('planner_id', [
     'RRTConnect', 'RRTConnectkConfigDefault', 'manipulator[RRTConnect]', 'EST', 'SBL', ''])
 def test_planners_of_the_file(planner, scene, request_for, clock, planner_id):
-    """CFG-7: the names in ompl_planning.yaml and those of the ROS 1 files are accepted."""
+    """CFG-7: ids of ompl_planning.yaml plan, and others with the group's default."""
     response = planner.plan(
         request_for('scan_food', 'home', planner_id=planner_id), scene, clock=clock)
     assert response.success, response.message

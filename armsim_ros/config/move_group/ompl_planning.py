@@ -49,9 +49,11 @@ class OmplGroup(Settings):
         False, 'plan on the manifold of the path constraints')
 
     @property
-    def parameters(self) -> dict[str, PlannerValue]:
-        """Further settings that every planner of the group gets."""
-        return self.__pydantic_extra__
+    def shared_parameters(self) -> dict[str, PlannerValue]:
+        """The settings given for every planner of the group."""
+        return self.model_dump(exclude_unset=True, include={
+            'projection_evaluator', 'longest_valid_segment_fraction',
+            'enforce_joint_model_state_space', 'enforce_constrained_state_space'})
 
 
 class OmplSettings(Settings):

@@ -4,9 +4,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
-import re
 from typing import Any
 
 from ompl import geometric as og
@@ -134,60 +133,37 @@ class PlannerChoice:
 @dataclass(frozen=True, slots=True)
 class PlannerTable:
     """
-    The planners that a user configured.
+    The planner configurations of a pipeline, named as MoveIt names them.
 
-    :param configs: configuration name -> key -> value; ``type`` names the planner.
-    :param group_defaults: group -> name of its default configuration.
-    :param group_configs: group -> names of the configurations offered for it.
+    :param configs: ``group`` (the group's default) or ``group[config]`` -> key -> value;
+        ``type`` names the planner.
     """
 
     configs: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
-    group_defaults: Mapping[str, str] = field(default_factory=dict)
-    group_configs: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
-    def planner_ids(self, groups: tuple[str, ...]) -> tuple[str, ...]:
-        """Return all ids that a request may use: plain ones, then ``group[id]``, groups."""
-        plain = sorted(set(self.configs) or set(PLANNER_TYPES))
-        bound = [
-            f'{group}[{name}]' for group in groups for name in self.group_configs.get(group, plain)
-        ]
-        return (*plain, *bound, *groups)
+    def planner_ids(self, groups: Iterable[str]) -> tuple[str, ...]:
+        """Return all ids that a request may use: the configurations and the groups."""
+        return tuple(sorted({*self.configs, *groups}))
 
     def choose(self, planner_id: str, group: str, log: Log) -> PlannerChoice:
         """
         Return the planner for a request.
 
-        Looked up as ``group[id]``, ``id``, the id without ``kConfigDefault``, a planner type;
-        else the group's default, with a warning.
+        An id that contains the group's name is looked up as it is, any other as ``group[id]``;
+        one that is not found gives the group's default, with a warning.
 
         :raises PlanningError: PLANNING_FAILED where a configuration names a type that is not
             known.
         """
-        wanted = planner_id.strip()
-        match = re.fullmatch(r'(?P<group>.*)\[(?P<id>.*)\]', wanted)
-        if match:
-            wanted = match['id']
-        if wanted and wanted != group:
-            found = self._look_up(wanted, group)
-            if found is not None:
-                return self._choice(wanted, found, log)
+        name = planner_id if group in planner_id else f'{group}[{planner_id}]'
+        if planner_id and name in self.configs:
+            return self._choice(name, self.configs[name], log)
+        if planner_id:
             known = self.planner_ids((group,))
             log.warning(
-                f"planner '{planner_id}' is not known for group '{group}': using the default "
-                f'planner; {nearest(wanted, known) or "known: " + ", ".join(known)}'
-            )
-        default = self.group_defaults.get(group, '')
-        found = self._look_up(default, group) if default else None
-        if found is None:
-            return self._choice(DEFAULT_PLANNER, self.configs.get(group, {}), log)
-        return self._choice(default, found, log)
-
-    def _look_up(self, name: str, group: str) -> Mapping[str, Any] | None:
-        short = name.removesuffix('kConfigDefault').removeprefix('geometric::')
-        for key in (f'{group}[{name}]', name, f'{group}[{short}]', short):
-            if key in self.configs:
-                return self.configs[key]
-        return {'type': short} if short in PLANNER_TYPES else None
+                f"planner '{planner_id}' is not configured for group '{group}': using its default "
+                f'planner; {nearest(name, known) or "known: " + ", ".join(known)}')
+        return self._choice(group, self.configs.get(group, {}), log)
 
     @staticmethod
     def _choice(name: str, config: Mapping[str, Any], log: Log) -> PlannerChoice:

@@ -4,8 +4,11 @@
 
 import pytest
 
+from armsim_ros.config.move_group.ompl_planning import OmplSettings
+from armsim_ros.config.move_group.planning_parameters import PlanningParameters
 from armsim_ros.errors import PlanningError
 from armsim_ros.planning.search.planners import PLANNER_TYPES, PlannerTable
+from armsim_ros.planning.settings import settings_from_config
 
 MOVEIT_TYPES = (
     'AnytimePathShortening', 'BFMT', 'BiEST', 'BiTRRT', 'BKPIECE', 'EST', 'FMT', 'KPIECE',
@@ -13,59 +16,60 @@ MOVEIT_TYPES = (
     'ProjEST', 'RRT', 'RRTConnect', 'RRTstar', 'SBL', 'SPARS', 'SPARStwo', 'STRIDE', 'TRRT',
 )
 
-TABLE = PlannerTable(
-    {
-        'fast': {'type': 'geometric::RRTConnect', 'range': 0.3},
-        'arm[fast]': {'type': 'geometric::RRT', 'goal_bias': 0.1},
-        'star': {'type': 'geometric::RRTstar'},
-        'odd': {'type': 'geometric::Nothing'},
-    },
-    {'arm': 'star'},
-)
+TABLE = PlannerTable({
+    'arm': {'type': 'geometric::RRTstar'},
+    'arm[fast]': {'type': 'geometric::RRT', 'goal_bias': 0.1},
+    'arm[odd]': {'type': 'geometric::Nothing'},
+    'other[fast]': {'type': 'geometric::RRTConnect', 'range': 0.3},
+})
 
 
 @pytest.mark.parametrize('name', MOVEIT_TYPES)
 def test_every_type_is_understood(name, log):
     """OMP-1: all 25 planner types lead to a planner."""
-    assert PlannerTable({'x': {'type': f'geometric::{name}'}}).choose('x', 'arm', log).type \
-        in PLANNER_TYPES
+    table = PlannerTable({'arm[x]': {'type': f'geometric::{name}'}})
+    assert table.choose('x', 'arm', log).type in PLANNER_TYPES
 
 
 def test_a_type_that_is_not_bound_is_replaced_with_a_warning(log):
     """OMP-1: a planner that OMPL's Python package lacks gives the nearest one, and says so."""
-    assert PlannerTable().choose('EST', 'arm', log).type == 'KPIECE'
+    assert PlannerTable({'arm': {'type': 'geometric::EST'}}).choose('', 'arm', log).type \
+        == 'KPIECE'
     assert 'using geometric::KPIECE' in log.recorder.text()
 
 
-def test_the_groups_own_configuration_first(log):
-    """REQ-3: ``group[id]`` goes before ``id``."""
-    assert TABLE.choose('fast', 'arm', log).type == 'RRT'
-    assert TABLE.choose('fast', 'other', log).type == 'RRTConnect'
+@pytest.mark.parametrize(('planner_id', 'group', 'kind'), [
+    ('fast', 'arm', 'RRT'), ('arm[fast]', 'arm', 'RRT'), ('arm', 'arm', 'RRTstar'),
+    ('', 'arm', 'RRTstar'), ('fast', 'other', 'RRTConnect'), ('', 'other', 'RRTConnect'),
+])
+def test_ids_of_planner_configurations(log, planner_id, group, kind):
+    """
+    An id with the group's name is looked up as it is, any other as ``group[id]``.
 
-
-def test_id_with_brackets(log):
-    """RVZ-5: ids of the form ``group[planner]`` are read."""
-    assert TABLE.choose('arm[fast]', 'arm', log).parameters['goal_bias'] == 0.1
-
-
-def test_empty_id_is_the_groups_default(log):
-    """REQ-3: an empty id means the group's default configuration, else RRTConnect."""
-    assert TABLE.choose('', 'arm', log).type == 'RRTstar'
-    assert TABLE.choose('', 'other', log).type == 'RRTConnect'
+    Upstream: planning_context_manager.cpp, getPlanningContext.
+    """
+    assert TABLE.choose(planner_id, group, log).type == kind
     assert not log.recorder.lines
 
 
-def test_unknown_id_is_the_default_with_a_warning(log):
-    """REQ-3: an unknown id is no error."""
-    assert TABLE.choose('fsat', 'arm', log).type == 'RRTstar'
-    assert "'fsat' is not known" in log.recorder.text()
-    assert "did you mean 'fast'" in log.recorder.text()
+@pytest.mark.parametrize('planner_id', ['fsat', 'RRT', 'geometric::RRT', 'other[fast]', 'arm[]'])
+def test_unknown_id_is_the_default_with_a_warning(log, planner_id):
+    """
+    An id that is not configured for the group gives the group's default.
+
+    Upstream: planning_context_manager.cpp, getPlanningContext.
+    """
+    assert TABLE.choose(planner_id, 'arm', log).type == 'RRTstar'
+    assert f"'{planner_id}' is not configured for group 'arm'" in log.recorder.text()
 
 
-def test_ros1_ids(log):
-    """REQ-3: ``RRTConnectkConfigDefault`` means RRTConnect where it is not configured."""
-    assert PlannerTable().choose('RRTstarkConfigDefault', 'arm', log).type == 'RRTstar'
-    assert not log.recorder.lines
+def test_a_group_without_settings_has_rrt_connect(log):
+    """
+    Without a default configuration a group's planner is RRTConnect.
+
+    Upstream: ompl_interface.cpp, loadPlannerConfigurations.
+    """
+    assert PlannerTable().choose('', 'arm', log).type == 'RRTConnect'
 
 
 def test_unknown_type_is_an_error(log):
@@ -76,6 +80,30 @@ def test_unknown_type_is_an_error(log):
 
 
 def test_ids_for_clients():
-    """OMP-8: configurations alone, with their group in brackets, and the group's name."""
-    ids = TABLE.planner_ids(('arm',))
-    assert {'fast', 'arm[fast]', 'arm'} <= set(ids)
+    """
+    Clients are offered each group and the configurations of groups.
+
+    Upstream: ompl_planner_manager.cpp, getPlanningAlgorithms.
+    """
+    assert PlannerTable({'arm[fast]': {}, 'arm': {}}).planner_ids(('arm', 'hand')) == (
+        'arm', 'arm[fast]', 'hand')
+
+
+def test_configurations_of_groups():
+    """
+    A configuration has the group's settings below its own; unknown names are left out.
+
+    Upstream: ompl_interface.cpp, loadPlannerConfigurations.
+    """
+    pipeline = OmplSettings(
+        planner_configs={'fast': {'type': 'geometric::RRT', 'goal_bias': 0.1},
+                         'star': {'type': 'geometric::RRTstar'}},
+        groups={'arm': {'default_planner_config': 'star', 'planner_configs': ('fast', 'lost'),
+                        'longest_valid_segment_fraction': 0.01},
+                'hand': {'default_planner_config': 'lost'}})
+    table = settings_from_config(PlanningParameters(), pipeline, {}).planners
+    fraction = {'longest_valid_segment_fraction': 0.01}
+    assert table.configs == {
+        'arm': {'type': 'geometric::RRTstar', **fraction},
+        'arm[fast]': {'type': 'geometric::RRT', 'goal_bias': 0.1, **fraction},
+        'hand': {'type': 'geometric::RRTConnect'}}

@@ -17,7 +17,7 @@ def planned(wall, plan_for, clock):
     """Return a function that plans around the wall with an RRTConnect of some settings."""
     def plan(cancelled=lambda: False, **parameters):
         settings = PlanningSettings(planners=PlannerTable(
-            {'mine': {'type': 'geometric::RRTConnect', **parameters}}, {'arm': 'mine'}))
+            {'arm': {'type': 'geometric::RRTConnect', **parameters}}))
         return plan_for(wall, settings).plan(
             request(joint_goal(RIGHT), allowed_planning_time=1.0), wall, clock=clock,
             cancelled=cancelled)

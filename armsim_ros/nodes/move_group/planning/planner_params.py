@@ -32,7 +32,7 @@ class PlannerParams:
         configs, config = settings.planners.configs, request.planner_config
         merged = dict(configs.get(config, {}))
         if request.group:
-            merged.update(configs.get(config_name(request.group, config), {}))
+            merged = {**configs.get(config_name(request.group, config), {}), **merged}
         response.params.keys = list(merged)
         response.params.values = [str(value) for value in merged.values()]
         response.params.descriptions = [''] * len(merged)

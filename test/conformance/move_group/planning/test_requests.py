@@ -50,12 +50,12 @@ def test_pipeline_by_name_and_by_default(arm: Any) -> None:
         arm.planned(arm.near(), pipeline_id=pipeline)
 
 
-@pytest.mark.statement('REQ-3')
+@pytest.mark.statement('REQ-3', 'M27')
 @pytest.mark.parametrize('planner', [
     '', 'RRTConnect', 'RRTConnectkConfigDefault', '{group}[RRTConnect]', 'no_such_planner',
 ])
 def test_planner_ids(arm: Any, planner: str) -> None:
-    """Known ids, ROS 1's, a group's own and unknown ones all plan."""
+    """Configurations of the group, alone and with its name, and unknown ids all plan."""
     arm.planned(arm.near(), planner_id=planner.format(group=arm.group))
 
 
