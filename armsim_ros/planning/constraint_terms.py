@@ -130,6 +130,11 @@ class PositionTerm:
     regions: tuple[Region, ...]
     weight: float
 
+    @property
+    def room(self) -> float:
+        """A measure of the regions' volume."""
+        return sum(region.size ** 3 for region in self.regions)
+
     def point(self, poses: Poses) -> Vector:
         """Return the point (3,) [m] in the constraint frame."""
         base = inverse_pose(self.frame.pose(poses))
@@ -179,6 +184,11 @@ class OrientationTerm:
     tolerances: Vector
     rotation_vector: bool
     weight: float
+
+    @property
+    def room(self) -> float:
+        """The volume [rad^3] that the tolerances leave."""
+        return float(np.prod(np.minimum(self.tolerances, math.pi)))
 
     def error(self, poses: Poses) -> Vector:
         """Return the three angles (3,) [rad] from the desired orientation to the link's."""

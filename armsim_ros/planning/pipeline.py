@@ -48,6 +48,7 @@ def run_pipeline(
     if _pipeline(context, request) == PILZ:
         return run_command(context, request, present, scene, budget)
     _check_group(context, group)
+    _warn_of_stacked(context, request)
     seed = request.seed if request.seed >= 0 else context.settings.seed
     rng = np.random.default_rng(seed if seed >= 0 else None)
     if seed >= 0:
@@ -104,6 +105,19 @@ def _goal_sets(
     return usable
 
 
+def _warn_of_stacked(context: PlanningContext, request: MotionPlanRequest) -> None:
+    """Warn of several constraints of a kind, where CheckForStackedConstraints is listed."""
+    if 'CheckForStackedConstraints' not in context.settings.request_adapters:
+        return
+    path, goals = request.path_constraints, request.goal_constraints
+    for kind, parts in (('path', (path,)), ('goal', goals)):
+        if any(len(part.position_constraints) > 1 or len(part.orientation_constraints) > 1
+               for part in parts):
+            context.log.warning(
+                f'the {kind} constraints have more than one position or orientation constraint; '
+                'is a pose target left from an earlier request (clearPoseTargets())?')
+
+
 def _check_group(context: PlanningContext, name: str) -> None:
     """Raise INVALID_GROUP_NAME where a group is unknown or cannot move."""
     if not len(context.model.group_indices(name)):
@@ -124,10 +138,10 @@ def _pipeline(context: PlanningContext, request: MotionPlanRequest) -> str:
             f'known: {", ".join(known)}', _SOURCE,
         )
     if request.has_trajectory_constraints:
-        raise PlanningError(
-            MoveItErrorCode.PLANNING_FAILED,
-            'trajectory_constraints are not supported; use path_constraints', _SOURCE,
-        )
+        reason = 'trajectory_constraints are not supported; use path_constraints'
+        if wanted == PILZ:
+            raise PlanningError(MoveItErrorCode.PLANNING_FAILED, reason, _SOURCE)
+        context.log.warning(f'{reason}: planning without them')
     return wanted
 
 

@@ -109,7 +109,7 @@ class MotionPlanner:
             seconds = planning_time(context, request)
             budget = Budget(clock, began + seconds, cancelled)
             try:
-                started = requested_scene(context, request.start_state, scene)
+                started = requested_scene(context, request, scene)
                 positions = context.model.positions(started.q)
                 refused = started.refused
                 with context.polled(lambda: budget.check('planning pipeline')):
@@ -159,7 +159,7 @@ class MotionPlanner:
             trajectories=tuple(run.motion.trajectory(run.names) for run in runs),
             requests=tuple(run.request for run in runs),
             start=answers[0].trajectory_start,
-            planning_time=max(clock() - began, 1e-9),
+            planning_time=max(clock() - began, 1e-9), plans=answers,
         )
 
     def cartesian_path(

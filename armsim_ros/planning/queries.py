@@ -226,5 +226,6 @@ def path_fault(
     validity = context.validity(scene.unpadded(), group)
     start = context.model.extract(scene.q, group)
     motion = QuinticMotion.of(trajectory, dict(zip(validity.joint_names, start, strict=True)))
-    return first_fault(
+    fault = first_fault(
         motion, validity, context.settings.fine_step, since=max(from_time, 0.0))
+    return str(fault or '')

@@ -27,7 +27,7 @@ class PlanningSettings:
     :param position_only_ik: groups whose inverse kinematics leaves orientations free.
     :param strict_start_state: a start state that is no diff drops attached objects.
     :param start_state_max_bounds_error: a start may be this far [rad or m] beyond a limit.
-    :param start_repairs: what to do about a start that is not valid.
+    :param request_adapters: names of the steps before planning that the user lists.
     :param jiggle_fraction: share of the joints' ranges by which a colliding start may be moved.
     :param max_sampling_attempts: tries to find such a start.
     :param seed: a number >= 0 makes every request repeatable.
@@ -44,7 +44,7 @@ class PlanningSettings:
     position_only_ik: frozenset[str] = frozenset()
     strict_start_state: bool = False
     start_state_max_bounds_error: float = 0.0
-    start_repairs: frozenset[str] = frozenset()
+    request_adapters: frozenset[str] = frozenset()
     jiggle_fraction: float = 0.02
     max_sampling_attempts: int = 100
     seed: int = -1
@@ -77,7 +77,7 @@ def settings_from_config(
         start_state_max_bounds_error=pipeline.start_state_max_bounds_error,
         strict_start_state=parameters.strict_start_state,
         cartesian_limits=parameters.cartesian_limits,
-        start_repairs=frozenset(
+        request_adapters=frozenset(
             adapter.rpartition('/')[2] for adapter in pipeline.request_adapters or ()
         ),
         jiggle_fraction=pipeline.jiggle_fraction,

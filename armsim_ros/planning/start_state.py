@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import numpy as np
 
 from armsim_ros.arrays import Vector
@@ -16,7 +18,6 @@ from armsim_ros.planning.context import PlanningContext
 from armsim_ros.planning.pilz.profile import point_to_point
 from armsim_ros.planning.request import MotionPlanRequest
 from armsim_ros.planning.scene.planning_scene import PlanningScene
-from armsim_ros.planning.scene.update import StartState
 from armsim_ros.planning.search.goal_sampling import GoalSampler
 from armsim_ros.planning.search.path_search import find_motion, SearchProblem
 from armsim_ros.planning.search.planners import PlannerChoice
@@ -31,27 +32,32 @@ ROUNDING = 1e-5
 
 
 def requested_scene(
-    context: PlanningContext, start: StartState, scene: PlanningScene
+    context: PlanningContext, request: MotionPlanRequest, scene: PlanningScene
 ) -> PlanningScene:
     """
-    Return a scene of a request's own with its start state, joints inside their limits.
+    Return a scene of a request's own with its start state, the group's joints in their limits.
 
     :raises PlanningError: INVALID_ROBOT_STATE; START_STATE_INVALID with the joint, its value and
         its limits.
     """
     settings = context.settings
-    started = scene.with_start_state(start, strict=settings.strict_start_state)
+    started = scene.with_start_state(request.start_state, strict=settings.strict_start_state)
     if started.refused:
         context.log.warning(f'planning scene: {started.refused}')
-    started.set_state(_bounded_start(started, settings.start_state_max_bounds_error, context.log))
+    group = scene.robot.semantic.groups.get(request.group_name)
+    joints = scene.robot.active_joints if group is None else group.active_joints
+    started.set_state(_bounded_start(
+        started, joints, settings.start_state_max_bounds_error, context.log))
     return started
 
 
-def _bounded_start(scene: PlanningScene, max_bounds_error: float, log: Log) -> Vector:
-    """Return the scene's state (n,) with every joint inside its limits, a little repaired."""
+def _bounded_start(
+    scene: PlanningScene, joints: Iterable[str], max_bounds_error: float, log: Log
+) -> Vector:
+    """Return the scene's state (n,) with joints inside their limits, a little repaired."""
     model = scene.kinematic_model
     q = scene.q.copy()
-    for name in scene.robot.active_joints:
+    for name in joints:
         index = model.index(name)
         value, low, high = float(q[index]), float(model.lower[index]), float(model.upper[index])
         beyond = max(low - value, value - high)
@@ -129,7 +135,7 @@ class StartRepairs:
         :param start: (m,) the group's values.
         """
         motion = QuinticMotion.at_rest(start)
-        wanted = self._context.settings.start_repairs
+        wanted = self._context.settings.request_adapters
         if COLLISION in wanted and validity.collides(start):
             free = self._jiggled(validity, start)
             if free is not None:

@@ -5,16 +5,24 @@
 from dataclasses import replace
 import itertools
 import math
+import time
 
 import numpy as np
 import pytest
 from six_axis_requests import joint_goal, LEFT, pose_goal, request, RIGHT
+from small_arms import two_six_axis_arms
 
 from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.model.transforms import (
     pose_matrix,
 )
-from armsim_ros.planning.request import Constraints, JointConstraint
+from armsim_ros.planning.planner import MotionPlanner
+from armsim_ros.planning.request import (
+    Constraints,
+    JointConstraint,
+    MotionPlanRequest,
+    OrientationConstraint,
+)
 from armsim_ros.planning.scene.planning_scene import PlanningScene
 from armsim_ros.planning.scene.update import StartState
 from armsim_ros.planning.settings import PlanningSettings
@@ -30,7 +38,8 @@ from armsim_ros.planning.settings import PlanningSettings
     ({'start_state': StartState(('axis9',), (0.0,))}, -17, 'axis9'),
     ({'start_state': StartState(('axis1',), (math.nan,))}, -17, 'axis1'),
     ({'start_state': StartState(('axis1',), (3.2,))}, -26, "'axis1' starts at 3.20000"),
-    ({'has_trajectory_constraints': True}, -1, 'trajectory_constraints'),
+    ({'has_trajectory_constraints': True, 'pipeline_id': 'pilz_industrial_motion_planner'}, -1,
+     'trajectory_constraints'),
     ({'max_cartesian_speed': 0.1, 'cartesian_speed_limited_link': 'tol'}, -18, "'tol'"),
 ])
 def test_wrong_requests(six_scene, plan_for, clock, log, changes, code, words):
@@ -42,6 +51,49 @@ def test_wrong_requests(six_scene, plan_for, clock, log, changes, code, words):
     assert response.source
     assert not len(response.trajectory)
     assert response.message in log.recorder.text()
+
+
+def test_only_the_groups_joints_have_to_start_within_their_limits(log):
+    """
+    A joint that the planning group does not move may start beyond its limits.
+
+    Upstream: check_start_state_bounds.cpp.
+    """
+    scene = PlanningScene(KinematicModel(two_six_axis_arms()))
+    scene.set_positions({'right_axis1': 3.2, 'right_axis2': 1.0})
+    planner = MotionPlanner(scene, log=log)
+    for side, code in (('left', 1), ('right', -26), ('both', -26)):
+        wanted = MotionPlanRequest(
+            side, (Constraints.of_joints({f'{side.replace("both", "left")}_axis1': 0.2}),), seed=1)
+        assert planner.plan(wanted, scene, clock=time.monotonic).error_code == code
+
+
+@pytest.mark.parametrize(('adapters', 'warned'), [
+    (('CheckForStackedConstraints',), True), ((), False)])
+def test_stacked_constraints_are_warned_about(
+        six_scene, plan_for, clock, log, adapters, warned):
+    """
+    Several orientations in a goal are a warning where the adapter is listed.
+
+    Upstream: check_for_stacked_constraints.cpp.
+    """
+    kept = Constraints(orientation_constraints=(
+        OrientationConstraint('tool', (0.0, 0.0, 0.0, 1.0), (4.0,) * 3, 'base'),) * 2)
+    goal = replace(joint_goal(RIGHT), orientation_constraints=kept.orientation_constraints)
+    settings = PlanningSettings(request_adapters=frozenset(adapters))
+    assert plan_for(six_scene, settings).plan(request(goal), six_scene, clock=clock).success
+    assert ('goal constraints have more than one' in log.recorder.text()) is warned
+
+
+def test_trajectory_constraints_are_ignored(six_scene, plan_for, clock, log):
+    """
+    OMPL's pipeline plans without trajectory constraints, with a warning.
+
+    Upstream: planning_context_manager.cpp, getPlanningContext.
+    """
+    wanted = request(joint_goal(RIGHT), has_trajectory_constraints=True)
+    assert plan_for(six_scene).plan(wanted, six_scene, clock=clock).success
+    assert 'planning without them' in log.recorder.text()
 
 
 def test_start_in_collision(wall, add_box, plan_for, clock):

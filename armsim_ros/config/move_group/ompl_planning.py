@@ -67,8 +67,10 @@ class OmplSettings(Settings):
         None, 'what happens after planning; none given: the usual ones')
     progress_topic: str = parameter(
         'pipeline_state', "where the stages of a plan are told; '' is nowhere")
+    display_path_topic: str = parameter(
+        'display_planned_path', 'where DisplayMotionPath publishes plans', min_length=1)
     display_contacts_topic: str = parameter(
-        'display_contacts', "where contacts of refused starts and goals are shown; '' is nowhere")
+        'display_contacts', "topic with contacts of refused starts, goals and paths; '' is none")
     fix_start_state: bool = parameter(False, 'bring continuous joints of the start into range')
     default_workspace_bounds: float = parameter(
         1e12, 'edge of the workspace where a request gives none [m]', gt=0.0)
@@ -99,7 +101,6 @@ RENAMED_PIPELINE_KEYS = {'planning_plugin': 'planning_plugins'}
 
 #: Keys of a pipeline that others read -> why they have no effect here.
 UNUSED_PIPELINE_KEYS = {
-    'display_path_topic': '',
     'capabilities': 'name further capabilities at the top level',
     'max_goal_samples': '',
     'max_goal_sampling_attempts': '',

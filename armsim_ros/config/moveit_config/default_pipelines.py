@@ -39,6 +39,7 @@ def default_pipeline(name: str) -> dict[str, Any]:
     if name == 'pilz_industrial_motion_planner':
         return {'planning_plugins': ['pilz_industrial_motion_planner/CommandPlanner'],
                 'default_planner_config': 'PTP', 'request_adapters': request,
+                'response_adapters': response[1:],
                 'capabilities': 'pilz_industrial_motion_planner/MoveGroupSequenceAction '
                                 'pilz_industrial_motion_planner/MoveGroupSequenceService'}
     if name == 'chomp':

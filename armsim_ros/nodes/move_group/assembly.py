@@ -124,7 +124,7 @@ class MoveGroup:
 
 def endpoints(context: Context) -> tuple[object, ...]:
     """Create every endpoint; they live as long as the tuple does."""
-    display = DisplayPlannedPath(context.node, context.robot.name)
+    display = DisplayPlannedPath(context.node, context.robot.name, context.settings.ompl)
     job = PlanningJob(context, display)
     execution = TrajectoryExecutionManager(context)
     parts = Parts(context, job, execution, display, SequenceJob(context, job, display))

@@ -134,7 +134,7 @@ def _pipeline(settings: RobotSettings, pipeline: str) -> Iterator[tuple[str, Any
             'request_adapters': ompl.request_adapters,
             'response_adapters': ompl.response_adapters,
             'progress_topic': ompl.progress_topic,
-            'display_path_topic': 'display_planned_path',
+            'display_path_topic': ompl.display_path_topic,
             'display_contacts_topic': ompl.display_contacts_topic,
             'fix_start_state': ompl.fix_start_state,
             'default_workspace_bounds': ompl.default_workspace_bounds,

@@ -74,7 +74,7 @@ def run_command(
         raise PlanningError(
             MoveItErrorCode.INVALID_MOTION_PLAN,
             f'{command} does not plan around obstacles: {fault}; give another goal, or plan with '
-            "pipeline 'ompl'", 'ValidateSolution',
+            "pipeline 'ompl'", 'ValidateSolution', fault.contacts,
         )
     return motion.trajectory(validity.joint_names), path_length(motion.positions)
 

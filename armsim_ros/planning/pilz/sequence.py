@@ -46,6 +46,7 @@ class SequenceResponse:
     :param requests: the first request of each trajectory.
     :param start: joint -> position [rad or m] of all movable joints.
     :param planning_time: [s].
+    :param plans: of the single motions, before they are joined.
     """
 
     error_code: MoveItErrorCode = MoveItErrorCode.SUCCESS
@@ -55,6 +56,7 @@ class SequenceResponse:
     requests: tuple[MotionPlanRequest, ...] = ()
     start: Mapping[str, float] = field(default_factory=dict)
     planning_time: float = 0.0
+    plans: tuple[MotionPlanResponse, ...] = ()
 
 
 @dataclass(slots=True)

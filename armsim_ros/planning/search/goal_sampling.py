@@ -7,6 +7,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 import math
+from typing import TypeVar
 
 import numpy as np
 
@@ -96,7 +97,9 @@ class GoalSampler:
         found: list[Vector] = []
         for goal in goals:
             posed = goal.positions or goal.orientations
-            for candidate in (self._pose_candidates(goal, tally, budget) if posed
+            all_joints = self._names_all_joints(goal)
+            for candidate in (self._pose_candidates(goal, tally, budget)
+                              if posed and not all_joints
                               else self._joint_candidates(goal, budget)):
                 budget.check(_SOURCE)
                 values = candidate[self._indices]
@@ -105,7 +108,7 @@ class GoalSampler:
                 if self._accept(candidate, values, goal, tally):
                     found.append(values)
                 if found and (
-                    len(found) >= MAX_GOALS or budget.spent() or self._is_one_state(goal)
+                    len(found) >= MAX_GOALS or budget.spent() or all_joints
                 ):
                     break
         budget.check(_SOURCE)
@@ -113,12 +116,9 @@ class GoalSampler:
             raise self._failure(goals, tally)
         return sorted(found, key=lambda values: float(np.linalg.norm(values - self._origin)))
 
-    def _is_one_state(self, goal: ConstraintSet) -> bool:
-        """Return whether a goal names every joint: then its middle is what is meant."""
-        named = {term.index for term in goal.joints}
-        return not (goal.positions or goal.orientations) and all(
-            int(index) in named for index in self._indices
-        )
+    def _names_all_joints(self, goal: ConstraintSet) -> bool:
+        """Return whether a goal names every joint: its middle is what is meant."""
+        return {int(index) for index in self._indices} <= {term.index for term in goal.joints}
 
     def _accept(
         self, candidate: Vector, values: Vector, goal: ConstraintSet, tally: _Tally
@@ -234,32 +234,41 @@ class GoalSampler:
     # ---------------------------------------------------------------- poses
 
     def _targets(self, goal: ConstraintSet, seed: Vector, middle: bool) -> list[IKTarget]:
-        """Return a pose for every constrained frame: the wanted one, or a random allowed one."""
+        """
+        Return a pose for every constrained link: the desired one, or a random allowed one.
+
+        Of several constraints of a kind for a link the narrowest is taken; the others are
+        checked afterwards. An orientation that the path constraints fix is kept.
+        """
         poses, free = goal.poses(seed), seed
         if not middle:
             free = self._model.insert(
                 seed, self._validity.group, self._rng.uniform(*self._bounds))
+        on_path = self._validity.path_constraints
         targets: list[IKTarget] = []
-        alone = list(goal.orientations)
-        for position in goal.positions:
-            link, offset = position.target.link, position.target.offset
-            place = np.append(self._point(position, middle), 1.0)
-            point = (position.frame.pose(poses) @ place)[:3]
-            partner = next((term for term in alone if term.target.link == link), None)
+        terms: list[PositionTerm | OrientationTerm] = [*goal.positions, *goal.orientations]
+        for link in dict.fromkeys(term.target.link for term in terms):
+            position = _narrowest(goal.positions, link)
+            orientation, there = _narrowest(goal.orientations, link), poses
+            if orientation is None and on_path is not None:
+                orientation, there = _narrowest(on_path.orientations, link), on_path.poses(seed)
             turned = np.eye(3)
-            if partner is not None:
-                alone.remove(partner)
-                # The wanted rotation is that of the orientation's frame on the link.
-                turned = (self._rotation(partner, poses, middle)
-                          @ partner.target.offset[:3, :3].T @ offset[:3, :3])
+            if orientation is not None:
+                turned = self._rotation(orientation, there, middle)
+            if position is None:
+                assert orientation is not None
+                frame = orientation.target
+                point = (self._model.link_pose(free, link) @ frame.offset)[:3, 3]
+            else:
+                frame = position.target
+                place = np.append(self._point(position, middle), 1.0)
+                point = (position.frame.pose(poses) @ place)[:3]
+                if orientation is not None:
+                    # The desired rotation is that of the orientation's frame on the link.
+                    turned = turned @ orientation.target.offset[:3, :3].T @ frame.offset[:3, :3]
             targets.append(IKTarget(
-                link, pose_from_parts(point, turned), offset, position_only=partner is None))
-        for orientation in alone:
-            frame = orientation.target
-            here = self._model.link_pose(free, frame.link) @ frame.offset
-            rotation = self._rotation(orientation, poses, middle)
-            targets.append(IKTarget(
-                frame.link, pose_from_parts(here[:3, 3], rotation), frame.offset))
+                link, pose_from_parts(point, turned), frame.offset,
+                position_only=orientation is None))
         return targets
 
     def _point(self, term: PositionTerm, middle: bool) -> Vector:
@@ -271,6 +280,15 @@ class GoalSampler:
         desired = term.desired if middle else term.random(self._rng)
         result: Matrix = term.frame.pose(poses)[:3, :3] @ desired
         return result
+
+
+Constrained = TypeVar('Constrained', PositionTerm, OrientationTerm)
+
+
+def _narrowest(terms: Sequence[Constrained], link: str) -> Constrained | None:
+    """Return the constraint of a link that leaves least room; None where it has none."""
+    return min((term for term in terms if term.target.link == link),
+               key=lambda term: term.room, default=None)
 
 
 def _nearest_turn(value: float, reference: float) -> float:

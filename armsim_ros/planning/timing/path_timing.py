@@ -4,10 +4,13 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from armsim_ros.arrays import Vector
 from armsim_ros.errors import MoveItErrorCode, PlanningError
+from armsim_ros.planning.collision.contacts import Contact
 from armsim_ros.planning.collision.motion_proof import first_blocked
 from armsim_ros.planning.collision.state_validity import StateValidity
 from armsim_ros.planning.timing.limits import MotionLimits, SpeedLimit
@@ -49,21 +52,21 @@ def time_waypoints(
     """
     deviation = np.full(len(waypoints) - 2, max_deviation)
     _shrink_corners(waypoints, deviation, validity)
-    cause = ''
+    fault: Fault | None = None
     clearance = 0.5 * validity.clearance if rough else 0.0
     for _ in range(1 if rough else _ATTEMPTS):
         motion = time_path(BlendedPath(waypoints, deviation), limits, speed_limit)
-        cause = first_fault(motion, validity, FINAL_SHARE * step, clearance)
-        if not cause:
+        fault = first_fault(motion, validity, FINAL_SHARE * step, clearance)
+        if fault is None:
             return motion
         if not len(deviation):
             break
         deviation = np.maximum(deviation * _SHRINK**2, _LEAST_DEVIATION)
     raise PlanningError(
         MoveItErrorCode.INVALID_MOTION_PLAN,
-        f'the timed trajectory is not valid {cause}; plan again, or keep more room around '
+        f'the timed trajectory is not valid {fault}; plan again, or keep more room around '
         'objects',
-        'ValidateSolution',
+        'ValidateSolution', fault.contacts if fault else (),
     )
 
 
@@ -86,12 +89,29 @@ def _shrink_corners(
         corners = corners[deviation[corners] > _LEAST_DEVIATION]
 
 
+@dataclass(frozen=True, slots=True)
+class Fault:
+    """
+    The first state of a motion that is not valid.
+
+    :param text: when and why, as a phrase.
+    :param contacts: the collisions in it.
+    """
+
+    text: str
+    contacts: tuple[Contact, ...] = ()
+
+    def __str__(self) -> str:
+        """Return when and why."""
+        return self.text
+
+
 def first_fault(
     motion: QuinticMotion, validity: StateValidity, step: float, clearance: float = 0.0,
     since: float = 0.0,
-) -> str:
+) -> Fault | None:
     """
-    Return when and why a motion leaves the free states, as a phrase; '' for never.
+    Return where a motion leaves the free states; None for nowhere.
 
     :param motion: is followed between its points too.
     :param step: largest motion [m] of any point between two looks at path constraints.
@@ -99,8 +119,10 @@ def first_fault(
     :param since: time [s] before which nothing is looked at.
     """
     t = _blocked_at(motion, validity, step, clearance, since)
-    return '' if t is None else (
-        f'at {t:.3f} s: {validity.why_not(motion.sample(np.array([t]))[0])}')
+    if t is None:
+        return None
+    state = motion.sample(np.array([t]))[0]
+    return Fault(f'at {t:.3f} s: {validity.why_not(state)}', validity.contacts(state))
 
 
 def _blocked_at(

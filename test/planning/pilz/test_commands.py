@@ -274,6 +274,8 @@ def test_obstacles_are_not_avoided_but_seen(bench: Any) -> None:
     answer = bench.run('LIN', bench.at(wanted))
     assert answer.error_code == MoveItErrorCode.INVALID_MOTION_PLAN
     assert "'post'" in answer.message
+    assert answer.source == 'ValidateSolution'
+    assert any('post' in (each.body1, each.body2) for each in answer.contacts)
 
 
 def test_max_cartesian_speed_slows_a_command(bench: Any) -> None:

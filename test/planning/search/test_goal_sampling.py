@@ -173,3 +173,52 @@ def test_goal_that_breaks_path_constraints(six_scene, plan_for, clock):
         request(joint_goal(RIGHT), path_constraints=keep), six_scene, clock=clock)
     assert response.error_code == -13
     assert "'tool'" in response.message
+
+
+def test_joint_goal_with_an_orientation_is_sampled_in_joint_space(six_scene, plan_for, clock):
+    """
+    A goal that names all joints is met at them; its other constraints are checked.
+
+    Upstream: constraint_sampler_manager.cpp, selectDefaultSampler.
+    """
+    level = OrientationConstraint('tool', (0.0, 0.0, 0.0, 1.0), (4.0,) * 3, 'base')
+    goal = joint_goal(RIGHT)
+    for orientations, code in (((level, level), 1), ((level, replace(
+            level, tolerances=(0.01,) * 3)), -16)):
+        response = plan_for(six_scene).plan(
+            request(replace(goal, orientation_constraints=orientations)), six_scene, clock=clock)
+        assert response.error_code == code
+
+
+def test_the_narrowest_constraint_of_a_link_is_sampled(six, six_scene, plan_for, clock):
+    """
+    Of two orientations for a link the narrower one is sampled; the end satisfies both.
+
+    Upstream: constraint_sampler_manager.cpp, selectDefaultSampler.
+    """
+    pose = poses(six.robot, dict(zip(SIX, (0.4, 0.9, 0.8, 0.3, 0.5, -0.2), strict=True)))['tool']
+    goal = pose_goal(pose)
+    narrow, = goal.orientation_constraints
+    wide = replace(narrow, tolerances=(0.5, 0.5, 0.5))
+    goal = replace(goal, orientation_constraints=(wide, narrow))
+    response = plan_for(six_scene).plan(request(goal), six_scene, clock=clock)
+    assert response.success, response.message
+    end = dict(zip(SIX, response.trajectory.positions[-1], strict=True))
+    assert poses(six.robot, end)['tool'] == pytest.approx(pose, abs=2e-3)
+
+
+def test_a_position_goal_with_an_orientation_kept_on_the_way(six, six_scene, plan_for, clock):
+    """
+    A goal of a position alone is sampled with the orientation of the path constraints.
+
+    Upstream: model_based_planning_context.cpp, setGoalConstraints.
+    """
+    start = (-0.7, 0.6, 1.0, 0.0, math.pi - 1.6, 0.0)
+    keep = Constraints(orientation_constraints=(
+        OrientationConstraint('tool', (0.0, 1.0, 0.0, 0.0), (0.05, 0.05, 3.1416), 'base'),))
+    tip = poses(six.robot, dict(zip(SIX, start, strict=True)))['tool'][:3, 3]
+    region = Region(Sphere(1e-3), pose_matrix((tip[0], -tip[1], tip[2] + 0.03)))
+    goal = Constraints(position_constraints=(PositionConstraint('tool', (region,), 'base'),))
+    response = plan_for(six_scene).plan(
+        request(goal, start, path_constraints=keep), six_scene, clock=clock)
+    assert response.success, response.message

@@ -1,9 +1,10 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The topic ``display_contacts``: where a refused start or goal touches something."""
+"""The topic ``display_contacts``: where a start, goal or path that was refused touches."""
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 
 from rclpy.node import Node
@@ -11,14 +12,13 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 from armsim_ros.planning.collision.contacts import Contact
 
-#: Contacts of a state that are shown, the size of a marker [m], and how long RViz keeps it [s].
-MOST, SIZE, LIFETIME = 10, 0.02, 30
-NAMESPACE = 'contacts'
+#: Contacts of a state that are shown, the diameter of a marker [m], its lifetime in RViz [s].
+MOST, SIZE, LIFETIME = 10, 0.07, 60
 
 
 class DisplayContacts:
     """
-    Publishes contacts as spheres; those of the previous plan are deleted first.
+    Publishes contacts as MoveIt does: red spheres, those of the previous plan deleted first.
 
     :param topic: '' publishes nothing.
     :param frame: of the contacts: the model frame.
@@ -29,24 +29,25 @@ class DisplayContacts:
         self._publisher = node.create_publisher(MarkerArray, topic, 10) if topic else None
 
     def publish(self, contacts: Sequence[Contact]) -> None:
-        """Publish contacts, if anybody subscribes."""
+        """Publish contacts in one message, if anybody subscribes."""
         if self._publisher is None or not self._publisher.get_subscription_count():
             return
         markers = [Marker(action=Marker.DELETEALL)]
-        markers += [self._marker(k, contact) for k, contact in enumerate(contacts[:MOST])]
+        seen: Counter[str] = Counter()
+        for contact in contacts[:MOST]:
+            pair = f'{contact.body1}={contact.body2}'
+            markers.append(self._marker(pair, seen[pair], contact))
+            seen[pair] += 1
         self._publisher.publish(MarkerArray(markers=markers))
 
-    def _marker(self, number: int, contact: Contact) -> Marker:
-        marker = Marker(
-            ns=NAMESPACE, id=number, type=Marker.SPHERE, action=Marker.ADD,
-            text=f'{contact.body1} {contact.body2}',
-        )  # fmt: skip
+    def _marker(self, pair: str, number: int, contact: Contact) -> Marker:
+        marker = Marker(ns=pair, id=number, type=Marker.SPHERE, action=Marker.ADD)
         marker.header.frame_id = self._frame
         marker.header.stamp = self._node.get_clock().now().to_msg()
         place = marker.pose.position
         place.x, place.y, place.z = map(float, contact.position)
         marker.pose.orientation.w = 1.0
         marker.scale.x = marker.scale.y = marker.scale.z = SIZE
-        marker.color.r = marker.color.a = 1.0
+        marker.color.r, marker.color.a = 1.0, 0.8
         marker.lifetime.sec = LIFETIME
         return marker

@@ -10,13 +10,8 @@ from moveit_msgs.msg import MotionPlanRequest, MotionPlanResponse, MoveItErrorCo
 from rclpy.node import Node
 
 from armsim_ros.config.move_group.ompl_planning import OmplSettings
+from armsim_ros.nodes.move_group.planning.adapters import request_adapters, response_adapters
 
-#: What comes before and after the planner where the user names no adapters.
-REQUEST_ADAPTERS = (
-    'ResolveConstraintFrames', 'ValidateWorkspaceBounds', 'CheckStartStateBounds',
-    'CheckStartStateCollision',
-)  # fmt: skip
-RESPONSE_ADAPTERS = ('AddTimeOptimalParameterization', 'ValidateSolution', 'DisplayMotionPath')
 #: What planners call themselves, by the first part of their pipeline's name.
 PLANNERS = {'pilz': 'Pilz Industrial Motion Planner'}
 DEPTH = 20
@@ -79,16 +74,10 @@ class PipelineStates:
             )
 
     def _stages(self, pipeline: str) -> Iterator[str]:
-        before, after = self._settings.request_adapters, self._settings.response_adapters
-        yield from (REQUEST_ADAPTERS if before is None else map(_short, before))
+        yield from request_adapters(self._settings, pipeline)
         yield self._planner(pipeline)
-        yield from (RESPONSE_ADAPTERS if after is None else map(_short, after))
+        yield from response_adapters(self._settings, pipeline)
 
     @staticmethod
     def _planner(pipeline: str) -> str:
         return PLANNERS.get(pipeline.partition('_')[0], pipeline.upper())
-
-
-def _short(adapter: str) -> str:
-    """Return what an adapter calls itself: its name without its package."""
-    return adapter.rpartition('/')[2]

@@ -95,11 +95,11 @@ class PlanningJob:
         )
         context.check_ending('planning')
         plan = self._in_messages(request, response, scene)
-        if response.success:
-            self._display.publish(plan.start_message, plan.trajectory_message)
-        if response.contacts:
-            self._contacts.publish(response.contacts)
         pipeline = request.pipeline_id or context.planning_parameters.default_planning_pipeline
+        if response.success:
+            self._display.publish_plan(pipeline, plan.start_message, plan.trajectory_message)
+        if response.contacts or response.source == 'ValidateSolution':
+            self._contacts.publish(response.contacts)
         self._states.end(message, _response_message(plan), pipeline)
         return plan
 

@@ -71,14 +71,20 @@ class SequenceJob:
         fill_error(
             answer.error_code, response.error_code, response.message, response.source
         )
+        starts = []
         if response.start:
             carried = scene.with_start_state(items[0].request.start_state).attached.values()
-            answer.sequence_start = robot_state_to_message(
-                response.start, context.frame, attached=carried
-            )
+            starts = [
+                robot_state_to_message(plan.trajectory_start, context.frame, attached=carried)
+                for plan in response.plans
+            ]
+            answer.sequence_start = starts[0]
         answer.planned_trajectories = [
             robot_trajectory_message(one, context.frame) for one in response.trajectories
         ]
-        if response.trajectories:
-            self._display.publish(answer.sequence_start, *answer.planned_trajectories)
+        default = context.planning_parameters.default_planning_pipeline
+        for item, plan, start in zip(items, response.plans, starts, strict=False):
+            self._display.publish_plan(
+                item.request.pipeline_id or default, start,
+                robot_trajectory_message(plan.trajectory, context.frame))
         return response

@@ -7,17 +7,29 @@ from __future__ import annotations
 from types import SimpleNamespace
 from typing import Any
 
-from moveit_msgs.msg import MotionPlanRequest, MotionPlanResponse, PipelineState
+from builtin_interfaces.msg import Time
+from moveit_msgs.msg import (
+    MotionPlanRequest,
+    MotionPlanResponse,
+    PipelineState,
+    RobotState,
+    RobotTrajectory,
+)
 from moveit_msgs.srv import GetMotionPlan
+import numpy as np
 import pytest
 from visualization_msgs.msg import Marker, MarkerArray
 
 from armsim_ros.config.move_group.ompl_planning import OmplSettings
+from armsim_ros.nodes.move_group.planning.display_contacts import DisplayContacts
+from armsim_ros.nodes.move_group.planning.display_planned_path import DisplayPlannedPath
 from armsim_ros.nodes.move_group.planning.pipeline_state import PipelineStates
+from armsim_ros.planning.collision.contacts import BodyType, Contact
 
 BEFORE = ['ResolveConstraintFrames', 'ValidateWorkspaceBounds', 'CheckStartStateBounds',
           'CheckStartStateCollision']  # fmt: skip
 AFTER = ['AddTimeOptimalParameterization', 'ValidateSolution', 'DisplayMotionPath']
+PILZ = 'pilz_industrial_motion_planner'
 
 
 def told(code: int, source: str = '', heard: int = 1, pipeline: str = 'ompl',
@@ -56,9 +68,80 @@ def test_stages_end_where_the_request_was_refused(source: str, last: str) -> Non
 def test_adapters_of_the_user() -> None:
     """They are told by the names that they have in the user's file."""
     stages = told(1, request_adapters=('default_planning_request_adapters/CheckStartStateBounds',),
-                  response_adapters=(), pipeline='pilz_industrial_motion_planner')  # fmt: skip
+                  response_adapters=())  # fmt: skip
+    assert [stage for stage, _ in stages] == ['', 'CheckStartStateBounds', 'OMPL']
+
+
+def test_adapters_of_pilz() -> None:
+    """Its plans have times already: no adapter adds them."""
+    stages = told(1, response_adapters=(), pipeline=PILZ)
     assert [stage for stage, _ in stages] == [
-        '', 'CheckStartStateBounds', 'Pilz Industrial Motion Planner']  # fmt: skip
+        '', *BEFORE, 'Pilz Industrial Motion Planner', *AFTER[1:]]  # fmt: skip
+
+
+class FakeNode:
+    """Publishers that keep their messages by topic; everybody listens."""
+
+    def __init__(self) -> None:
+        self.published: dict[str, list[Any]] = {}
+
+    def create_publisher(self, kind: Any, topic: str, depth: int) -> Any:
+        """Return a publisher."""
+        heard = self.published.setdefault(topic, [])
+        return SimpleNamespace(get_subscription_count=lambda: 1, publish=heard.append)
+
+    def get_clock(self) -> Any:
+        """Return a clock that stands at 7 s."""
+        return SimpleNamespace(now=lambda: SimpleNamespace(to_msg=lambda: Time(sec=7)))
+
+
+@pytest.mark.parametrize(('pipeline', 'adapters', 'topics'), [
+    ('ompl', None, ['mine']), ('ompl', ('x/DisplayMotionPath',), ['mine']),
+    ('ompl', ('x/ValidateSolution',), []), (PILZ, (), ['display_planned_path']),
+])  # fmt: skip
+def test_plans_are_published_by_an_adapter(
+    pipeline: str, adapters: tuple[str, ...] | None, topics: list[str]
+) -> None:
+    """
+    DisplayMotionPath publishes one message for a plan, on the pipeline's topic.
+
+    Upstream: display_motion_path.cpp.
+    """
+    node: Any = FakeNode()
+    display = DisplayPlannedPath(node, 'robot', OmplSettings(
+        display_path_topic='mine', response_adapters=adapters))  # fmt: skip
+    display.publish_plan(pipeline, RobotState(), RobotTrajectory())
+    assert [topic for topic, heard in node.published.items() if heard] == topics
+    assert all(len(message.trajectory) == 1
+               for topic in topics for message in node.published[topic])
+
+
+def contact(one: str, other: str) -> Contact:
+    """Return a contact at 1, 2, 3."""
+    return Contact(one, other, BodyType.ROBOT_LINK, BodyType.WORLD_OBJECT,
+                   np.array([1.0, 2.0, 3.0]), np.array([0.0, 0.0, 1.0]), 0.01)
+
+
+def test_contacts_are_red_spheres() -> None:
+    """
+    All markers are deleted, then each pair has spheres in a namespace of its own.
+
+    Upstream: validate_path.cpp, collision_tools.cpp getCollisionMarkersFromContacts.
+    """
+    node: Any = FakeNode()
+    contacts = [contact('a', 'b'), contact('a', 'c'), contact('a', 'b')]
+    DisplayContacts(node, 'shown', 'world').publish(contacts)
+    (message,) = node.published['shown']
+    first, *spheres = message.markers
+    assert first.action == Marker.DELETEALL
+    assert [(one.ns, one.id) for one in spheres] == [('a=b', 0), ('a=c', 0), ('a=b', 1)]
+    one = spheres[0]
+    assert (one.type, one.action, one.lifetime.sec) == (Marker.SPHERE, Marker.ADD, 60)
+    assert (one.scale.x, one.scale.y, one.scale.z) == (0.07, 0.07, 0.07)
+    assert (one.color.r, one.color.g, one.color.b) == (1.0, 0.0, 0.0)
+    assert one.color.a == pytest.approx(0.8)
+    assert (one.header.frame_id, one.header.stamp.sec) == ('world', 7)
+    assert (one.pose.position.x, one.pose.orientation.w) == (1.0, 1.0)
 
 
 @pytest.mark.parametrize('quiet', [{'heard': 0}, {'progress_topic': ''}])
