@@ -159,6 +159,28 @@ def test_rotation_counts_as_length(bench: Any) -> None:
     assert answer.trajectory.duration == pytest.approx(way / speed + speed / rate, abs=1e-5)
 
 
+def test_lin_to_the_start_is_one_point(bench: Any) -> None:
+    """
+    A line without length is a success with one point at rest.
+
+    pilz, trajectory_generator.cpp, cartesianTrapVelocityProfile.
+    """
+    answer = bench.run('LIN', bench.joints(START))
+    assert answer.success, answer.message
+    assert answer.trajectory.positions == pytest.approx(np.array([START]), abs=1e-5)
+
+
+def test_lin_through_a_singularity(bench: Any) -> None:
+    """
+    Where joints would have to race or to jump to another posture the line is refused: -1.
+
+    pilz, trajectory_functions.cpp, verifySampleJointLimits.
+    """
+    goal = bench.at(bench.moved(0.15, -0.2, 0.35))
+    assert bench.run('PTP', goal).success
+    assert bench.run('LIN', goal).error_code == MoveItErrorCode.PLANNING_FAILED
+
+
 def test_lin_to_joint_positions(bench: Any) -> None:
     """
     A joint goal of a LIN is a line of the solver's tip, and names every joint.
