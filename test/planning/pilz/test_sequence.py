@@ -161,6 +161,21 @@ def test_a_blend_that_is_too_fast(bench: Any) -> None:
     assert 'max_velocity_scaling_factor' in answer.message
 
 
+def test_motions_of_other_planners_are_not_blended(bench: Any) -> None:
+    """
+    A blend needs motions with the same even sampling time: 99999 for those of OMPL.
+
+    pilz, trajectory_functions.cpp, determineAndCheckSamplingTime.
+    """
+    items = [SequenceItem(bench.request(
+        '', bench.at(bench.moved(*corner)), pipeline_id='ompl', seed=1,
+        max_velocity_scaling_factor=1.0), radius)
+        for corner, radius in ((CORNERS[0], 0.05), (CORNERS[1], 0.0))]
+    answer = bench.sequence(*items)
+    assert answer.error_code == MoveItErrorCode.FAILURE
+    assert 'the blend before motion 1: blending failed' in answer.message
+
+
 def test_overlap_of_two_motions_is_no_matter(bench: Any) -> None:
     """
     Only radii between three motions or more can overlap.
