@@ -161,17 +161,14 @@ def test_a_blend_that_is_too_fast(bench: Any) -> None:
     assert 'max_velocity_scaling_factor' in answer.message
 
 
-def test_motions_of_other_planners_are_not_blended(bench: Any) -> None:
+def test_motions_of_different_sampling_times_are_not_blended(bench: Any) -> None:
     """
-    A blend needs motions with the same even sampling time: 99999 for those of OMPL.
+    A blend needs motions with the same even sampling time: 99999 for others.
 
     pilz, trajectory_functions.cpp, determineAndCheckSamplingTime.
     """
-    items = [SequenceItem(bench.request(
-        '', bench.at(bench.moved(*corner)), pipeline_id='ompl', seed=1,
-        max_velocity_scaling_factor=1.0), radius)
-        for corner, radius in ((CORNERS[0], 0.05), (CORNERS[1], 0.0))]
-    answer = bench.sequence(*items)
+    answer = bench.sequence(
+        line(bench, CORNERS[0], 0.05, max_cartesian_speed=0.01), line(bench, CORNERS[1]))
     assert answer.error_code == MoveItErrorCode.FAILURE
     assert 'the blend before motion 1: blending failed' in answer.message
 
