@@ -135,6 +135,23 @@ def test_continuous_joints_wrap(turning, log):
     assert not made.satisfied(q(0.1 + math.pi, 0.0, 0.0))
 
 
+@pytest.mark.parametrize(('target', 'value', 'kept'), [
+    (0.0, 0.03, True), (0.0, 0.05, False), (0.0, -0.01, True), (0.0, -0.03, False),
+    (3.14, 3.17, True), (3.14, -3.14, True), (3.14, 3.19, False), (3.14, -3.11, True),
+    (3.14, -3.09, False), (3.14, 3.13, True), (3.14, 3.11, False), (-3.14, -3.11, True),
+    (-3.14, -3.09, False), (-3.14, 3.13, True), (6.28, 0.0, True),
+])
+def test_wrapped_angles_of_a_continuous_joint(turning, log, target, value, kept):
+    """
+    A continuous joint is compared the short way round.
+
+    Upstream: test_constraints.cpp, JointConstraintsCont.
+    """
+    made = ConstraintSet(Constraints((JointConstraint('axis1', target, 0.04, 0.02),)),
+                         PlanningScene(KinematicModel(turning)), log)
+    assert made.satisfied(q(value, 0.0, 0.0)) is kept
+
+
 # The tool of the stretched planar arm is at x = 0.7, its end 0.1 further in z.
 @pytest.mark.parametrize(('shape', 'xyz', 'kept'), [
     (Sphere(0.05), (0.74, 0.0, 0.1), True),

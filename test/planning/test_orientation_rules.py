@@ -74,3 +74,69 @@ def test_random_goal_orientation_satisfies_its_constraint(
     error = error_of(link, frame, desired, as_vector)
     if math.cos(error[1]) > 1e-3:
         assert (np.abs(error) <= np.asarray(tolerances) + 1e-6).all()
+
+
+PITCH = math.pi / 2
+"""Where XYZ Euler angles are singular [rad]."""
+
+
+@pytest.mark.parametrize(('roll', 'pitch', 'yaw', 'tolerances', 'kept'), [
+    (3.140208, 3.141588, 1.570821, (0.8, 0.8, 3.15), True),
+    (0.15, PITCH, 0.15, (0.2, 2.0, 0.2), False), (0.21, PITCH, 0.0, (0.2, 2.0, 0.2), False),
+    (0.0, PITCH, 0.21, (0.2, 2.0, 0.2), False), (0.15, -PITCH, 0.15, (0.2, 2.0, 0.2), True),
+    (0.21, PITCH, 0.0, (0.2, 2.0, 0.3), False), (0.0, PITCH, 0.21, (0.2, 2.0, 0.3), False),
+    (0.21, PITCH, 0.0, (0.3, 2.0, 0.2), False), (0.0, PITCH, 0.21, (0.3, 2.0, 0.2), False),
+    (0.21, -PITCH, 0.0, (0.2, 2.0, 0.3), False), (0.0, -PITCH, 0.21, (0.2, 2.0, 0.3), False),
+    (0.21, -PITCH, 0.0, (0.3, 2.0, 0.2), False), (0.0, -PITCH, 0.21, (0.3, 2.0, 0.2), False),
+    (0.5, -PITCH, 0.21, (0.3, 2.0, 0.2), False),
+])
+def test_singular_orientations(roll, pitch, yaw, tolerances, kept):
+    """
+    Near a singularity the angles are those that stay within the tolerances, if any do.
+
+    Upstream: test_orientation_constraints.cpp, SphericalRobot Test1 to Test4.
+    """
+    link = Rotation.from_euler('XYZ', (roll, pitch, yaw))
+    term = term_of(Rotation.identity(), tolerances, False)
+    assert term.evaluate({'l': pose(link), 'f': np.eye(4)}).satisfied is kept
+
+
+def test_singular_desired_orientation():
+    """
+    A turn about the link's own z axis is a yaw, where roll and yaw of the link are the same.
+
+    Upstream: test_orientation_constraints.cpp, SphericalRobot Test5.
+    """
+    term = term_of(Rotation.from_euler('XYZ', (0.0, PITCH, 0.0)), (0.0, 0.0, 1.0), False)
+    link = Rotation.from_euler('XYZ', (0.2, PITCH, 0.3))
+    assert term.evaluate({'l': pose(link), 'f': np.eye(4)}).satisfied
+
+
+@pytest.mark.parametrize(('quat', 'as_vector'), [
+    ((-0.1712092272140422, -0.2853625129991958, -0.1712092272140422, 0.9273311367620117), False),
+    ((0.28536251299919585, 0.17120922721404216, 0.28536251299919585, 0.8987902273981057), False),
+    ((-0.23771285949073287, -0.23771285949073287, -0.23771285949073287, 0.911305541132181), True),
+    ((0.0, -0.24012729887347428, 0.24012729887347428, 0.9405731022474851), True),
+])
+def test_parameterizations_differ(quat, as_vector):
+    """
+    Orientations within 0.5 rad by either parameterization, and not by the other.
+
+    Upstream: test_orientation_constraints.cpp, OrientationConstraintsParameterization.
+    """
+    poses = {'l': pose(Rotation.from_quat(quat)), 'f': np.eye(4)}
+    for parameterization in (False, True):
+        term = term_of(Rotation.identity(), (0.5,) * 3, parameterization)
+        assert term.evaluate(poses).satisfied is (parameterization == as_vector)
+
+
+def test_a_rotation_vector_is_in_the_frame():
+    """
+    A wide tolerance about z allows a turn about z of the frame, not of the link.
+
+    Upstream: test_orientation_constraints.cpp, ToleranceInRefFrame.
+    """
+    base, delta = Rotation.from_rotvec((PITCH, 0, 0)), Rotation.from_rotvec((0.1, 0.1, 0.9))
+    term = term_of(base, (0.2, 0.2, 1.0), True)
+    assert term.evaluate({'l': pose(delta * base), 'f': np.eye(4)}).satisfied
+    assert not term.evaluate({'l': pose(base * delta), 'f': np.eye(4)}).satisfied

@@ -55,3 +55,15 @@ def test_dimensions_that_cannot_exist_are_refused():
     """A region with a negative dimension is refused, as upstream's shapes raise."""
     with pytest.raises(PlanningError, match='cannot have the dimensions'):
         converted(primitives=[SolidPrimitive(type=2, dimensions=[-0.1])], primitive_poses=[Pose()])
+
+
+def test_a_region_with_a_zero_quaternion_is_not_turned():
+    """
+    An all-zero quaternion of a region's pose is the identity.
+
+    Upstream: test_constraints.cpp, PositionConstraintsFixed.
+    """
+    nothing = Pose()
+    nothing.orientation.w = 0.0
+    (region,) = converted(primitives=[BALL], primitive_poses=[nothing]).regions
+    assert region.pose.tolist() == [[float(i == k) for k in range(4)] for i in range(4)]
