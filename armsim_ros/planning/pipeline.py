@@ -76,6 +76,7 @@ def run_pipeline(
     problem = SearchProblem(
         validity, start, tuple(states), planner, rng, budget, context.log,
         context.settings.fine_step, _attempts(context, request),
+        context.settings.path_tolerance,
     )
     path, motion = find_motion(problem, limits, speed_limit)
     return first.then(motion).trajectory(validity.joint_names), path_length(path)

@@ -213,7 +213,8 @@ class Constraints:
         return cls(
             position_constraints=(PositionConstraint(link_name, (region,), frame_id),),
             orientation_constraints=(OrientationConstraint(
-                link_name, (x, y, z, w), (orientation_tolerance,) * 3, frame_id),),
+                link_name, (x, y, z, w), (orientation_tolerance,) * 3, frame_id,
+                Parameterization.ROTATION_VECTOR),),
         )
 
     @property

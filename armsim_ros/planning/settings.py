@@ -30,6 +30,7 @@ class PlanningSettings:
     :param request_adapters: names of the steps before planning that the user lists.
     :param jiggle_fraction: share of the joints' ranges by which a colliding start may be moved.
     :param max_sampling_attempts: tries to find such a start.
+    :param path_tolerance: largest deviation of a motion from its path's corners [rad or m].
     :param seed: a number >= 0 makes every request repeatable.
     :param fine_step: largest motion [m] of any point of the robot between two checks of a
         result.
@@ -47,6 +48,7 @@ class PlanningSettings:
     request_adapters: frozenset[str] = frozenset()
     jiggle_fraction: float = 0.02
     max_sampling_attempts: int = 100
+    path_tolerance: float = 0.1
     seed: int = -1
     fine_step: float = FINE_STEP
     cartesian_limits: CartesianLimits = field(default_factory=CartesianLimits)
@@ -82,6 +84,7 @@ def settings_from_config(
         ),
         jiggle_fraction=pipeline.jiggle_fraction,
         max_sampling_attempts=pipeline.max_sampling_attempts,
+        path_tolerance=pipeline.path_tolerance,
         seed=pipeline.planning_seed,
         solver_groups=frozenset(
             name for name, each in kinematics.items() if each.kinematics_solver),

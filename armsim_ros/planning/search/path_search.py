@@ -32,7 +32,7 @@ from armsim_ros.planning.search.planners import PlannerChoice, settings_of
 from armsim_ros.planning.search.rrt_connect import RRTConnect
 from armsim_ros.planning.search.shortening import path_length, shortened, without_repeats
 from armsim_ros.planning.timing.limits import MotionLimits, SpeedLimit
-from armsim_ros.planning.timing.path_timing import time_waypoints
+from armsim_ros.planning.timing.path_timing import MAX_DEVIATION, time_waypoints
 from armsim_ros.quintic_motion import QuinticMotion
 
 _SOURCE = 'OMPL'
@@ -86,6 +86,7 @@ class SearchProblem:
     :param rng: source of chance beside OMPL's own.
     :param fine_step: largest motion of any point between two checks of the result [m].
     :param attempts: searches at a stage, of which the shortest path counts.
+    :param path_tolerance: largest deviation of the motion from the path's corners [rad or m].
     """
 
     validity: StateValidity
@@ -97,6 +98,7 @@ class SearchProblem:
     log: Log
     fine_step: float = FINE_STEP
     attempts: int = 1
+    path_tolerance: float = MAX_DEVIATION
 
     @property
     def ends(self) -> tuple[Vector, ...]:
@@ -334,7 +336,8 @@ def _first_motion(
                 if stage.rough and not rough:
                     path = repaired(path, problem, stage)
                 motion = time_waypoints(
-                    path, problem.validity, limits, speed_limit, stage.fine_step, rough)
+                    path, problem.validity, limits, speed_limit, stage.fine_step, rough,
+                    max_deviation=min(problem.path_tolerance, MAX_DEVIATION))
             except PlanningError as error:
                 if error.code != MoveItErrorCode.INVALID_MOTION_PLAN or (
                     not rough and problem.budget.spent()

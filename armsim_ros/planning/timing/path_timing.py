@@ -50,7 +50,7 @@ def time_waypoints(
     :raises PlanningError: INVALID_MOTION_PLAN with time and cause where it stays blocked;
         FAILURE where the limits cannot be kept.
     """
-    deviation = np.full(len(waypoints) - 2, max_deviation)
+    deviation = np.full(len(waypoints) - 2, max(max_deviation, _LEAST_DEVIATION))
     _shrink_corners(waypoints, deviation, validity)
     fault: Fault | None = None
     clearance = 0.5 * validity.clearance if rough else 0.0

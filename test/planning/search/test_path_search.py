@@ -139,11 +139,11 @@ def test_a_motion_that_is_not_free_is_searched_again(monkeypatch, planned, failu
     steps = []
     time_waypoints = path_search.time_waypoints
 
-    def refuse(path, validity, limits, speed_limit, step, rough):
+    def refuse(path, validity, limits, speed_limit, step, rough, **options):
         steps.append(step)
         if len(steps) <= failures:
             raise PlanningError(MoveItErrorCode.INVALID_MOTION_PLAN, 'not free', 'test')
-        return time_waypoints(path, validity, limits, speed_limit, step, rough)
+        return time_waypoints(path, validity, limits, speed_limit, step, rough, **options)
 
     monkeypatch.setattr(path_search, 'time_waypoints', refuse)
     response = planned()

@@ -84,3 +84,25 @@ def test_cancel_in_any_search(planned, kind, asks):
     response = planned(
         lambda: next(asked) > asks, type=f'geometric::{kind}', adaptive_domains=False)
     assert response.error_code in (-7, 1)
+
+
+@pytest.mark.parametrize('tolerance', [0.1, 0.005, 0.0])
+def test_path_tolerance_bounds_the_way_round_corners(wall, plan_for, clock, tolerance):
+    """
+    The timed motion is no further from the path's corners than path_tolerance, nor 0.05 rad.
+
+    Upstream: add_time_optimal_parameterization.cpp.
+    """
+    seen = []
+    timed = path_search.time_waypoints
+
+    def spy(*parts, **options):
+        seen.append(options['max_deviation'])
+        return timed(*parts, **options)
+
+    settings = PlanningSettings(path_tolerance=tolerance)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(path_search, 'time_waypoints', spy)
+        answer = plan_for(wall, settings).plan(request(joint_goal(RIGHT)), wall, clock=clock)
+    assert answer.success
+    assert set(seen) == {min(tolerance, 0.05)}
