@@ -119,7 +119,7 @@ BodyKey = tuple[BodyType, str]
 
 
 class Against(Enum):
-    """What a link's shape is checked against; a scaled link has a shape for each."""
+    """What a shape is checked against; a scaled link and its loads have a shape for each."""
 
     ALL = 'all'
     ROBOT = 'robot'
@@ -168,32 +168,29 @@ def link_shapes(kinematics: KinematicModel, link: str, scale: float) -> list[Pla
     """Return the placed shapes of a link; with a scale, one for the robot, one for the world."""
     body = Body(BodyType.ROBOT_LINK, link, link)
     joint, offset = kinematics.link_joint(link)
-    shapes = []
-    for item in kinematics.robot.links[link].collisions:
-        pose = offset @ item.origin
-        plain = item.geometry
-        if scale == 1.0:
-            shapes.append(_placed(body, joint, pose, plain, Against.ALL))
-        else:
-            larger = scaled(plain, scale)
-            shapes.append(_placed(body, joint, pose, plain, Against.ROBOT))
-            shapes.append(_placed(body, joint, pose, larger, Against.WORLD))
-    return shapes
+    return [
+        shape for item in kinematics.robot.links[link].collisions
+        for shape in _carried(body, joint, offset @ item.origin, item.geometry, scale)
+    ]
 
 
 def object_shapes(
-    kinematics: KinematicModel, item: CollisionObject | AttachedObject, poses: Iterable[Matrix]
+    kinematics: KinematicModel, item: CollisionObject | AttachedObject, poses: Iterable[Matrix],
+    scale: float,
 ) -> list[PlacedShape]:
     """
     Return the placed shapes of an object in the world or on a link.
 
     :param poses: (4, 4) each, as :func:`shape_poses` gives them.
+    :param scale: of the link that carries it; with one, there are shapes for robot and world.
     """
     if isinstance(item, AttachedObject):
         body = Body(BodyType.ROBOT_ATTACHED, item.id, item.link_name, frozenset(item.touch_links))
         joint = kinematics.link_joint(item.link_name)[0]
-        return [_placed(body, joint, pose, shape.geometry, Against.ALL)
-                for shape, pose in zip(item.object.shapes, poses, strict=True)]
+        return [
+            placed for shape, pose in zip(item.object.shapes, poses, strict=True)
+            for placed in _carried(body, joint, pose, shape.geometry, scale)
+        ]
     body = Body(BodyType.WORLD_OBJECT, item.id)
     exact = (exact_shape(shape.geometry) for shape in item.shapes)
     return [PlacedShape(body, 0, pose, shape, shape)
@@ -210,14 +207,22 @@ def shape_poses(
     return (item.pose @ shape.pose for shape in item.shapes)
 
 
-def load_points(
-    kinematics: KinematicModel, loads: Iterable[AttachedObject]
-) -> dict[int, Matrix]:
-    """Return Pinocchio's joint number -> points (k, 3) [m] around the objects it carries."""
+def points_beside_links(kinematics: KinematicModel, content: SceneContent) -> dict[int, Matrix]:
+    """
+    Return Pinocchio's joint number -> points (k, 3) [m] around what it carries in a scene.
+
+    That are attached objects and shapes that are scaled; the links as they are do not count.
+    """
     points: dict[int, list[Matrix]] = {}
-    for load in loads:
+    for link, scale in content.link_scale.items():
+        joint, offset = kinematics.link_joint(link)
+        points.setdefault(joint, []).extend(
+            corner_points(scaled(item.geometry, scale), offset @ item.origin)
+            for item in kinematics.robot.links[link].collisions)
+    for load in content.attached.values():
+        larger = max(1.0, content.link_scale.get(load.link_name, 1.0))
         points.setdefault(kinematics.link_joint(load.link_name)[0], []).extend(
-            corner_points(shape.geometry, pose) for shape, pose in
+            corner_points(scaled(shape.geometry, larger), pose) for shape, pose in
             zip(load.object.shapes, shape_poses(kinematics, load), strict=True))
     return {joint: np.vstack(parts) for joint, parts in points.items() if parts}
 
@@ -232,6 +237,17 @@ def only_moved(
         return tuple(id(shape.geometry) for shape in item.shapes)
 
     return parts(before) == parts(after)
+
+
+def _carried(
+    body: Body, joint: int, pose: Matrix, geometry: Geometry, scale: float
+) -> Iterator[PlacedShape]:
+    """Yield a shape of the robot or its load, or two where the world sees it scaled."""
+    if scale == 1.0:
+        yield _placed(body, joint, pose, geometry, Against.ALL)
+    else:
+        yield _placed(body, joint, pose, geometry, Against.ROBOT)
+        yield _placed(body, joint, pose, scaled(geometry, scale), Against.WORLD)
 
 
 def _placed(
@@ -306,15 +322,8 @@ def fits(first: PlacedShape, second: PlacedShape) -> bool:
 
 
 def margins(shapes: Sequence[PlacedShape], content: SceneContent) -> Matrix:
-    """Return the padding (g, g) [m] of all pairs."""
-    of_link = np.array(
-        [
-            content.link_padding.get(shape.body.name, 0.0)
-            if shape.body.type is BodyType.ROBOT_LINK
-            else 0.0
-            for shape in shapes
-        ]
-    )
+    """Return the padding (g, g) [m] of all pairs; that of a link holds for what it carries."""
+    of_link = np.array([content.link_padding.get(shape.body.link, 0.0) for shape in shapes])
     world = np.array([not shape.body.link for shape in shapes])
     result: Matrix = np.outer(of_link, world) + np.outer(world, of_link)
     return result

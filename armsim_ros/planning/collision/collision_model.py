@@ -18,10 +18,10 @@ from armsim_ros.planning.budget import nothing, Poll
 from armsim_ros.planning.collision.bodies import (
     BodyKey,
     link_shapes,
-    load_points,
     object_shapes,
     only_moved,
     PlacedShape,
+    points_beside_links,
     shape_poses,
 )
 from armsim_ros.planning.collision.contacts import BodyType, Contact, PairDistance
@@ -55,8 +55,8 @@ PARTS = ('acm', 'link_scale', 'link_padding', 'objects', 'attached')
 #: Shapes of the world in one table: what a table costs grows with their square.
 MOST_SHAPES = 100
 
-Source = CollisionObject | AttachedObject | float
-"""What the shapes of a body are made of; of a link, its scale."""
+Source = tuple[CollisionObject | AttachedObject | None, float]
+"""What the shapes of a body are made of: an object, None for a link, and the link's scale."""
 
 
 class SceneTables:
@@ -90,9 +90,10 @@ class SceneTables:
     def _make(self, before: SceneContent) -> None:
         content, links = self.content, self._kinematics.robot.links
         sources: dict[BodyKey, Source] = {
-            **{(LINK, link): content.link_scale.get(link, 1.0) for link in links},
-            **{(ATTACHED, id_): item for id_, item in content.attached.items()},
-            **{(OBJECT, id_): item for id_, item in content.objects.items()},
+            **{(LINK, link): (None, content.link_scale.get(link, 1.0)) for link in links},
+            **{(ATTACHED, id_): (item, content.link_scale.get(item.link_name, 1.0))
+               for id_, item in content.attached.items()},
+            **{(OBJECT, id_): (item, 1.0) for id_, item in content.objects.items()},
         }
         self._bodies = {key: (source, self._shapes(key, source))
                         for key, source in sources.items()}
@@ -126,13 +127,15 @@ class SceneTables:
     def _shapes(self, key: BodyKey, source: Source) -> list[PlacedShape]:
         """Return the shapes of a body: those that there are, where it is now, or new ones."""
         before, shapes = self._bodies.get(key, (None, []))
-        if source is before or source == before:
+        if source == before:
             return shapes
-        if isinstance(source, float):
-            return link_shapes(self._kinematics, key[1], source)
-        poses = list(shape_poses(self._kinematics, source))
-        if before is None or isinstance(before, float) or not only_moved(before, source):
-            return object_shapes(self._kinematics, source, poses)
+        item, scale = source
+        if item is None:
+            return link_shapes(self._kinematics, key[1], scale)
+        poses = list(shape_poses(self._kinematics, item))
+        was = before and before[0]
+        if was is None or before != (was, 1.0) or scale != 1.0 or not only_moved(was, item):
+            return object_shapes(self._kinematics, item, poses, scale)
         shapes = [replace(shape, pose=pose) for shape, pose in zip(shapes, poses, strict=True)]
         for table in self.tables:
             table.place(key, shapes)
@@ -346,13 +349,14 @@ class CollisionChecker:
         if content is not before:
             self._judge = _always  # it would keep the tables that were
             self._tables.follow(content)
-            if content.attached is not before.attached:
+            if (content.attached is not before.attached
+                    or content.link_scale is not before.link_scale):
                 self._motion = self._bounds(content)
         return self._tables.tables
 
     def _bounds(self, content: SceneContent) -> DisplacementBounds:
         return DisplacementBounds(
-            self._kinematics, load_points(self._kinematics, content.attached.values()))
+            self._kinematics, points_beside_links(self._kinematics, content))
 
 
 def _always(q: Vector) -> bool:

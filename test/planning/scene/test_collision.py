@@ -174,6 +174,26 @@ def test_scale_counts_against_the_world_only(scene):
     assert not checker.in_collision(scene.q)
 
 
+def test_padding_and_scale_of_a_link_are_those_of_what_it_carries(scene):
+    """Against the world only (upstream's CollisionEnvFCL::getAttachedBodyObjects)."""
+    checker = CollisionChecker(scene)
+    for link, id_, radius, at in (('finger', 'cup', 0.05, 0.0), ('base', 'pin', 0.01, 0.065)):
+        scene.apply_attached(
+            AttachedObject(link, thing(id_, Sphere(radius), (1.0, at, 0)), (link,)))
+    scene.apply_object(thing('wall', Box((0.1, 1, 1)), (1.11, 0, 0)))
+    assert checker.distance(scene.q) == pytest.approx(0.005, abs=1e-6)
+    scene.apply(SceneUpdate(link_padding={'finger': 0.02}))
+    contact, = checker.contacts(scene.q)
+    assert (contact.body1, contact.body2) == ('cup', 'wall')
+    assert contact.depth == pytest.approx(0.01, abs=1e-6)
+    scene.apply(SceneUpdate(link_padding={'finger': 0.0}, link_scale={'finger': 1.4}))
+    contact, = checker.contacts(scene.q)
+    assert (contact.body1, contact.body2) == ('cup', 'wall')
+    assert contact.depth == pytest.approx(0.01, abs=1e-6)
+    scene.apply(SceneUpdate(link_scale={'finger': 1.0}))
+    assert not checker.in_collision(scene.q)
+
+
 def test_group_looks_at_what_it_moves(scene):
     """SCN-15: links of the group and all below, against the world and all other links."""
     checker = CollisionChecker(scene)
@@ -314,6 +334,17 @@ def test_displacement_bound_holds(scene, make_mesh):
                 assert moved <= bound + 1e-9
                 tightest = max(tightest, moved / bound)
     assert tightest > 0.5
+
+
+@pytest.mark.parametrize('id_', ['fore', 'held'])
+def test_displacement_bound_holds_for_scaled_shapes(scene, make_mesh, id_):
+    """What is scaled reaches farther from the joints, and so does what a scaled link carries."""
+    clutter(scene, make_mesh)
+    checker = CollisionChecker(scene)
+    turned = scene.kinematic_model.vector({'shoulder': 0.01})
+    before = checker.displacement_bound(scene.q, turned)
+    scene.apply(SceneUpdate(link_scale={'fore' if id_ == 'fore' else 'finger': 5.0}))
+    assert checker.displacement_bound(scene.q, turned) > before + 0.001
 
 
 def test_displacement_bound_is_zero_without_motion(scene):
