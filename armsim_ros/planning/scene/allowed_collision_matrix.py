@@ -113,12 +113,10 @@ class AllowedCollisionMatrix:
         )
 
     def to_update(self) -> AcmUpdate:
-        """Return the content of a message; every pair has its effective value."""
-        names = self.names
-        rows = tuple(
-            tuple(a != b and self.allowed(a, b) for b in names) for a in names
-        )
-        return AcmUpdate(names, rows, tuple(self.defaults), tuple(self.defaults.values()))
+        """Return the content of a message, sorted; every pair has its effective value."""
+        names, defaults = tuple(sorted(self.names)), dict(sorted(self.defaults.items()))
+        rows = tuple(tuple(self.allowed(a, b) for b in names) for a in names)
+        return AcmUpdate(names, rows, tuple(defaults), tuple(defaults.values()))
 
     @classmethod
     def from_update(cls, update: AcmUpdate) -> AllowedCollisionMatrix:

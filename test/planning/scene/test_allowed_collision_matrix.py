@@ -97,6 +97,15 @@ def test_message_and_back_is_the_same(make_robot):
     assert set(again.names) == set(acm.names)
 
 
+def test_names_of_a_message_are_sorted_and_defaults_hold_for_a_name_itself():
+    """As upstream's AllowedCollisionMatrix::getMessage writes them."""
+    update = AllowedCollisionMatrix(names=('b',)).with_default('c', True).with_pair(
+        'b', 'a', True).to_update()
+    assert update.entry_names == ('a', 'b', 'c')
+    assert update.entry_values == ((False, True, True), (True, False, True), (True, True, True))
+    assert (update.default_entry_names, update.default_entry_values) == (('c',), (True,))
+
+
 def test_without_forgets_a_name():
     """SCN-5: pairs and default of a removed object go."""
     acm = AllowedCollisionMatrix().with_pair('cup', 'a', True).with_default('cup', True)
