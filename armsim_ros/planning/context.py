@@ -65,13 +65,13 @@ class PlanningContext:
         return self._inverse[group]
 
     def prepare(self) -> None:
-        """Make the start tables of inverse kinematics for every group's tip."""
+        """Make the start tables of inverse kinematics for the tip of every solver."""
         q = self.model.default()
-        for name, group in self.model.robot.semantic.groups.items():
-            if group.active_joints and self.tip(name) in self.model.moved_links(name):
-                pose = self.model.link_pose(q, self.tip(name))
-                self.inverse(name).solutions(
-                    [IKTarget(self.tip(name), pose)], q, IKOptions(max_starts=1))
+        for group in self.model.robot.semantic.groups:
+            tip = self.solver_tip(group)
+            if tip is not None:
+                self.inverse(group).solutions(
+                    [IKTarget(tip, self.model.link_pose(q, tip))], q, IKOptions(max_starts=1))
 
     def validity(
         self, scene: PlanningScene, group: str, on_path: ConstraintSet | None = None,
@@ -120,8 +120,3 @@ class PlanningContext:
                 f"'{link_name}' is not rigidly fixed to '{tip}', the tip of the kinematics solver "
                 f"of group '{group}'")
         return Frame(*found)
-
-    def tip(self, group: str) -> str:
-        """Return the link that is meant where a request names none: the group's last one."""
-        found = self.model.robot.semantic.groups[group]
-        return found.tips[-1] if found.tips else found.links[-1]

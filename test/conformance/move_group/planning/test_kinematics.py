@@ -139,8 +139,10 @@ def test_ik_for_what_is_fixed_to_the_tip(arm: Any) -> None:
 
 @pytest.mark.statement('SRV-10', 'E22')
 def test_fk_codes(arm: Any) -> None:
-    """No name is -18; unknown names are left out and make it -18."""
+    """No name is -18; unknown names and objects of the world are left out and make it -18."""
     assert name_of(arm.fk([]).error_code) == 'INVALID_LINK_NAME'
+    arm.add(thing('stone', arm.frame, [box(0.02, 0.02, 0.02)], pose=at(2.0, 0.0, 0.0)))
+    assert name_of(arm.fk(['stone']).error_code) == 'INVALID_LINK_NAME'
     answer = arm.fk([arm.tip, 'third_hand'])
     assert name_of(answer.error_code) == 'INVALID_LINK_NAME'
     assert answer.fk_link_names == [arm.tip]
