@@ -106,6 +106,7 @@ class AdmittanceController(ChainableController[AdmittanceControllerParameters]):
         standing, measured = hardware.command.position[index], hardware.state.position[index]
         self._held: Vector = np.where(np.isfinite(standing), standing, measured)
         self._snapshot = None
+        self._added_wrench: Vector = np.zeros(6)
         self._rule = AdmittanceRule(self._links, self._limits.lower, self._limits.upper)
         kinds = self.parameters.chainable_command_interfaces
         rows = [self._held if kind == POSITION else np.zeros(count) for kind in kinds]
@@ -139,6 +140,23 @@ class AdmittanceController(ChainableController[AdmittanceControllerParameters]):
             return self.drop('neither positions nor velocities')
         return self.offer(np.asarray(found.ravel()))
 
+    def receive_wrench(self, frame: str, wrench: Sequence[float]) -> str:
+        """
+        Add a wrench to what the sensor measures, until the next one or deactivation.
+
+        :param frame: that of the sensor, or ''.
+        :param wrench: (6,) force and torque [N, N*m].
+        :returns: why it was dropped, '' where it was taken.
+        """
+        sensor = self.parameters.ft_sensor.frame.id
+        if frame not in ('', sensor):
+            return self.drop(f"wrench in frame '{frame}'; expected '{sensor}'")
+        if not np.isfinite(wrench).all():
+            return self.drop(f'wrench {list(wrench)}; expected finite numbers')
+        if self.active:
+            self._added_wrench = np.array(wrench, dtype=np.float64)
+        return ''
+
     def follow(self, references: Vector, time_ns: int, period: float) -> None:
         """Yield to what is measured, and command the references with it."""
         rule = self._rule
@@ -153,7 +171,7 @@ class AdmittanceController(ChainableController[AdmittanceControllerParameters]):
         position = rows.get(POSITION, self._held)
         states = self.context.hardware.other_states
         wrench = np.array([states[name] for name in self._measured])
-        rule.step(self._settled, admittance, position, wrench, period)
+        rule.step(self._settled, admittance, position, wrench + self._added_wrench, period)
         wanted = {
             POSITION: position + rule.offset,
             VELOCITY: rows.get(VELOCITY, np.zeros_like(position)) + rule.velocity,

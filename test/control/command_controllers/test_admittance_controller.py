@@ -152,6 +152,25 @@ def test_axes_that_are_not_selected(soft):
     np.testing.assert_allclose(made.tip(), before, atol=1e-6)
 
 
+def test_a_wrench_reference_is_added(soft):
+    """
+    What comes from the topic is added to the measured wrench until it is replaced.
+
+    admittance_controller.cpp, update_and_write_commands; a wrong frame is ignored (on_configure).
+    """
+    made = soft().activate()
+    before = made.tip()
+    force = before[:3, :3].T @ [0.0, 0.0, 2.0]
+    assert 'expected' in made.controller.receive_wrench('link_1', [9.0] * 6)
+    assert 'finite' in made.controller.receive_wrench('', [np.nan] * 6)
+    assert made.controller.receive_wrench('link_6', [*force, 0.0, 0.0, 0.0]) == ''
+    made.run(3.0)
+    assert made.tip()[2, 3] - before[2, 3] == pytest.approx(0.01, abs=5e-4)
+    assert made.controller.receive_wrench('', [0.0] * 6) == ''
+    made.run(3.0)
+    np.testing.assert_allclose(made.tip(), before, atol=1e-3)
+
+
 def test_control_frame_turns_the_axes(soft):
     """Stiffness belongs to the axes of the control frame."""
     made = soft(control={'frame': {'id': 'link_6'}}, admittance={

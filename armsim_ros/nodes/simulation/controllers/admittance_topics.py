@@ -1,12 +1,13 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Topics of an admittance controller: ``~/joint_references`` and ``~/status``."""
+"""Topics of an admittance controller: references, wrenches and ``~/status``."""
 
 from __future__ import annotations
 
 from typing import Any
 
 from control_msgs.msg import AdmittanceControllerState
+from geometry_msgs.msg import WrenchStamped
 import numpy as np
 from rclpy.node import Node
 from trajectory_msgs.msg import JointTrajectoryPoint
@@ -35,8 +36,13 @@ class AdmittanceTopics:
         self._controller = controller
         self._publisher = WantedPublisher(node, AdmittanceControllerState, '~/status', qos.STATE)
         self._published_ns = -1
-        self._subscription = node.create_subscription(
-            JointTrajectoryPoint, '~/joint_references', self._refer, qos.COMMAND)
+        self._subscriptions = [
+            node.create_subscription(kind, topic, receive, qos.COMMAND)
+            for kind, topic, receive in (
+                (JointTrajectoryPoint, '~/joint_references', self._refer),
+                (WrenchStamped, '~/wrench_reference', self._add_wrench),
+            )
+        ]
 
     def publish(self, time_ns: int) -> None:
         """Publish the latest state, if there is a new one [ns]."""
@@ -49,6 +55,11 @@ class AdmittanceTopics:
 
     def _refer(self, message: JointTrajectoryPoint) -> None:
         self._controller.receive(message.positions, message.velocities)
+
+    def _add_wrench(self, message: WrenchStamped) -> None:
+        force, torque = message.wrench.force, message.wrench.torque
+        self._controller.receive_wrench(
+            message.header.frame_id, [force.x, force.y, force.z, torque.x, torque.y, torque.z])
 
 
 def _message(snapshot: AdmittanceSnapshot) -> AdmittanceControllerState:
