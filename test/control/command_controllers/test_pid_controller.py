@@ -180,3 +180,18 @@ def test_exported_states(loop):
     made.step()
     states = [made.hardware.other_states[f'loop/{name}/position'] for name in BOTH]
     np.testing.assert_allclose(states, [0.3, 0.4])
+
+
+@pytest.mark.parametrize('kept', [True, False])
+def test_the_integral_part_may_survive_a_deactivation(loop, kept):
+    """save_i_term decides what the next activation begins with (PidROS::reset)."""
+    made, controller = loop(p=0.0, more={'i': 1.0, 'save_i_term': kept})
+    made.hardware.frozen = True
+    controller.receive(['a'], [1.0], [])
+    made.run(0.5)
+    before = made.hardware.command.velocity[0]
+    assert before == pytest.approx(0.5, abs=0.02)
+    made.manager.switch(deactivate=['loop'])
+    made.manager.switch(activate=['loop'])
+    made.step()
+    assert made.hardware.command.velocity[0] == pytest.approx(before if kept else 0.0, abs=1e-9)

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+import math
 from typing import Any
 
 from geometry_msgs.msg import PoseStamped, TransformStamped, WrenchStamped
@@ -96,7 +97,9 @@ class PoseTopics:
             _fill(self._message.pose.position, values[:3])
             _fill(self._message.pose.orientation, values[3:])
             self._publisher.publish(self._message, sample.time_ns)
-        if self._transforms is not None and self._rate.due(sample.time_ns):
+        if self._transforms is None or not is_pose(values):
+            return
+        if self._rate.due(sample.time_ns):
             fill_time(self._transform.header.stamp, sample.time_ns)
             _fill(self._transform.transform.translation, values[:3])
             _fill(self._transform.transform.rotation, values[3:])
@@ -121,6 +124,11 @@ TOPICS: dict[type[BroadcasterParameters], Callable[[Node, Any], Any]] = {
     PoseBroadcasterParameters: PoseTopics,
     SpeedScalingStateBroadcasterParameters: SpeedScalingTopic,
 }
+
+
+def is_pose(values: list[float]) -> bool:
+    """Return whether position and quaternion are finite and the quaternion's norm is about 1."""
+    return all(map(math.isfinite, values)) and abs(sum(q * q for q in values[3:]) - 1.0) <= 1e-2
 
 
 def _fill(target: Any, values: list[float]) -> None:
