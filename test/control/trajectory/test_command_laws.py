@@ -234,3 +234,23 @@ def test_cancel_ramps(rig, trajectory):
     at = arm.snapshot().reference.positions[0]
     r.run(1.0)
     assert r.hardware.state.position[0] == pytest.approx(at + 0.15625, abs=1e-9)
+
+
+def test_a_timeout_decelerates(rig, trajectory):
+    """
+    After cmd_timeout the joints brake as after a cancel; the velocity command ends at 0.
+
+    joint_trajectory_controller.cpp, decelerate_to_hold_position.
+    """
+    r = rig()
+    r.hardware.frozen = True
+    constraints = {'decelerate_on_cancel': True}
+    arm = r.arm(command_interfaces=['position', 'velocity'], cmd_timeout=0.1, constraints={
+        **constraints, **{j: {'max_deceleration_on_cancel': 10.0} for j in 'ab'}})  # fmt: skip
+    arm.set_trajectory(trajectory((0.25, [0.0, 0.0], [0.0, 0.0])))
+    r.run(0.3)
+    r.hardware.step = lambda period: None
+    r.hardware.state.velocity[:] = 0.2
+    r.run(0.2)
+    np.testing.assert_allclose(r.hardware.command.velocity, [0.0, 0.0], atol=1e-12)
+    np.testing.assert_allclose(r.hardware.command.position, [0.002, 0.002])

@@ -150,6 +150,18 @@ def test_command_joints_in_place_of_joints(rig, trajectory):
     np.testing.assert_allclose(r.hardware.state.position, [0.0, 0.0, 0.1, 0.3])
 
 
+def test_fewer_command_joints_in_another_order(rig, trajectory):
+    """Fewer command joints than joints are found by their names (on_configure, mapping)."""
+    kinds = dict.fromkeys(('a', 'b', 'c'), JointType.REVOLUTE)
+    r = rig(kinds)
+    arm = r.arm(command_joints=['c', 'a'])
+    joints = ('a', 'b', 'c')
+    arm.send_goal(trajectory((0.2, [0.1, 0.2, 0.3]), joints=joints))
+    r.run(0.5)
+    np.testing.assert_allclose(r.hardware.state.position, [0.1, 0.0, 0.3])
+    np.testing.assert_allclose(arm.snapshot().error.positions, [0.0, 0.2, 0.0], atol=1e-12)
+
+
 def test_unknown_scaling_interface_fails_activation(rig):
     """B15: an interface that does not exist makes activation fail, with its name."""
     r = rig()

@@ -117,6 +117,14 @@ def test_velocities_are_integrated(trajectory):
     np.testing.assert_allclose([m.at(t)[0] for t in (1.0, 2.0)], [1.0, 3.0])
 
 
+def test_velocities_are_integrated_from_rest(trajectory):
+    """A start without velocity is at rest: the first segment is cubic (trajectory.cpp, sample)."""
+    m = motion(trajectory, (1.0, [], [1.0]), (2.0, [], [2.0]), (3.0, [], [1.0]))
+    np.testing.assert_allclose(m.at(0.0), [0.0, 0.0, 1.0], atol=1e-12)
+    np.testing.assert_allclose(m.at(0.5)[:2], [0.125, 0.5])
+    np.testing.assert_allclose([m.at(t)[0] for t in (1.0, 2.0, 3.0)], [0.5, 2.0, 3.5])
+
+
 def test_accelerations_are_integrated_twice(trajectory):
     """F10: points with accelerations alone get velocities, then positions."""
     m = motion(trajectory, (1.0, [], [], [2.0]), (2.0, [], [], [0.0]))
