@@ -12,7 +12,8 @@ from typing_extensions import Self
 from armsim_ros.config.base import parameter, Settings
 
 Axes = tuple[float, float, float, float, float, float]
-Interface = Literal['position', 'velocity']
+Interface = Literal['position', 'velocity', 'acceleration']
+Reference = Literal['position', 'velocity']
 
 
 class FrameSettings(Settings):
@@ -99,7 +100,7 @@ class AdmittanceControllerParameters(Settings):
         ('position',), 'interfaces to claim', read_only=True, min_length=1)
     state_interfaces: tuple[Interface, ...] = parameter(
         ('position',), 'interfaces to read', read_only=True, min_length=1)
-    chainable_command_interfaces: tuple[Interface, ...] = parameter(
+    chainable_command_interfaces: tuple[Reference, ...] = parameter(
         ('position', 'velocity'), 'references to export', read_only=True)
     kinematics: AdmittanceKinematics = parameter(AdmittanceKinematics(), 'from joints to links')
     ft_sensor: ForceTorqueSettings = parameter(ForceTorqueSettings(), 'the sensor')
@@ -122,8 +123,6 @@ class AdmittanceControllerParameters(Settings):
                              f'{len(self.joints)}')  # fmt: skip
         if 'position' not in self.state_interfaces:
             raise ValueError('state_interfaces: position is needed')
-        if 'position' not in self.command_interfaces:
-            raise ValueError('command_interfaces: position is needed')
         return self
 
     @property

@@ -24,7 +24,7 @@ from armsim_ros.control.command_controllers.admittance_rule import AdmittanceRul
 from armsim_ros.control.command_controllers.chainable_controller import ChainableController
 from armsim_ros.control.command_controllers.link_motion import LinkMotion
 from armsim_ros.control.command_targets import CommandTargets
-from armsim_ros.control.hardware_interface import POSITION, VELOCITY
+from armsim_ros.control.hardware_interface import ACCELERATION, POSITION, VELOCITY
 from armsim_ros.control.joint_properties import JointProperties
 from armsim_ros.errors import ControllerError
 
@@ -175,6 +175,7 @@ class AdmittanceController(ChainableController[AdmittanceControllerParameters]):
         wanted = {
             POSITION: position + rule.offset,
             VELOCITY: rows.get(VELOCITY, np.zeros_like(position)) + rule.velocity,
+            ACCELERATION: rule.acceleration,
         }
         command = np.concatenate([wanted[kind] for kind in self.parameters.command_interfaces])
         self._output.write(command)

@@ -222,6 +222,18 @@ def test_dynamic_joint_states(rig):
     assert len(values) == 4
 
 
+def test_the_layout_follows_the_interfaces_at_activation(rig, monkeypatch):
+    """Another activation publishes the interfaces of that time (on_activate)."""
+    r = rig()
+    states = broadcaster(r)
+    r.manager.switch(deactivate=['states'])
+    monkeypatch.setattr(type(r.hardware), 'state_interfaces', {'b': ('position',)})
+    assert r.manager.switch(['states']).ok
+    r.step()
+    assert samples(states)[-1].names == ('b',)
+    assert samples(states) == []
+
+
 def test_without_state_interfaces_activation_fails(rig, monkeypatch):
     """A broadcaster with nothing to publish does not become active (init_joint_data)."""
     r = rig()

@@ -171,6 +171,16 @@ def test_a_wrench_reference_is_added(soft):
     np.testing.assert_allclose(made.tip(), before, atol=1e-3)
 
 
+def test_velocities_alone_are_commanded(soft):
+    """Positions need not be among the command interfaces (write_state_to_hardware)."""
+    made = soft(command_interfaces=['velocity'])
+    assert made.controller.required_command_interfaces[0] == 'joint_1/velocity'
+    before = made.activate().tip()
+    made.push([*(before[:3, :3].T @ [0.0, 0.0, 2.0]), 0.0, 0.0, 0.0])
+    made.run(3.0)
+    assert made.tip()[2, 3] - before[2, 3] == pytest.approx(0.01, abs=1e-3)
+
+
 def test_control_frame_turns_the_axes(soft):
     """Stiffness belongs to the axes of the control frame."""
     made = soft(control={'frame': {'id': 'link_6'}}, admittance={
