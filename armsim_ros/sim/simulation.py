@@ -40,7 +40,7 @@ from armsim_ros.sim.physics.mujoco_model import build_plant, Ground
 from armsim_ros.sim.physics.plant import Plant
 from armsim_ros.sim.physics.saved_state import SavableSimulation
 from armsim_ros.sim.sensors import Sensors, sensors_of
-from armsim_ros.sim.world.start_overlaps import resolve_overlaps
+from armsim_ros.sim.world.hull_overlaps import resolve_overlaps
 from armsim_ros.sim.world.world_scene import WorldScene
 from armsim_ros.sim.world_files.loaded import LoadedWorld
 
@@ -120,7 +120,7 @@ class Simulation(SimulatedLinks, SavableSimulation, HardwareInterface):
         self.other_commands = {name: math.nan for system in model.hardware
                                for name in system.other_commands}
         self.reset()
-        self._start_overlaps = resolve_overlaps(self._plant, model)
+        self._overlap_lines = resolve_overlaps(self._plant, model, self._initial)
 
     @property
     def command_interfaces(self) -> Mapping[str, tuple[str, ...]]:
@@ -156,7 +156,7 @@ class Simulation(SimulatedLinks, SavableSimulation, HardwareInterface):
             *self._effort_lines,
             *self._plant.spec.warnings,
             *self._servo.stiffness_warnings(),
-            *self._start_overlaps,
+            *self._overlap_lines,
         )
 
     @property

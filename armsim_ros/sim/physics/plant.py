@@ -195,6 +195,12 @@ class Plant:
         self._qvel[self._qvel_at] = 0.0
         self._begin()
 
+    def place_in(self, data: Any, positions: Vector) -> None:
+        """Find what touches in other data of the model, with the joints at positions (n,)."""
+        data.qpos[self._qpos_at] = positions
+        mujoco.mj_kinematics(self.model, data)
+        mujoco.mj_collision(self.model, data)
+
     def restore(self) -> None:
         """Go back to where everything last was stable, at rest."""
         self._checkpoints.restore(self.model, self.data)

@@ -22,7 +22,7 @@ from armsim_ros.model.transforms import (
 from armsim_ros.model.world_objects import WorldObject
 from armsim_ros.sim.physics.mujoco_model import Ground, object_body_name
 from armsim_ros.sim.physics.plant import Plant, StagedPlant
-from armsim_ros.sim.world.start_overlaps import START_OVERLAP
+from armsim_ros.sim.world.hull_overlaps import LEAST_OVERLAP
 
 Places = NDArray[np.intp]
 
@@ -265,7 +265,7 @@ class WorldScene:
 def _refuse_overlaps(model: Any, data: Any, free: set[str]) -> None:
     found = data.contact
     depths = -found.dist[: data.ncon]
-    for number in np.flatnonzero(depths > START_OVERLAP):
+    for number in np.flatnonzero(depths > LEAST_OVERLAP):
         bodies = tuple(model.body(int(model.geom_bodyid[geom])).name
                        for geom in found.geom[number])
         for mine, other in (bodies, bodies[::-1]):

@@ -12,8 +12,8 @@ import numpy as np
 
 from armsim_ros.arrays import Matrix, Vector
 from armsim_ros.kinematics.kinematic_model import KinematicModel
+from armsim_ros.model.mesh.coal_shapes import exact_shape, hull_shape
 from armsim_ros.model.shape_points import corner_points
-from armsim_ros.planning.collision.bodies import exact_shape, hull_shape
 from armsim_ros.planning.scene.allowed_collision_matrix import Pair
 
 
