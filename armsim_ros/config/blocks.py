@@ -11,7 +11,7 @@ from armsim_ros.config.move_group.planning_parameters import PlanningParameters
 from armsim_ros.config.move_group.trajectory_execution import KEYS_BESIDE
 from armsim_ros.config.validation import known_keys
 from armsim_ros.config.yaml.node import node_of, YamlNode
-from armsim_ros.errors import Problem, Severity
+from armsim_ros.errors import ignored, Problem, Severity
 
 Take = Callable[[ConfigDraft, str, YamlNode], None]
 
@@ -25,8 +25,7 @@ KEEP_KEYS = frozenset({_MOVEIT_MANAGER})
 UNUSED_BLOCKS: Mapping[str, str] = {
     'controller_manager_ns': 'the namespace of the controllers is that of their block',
     'hardware_interface': 'every joint of the URDF has all interfaces',
-    'moveit_ros_control_interface': 'move_group asks its own simulation',
-    'ros_control_namespace': 'the namespace of the controllers is that of their block',
+    'moveit_ros_control_interface': '',
     'use_controller_manager': 'move_group asks its own simulation',
     'sensors': 'no octomap is built',
     'octomap_frame': 'no octomap is built',
@@ -91,13 +90,18 @@ def _take_controller_list(draft: ConfigDraft, key: str, node: YamlNode) -> None:
 def _take_moveit_manager(draft: ConfigDraft, key: str, node: YamlNode) -> None:
     """Take ROS 2's form: a list of names, and a block for each."""
     names = node.get('controller_names')
-    listed = [str(item.value) for item in names.items] if names else None
+    listed = [str(item.value) for item in names.items] if names else []
+    if names is None and node.get('controller_list') is None:
+        draft.problems.append(ignored(Problem(
+            f"'{key}' has no 'controller_names': no controller is known", node.place,
+            remedy="add 'controller_names', the list of the blocks that count")))
+        return
     for name, block in node.entries.items():
         if name == 'controller_names':
             continue
         if name == 'controller_list':
             _take_controller_list(draft, name, block)
-        elif listed is not None and name not in listed and block.is_mapping:
+        elif name not in listed and block.is_mapping:
             draft.problems.append(Problem(
                 f"controller '{name}' is not used here: 'controller_names' does not list it",
                 block.place, severity=Severity.WARNING))
@@ -105,13 +109,14 @@ def _take_moveit_manager(draft: ConfigDraft, key: str, node: YamlNode) -> None:
             named = {'name': node_of(name, block.place), **block.entries}
             draft.add_entry('moveit_controllers', name, block.with_value(named))
         else:
-            draft.problems.append(Problem(
-                f"'{name}' in '{key}' is {block.kind}", block.place, 'a block of keys'))
-    for position, name in enumerate(listed or ()):
+            draft.problems.append(ignored(Problem(
+                f"'{name}' in '{key}' is {block.kind}", block.place, 'a block of keys')))
+    for position, name in enumerate(listed):
         if node.get(name) is None and names is not None:
-            draft.problems.append(Problem(
+            draft.problems.append(ignored(Problem(
                 f"'controller_names' lists '{name}', but '{key}' has no such block",
-                names.items[position].where, remedy=f"add a block '{name}:' with type and joints"))
+                names.items[position].where,
+                remedy=f"add a block '{name}:' with type, action_ns and joints")))
 
 
 def _take_robot_description_planning(draft: ConfigDraft, key: str, node: YamlNode) -> None:

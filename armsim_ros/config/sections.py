@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 from armsim_ros.config.controllers.controller_manager import ControllerManagerParameters
@@ -22,6 +23,7 @@ from armsim_ros.config.joint_limits import (
 from armsim_ros.config.move_group.kinematics import KinematicsSettings, UNUSED_KINEMATICS_KEYS
 from armsim_ros.config.move_group.moveit_controllers import (
     MoveItControllerSettings,
+    NEEDED_KEYS,
     UNUSED_MOVEIT_CONTROLLER_KEYS,
 )
 from armsim_ros.config.move_group.ompl_planning import (
@@ -30,7 +32,10 @@ from armsim_ros.config.move_group.ompl_planning import (
     UNUSED_PIPELINE_KEYS,
 )
 from armsim_ros.config.move_group.planning_parameters import PlanningParameters
-from armsim_ros.config.move_group.trajectory_execution import TrajectoryExecutionSettings
+from armsim_ros.config.move_group.trajectory_execution import (
+    TrajectoryExecutionSettings,
+    UNUSED_EXECUTION_KEYS,
+)
 from armsim_ros.config.servo import ServoNodeSettings, UNUSED_SERVO_KEYS
 from armsim_ros.config.simulation import SimulationSettings
 from armsim_ros.config.validation import AnySettings, drop_unused, known_keys, read_settings
@@ -76,8 +81,9 @@ def read_sections(draft: ConfigDraft, *, published: bool = False) -> dict[str, A
         'kinematics': _kinematics(draft),
         'ompl': _ompl(draft),
         'moveit_controllers': moveit if not published else _with_default(moveit, spawn),
-        'trajectory_execution': _whole(
-            draft, 'trajectory_execution', TrajectoryExecutionSettings),
+        'trajectory_execution': _checked(
+            draft, draft.section('trajectory_execution'), TrajectoryExecutionSettings,
+            'trajectory_execution', UNUSED_EXECUTION_KEYS),
         'planning_parameters': _whole(draft, 'planning_parameters', PlanningParameters),
         'servo': _servo(draft),
     }
@@ -310,13 +316,19 @@ def _servo(draft: ConfigDraft) -> ServoNodeSettings:
 
 
 def _moveit_controllers(draft: ConfigDraft) -> tuple[MoveItControllerSettings, ...]:
+    """Return the controllers of move_group; an entry with an error is left out."""
     found = []
     for name, node in draft.section('moveit_controllers').entries.items():
-        title = f"MoveIt controller '{name}'"
-        if node.is_mapping and node.get('action_ns') is None:
-            draft.problems.append(Problem(
-                f"{title} has no 'action_ns'; the usual name of its type is taken", node.place,
-                severity=Severity.WARNING))
-        found.append(read_settings(MoveItControllerSettings, node, draft.problems, title=title,
-                                   unused=UNUSED_MOVEIT_CONTROLLER_KEYS))
+        title, problems = f"MoveIt controller '{name}'", list[Problem]()
+        one = read_settings(MoveItControllerSettings, node, problems, title=title,
+                            unused=UNUSED_MOVEIT_CONTROLLER_KEYS)
+        lacking = [key for key in NEEDED_KEYS if node.is_mapping and node.get(key) is None]
+        if lacking:
+            one, problems = None, [Problem(
+                f"{title} has no {', '.join(map(repr, lacking))}", node.place)]
+        if one is None:
+            problems = [replace(each, remedy=each.remedy or 'the controller is left out')
+                        for each in problems]
+        draft.problems += map(ignored, problems)
+        found.append(one)
     return tuple(one for one in found if one is not None)

@@ -5,10 +5,12 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Sequence
+from dataclasses import replace
 from itertools import combinations
 
 from armsim_ros.config.move_group.moveit_controllers import MoveItControllerSettings
 from armsim_ros.errors import MoveItErrorCode, nearest, PlanningError
+from armsim_ros.execution.multi_dof import multi_dof_joints
 from armsim_ros.model.robot_model import RobotModel
 from armsim_ros.trajectory import JointTrajectory
 
@@ -20,12 +22,15 @@ def controlled_joints(joint_names: Iterable[str], robot: RobotModel) -> tuple[st
     """
     Return the joints that a controller has to move: not fixed, no mimic, not passive.
 
+    :param joint_names: multi-DOF joints and their variables too.
     :raises PlanningError: CONTROL_FAILED for a joint that the robot lacks, or where none is
         left.
     """
     names = tuple(joint_names)
+    several = multi_dof_joints(robot)
+    variables = {*several, *(variable for each in several.values() for variable in each)}
     for name in names:
-        if name not in robot.joints:
+        if name not in robot.joints and name not in variables:
             raise PlanningError(
                 MoveItErrorCode.CONTROL_FAILED,
                 f"the trajectory names joint '{name}', which robot '{robot.name}' lacks; "
@@ -34,7 +39,8 @@ def controlled_joints(joint_names: Iterable[str], robot: RobotModel) -> tuple[st
             )
     passive = robot.semantic.passive_joints
     found = tuple(
-        name for name in names if robot.joints[name].active and name not in passive
+        name for name in names
+        if name not in passive and (name in variables or robot.joints[name].active)
     )
     if not found:
         raise PlanningError(
@@ -47,28 +53,32 @@ def controlled_joints(joint_names: Iterable[str], robot: RobotModel) -> tuple[st
 
 def select_controllers(
     joints: Collection[str], controllers: Sequence[MoveItControllerSettings], *,
-    names: Collection[str] = (), active: Collection[str] | None = None,
+    names: Sequence[str] = (), active: Collection[str] | None = None, manages: bool = False,
 ) -> tuple[MoveItControllerSettings, ...]:
     """
     Return the controllers that together move all joints.
 
     The fewest that share no joint; among these the one with more default controllers, then
-    fewer surplus joints, then more that are active already.
+    fewer joints, then more that are active already, then by name. Where inactive ones cannot be
+    activated, active ones go before fewer.
 
     :param joints: as :func:`controlled_joints` returns them.
     :param names: controllers that may be used; empty for all.
     :param active: names of the controllers that run; None where all do.
+    :param manages: whether inactive controllers can be activated.
     :raises PlanningError: CONTROL_FAILED with the joints and the known controllers.
     """
     wanted = frozenset(joints)
     usable = _named(controllers, names)
     candidates = [each for each in usable if wanted & set(each.joints)]
+    fewest: tuple[MoveItControllerSettings, ...] = ()
     for count in range(1, min(len(candidates), _MOST_CONTROLLERS) + 1):
-        fitting = [
-            chosen for chosen in combinations(candidates, count) if _covers(chosen, wanted)
-        ]
-        if fitting:
-            return max(fitting, key=lambda chosen: _merit(chosen, wanted, active))
+        chosen = _best(candidates, count, wanted, active, manages)
+        if chosen and (manages or _all_active(chosen, active)):
+            return chosen
+        fewest = fewest or chosen
+    if fewest:
+        return fewest
     missing = sorted(wanted - {joint for each in usable for joint in each.joints})
     remedy = (
         f'no controller has {", ".join(missing)}: add them to the joints of a controller in '
@@ -84,18 +94,30 @@ def select_controllers(
     )
 
 
+def _best(
+    candidates: Sequence[MoveItControllerSettings], count: int, wanted: frozenset[str],
+    active: Collection[str] | None, manages: bool,
+) -> tuple[MoveItControllerSettings, ...]:
+    """Return the best combination of so many controllers, empty where none moves all joints."""
+    fitting = sorted(
+        (chosen for chosen in combinations(candidates, count) if _covers(chosen, wanted)),
+        key=lambda chosen: _demerit(chosen, active))
+    running = [] if manages else [one for one in fitting if _all_active(one, active)]
+    return next(iter((*running, *fitting)), ())
+
+
 def _named(
-    controllers: Sequence[MoveItControllerSettings], names: Collection[str]
+    controllers: Sequence[MoveItControllerSettings], names: Sequence[str]
 ) -> list[MoveItControllerSettings]:
-    known = [each.name for each in controllers]
+    known = {each.name: each for each in controllers}
     for name in names:
         if name not in known:
             raise PlanningError(
                 MoveItErrorCode.CONTROL_FAILED,
-                f"controller '{name}' is not known; {nearest(name, known)} known: "
+                f"controller '{name}' is not known; {nearest(name, list(known))} known: "
                 f'{", ".join(known) or "none"}', _SOURCE,
             )
-    return [each for each in controllers if not names or each.name in names]
+    return [known[name] for name in dict.fromkeys(names or sorted(known))]
 
 
 def _covers(chosen: Sequence[MoveItControllerSettings], wanted: frozenset[str]) -> bool:
@@ -103,13 +125,18 @@ def _covers(chosen: Sequence[MoveItControllerSettings], wanted: frozenset[str]) 
     return len(joints) == len(set(joints)) and wanted <= set(joints)
 
 
-def _merit(
-    chosen: Sequence[MoveItControllerSettings], wanted: frozenset[str],
-    active: Collection[str] | None,
+def _demerit(
+    chosen: Sequence[MoveItControllerSettings], active: Collection[str] | None
 ) -> tuple[int, int, int]:
-    surplus = sum(len(set(each.joints) - wanted) for each in chosen)
-    running = sum(active is None or each.name in active for each in chosen)
-    return sum(each.default for each in chosen), -surplus, running
+    return (
+        -sum(each.default for each in chosen), sum(len(each.joints) for each in chosen),
+        -sum(active is None or each.name in active for each in chosen))
+
+
+def _all_active(
+    chosen: Sequence[MoveItControllerSettings], active: Collection[str] | None
+) -> bool:
+    return active is None or all(each.name in active for each in chosen)
 
 
 def _listing(controllers: Sequence[MoveItControllerSettings]) -> str:
@@ -121,18 +148,24 @@ def _listing(controllers: Sequence[MoveItControllerSettings]) -> str:
 
 
 def split_trajectory(
-    trajectory: JointTrajectory, selected: Sequence[MoveItControllerSettings]
+    trajectory: JointTrajectory, selected: Sequence[MoveItControllerSettings],
+    velocity: float = 1.0,
 ) -> list[tuple[MoveItControllerSettings, JointTrajectory]]:
     """
     Return for each controller the part of a trajectory with its joints, at the same times.
 
+    The joints of a part are in the order of the alphabet.
+
     :param trajectory: without a fault.
+    :param velocity: factor of the velocities; the times stay as they are.
     """
-    return [
-        (controller, trajectory.of_joints(
-            [name for name in trajectory.joint_names if name in controller.joints]))
-        for controller in selected
-    ]
+    if trajectory.velocities is not None and velocity != 1.0:
+        trajectory = replace(trajectory, velocities=trajectory.velocities * velocity)
+    parts = []
+    for controller in selected:
+        names = sorted(name for name in trajectory.joint_names if name in controller.joints)
+        parts.append((controller, trajectory.of_joints(names) if names else JointTrajectory(())))
+    return parts
 
 
 def coverage_report(

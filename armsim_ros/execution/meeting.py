@@ -56,7 +56,8 @@ def _states(model: KinematicModel, q: Vector, motion: JointTrajectory) -> list[V
     known = [k for k, name in enumerate(motion.joint_names) if name in model.names]
     places = [model.index(motion.joint_names[k]) for k in known]
     states = []
-    for values in _refined(motion.positions[:, known]):
+    given = motion.positions[~np.isnan(motion.positions).any(axis=1)]
+    for values in _refined(given[:, known]):
         state = q.copy()
         state[places] = values
         states.append(model.apply_mimic(state))

@@ -5,69 +5,99 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
 import math
 
 import numpy as np
 
 from armsim_ros.errors import MoveItErrorCode, PlanningError
-from armsim_ros.model.robot_model import JointType, RobotModel
+from armsim_ros.model.robot_model import Joint, JointType, RobotModel
 from armsim_ros.trajectory import JointTrajectory
 
 _SOURCE = 'trajectory execution'
 
 STATES_AT_REST = 3
-"""How many joint states in a row have to be without motion."""
+"""How many joint states in a row have to be without motion since the one before."""
 
 
 def check_points(trajectory: JointTrajectory) -> None:
     """
-    Refuse a trajectory whose points do not fit its joint names, or lack positions.
+    Refuse a trajectory whose points do not fit its joint names.
 
     :raises PlanningError: CONTROL_FAILED with the point and what is wrong with it.
     """
     fault = trajectory.fault
     if len(set(trajectory.joint_names)) != len(trajectory.joint_names):
         fault = f'a joint is named twice: {", ".join(trajectory.joint_names)}'
-    lacking = np.flatnonzero(np.isnan(trajectory.positions).any(axis=1))
-    if not fault and len(lacking):
-        fault = f'point {lacking[0]} has no positions'
     if fault:
         raise PlanningError(
             MoveItErrorCode.CONTROL_FAILED, f'the trajectory cannot be executed: {fault}', _SOURCE
         )
 
 
+@dataclass(frozen=True, slots=True)
+class Tolerances:
+    """
+    How far a joint may be from the first point of a trajectory.
+
+    :param common: of joints without a tolerance of their own [rad or m].
+    :param joints: joint -> its own tolerance [rad or m].
+    """
+
+    common: float
+    joints: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def unchecked(self) -> bool:
+        """Whether no start is checked: 0, and no joint has a tolerance of its own."""
+        return self.common == 0.0 and not self.joints
+
+    def of(self, joint: str) -> float:
+        """Return the tolerance of a joint [rad or m]; with 0 its start is not checked."""
+        return self.joints.get(joint, self.common)
+
+
 def check_start(
     trajectory: JointTrajectory, measured: Mapping[str, float], robot: RobotModel,
-    tolerance: float, joint_tolerances: Mapping[str, float] | None = None,
+    tolerances: Tolerances,
 ) -> None:
     """
     Refuse a trajectory that begins away from where the robot is.
 
-    :param measured: joint -> position [rad or m].
-    :param tolerance: largest distance [rad or m]; 0 skips the check.
-    :param joint_tolerances: joint -> its own tolerance; 0 skips that joint.
+    Positions outside the bounds of a joint are compared as if they were at the bound.
+
+    :param measured: joint -> position [rad or m]; a joint that is not there is at its default.
     :raises PlanningError: CONTROL_FAILED with joint, expected and actual position.
     """
-    own = joint_tolerances or {}
-    if not len(trajectory):
+    if tolerances.unchecked or not len(trajectory):
         return
+    if np.isnan(trajectory.positions[0]).any():
+        raise PlanningError(
+            MoveItErrorCode.CONTROL_FAILED,
+            f'the first point has no positions for {len(trajectory.joint_names)} joints', _SOURCE)
     for name, expected in zip(trajectory.joint_names, trajectory.positions[0], strict=True):
-        allowed = own.get(name, tolerance)
-        if allowed <= 0.0 or name not in measured:
+        joint, allowed = robot.joints.get(name), tolerances.of(name)
+        if joint is None or allowed == 0.0:
             continue
-        off = float(expected) - measured[name]
-        if robot.joints[name].type is JointType.CONTINUOUS:
-            off = math.remainder(off, 2.0 * math.pi)
-        if abs(off) > allowed:
+        actual = measured.get(name, robot.default_position(name))
+        off = abs(_distance(joint, float(expected), actual))
+        if off > allowed:
             raise PlanningError(
                 MoveItErrorCode.CONTROL_FAILED,
                 f"Invalid Trajectory: start point deviates from current robot state: joint "
-                f"'{name}' expected {float(expected):.5f}, is {measured[name]:.5f}, off by "
-                f'{abs(off):.5f}, allowed {allowed:g}; plan again from the current state, or '
+                f"'{name}' expected {float(expected):.5f}, is {actual:.5f}, off by "
+                f'{off:.5f}, allowed {allowed:g}; plan again from the current state, or '
                 'raise trajectory_execution.allowed_start_tolerance', _SOURCE,
             )
+
+
+def _distance(joint: Joint, first: float, second: float) -> float:
+    """Return how far apart two positions of a joint are, both within its bounds [rad or m]."""
+    if joint.type is JointType.CONTINUOUS:
+        return math.remainder(first - second, 2.0 * math.pi)
+    lower, upper = joint.limits.lower, joint.limits.upper
+    return min(max(first, lower), upper) - min(max(second, lower), upper)
 
 
 def continues(first: JointTrajectory, second: JointTrajectory, tolerance: float) -> bool:
@@ -91,7 +121,7 @@ def unwound(
     """
     turning = [
         k for k, name in enumerate(trajectory.joint_names)
-        if robot.joints[name].type is JointType.CONTINUOUS
+        if name in robot.joints and robot.joints[name].type is JointType.CONTINUOUS
     ]
     if not turning or not len(trajectory):
         return trajectory
@@ -99,31 +129,42 @@ def unwound(
     for k in turning:
         last = measured.get(trajectory.joint_names[k], float(positions[0, k]))
         for row in positions:
-            last = row[k] = last + math.remainder(float(row[k] - last), 2.0 * math.pi)
+            if not math.isnan(row[k]):
+                last = row[k] = last + math.remainder(float(row[k] - last), 2.0 * math.pi)
     return replace(trajectory, positions=positions)
 
 
-def allowed_duration(trajectory: JointTrajectory, scaling: float, margin: float) -> float:
-    """
-    Return how long the execution may take [s].
+def begin(trajectory: JointTrajectory, now_ns: int) -> float:
+    """Return how far ahead the start of a trajectory is by its header [s], 0 where it is not."""
+    return max(trajectory.stamp_ns - now_ns, 0) * 1e-9 if trajectory.stamp_ns else 0.0
 
-    :param scaling: factor of the trajectory's own duration.
+
+def allowed_duration(
+    trajectory: JointTrajectory, scaling: float, margin: float, now_ns: int = 0
+) -> float:
+    """
+    Return how long the execution may take from now on [s].
+
+    :param scaling: factor of the trajectory's own duration and of the wait for its start.
     :param margin: added to it [s].
+    :param now_ns: what a stamp in the header is ahead of [ns].
     """
-    return trajectory.duration * scaling + margin
+    return (begin(trajectory, now_ns) + trajectory.duration) * scaling + margin
 
 
-def settled(states: Sequence[Mapping[str, float]], tolerance: float) -> bool:
+def settled(
+    states: Sequence[Mapping[str, float]], joint_names: Sequence[str], robot: RobotModel,
+    tolerances: Tolerances,
+) -> bool:
     """
-    Return whether the robot rests: the last states differ by no more than a tolerance.
+    Return whether joints rest: from state to state each moves by its tolerance at most.
 
     :param states: joint -> position [rad or m], the newest last.
-    :param tolerance: [rad or m].
+    :param joint_names: those of the trajectory.
     """
-    if len(states) < STATES_AT_REST:
-        return False
-    recent = states[-STATES_AT_REST:]
-    return all(
-        abs(state[name] - recent[0][name]) <= tolerance
-        for state in recent[1:] for name in recent[0] if name in state
+    recent = states[-STATES_AT_REST - 1:]
+    return len(recent) > STATES_AT_REST and all(
+        abs(_distance(robot.joints[name], after[name], before[name])) <= tolerances.of(name)
+        for before, after in pairwise(recent) for name in joint_names
+        if name in before and name in after
     )

@@ -63,6 +63,31 @@ def test_active_goes_first():
     assert names(select_controllers('abc', [WHOLE, twin], active={'twin'})) == {'twin'}
 
 
+def test_active_controllers_go_before_fewer():
+    """
+    Where inactive controllers cannot be activated, active ones are used even if they are more.
+
+    Upstream: trajectory_execution_manager.cpp, selectControllers.
+    """
+    running = {'left', 'right'}
+    assert names(select_controllers('abc', [LEFT, RIGHT, WHOLE], active=running)) == running
+    assert names(select_controllers(
+        'abc', [LEFT, RIGHT, WHOLE], active=running, manages=True)) == {'whole'}
+    preferred = controller('preferred', 'a', 'b', 'c', default=True)
+    assert names(select_controllers('abc', [WHOLE, preferred], active={'whole'})) == {'whole'}
+
+
+def test_alphabet_decides_at_last():
+    """
+    Among equals the first by name is used, whatever the order of the file.
+
+    Upstream: trajectory_execution_manager.cpp, findControllers over a map of names.
+    """
+    twins = [controller('b', 'x'), controller('a', 'x')]
+    assert names(select_controllers('x', twins)) == {'a'}
+    assert names(select_controllers('x', twins, names=('b', 'a'))) == {'b'}
+
+
 def test_no_controller_fits():
     """SEED-9a: the message has the words that users search for, and the missing joint."""
     with pytest.raises(PlanningError) as caught:
@@ -98,6 +123,33 @@ def test_parts_have_their_joints_and_the_same_times():
     assert parts['right'].positions.tolist() == [[0], [1], [2]]
     assert parts['right'].accelerations is None
     assert parts['left'].times.tolist() == parts['right'].times.tolist() == [0, 0.5, 1]
+
+
+def test_joints_of_a_part_are_in_order():
+    """
+    A part has its joints in the order of the alphabet.
+
+    Upstream: trajectory_execution_manager.cpp, distributeTrajectory.
+    """
+    whole = JointTrajectory(('b', 'a'), np.array([0.0]), np.array([[1.0, 2.0]]))
+    ((_, part),) = split_trajectory(whole, [LEFT])
+    assert part.joint_names == ('a', 'b')
+    assert part.positions.tolist() == [[2.0, 1.0]]
+
+
+def test_velocity_scaling_changes_velocities_only():
+    """
+    The factor multiplies the velocities of the points; times and accelerations stay.
+
+    Upstream: trajectory_execution_manager.cpp, distributeTrajectory.
+    """
+    whole = JointTrajectory(
+        ('a',), np.array([0.0, 1.0]), np.array([[0.0], [1.0]]), np.array([[0.0], [2.0]]),
+        np.array([[0.0], [3.0]]))
+    ((_, part),) = split_trajectory(whole, [LEFT], velocity=0.5)
+    assert part.velocities.tolist() == [[0.0], [1.0]]
+    assert part.accelerations.tolist() == [[0.0], [3.0]]
+    assert part.times.tolist() == [0.0, 1.0]
 
 
 def test_fixed_joints_need_no_controller(planar):

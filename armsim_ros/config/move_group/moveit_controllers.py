@@ -4,19 +4,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any, Literal
+from typing import Literal
 
 from pydantic import field_validator, model_validator
 
 from armsim_ros.config.base import parameter, Settings
 
-#: Type of a MoveIt controller -> the last part of its action's name where the user gives none.
-ACTION_OF_TYPE = {
-    'FollowJointTrajectory': 'follow_joint_trajectory',
-    'GripperCommand': 'gripper_cmd',
-    'ParallelGripperCommand': 'gripper_cmd',
-}
+#: Keys without which an entry of a file is left out.
+NEEDED_KEYS = ('action_ns', 'type', 'joints')
 
 #: Keys that MoveIt reads, or read once -> why they have no effect here.
 UNUSED_MOVEIT_CONTROLLER_KEYS = {
@@ -26,14 +21,16 @@ UNUSED_MOVEIT_CONTROLLER_KEYS = {
 }
 
 
+ActionType = Literal['FollowJointTrajectory', 'GripperCommand', 'ParallelGripperCommand']
+
+
 class MoveItControllerSettings(Settings):
     """One controller in move_group's eyes: an action and the joints it moves."""
 
     name: str = parameter(..., "name with its namespace, such as 'sunday/arm_controller'",
                           min_length=1)
-    type: Literal['FollowJointTrajectory', 'GripperCommand', 'ParallelGripperCommand'] = parameter(
-        'FollowJointTrajectory', 'kind of action')
-    action_ns: str = parameter('', "last part of the action's name")
+    type: ActionType = parameter('FollowJointTrajectory', 'kind of action')
+    action_ns: str = parameter('follow_joint_trajectory', "last part of the action's name")
     joints: tuple[str, ...] = parameter(..., 'joints that it moves', min_length=1)
     default: bool = parameter(False, 'preferred where several controllers fit')
     command_joint: str = parameter('', 'joint whose position a gripper command takes')
@@ -41,19 +38,11 @@ class MoveItControllerSettings(Settings):
     max_velocity: float = parameter(
         0.0, 'velocity of a parallel gripper command [rad/s or m/s]', ge=0.0)
     parallel: bool = parameter(False, 'two joints that close against each other')
-    allow_failure: bool = parameter(False, 'a gripper that stalls has succeeded')
+    allow_failure: bool = parameter(False, 'a gripper command that is aborted has succeeded')
     allowed_execution_duration_scaling: float | None = parameter(
         None, "this controller's own scaling", gt=0.0)
     allowed_goal_duration_margin: float | None = parameter(
         None, "this controller's own margin [s]", ge=0.0)
-
-    @model_validator(mode='before')
-    @classmethod
-    def _action_of_the_type(cls, data: Any) -> Any:
-        if isinstance(data, Mapping) and 'action_ns' not in data:
-            kind = str(data.get('type', 'FollowJointTrajectory'))
-            return {**data, 'action_ns': ACTION_OF_TYPE.get(kind, '')}
-        return data
 
     @field_validator('joints')
     @classmethod
@@ -62,6 +51,12 @@ class MoveItControllerSettings(Settings):
         if twice:
             raise ValueError(f"'{twice[0]}' is named twice")
         return value
+
+    @model_validator(mode='after')
+    def _two_jaws(self) -> MoveItControllerSettings:
+        if self.type == 'GripperCommand' and self.parallel and len(self.joints) != 2:
+            raise ValueError(f"'parallel' needs two joints; there are {len(self.joints)}")
+        return self
 
     @property
     def action_name(self) -> str:

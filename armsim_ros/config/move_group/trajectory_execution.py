@@ -16,7 +16,12 @@ class TrajectoryExecutionSettings(Settings):
         True, 'activate the controllers that a trajectory needs')
     moveit_controller_manager: str = parameter(
         'moveit_simple_controller_manager/MoveItSimpleControllerManager',
-        'name of the plugin; the built-in one does the work of each')
+        'where the controllers are known from; moveit_ros_control_interface/Ros2ControlManager '
+        'and .../Ros2ControlMultiManager ask the controller_managers')
+    ros_control_namespace: str = parameter(
+        '/', 'namespace of the controller_manager that Ros2ControlManager asks')
+    controller_service_call_timeout: float = parameter(
+        3.0, 'how long the answer of a controller_manager is waited for [s]', gt=0.0)
     execution_duration_monitoring: bool = parameter(
         True, 'cancel a trajectory that takes longer than expected')
     allowed_execution_duration_scaling: float = parameter(
@@ -36,6 +41,12 @@ class TrajectoryExecutionSettings(Settings):
         False, 'send the variables of planar and floating joints')
 
 
-#: The keys that stand beside ``trajectory_execution``, not in it.
-KEYS_BESIDE = frozenset(
-    {'allow_trajectory_execution', 'moveit_manage_controllers', 'moveit_controller_manager'})
+#: Keys of files that have an effect only at run time -> why.
+UNUSED_EXECUTION_KEYS = dict.fromkeys(
+    ('wait_for_trajectory_completion', 'execution_velocity_scaling'),
+    'it takes effect only when it is set at run time on the node moveit_simple_controller_manager')
+
+#: The keys that are beside ``trajectory_execution``, not in it.
+KEYS_BESIDE = frozenset({
+    'allow_trajectory_execution', 'moveit_manage_controllers', 'moveit_controller_manager',
+    'ros_control_namespace', 'controller_service_call_timeout'})

@@ -61,6 +61,7 @@ def _tell_move_group(draft: ConfigDraft) -> None:
         if kind is None or joints is None or not str(kind.value).endswith(_TRAJECTORY_CLASS):
             continue
         block = {'name': name, 'type': 'FollowJointTrajectory', 'default': True,
+                 'action_ns': 'follow_joint_trajectory',
                  'joints': [item.text for item in joints.items]}
         draft.add_entry('moveit_controllers', name, node_of(block, node.place))
 

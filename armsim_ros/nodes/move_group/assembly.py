@@ -15,6 +15,7 @@ from armsim_ros.model.tree import standing_links
 from armsim_ros.nodes.move_group.capabilities import ALL, Parts, wanted_capabilities
 from armsim_ros.nodes.move_group.context import Context
 from armsim_ros.nodes.move_group.descriptions import Descriptions
+from armsim_ros.nodes.move_group.execution.manager_parameters import ControllerManagerNode
 from armsim_ros.nodes.move_group.execution.simulation_sync import SimulationSync
 from armsim_ros.nodes.move_group.execution.trajectory_execution import TrajectoryExecutionManager
 from armsim_ros.nodes.move_group.execution.trajectory_execution_event import (
@@ -90,11 +91,14 @@ class MoveGroup:
         if settings.simulation.deterministic:
             context.planning_clock = CountingClock
             context.states.asks = SimulationSync(context)
-        self._endpoints = endpoints(context)
         self._parameters = MoveGroupParameters(context)
+        self._manager = ControllerManagerNode(context)
+        executor.add_node(self._manager.node)
+        self._endpoints = endpoints(context)
         declare_fixed(node, settings, parameters, robot)
-        for line in coverage_report(robot, settings.moveit_controllers):
-            context.logger.warning(line)
+        if self.execution.controllers.active is None:
+            for line in coverage_report(robot, settings.moveit_controllers):
+                context.logger.warning(line)
         ready = context.planning.submit(warm_up)
         # As upstream: printed, not logged, so that it is there at every log level.
         ready.add_done_callback(lambda _: print(f'\n{READY}\n', flush=True))
@@ -116,7 +120,8 @@ class MoveGroup:
         self._context.ticker.wake()
 
     def close(self) -> None:
-        """End the workers."""
+        """End the workers and the second node."""
+        self._manager.node.destroy_node()
         self._context.planning.close()
         self._context.queries.close()
         self._context.edits.close()

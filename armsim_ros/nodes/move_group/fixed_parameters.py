@@ -12,6 +12,7 @@ from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.node import Node
 
 from armsim_ros.config.move_group.planning_parameters import PlanningParameters
+from armsim_ros.config.move_group.trajectory_execution import KEYS_BESIDE
 from armsim_ros.config.robot_settings import RobotSettings
 from armsim_ros.errors import ConfigError, Problem
 from armsim_ros.model.robot_model import RobotModel
@@ -82,6 +83,11 @@ def declare_fixed(
             value = [str(item) for item in value]
         if isinstance(value, (bool, int, float, str)) or value:
             node.declare_parameter(name, value, _READ_ONLY)
+    # Those of trajectory execution can be set, as on upstream's node, and have no effect there.
+    inside = settings.trajectory_execution.model_dump(exclude=KEYS_BESIDE)
+    for name, value in _flat('trajectory_execution', inside):
+        if not node.has_parameter(name):
+            node.declare_parameter(name, value)
 
 
 def _values(
@@ -100,15 +106,22 @@ def _values(
     yield from _robot(settings)
     for pipeline in planning.planning_pipelines:
         yield from _pipeline(settings, pipeline)
-    manager = 'moveit_simple_controller_manager'
-    controllers = settings.moveit_controllers
-    yield f'{manager}.controller_names', [each.name for each in controllers]
-    for each in controllers:
-        yield from _flat(f'{manager}.{each.name}', each.model_dump(exclude={'name'}))
+    execution = settings.trajectory_execution
+    yield from ((name, getattr(execution, name)) for name in sorted(KEYS_BESIDE))
+    yield from controller_parameters(settings)
     options = 'planning_scene_monitor_options'
     yield f'{options}.name', 'planning_scene_monitor'
     yield f'{options}.robot_description', 'robot_description'
     yield f'{options}.wait_for_initial_state_timeout', 0.0
+
+
+def controller_parameters(settings: RobotSettings) -> Iterator[tuple[str, Any]]:
+    """Yield name and value of the parameters of the controllers."""
+    manager, controllers = 'moveit_simple_controller_manager', settings.moveit_controllers
+    yield f'{manager}.controller_names', [each.name for each in controllers]
+    for each in controllers:
+        for name, value in _flat(f'{manager}.{each.name}', each.model_dump(exclude={'name'})):
+            yield name, list(value) if isinstance(value, tuple) else value
 
 
 def _robot(settings: RobotSettings) -> Iterator[tuple[str, Any]]:

@@ -6,12 +6,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
 
-from pydantic import create_model, ValidationError
-from rcl_interfaces.msg import SetParametersResult
+from pydantic import ValidationError
 from rclpy.exceptions import ParameterException
-from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from armsim_ros.config.base import parameter, Settings
@@ -23,25 +20,9 @@ from armsim_ros.errors import ConfigError, Problem
 from armsim_ros.nodes.move_group.context import Context
 from armsim_ros.nodes.parameters import reason, SettingsParameters
 
-JOINT_TOLERANCES = 'allowed_start_tolerance_joints'
-
-_PREFIX = f'trajectory_execution.{JOINT_TOLERANCES}.'
-
-_FIELDS = TrajectoryExecutionSettings.model_fields
-_BESIDE: Any = create_model(
-    '_BESIDE',
-    __base__=Settings,
-    **{name: (_FIELDS[name].annotation, _FIELDS[name]) for name in sorted(KEYS_BESIDE)},
-)
-_INSIDE: Any = create_model(
-    'TrajectoryExecutionParameters',
-    __base__=Settings,
-    **{
-        name: (info.annotation, info)
-        for name, info in _FIELDS.items()
-        if name not in KEYS_BESIDE
-    },
-)
+_EXECUTION = 'trajectory_execution.'
+#: Read at the start.
+_AT_THE_START = tuple(sorted(KEYS_BESIDE - {'allow_trajectory_execution'}))
 
 
 class PlanExecution(Settings):
@@ -52,22 +33,16 @@ class PlanExecution(Settings):
     )
 
 
-class LiveParameters(_BESIDE):
+class LiveParameters(Settings):
     """Parameters that take effect with the next request."""
 
-    trajectory_execution: _INSIDE
+    allow_trajectory_execution: bool = parameter(
+        True, 'whether execute_trajectory and move_action move the robot')
     plan_execution: PlanExecution
     planning_seed: int = parameter(
         -1, 'a number >= 0 makes every plan repeatable for the same scene, state and request'
     )
     monitor_dynamics: bool = parameter(False, 'take velocities from the joint states')
-
-    def execution(self) -> TrajectoryExecutionSettings:
-        """Return the settings of execution."""
-        return TrajectoryExecutionSettings(
-            **{name: getattr(self, name) for name in KEYS_BESIDE},
-            **self.trajectory_execution.model_dump(),
-        )
 
 
 class MoveGroupParameters:
@@ -82,13 +57,10 @@ class MoveGroupParameters:
         """Declare; values from ``--ros-args`` win over the robot's files."""
         self._context = context
         planning = context.planning_parameters
-        execution = context.settings.trajectory_execution
-        inside = {
-            name: getattr(execution, name) for name in _INSIDE.model_fields
-        }
+        execution = _at_the_start(context)
+        context.execution_settings = execution
         live = LiveParameters(
-            **{name: getattr(execution, name) for name in KEYS_BESIDE},
-            trajectory_execution=_INSIDE(**inside),
+            allow_trajectory_execution=execution.allow_trajectory_execution,
             plan_execution=PlanExecution(
                 record_trajectory_state_frequency=planning.record_trajectory_state_frequency
             ),
@@ -101,36 +73,32 @@ class MoveGroupParameters:
             raise ConfigError(Problem(f'parameter of move_group: {reason(error)}')) from None
         except ParameterException as error:
             raise ConfigError(Problem(f'parameter of move_group: {error}')) from None
-        context.node.add_on_set_parameters_callback(_check_tolerances)
-        context.node.add_post_set_parameters_callback(self._note_tolerances)
+        context.node.add_post_set_parameters_callback(self._warn)
         self._changed(self._live.settings)
 
-    def _note_tolerances(self, parameters: Sequence[Parameter]) -> None:
-        if any(one.name.startswith(_PREFIX) for one in parameters):
-            self._changed(self._live.settings)
+    def _warn(self, parameters: Sequence[Parameter]) -> None:
+        """Warn of parameters that take effect on another node."""
+        for one in parameters:
+            if one.name.startswith(_EXECUTION):
+                self._context.logger.warning(
+                    f"parameter '{one.name}' has no effect on this node while it runs; set it on "
+                    'moveit_simple_controller_manager')
 
     def _changed(self, live: LiveParameters) -> None:
         context = self._context
-        execution = live.execution()
-        tolerances = {**execution.allowed_start_tolerance_joints, **_given(context.node)}
-        context.execution_settings = execution.model_copy(update={JOINT_TOLERANCES: tolerances})
+        context.execution_settings = context.execution_settings.model_copy(update={
+            'allow_trajectory_execution': live.allow_trajectory_execution})
         context.record_frequency = live.plan_execution.record_trajectory_state_frequency
         context.states.monitor_dynamics = live.monitor_dynamics
         context.planner.settings = replace(context.planner.settings, seed=live.planning_seed)
 
 
-def _given(node: Node) -> dict[str, float]:
-    """Return the start tolerances of joints that are set as parameters."""
-    found = node.get_parameters_by_prefix(_PREFIX.rstrip('.'))
-    return {joint: float(one.value) for joint, one in found.items()}
-
-
-def _check_tolerances(parameters: Sequence[Parameter]) -> SetParametersResult:
-    """Refuse a joint's start tolerance that is not a number of at least 0."""
-    for one in parameters:
-        usable = type(one.value) in (int, float) and one.value >= 0.0
-        if one.name.startswith(_PREFIX) and not usable:
-            return SetParametersResult(
-                successful=False, reason=f'{one.name} is {one.value}; allowed: a number from 0 up'
-            )
-    return SetParametersResult(successful=True)
+def _at_the_start(context: Context) -> TrajectoryExecutionSettings:
+    """Return the settings of execution: those of the files, and of ``--ros-args`` beside them."""
+    settings, node = context.settings.trajectory_execution, context.node
+    given = {name: node.get_parameter(name).value for name in _AT_THE_START
+             if node.has_parameter(name)}
+    try:
+        return TrajectoryExecutionSettings.model_validate({**settings.model_dump(), **given})
+    except ValidationError as error:
+        raise ConfigError(Problem(f'parameter of move_group: {reason(error)}')) from None

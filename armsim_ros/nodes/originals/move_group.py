@@ -15,8 +15,6 @@ from armsim_ros.nodes.originals.node_parameters import NodeArguments, read_node_
 from armsim_ros.nodes.originals.robot_package import PREFIX, RobotPackage
 
 _URDF, _SRDF = 'robot_description', 'robot_description_semantic'
-#: Managers that ask for the controllers, and the parameters of the one that is told of them.
-_ASKING, _LISTED = 'moveit_ros_control_interface/', 'moveit_simple_controller_manager.'
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -51,11 +49,7 @@ def move_group_words(arguments: NodeArguments, folder: Path) -> list[str]:
         from armsim_ros.nodes.originals.description_topic import wait_for_descriptions
 
         values.update(wait_for_descriptions(arguments, missing, missing))
-    if (str(values.get('moveit_controller_manager', '')).startswith(_ASKING)
-            and not any(name.startswith(_LISTED) for name in values)):
-        from armsim_ros.nodes.originals.running_controllers import running_controllers
-
-        values.update(running_controllers(arguments))
+    values.setdefault('moveit_manage_controllers', False)
     package = RobotPackage(folder, str(values[_URDF]), str(values[_SRDF]))
     package.add_move_group(values)
     words = [f'robot:={package.folder}', f'urdf:={package.urdf}']

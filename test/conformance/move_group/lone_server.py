@@ -16,6 +16,7 @@ from move_group_bench import ArmBench
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.clock import Clock, ClockType
+from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.task import Future
 from sensor_msgs.msg import JointState
 
@@ -122,6 +123,10 @@ class PlayedArm:
         """Publish no more."""
         self._timer.cancel()
 
+    def resume(self) -> None:
+        """Publish again."""
+        self._timer.reset()
+
     def controller(self, action: str, kind: Any = FollowJointTrajectory) -> PlayedController:
         """Offer a controller's action."""
         return PlayedController(self, action, kind)
@@ -132,8 +137,9 @@ class PlayedController:
     An action server whose goals end as the test says.
 
     ``behaviour`` is 'arrive' (at once, the arm jumps to the end), 'late' (the arm too, the result
-    only after ``release``), 'hold' (until cancelled), 'reject', 'abort' or 'mute' (the goal is
-    only answered after ``release``, and accepted then).
+    only after ``release``), 'hold' (until cancelled), 'give up' (it cancels the goal itself),
+    'stall' (a gripper that succeeds though it has not arrived), 'reject', 'abort' or 'mute' (the
+    goal is only answered after ``release``, and accepted then).
     """
 
     def __init__(self, player: PlayedArm, action: str, kind: Any) -> None:
@@ -166,7 +172,7 @@ class PlayedController:
     async def _execute(self, handle: Any) -> Any:
         result = self._kind.Result()
         ways: dict[str, Callable[[Any, Any], None]] = {
-            'arrive': self._arrive, 'abort': self._abort,
+            'arrive': self._arrive, 'abort': self._abort, 'stall': self._stall,
         }
         if self.behaviour == 'late':
             self._move(handle)
@@ -174,10 +180,12 @@ class PlayedController:
             self._running.append(future)
             await future
             handle.succeed()
-        elif self.behaviour in ('hold', 'mute'):
+        elif self.behaviour in ('hold', 'mute', 'give up'):
             future = Future()
             self._running.append(future)
             await future
+            if not handle.is_cancel_requested:
+                handle._update_state(rclpy_implementation.GoalEvent.CANCEL_GOAL)
             handle.canceled()
         else:
             ways[self.behaviour](handle, result)
@@ -190,11 +198,19 @@ class PlayedController:
             self._move(handle)
         handle.succeed()
 
+    def _stall(self, handle: Any, result: Any) -> None:
+        result.stalled, result.reached_goal = True, False
+        handle.succeed()
+
     def _move(self, handle: Any) -> None:
         """Put the arm where the trajectory ends."""
         trajectory = handle.request.trajectory
         end = zip(trajectory.joint_names, trajectory.points[-1].positions, strict=True)
         self._player.positions.update(end)
+
+    def waits(self) -> bool:
+        """Return whether a goal waits for its end."""
+        return bool(self._running)
 
     def release(self) -> None:
         """Let goals that wait end."""
@@ -206,6 +222,6 @@ class PlayedController:
         self._running = []
 
     def _abort(self, handle: Any, result: Any) -> None:
-        result.error_code = -4
-        result.error_string = self.error_string
+        if self._kind is FollowJointTrajectory:
+            result.error_code, result.error_string = -4, self.error_string
         handle.abort()

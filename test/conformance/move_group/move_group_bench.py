@@ -17,6 +17,7 @@ from moveit_msgs.msg import (
     MoveItErrorCodes,
     PlanningScene,
     RobotState,
+    RobotTrajectory,
 )
 from moveit_msgs.srv import (
     ApplyPlanningScene,
@@ -107,6 +108,8 @@ class ArmBench:
         self.client = client
         self.namespace = namespace
         self.parameters = ParameterClient(client, self.name('move_group'))
+        self.execution_parameters = ParameterClient(
+            client, self.name('moveit_simple_controller_manager'))
         urdf = ElementTree.fromstring(self.parameters.get('robot_description'))
         srdf = ElementTree.fromstring(self.parameters.get('robot_description_semantic'))
         self.robot_name = urdf.get('name')
@@ -243,13 +246,16 @@ class ArmBench:
         return self.ended(self.send_move(goal, **options), self._move_feedback)
 
     def send_execute(self, trajectory: Any, names: Sequence[str] = ()) -> Any:
-        """Send a joint trajectory to execute_trajectory and return the goal's handle."""
+        """Send a trajectory to execute_trajectory and return the goal's handle."""
         goal = ExecuteTrajectory.Goal(controller_names=list(names))
-        goal.trajectory.joint_trajectory = trajectory
+        if isinstance(trajectory, RobotTrajectory):
+            goal.trajectory = trajectory
+        else:
+            goal.trajectory.joint_trajectory = trajectory
         return self._send(self.execute_action, goal)
 
     def execute(self, trajectory: Any, names: Sequence[str] = ()) -> Ended:
-        """Execute a joint trajectory and wait for the end."""
+        """Execute a trajectory and wait for the end."""
         return self.ended(self.send_execute(trajectory, names), self._execute_feedback)
 
     def _send(self, action: PatientActionClient, goal: Any) -> Any:

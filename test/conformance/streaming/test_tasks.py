@@ -131,7 +131,11 @@ def test_a_failing_part_ends_the_task(arm: Streamed, action: PatientActionClient
 
 @statement('PAR-1')
 def test_newer_motion_takes_over(arm: Streamed, action: PatientActionClient) -> None:
-    """One that begins where the arm is takes its controller from an older one, which gets -7."""
+    """
+    One that begins where the arm is takes its controller from an older one, which gets -4.
+
+    Upstream: plan_execution.cpp, executeAndMonitor: stopped, but not by the client.
+    """
     slow = ExecuteTaskSolution.Goal(
         solution=Solution(sub_trajectory=[part(PLACE, beside(0.3), seconds=100.0)]))  # fmt: skip
     handle = arm.client.result(action.send_goal_async(slow))
@@ -139,7 +143,7 @@ def test_newer_motion_takes_over(arm: Streamed, action: PatientActionClient) -> 
     code, message, _ = run(arm, action, part(arm.positions, beside(-0.1)))
     assert code == SUCCESS, message
     outcome = arm.client.result(handle.get_result_async()).result
-    assert outcome.error_code.val == PREEMPTED
+    assert outcome.error_code.val == CONTROL_FAILED
     assert 'newer' in outcome.error_code.message
     assert abs(arm.positions[0] + 0.1) < 5e-3
 

@@ -14,7 +14,8 @@ from rcl_interfaces.srv import (
 )
 from type_description_interfaces.srv import GetTypeDescription
 
-NODES = ('/move_group', '/sunday/controller_manager', '/sunday/arm_joint_controller')
+NODES = ('/move_group', '/moveit_simple_controller_manager', '/sunday/controller_manager',
+         '/sunday/arm_joint_controller')
 
 each_node = pytest.mark.parametrize('node', NODES)
 

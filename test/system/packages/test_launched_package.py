@@ -96,13 +96,18 @@ def test_two_launch_files_make_one_robot(launched, tmp_path, monkeypatch):
 
 
 def test_a_manager_that_asks_finds_the_controllers_of_another_launch(launched, small_package):
-    """Ros2ControlManager is told of no controllers: what runs in the simulation is used."""
+    """
+    Ros2ControlManager is told of no controllers: what runs when a plan is executed is used.
+
+    Upstream: controller_manager_plugin.cpp, discover.
+    """
     small_package.write('config/moveit_controllers.yaml', (
         'moveit_controller_manager: moveit_ros_control_interface/Ros2ControlManager\n'))
     launch, client = launched
     planning = launch('planning')
     control = launch('control')
     planning.wait_for_line(re.escape(READY), 90.0)
+    control.wait_for_line(r'\[spawner-\d+\] .*active: arm_controller', 60.0)
     user = RobotUser(client, control, '')
     bent = user.move_group.named_states()['arm', 'bent']
     assert user.move_group.move('arm', bent).error_code.val == SUCCESS

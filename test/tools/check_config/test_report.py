@@ -38,7 +38,7 @@ def test_a_group_over_several_controllers(user, capsys):
     (user / 'robot.launch').unlink()
     assert main([str(user)]) == 0
     assert 'arm_and_gripper (j1, j2, j3, j4, j5, j6, finger_j1, finger_j2): ' \
-        'ROBOT/ROBOT_joint_controller, ROBOT/ROBOT_gripper_controller' in capsys.readouterr().out
+        'ROBOT/ROBOT_gripper_controller, ROBOT/ROBOT_joint_controller' in capsys.readouterr().out
 
 
 def test_launch_files_are_answered_and_their_slips_told(user, capsys):

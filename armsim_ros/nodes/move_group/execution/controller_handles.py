@@ -17,7 +17,10 @@ from rclpy.task import Future
 from sensor_msgs.msg import JointState
 
 from armsim_ros.config.move_group.moveit_controllers import MoveItControllerSettings
-from armsim_ros.nodes.conversions.trajectory import trajectory_to_message
+from armsim_ros.errors import MoveItErrorCode, PlanningError
+from armsim_ros.execution.gripper_commands import gripper_target, parallel_gripper_target
+from armsim_ros.execution.multi_dof import MultiDofTrajectory
+from armsim_ros.nodes.conversions.trajectory import multi_dof_to_message, trajectory_to_message
 from armsim_ros.trajectory import JointTrajectory
 
 
@@ -29,21 +32,17 @@ class ControllerRun:
     accepted after all.
 
     :param sent: done with the client's goal handle when the controller answers.
-    :param read: result message -> (whether it succeeded, sentence).
+    :param handle: of the controller; it reads the result.
     :param changed: called when an answer or the result is there.
     """
 
     def __init__(
-        self,
-        name: str,
-        sent: Future,
-        read: Callable[[Any], tuple[bool, str]],
-        changed: Callable[[], None],
+        self, sent: Future, handle: ControllerHandle, changed: Callable[[], None]
     ) -> None:
-        self.name = name
+        self.name = handle.settings.name
         #: Whether the controller has refused the goal.
         self.rejected = False
-        self._read = read
+        self._controller = handle
         self._changed = changed
         self._handle: Any = None
         self._result: Future | None = None
@@ -63,6 +62,16 @@ class ControllerRun:
         self._changed()
 
     @property
+    def settings(self) -> MoveItControllerSettings:
+        """The parameters of the controller."""
+        return self._controller.settings
+
+    @property
+    def connected(self) -> bool:
+        """Whether the action server of the controller is there."""
+        return self._controller.connected
+
+    @property
     def answered(self) -> bool:
         """Whether the controller has accepted or refused the goal."""
         return self.rejected or self._handle is not None
@@ -79,7 +88,7 @@ class ControllerRun:
 
     @property
     def canceled(self) -> bool:
-        """Whether the goal ended because somebody cancelled it."""
+        """Whether the goal ended because it was cancelled."""
         answer = self._answer()
         return answer is not None and answer.status == GoalStatus.STATUS_CANCELED
 
@@ -89,12 +98,9 @@ class ControllerRun:
         if self.rejected:
             return 'the goal was rejected'
         answer = self._answer()
-        if answer is None:
+        if answer is None or self._controller.succeeded(answer.status):
             return ''
-        succeeded, text = self._read(answer.result)
-        if answer.status == GoalStatus.STATUS_SUCCEEDED:
-            return '' if succeeded else text
-        return text or f'goal status {answer.status}'
+        return self._controller.sentence(answer.result) or f'goal status {answer.status}'
 
     def cancel(self) -> None:
         """Ask the controller to stop; asking twice does no harm."""
@@ -122,6 +128,7 @@ class ControllerHandle(ABC):
         self, node: Node, settings: MoveItControllerSettings, changed: Callable[[], None]
     ) -> None:
         self.settings = settings
+        self._node = node
         self._changed = changed
         self._client = ActionClient(
             node,
@@ -135,18 +142,32 @@ class ControllerHandle(ABC):
         """Whether the action server is there."""
         return bool(self._client.server_is_ready())
 
-    def send(self, trajectory: JointTrajectory) -> ControllerRun:
-        """Send a trajectory; the returned run tells what became of it."""
-        sent = self._client.send_goal_async(self.goal(trajectory))
-        return ControllerRun(self.settings.name, sent, self.read, self._changed)
+    def send(
+        self, trajectory: JointTrajectory, multi_dof: MultiDofTrajectory | None = None
+    ) -> ControllerRun:
+        """
+        Send a part of a trajectory; the returned run reports its end.
+
+        :raises PlanningError: CONTROL_FAILED where the controller cannot run such a part.
+        """
+        sent = self._client.send_goal_async(self.goal(trajectory, multi_dof))
+        return ControllerRun(sent, self, self._changed)
+
+    def succeeded(self, status: int) -> bool:
+        """Return whether a goal with this status has succeeded; the result is not read."""
+        return status == GoalStatus.STATUS_SUCCEEDED
+
+    def close(self) -> None:
+        """Remove the action client."""
+        self._client.destroy()
 
     @abstractmethod
-    def goal(self, trajectory: JointTrajectory) -> Any:
-        """Return the goal message of a trajectory."""
+    def goal(self, trajectory: JointTrajectory, multi_dof: MultiDofTrajectory | None) -> Any:
+        """Return the goal message of a part."""
 
     @abstractmethod
-    def read(self, result: Any) -> tuple[bool, str]:
-        """Return whether a result means success, and its sentence."""
+    def sentence(self, result: Any) -> str:
+        """Return the controller's description of a failure, '' where it has none."""
 
 
 class FollowJointTrajectoryHandle(ControllerHandle):
@@ -154,55 +175,77 @@ class FollowJointTrajectoryHandle(ControllerHandle):
 
     action_type = FollowJointTrajectory
 
-    def goal(self, trajectory: JointTrajectory) -> Any:
-        """Return the goal: the trajectory starting now, tolerances left to the controller."""
-        return FollowJointTrajectory.Goal(trajectory=trajectory_to_message(trajectory))
+    def goal(self, trajectory: JointTrajectory, multi_dof: MultiDofTrajectory | None) -> Any:
+        """Return the goal: the part as it is, tolerances left to the controller."""
+        goal = FollowJointTrajectory.Goal(trajectory=trajectory_to_message(trajectory))
+        if multi_dof is not None:
+            goal.multi_dof_trajectory = multi_dof_to_message(multi_dof)
+        return goal
 
-    def read(self, result: Any) -> tuple[bool, str]:
-        """Return whether the error code is 0, and the controller's sentence."""
-        succeeded = result.error_code == FollowJointTrajectory.Result.SUCCESSFUL
-        return succeeded, result.error_string or f'error code {result.error_code}'
+    def sentence(self, result: Any) -> str:
+        """Return the controller's sentence, or its error code."""
+        failed = result.error_code != FollowJointTrajectory.Result.SUCCESSFUL
+        return result.error_string or (f'error code {result.error_code}' if failed else '')
 
 
-class GripperCommandHandle(ControllerHandle):
-    """A gripper with a GripperCommand action; it goes to the last point's position."""
+class GripperHandle(ControllerHandle):
+    """A controller of a gripper."""
+
+    def goal(self, trajectory: JointTrajectory, multi_dof: MultiDofTrajectory | None) -> Any:
+        """Return the goal: the last position of the command joint."""
+        if multi_dof is not None or not len(trajectory):
+            raise PlanningError(
+                MoveItErrorCode.CONTROL_FAILED,
+                f"gripper controller '{self.settings.name}' cannot run multi-DOF trajectories")
+        return self._command(trajectory)
+
+    def sentence(self, result: Any) -> str:
+        """Return what kept the gripper from its goal."""
+        return 'the gripper stalled' if result.stalled else 'goal not reached'
+
+    @abstractmethod
+    def _command(self, trajectory: JointTrajectory) -> Any:
+        """Return the goal message."""
+
+
+class GripperCommandHandle(GripperHandle):
+    """A gripper with a GripperCommand action."""
 
     action_type = GripperCommand
 
-    def goal(self, trajectory: JointTrajectory) -> Any:
-        """Return the goal: the command joint's last position."""
+    def succeeded(self, status: int) -> bool:
+        """Return whether the goal has succeeded, or was aborted where that is allowed."""
+        aborted = status == GoalStatus.STATUS_ABORTED
+        return (aborted and self.settings.allow_failure) or super().succeeded(status)
+
+    def _command(self, trajectory: JointTrajectory) -> Any:
+        settings = self.settings
+        target = gripper_target(trajectory, settings)
+        if target.assumed:
+            self._node.get_logger().warning(
+                f"controller '{settings.name}': the trajectory has no command joint "
+                f"'{settings.command_joint or settings.joints[0]}'; the position of "
+                f"'{target.joint}' is sent")
         goal = GripperCommand.Goal()
-        goal.command.position = command_position(trajectory, self.settings)
-        goal.command.max_effort = self.settings.max_effort
+        goal.command.position = target.position
+        goal.command.max_effort = (
+            settings.max_effort if target.effort is None else target.effort)
         return goal
 
-    def read(self, result: Any) -> tuple[bool, str]:
-        """Return whether the gripper arrived, or stalled where that may be."""
-        succeeded = result.reached_goal or (result.stalled and self.settings.allow_failure)
-        return bool(succeeded), 'the gripper stalled' if result.stalled else 'goal not reached'
 
-
-class ParallelGripperCommandHandle(ControllerHandle):
+class ParallelGripperCommandHandle(GripperHandle):
     """A gripper with a ParallelGripperCommand action."""
 
     action_type = ParallelGripperCommand
 
-    def goal(self, trajectory: JointTrajectory) -> Any:
-        """Return the goal: the command joint's last position."""
-        joint = self.settings.command_joint or self.settings.joints[0]
-        command = JointState(
-            name=[joint], position=[command_position(trajectory, self.settings)]
-        )
+    def _command(self, trajectory: JointTrajectory) -> Any:
+        target = parallel_gripper_target(trajectory, self.settings)
+        command = JointState(name=[target.joint], position=[target.position])
         if self.settings.max_velocity > 0.0:
             command.velocity = [self.settings.max_velocity]
         if self.settings.max_effort > 0.0:
             command.effort = [self.settings.max_effort]
         return ParallelGripperCommand.Goal(command=command)
-
-    def read(self, result: Any) -> tuple[bool, str]:
-        """Return whether the gripper arrived, or stalled where that may be."""
-        succeeded = result.reached_goal or (result.stalled and self.settings.allow_failure)
-        return bool(succeeded), 'the gripper stalled' if result.stalled else 'goal not reached'
 
 
 HANDLES: dict[str, type[ControllerHandle]] = {
@@ -210,9 +253,3 @@ HANDLES: dict[str, type[ControllerHandle]] = {
     'GripperCommand': GripperCommandHandle,
     'ParallelGripperCommand': ParallelGripperCommandHandle,
 }
-
-
-def command_position(trajectory: JointTrajectory, settings: MoveItControllerSettings) -> float:
-    """Return the last position of a gripper's command joint [rad or m]."""
-    joint = settings.command_joint or settings.joints[0]
-    return float(trajectory.positions[-1, trajectory.joint_names.index(joint)])

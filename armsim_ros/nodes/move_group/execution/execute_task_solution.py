@@ -13,18 +13,22 @@ from rclpy.action.server import ServerGoalHandle
 from sensor_msgs.msg import JointState, MultiDOFJointState
 
 from armsim_ros.errors import MoveItErrorCode, PlanningError
-from armsim_ros.execution.controller_selection import controlled_joints, select_controllers
-from armsim_ros.execution.rules import check_points
-from armsim_ros.nodes.conversions.trajectory import trajectory_from_message
+from armsim_ros.execution.multi_dof import MultiDofTrajectory
 from armsim_ros.nodes.move_group.action_server import MoveGroupActionServer
 from armsim_ros.nodes.move_group.context import Context
-from armsim_ros.nodes.move_group.execution.execution import ExecutionWatch
+from armsim_ros.nodes.move_group.execution.execute_trajectory import robot_trajectory
+from armsim_ros.nodes.move_group.execution.execution import (
+    ExecutionWatch,
+    selected_controllers,
+)
 from armsim_ros.nodes.move_group.execution.trajectory_execution import TrajectoryExecutionManager
 from armsim_ros.nodes.move_group.failures import fill_error, reported
 from armsim_ros.nodes.move_group.scene.planning_scene import apply_scene_message
 from armsim_ros.trajectory import JointTrajectory
 
 SOURCE = 'execute_task_solution'
+
+_Motion = tuple[JointTrajectory, MultiDofTrajectory | None]
 
 
 class ExecuteTaskSolution:
@@ -52,6 +56,7 @@ class ExecuteTaskSolution:
         result = Action.Result()
         fill_error(result.error_code, MoveItErrorCode.FAILURE, 'not executed', SOURCE)
         with reported(self._context.logger, SOURCE, result.error_code):
+            await self._execution.controllers.refresh()
             parts = goal.request.solution.sub_trajectory
             trajectories = self._checked(parts)
             await self._run(goal, parts, trajectories)
@@ -59,38 +64,36 @@ class ExecuteTaskSolution:
         self._server.end(goal, result.error_code.val)
         return result
 
-    def _checked(self, parts: Sequence[SubTrajectory]) -> list[JointTrajectory]:
+    def _checked(self, parts: Sequence[SubTrajectory]) -> list[_Motion]:
         """
-        Return the motions of all parts.
+        Return the motions of all parts, of joints and of multi-DOF joints.
 
         :raises PlanningError: the first part that cannot be executed, and why.
         """
         trajectories = []
         for number, part in enumerate(parts):
-            trajectory = trajectory_from_message(part.trajectory.joint_trajectory)
-            trajectories.append(trajectory)
-            if len(trajectory):
-                try:
-                    self._check(trajectory, part.execution_info.controller_names)
-                except PlanningError as error:
-                    raise _in_part(number, parts, error.code, str(error)) from None
+            try:
+                motion = robot_trajectory(self._context, part.trajectory)
+                self._check(*motion, part.execution_info.controller_names)
+            except PlanningError as error:
+                raise _in_part(number, parts, error.code, str(error)) from None
+            trajectories.append(motion)
         return trajectories
 
-    def _check(self, trajectory: JointTrajectory, names: Sequence[str]) -> None:
+    def _check(
+        self, trajectory: JointTrajectory, multi_dof: MultiDofTrajectory | None,
+        names: Sequence[str],
+    ) -> None:
         strangers = [name for name in trajectory.joint_names if name not in self._grouped
                      and not self._follows(name)]  # fmt: skip
-        if strangers:
+        if strangers and len(trajectory):
             raise PlanningError(
                 MoveItErrorCode.INVALID_MOTION_PLAN,
                 f'no planning group has {", ".join(strangers)}; groups: '
                 f'{", ".join(self._context.robot.semantic.groups) or "none"}',
             )
-        check_points(trajectory)
-        select_controllers(
-            controlled_joints(trajectory.joint_names, self._context.robot),
-            self._context.settings.moveit_controllers,
-            names=tuple(names),
-        )
+        selected_controllers(
+            self._context, self._execution.controllers, trajectory, names, multi_dof)
 
     def _follows(self, name: str) -> bool:
         """Return whether a joint follows others and cannot be commanded itself."""
@@ -101,14 +104,16 @@ class ExecuteTaskSolution:
         self,
         goal: ServerGoalHandle,
         parts: Sequence[SubTrajectory],
-        trajectories: Sequence[JointTrajectory],
+        trajectories: Sequence[_Motion],
     ) -> None:
-        for number, (part, trajectory) in enumerate(zip(parts, trajectories, strict=True)):
-            outcome = await self._execution.queued(
+        for number, (part, motion) in enumerate(zip(parts, trajectories, strict=True)):
+            trajectory, multi_dof = motion
+            outcome = (await self._execution.queued(
                 trajectory,
                 ExecutionWatch(cancelled=lambda: goal.is_cancel_requested),
                 part.execution_info.controller_names,
-            )
+                multi_dof,
+            )).of_plan(cancelled=goal.is_cancel_requested)
             if not outcome.success:
                 raise _in_part(number, parts, outcome.code, outcome.message)
             if goal.is_cancel_requested:

@@ -7,15 +7,21 @@ from __future__ import annotations
 from typing import Any
 
 from moveit_msgs.action import ExecuteTrajectory as Action
+from moveit_msgs.msg import RobotTrajectory
 from rclpy.action.server import ServerGoalHandle
 
 from armsim_ros.errors import MoveItErrorCode
-from armsim_ros.nodes.conversions.trajectory import trajectory_from_message
+from armsim_ros.execution.multi_dof import as_joint_trajectory, MultiDofTrajectory
+from armsim_ros.nodes.conversions.trajectory import (
+    multi_dof_from_message,
+    trajectory_from_message,
+)
 from armsim_ros.nodes.move_group.action_server import MoveGroupActionServer
 from armsim_ros.nodes.move_group.context import Context
 from armsim_ros.nodes.move_group.execution.execution import ExecutionWatch
 from armsim_ros.nodes.move_group.execution.trajectory_execution import TrajectoryExecutionManager
 from armsim_ros.nodes.move_group.failures import fill_error, reported
+from armsim_ros.trajectory import JointTrajectory
 
 
 class ExecuteTrajectory:
@@ -36,10 +42,12 @@ class ExecuteTrajectory:
         fill_error(result.error_code, MoveItErrorCode.FAILURE, 'not executed', 'execution')
         goal.publish_feedback(Action.Feedback(state='MONITOR'))
         with reported(self._context.logger, 'execute_trajectory', result.error_code):
+            trajectory, multi_dof = robot_trajectory(self._context, goal.request.trajectory)
             outcome = await self._execution.queued(
-                trajectory_from_message(goal.request.trajectory.joint_trajectory),
+                trajectory,
                 ExecutionWatch(cancelled=lambda: goal.is_cancel_requested),
                 goal.request.controller_names,
+                multi_dof,
             )
             fill_error(result.error_code, outcome.code, outcome.message, 'execution')
             if not outcome.success:
@@ -49,3 +57,20 @@ class ExecuteTrajectory:
         goal.publish_feedback(Action.Feedback(state='IDLE'))
         self._server.end(goal, result.error_code.val)
         return result
+
+
+def robot_trajectory(
+    context: Context, message: RobotTrajectory
+) -> tuple[JointTrajectory, MultiDofTrajectory | None]:
+    """
+    Return the trajectories of a message's joints and multi-DOF joints.
+
+    With ``control_multi_dof_joint_variables`` the variables of the latter are joints.
+
+    :raises PlanningError: CONTROL_FAILED where they do not fit their joints.
+    """
+    trajectory = trajectory_from_message(message.joint_trajectory)
+    multi_dof = multi_dof_from_message(message.multi_dof_joint_trajectory)
+    if multi_dof is None or not context.execution_settings.control_multi_dof_joint_variables:
+        return trajectory, multi_dof
+    return as_joint_trajectory(trajectory, multi_dof, context.robot), None

@@ -5,28 +5,32 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from armsim_ros.config.move_group.moveit_controllers import MoveItControllerSettings
+from armsim_ros.config.move_group.trajectory_execution import TrajectoryExecutionSettings
 from armsim_ros.errors import MoveItErrorCode, PlanningError
 from armsim_ros.execution.controller_selection import (
     controlled_joints,
     select_controllers,
     split_trajectory,
 )
+from armsim_ros.execution.multi_dof import MultiDofTrajectory
+from armsim_ros.execution.ros2_control import controllers_to_switch
 from armsim_ros.execution.rules import (
     allowed_duration,
+    begin,
     check_points,
     check_start,
     settled,
+    STATES_AT_REST,
+    Tolerances,
     unwound,
 )
 from armsim_ros.nodes.move_group.context import Context
-from armsim_ros.nodes.move_group.execution.controller_handles import (
-    ControllerHandle,
-    ControllerRun,
-)
+from armsim_ros.nodes.move_group.execution.controller_handles import ControllerRun
+from armsim_ros.nodes.move_group.execution.controller_managers import SimpleControllerManager
 from armsim_ros.trajectory import JointTrajectory
 
 SOURCE = 'trajectory_execution'
@@ -42,6 +46,10 @@ REPLACED = 'replaced by a newer trajectory for the same controller'
 LEAP_TIME = 0.5
 
 
+#: What one controller gets.
+Part = tuple[MoveItControllerSettings, JointTrajectory, MultiDofTrajectory | None]
+
+
 @dataclass(frozen=True, slots=True)
 class ExecutionOutcome:
     """How an execution ended."""
@@ -53,6 +61,17 @@ class ExecutionOutcome:
     def success(self) -> bool:
         """Whether the robot arrived."""
         return self.code == MoveItErrorCode.SUCCESS
+
+    def of_plan(self, *, cancelled: bool) -> ExecutionOutcome:
+        """
+        Return the outcome of an action that has planned the motion too.
+
+        :param cancelled: whether the client has cancelled; a motion that was stopped by anything
+            else has failed.
+        """
+        if self.code == MoveItErrorCode.PREEMPTED and not cancelled:
+            return ExecutionOutcome(MoveItErrorCode.CONTROL_FAILED, self.message)
+        return self
 
 
 @dataclass(slots=True)
@@ -83,15 +102,15 @@ class Execution:
     Runs one trajectory; all waits are bounded, and every way out cancels what was started.
 
     :param context: the parts of move_group.
-    :param handles: the controllers by name.
+    :param controllers: knows the controllers.
     :param watch: what may end it.
     """
 
     def __init__(
-        self, context: Context, handles: Mapping[str, ControllerHandle], watch: ExecutionWatch
+        self, context: Context, controllers: SimpleControllerManager, watch: ExecutionWatch
     ) -> None:
         self._context = context
-        self._handles = handles
+        self._controllers = controllers
         self._watch = watch
         self._runs: list[ControllerRun] = []
         self._stopped = self._replaced = False
@@ -108,6 +127,7 @@ class Execution:
         self,
         trajectory: JointTrajectory,
         names: Sequence[str] = (),
+        multi_dof: MultiDofTrajectory | None = None,
         *,
         start_checked: bool = False,
     ) -> ExecutionOutcome:
@@ -115,14 +135,16 @@ class Execution:
         Run the trajectory and return the outcome.
 
         :param names: of the controllers to use; empty for a choice by joints.
+        :param multi_dof: what multi-DOF joints do at the same time.
         :param start_checked: whether it is known to begin where the robot was when it came.
         """
         try:
             self._context.check_ending(SOURCE)
-            await self._start(await self._prepared(trajectory, names, start_checked))
-            outcome = await self._until_done(trajectory)
+            parts = await self._prepared(trajectory, names, multi_dof, start_checked)
+            await self._start(parts)
+            outcome = await self._until_done(trajectory, multi_dof)
             if outcome.success:
-                await self._come_to_rest()
+                await self._come_to_rest(trajectory)
         except PlanningError as error:
             outcome = ExecutionOutcome(MoveItErrorCode(error.code), str(error))
         except _EndedError as ending:
@@ -134,8 +156,9 @@ class Execution:
         return outcome
 
     async def _prepared(
-        self, trajectory: JointTrajectory, names: Sequence[str], start_checked: bool
-    ) -> list[tuple[MoveItControllerSettings, JointTrajectory]]:
+        self, trajectory: JointTrajectory, names: Sequence[str],
+        multi_dof: MultiDofTrajectory | None, start_checked: bool,
+    ) -> list[Part]:
         context, settings = self._context, self._context.execution_settings
         if not settings.allow_trajectory_execution:
             raise PlanningError(
@@ -143,30 +166,42 @@ class Execution:
                 'trajectory execution is switched off: allow_trajectory_execution is false',
                 SOURCE,
             )
-        check_points(trajectory)
-        selected = select_controllers(
-            controlled_joints(trajectory.joint_names, context.robot),
-            context.settings.moveit_controllers,
-            names=tuple(names),
-        )
-        if settings.allowed_start_tolerance > 0.0 and not start_checked:
-            newer = context.states.newer_than(context.states.now_ns(), STATE_TIMEOUT)
-            await self._wait(newer.done, STATE_TIMEOUT)
-            check_start(
-                trajectory,
-                context.states.positions,
-                context.robot,
-                settings.allowed_start_tolerance,
-                settings.allowed_start_tolerance_joints,
-            )
+        selected = selected_controllers(context, self._controllers, trajectory, names, multi_dof)
+        tolerances = start_tolerances(context)
+        if not (tolerances.unchecked or start_checked):
+            if not await context.states.current(STATE_TIMEOUT):
+                raise PlanningError(
+                    MoveItErrorCode.CONTROL_FAILED,
+                    'the trajectory is not started: no joint state newer than the request within '
+                    f'{STATE_TIMEOUT} s on {", ".join(context.states.topics)}; does the '
+                    'joint_state_broadcaster publish, and do its clock and that of move_group '
+                    'agree (use_sim_time)?', SOURCE)
+            check_start(trajectory, context.states.positions, context.robot, tolerances)
+        await self._activate([controller.name for controller in selected])
         whole = unwound(trajectory, context.states.positions, context.robot)
-        return list(split_trajectory(whole, selected))
+        return [
+            (controller, part, _multi_dof_part(controller, multi_dof, settings))
+            for controller, part in split_trajectory(
+                whole, selected, settings.execution_velocity_scaling)
+        ]
 
-    async def _start(
-        self, parts: Sequence[tuple[MoveItControllerSettings, JointTrajectory]]
-    ) -> None:
-        for info, _ in parts:
-            handle = self._handles[info.name]
+    async def _activate(self, needed: Sequence[str]) -> None:
+        """Activate the controllers that are needed and inactive, where that is allowed."""
+        controllers = self._controllers
+        active = controllers.active
+        if active is None or set(needed) <= active:
+            return
+        if not self._context.execution_settings.moveit_manage_controllers:
+            raise PlanningError(
+                MoveItErrorCode.CONTROL_FAILED,
+                f'not active: {", ".join(name for name in needed if name not in active)}; '
+                'activate them, or set moveit_manage_controllers to true', SOURCE)
+        await controllers.switch(
+            *controllers_to_switch(needed, controllers.controllers, active))
+
+    async def _start(self, parts: Sequence[Part]) -> None:
+        for info, _, _ in parts:
+            handle = self._controllers.handle(info.name)
             if not await self._wait(lambda handle=handle: handle.connected, CONNECT_TIMEOUT):
                 raise PlanningError(
                     MoveItErrorCode.CONTROL_FAILED,
@@ -174,7 +209,8 @@ class Execution:
                     'is the controller active?',
                     SOURCE,
                 )
-        self._runs = [self._handles[info.name].send(part) for info, part in parts]
+        for info, part, multi_dof in parts:
+            self._runs.append(self._controllers.handle(info.name).send(part, multi_dof))
         answered = await self._wait(
             lambda: all(run.answered for run in self._runs)
             or any(run.rejected for run in self._runs),
@@ -196,28 +232,34 @@ class Execution:
                 SOURCE,
             )
 
-    async def _until_done(self, trajectory: JointTrajectory) -> ExecutionOutcome:
+    async def _until_done(
+        self, trajectory: JointTrajectory, multi_dof: MultiDofTrajectory | None
+    ) -> ExecutionOutcome:
         states = self._context.states
-        start_ns = states.now_ns()
-        limit = self._limit(trajectory)
+        sent_ns = states.now_ns()
+        start_ns = sent_ns + round(begin(trajectory, sent_ns) * 1e9)
+        limit = max(self._limit(each, sent_ns) for each in (trajectory, multi_dof)
+                    if each is not None)
         seen = self._context.clock()
         while not all(run.done for run in self._runs):
             await self._context.ticker.next()
-            elapsed = (states.now_ns() - start_ns) * 1e-9
+            now_ns = states.now_ns()
+            elapsed = max(now_ns - start_ns, 0) * 1e-9
             self._watch.observe(elapsed)
             if any(run.failed for run in self._runs):
                 break
             self._check_ending()
             late = limit + LATE_RESULT if self._arrived(trajectory) else limit
+            is_late = (now_ns - sent_ns) * 1e-9 > late
             # Where time jumps, the controllers' answers are still on their way.
-            if elapsed > late and not await self._wait(self._has_ended, LEAP_TIME):
+            if is_late and not await self._wait(self._has_ended, LEAP_TIME):
                 return ExecutionOutcome(
                     MoveItErrorCode.TIMED_OUT,
                     f'the controllers took longer than the {late:.2f} s that are allowed '
                     '(duration * allowed_execution_duration_scaling + '
                     'allowed_goal_duration_margin)',
                 )
-            if all(self._handles[run.name].connected for run in self._runs):
+            if all(run.connected for run in self._runs):
                 seen = self._context.clock()
             elif self._context.clock() - seen > LOST_TIMEOUT:
                 return ExecutionOutcome(MoveItErrorCode.CONTROL_FAILED, 'a controller is gone')
@@ -282,12 +324,13 @@ class Execution:
                 return
             await self._context.ticker.next()
 
-    async def _come_to_rest(self) -> None:
-        context, settings = self._context, self._context.execution_settings
-        if not settings.wait_for_trajectory_completion:
+    async def _come_to_rest(self, trajectory: JointTrajectory) -> None:
+        context = self._context
+        tolerances = start_tolerances(context)
+        if tolerances.unchecked or not context.execution_settings.wait_for_trajectory_completion:
             return
-        tolerance = settings.allowed_start_tolerance or 0.01
-        seen: deque[dict[str, float]] = deque(maxlen=3)
+        seen = deque([dict(context.states.positions)], maxlen=STATES_AT_REST + 1)
+        joints = [name for name in trajectory.joint_names if name in context.robot.joints]
         count = context.states.count
 
         def at_rest() -> bool:
@@ -295,21 +338,21 @@ class Execution:
             if context.states.count != count:
                 count = context.states.count
                 seen.append(dict(context.states.positions))
-            return len(seen) == seen.maxlen and settled(tuple(seen), tolerance)
+            return settled(tuple(seen), joints, context.robot, tolerances)
 
         if not await self._wait(at_rest, SETTLE_TIMEOUT):
             context.logger.warning('the robot still moves 1 s after the trajectory has ended')
 
     # ---------------------------------------------------------------- limits
 
-    def _limit(self, trajectory: JointTrajectory) -> float:
-        """Return how long [s] the slowest part may take."""
+    def _limit(self, trajectory: JointTrajectory | MultiDofTrajectory, now_ns: int) -> float:
+        """Return how long [s] the slowest part may take from now on."""
         settings = self._context.execution_settings
         if not settings.execution_duration_monitoring:
             return float('inf')
         limits = []
         for run in self._runs:
-            own = self._handles[run.name].settings
+            own = run.settings
             scaling = own.allowed_execution_duration_scaling
             margin = own.allowed_goal_duration_margin
             limits.append(
@@ -317,12 +360,53 @@ class Execution:
                     trajectory,
                     settings.allowed_execution_duration_scaling if scaling is None else scaling,
                     settings.allowed_goal_duration_margin if margin is None else margin,
+                    now_ns,
                 )
             )
-        return max(limits)
+        return max(limits, default=0.0)
 
     def _arrived(self, trajectory: JointTrajectory) -> bool:
         """Return whether the robot is at a trajectory's end: then only the result is late."""
+        if not len(trajectory):
+            return False
         measured = self._context.states.positions
         ends = zip(trajectory.joint_names, trajectory.positions[-1], strict=True)
         return all(abs(measured.get(name, float('inf')) - end) < ARRIVED for name, end in ends)
+
+
+def start_tolerances(context: Context) -> Tolerances:
+    """Return how far a trajectory may begin from where the robot is."""
+    settings = context.execution_settings
+    return Tolerances(settings.allowed_start_tolerance, settings.allowed_start_tolerance_joints)
+
+
+def selected_controllers(
+    context: Context, controllers: SimpleControllerManager, trajectory: JointTrajectory,
+    names: Sequence[str], multi_dof: MultiDofTrajectory | None = None,
+) -> tuple[MoveItControllerSettings, ...]:
+    """
+    Return the controllers of a trajectory; none where it has no points.
+
+    :raises PlanningError: CONTROL_FAILED where it cannot be executed.
+    """
+    check_points(trajectory)
+    joints = [*(trajectory.joint_names if len(trajectory) else ()),
+              *(multi_dof.joint_names if multi_dof is not None else ())]
+    if not len(trajectory) and multi_dof is None:
+        return ()
+    return select_controllers(
+        controlled_joints(joints, context.robot), controllers.controllers, names=tuple(names),
+        active=controllers.active,
+        manages=context.execution_settings.moveit_manage_controllers)
+
+
+def _multi_dof_part(
+    controller: MoveItControllerSettings, multi_dof: MultiDofTrajectory | None,
+    settings: TrajectoryExecutionSettings,
+) -> MultiDofTrajectory | None:
+    """Return what the multi-DOF joints of a controller do, None where it has none."""
+    names = [name for name in (multi_dof.joint_names if multi_dof is not None else ())
+             if name in controller.joints]
+    if multi_dof is None or not names:
+        return None
+    return multi_dof.of_joints(sorted(names), settings.execution_velocity_scaling)

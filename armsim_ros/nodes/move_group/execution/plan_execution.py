@@ -5,9 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 
-from armsim_ros.errors import MoveItErrorCode
 from armsim_ros.nodes.move_group.execution.execution import ExecutionOutcome, ExecutionWatch
 from armsim_ros.nodes.move_group.execution.path_watch import PathWatch
 from armsim_ros.nodes.move_group.execution.trajectory_execution import TrajectoryExecutionManager
@@ -25,12 +23,9 @@ async def execute_plan(
     Execute a planned trajectory and return the outcome.
 
     :param path: ends the execution where the rest of the path has become invalid.
-    :param cancelled: whether the client has cancelled its goal. An execution that ends as
-        cancelled without that has failed: CONTROL_FAILED, as in MoveIt's plan execution.
+    :param cancelled: whether the client has cancelled its goal.
     :param observe: called with the seconds since the start, every 20 ms.
     """
     outcome = await execution.run(
         trajectory, ExecutionWatch(cancelled=cancelled, invalid=path.invalid, observe=observe))
-    if outcome.code == MoveItErrorCode.PREEMPTED and not cancelled():
-        return replace(outcome, code=MoveItErrorCode.CONTROL_FAILED)
-    return outcome
+    return outcome.of_plan(cancelled=cancelled())

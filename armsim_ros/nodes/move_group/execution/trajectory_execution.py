@@ -11,15 +11,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from armsim_ros.errors import MoveItErrorCode, PlanningError
-from armsim_ros.execution.controller_selection import controlled_joints, select_controllers
 from armsim_ros.execution.meeting import meeting
-from armsim_ros.execution.rules import check_points, check_start, continues
+from armsim_ros.execution.multi_dof import MultiDofTrajectory
+from armsim_ros.execution.rules import check_start, continues
 from armsim_ros.nodes.move_group.context import Context
-from armsim_ros.nodes.move_group.execution.controller_handles import HANDLES
+from armsim_ros.nodes.move_group.execution.controller_managers import controller_manager
 from armsim_ros.nodes.move_group.execution.execution import (
     Execution,
     ExecutionOutcome,
     ExecutionWatch,
+    selected_controllers,
+    start_tolerances,
 )
 from armsim_ros.planning.collision.collision_model import CollisionChecker
 from armsim_ros.planning.scene.planning_scene import PlanningScene
@@ -54,10 +56,7 @@ class TrajectoryExecutionManager:
 
     def __init__(self, context: Context) -> None:
         self._context = context
-        self._handles = {
-            settings.name: HANDLES[settings.type](context.node, settings, context.ticker.wake)
-            for settings in context.settings.moveit_controllers
-        }
+        self.controllers = controller_manager(context)
         self._running: list[_Turn] = []
         self._waiting: deque[_Turn] = deque()
         self._stops = 0
@@ -77,12 +76,14 @@ class TrajectoryExecutionManager:
         return self.busy
 
     async def queued(
-        self, trajectory: JointTrajectory, watch: ExecutionWatch, names: Sequence[str] = ()
+        self, trajectory: JointTrajectory, watch: ExecutionWatch, names: Sequence[str] = (),
+        multi_dof: MultiDofTrajectory | None = None,
     ) -> ExecutionOutcome:
         """Run a trajectory in place of what runs, or after those that share a controller."""
-        turn, stops = self._turn(trajectory, watch, names), self._stops
+        await self.controllers.refresh()
+        turn, stops = self._turn(trajectory, watch, names, multi_dof), self._stops
         if self._takes_over(turn):
-            return await self.run(trajectory, watch, names, takes_over=True)
+            return await self.run(trajectory, watch, names, multi_dof, takes_over=True)
         self._waiting.append(turn)
         try:
             while True:
@@ -99,29 +100,30 @@ class TrajectoryExecutionManager:
                 await self._context.ticker.next()
         finally:
             self._waiting.remove(turn)
-        return await self.run(trajectory, watch, names)
+        return await self.run(trajectory, watch, names, multi_dof)
 
     async def run(
         self,
         trajectory: JointTrajectory,
         watch: ExecutionWatch,
         names: Sequence[str] = (),
+        multi_dof: MultiDofTrajectory | None = None,
         *,
         takes_over: bool = False,
     ) -> ExecutionOutcome:
         """
         Run a trajectory now.
 
-        :param trajectory: an empty one is a success at once.
+        :param trajectory: an empty one moves nothing and is a success.
         :param names: of the controllers to use; empty for a choice by joints.
+        :param multi_dof: what multi-DOF joints do at the same time.
         :param takes_over: whether it replaces those that share a controller; it begins where the
             robot is.
         :returns: CONTROL_FAILED while another one runs that shares a controller with it, or that
             it would meet.
         """
-        if not len(trajectory):
-            return ExecutionOutcome(MoveItErrorCode.SUCCESS)
-        turn = self._turn(trajectory, watch, names)
+        await self.controllers.refresh()
+        turn = self._turn(trajectory, watch, names, multi_dof)
         rivals = self._rivals(turn)
         if rivals and not takes_over:
             return ExecutionOutcome(
@@ -130,32 +132,30 @@ class TrajectoryExecutionManager:
         others = tuple(other for other in self._running if other not in rivals)
         self._running.append(turn)
         try:
-            if others and turn.controllers:
+            if others and turn.controllers and len(trajectory):
                 sentence = await self._meeting(turn, others)
                 if sentence:
                     return ExecutionOutcome(MoveItErrorCode.CONTROL_FAILED, sentence)
             for rival in rivals:
                 rival.execution.replace()
-            return await turn.execution.run(trajectory, names, start_checked=takes_over)
+            return await turn.execution.run(
+                trajectory, names, multi_dof, start_checked=takes_over)
         finally:
             self._running.remove(turn)
             self._context.ticker.wake()
 
     def _turn(
-        self, trajectory: JointTrajectory, watch: ExecutionWatch, names: Sequence[str]
+        self, trajectory: JointTrajectory, watch: ExecutionWatch, names: Sequence[str],
+        multi_dof: MultiDofTrajectory | None,
     ) -> _Turn:
         context = self._context
         try:
-            check_points(trajectory)
-            selected = select_controllers(
-                controlled_joints(trajectory.joint_names, context.robot),
-                context.settings.moveit_controllers,
-                names=tuple(names),
-            )
+            selected = selected_controllers(
+                context, self.controllers, trajectory, names, multi_dof)
         except PlanningError:
-            selected = ()  # the execution will say what is wrong
+            selected = ()  # the execution reports the error
         return _Turn(
-            Execution(context, self._handles, watch),
+            Execution(context, self.controllers, watch),
             trajectory,
             frozenset(controller.name for controller in selected),
             context.states.now_ns(),
@@ -167,16 +167,15 @@ class TrajectoryExecutionManager:
 
     def _takes_over(self, turn: _Turn) -> bool:
         """Return whether a trajectory takes the place of what runs on its controllers."""
-        rivals, settings = self._rivals(turn), self._context.execution_settings
-        tolerance = settings.allowed_start_tolerance
+        rivals, tolerances = self._rivals(turn), start_tolerances(self._context)
         if not rivals or self._waits_behind(turn):
             return False
         try:
             for rival in rivals:
-                if continues(rival.trajectory, turn.trajectory, tolerance or 0.01):
+                if continues(rival.trajectory, turn.trajectory, tolerances.common or 0.01):
                     return False
             check_start(turn.trajectory, self._context.states.positions, self._context.robot,
-                        tolerance, settings.allowed_start_tolerance_joints)  # fmt: skip
+                        tolerances)  # fmt: skip
         except PlanningError:
             return False  # it is refused when its turn comes, unless the robot is there by then
         return True

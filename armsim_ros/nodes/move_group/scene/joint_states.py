@@ -36,8 +36,9 @@ class StateMonitor:
     Keeps the latest position of every joint.
 
     Messages that carry only some joints, such as those of one robot of several, add up: the
-    state is as old as its oldest joint, passive ones aside. A message without a stamp counts
-    with the time of its arrival.
+    state is as new as the last message, whatever joints it has. Only where time moves in steps it
+    is as old as its oldest joint, passive ones aside. A message without a stamp counts with the
+    time of its arrival.
 
     Messages wake nobody: they are read before each callback of the executor, so that whoever
     looks sees the newest state; a timer sees to it that there is such a callback.
@@ -69,10 +70,10 @@ class StateMonitor:
         self.asks: Callable[[], Awaitable[int]] | None = None
         #: Whether messages about the present state carry velocities too.
         self.monitor_dynamics = False
-        #: States in which every joint is newer than in the one before.
+        #: Messages that have come.
         self.count = 0
         self._stamps: dict[str, int] = {}
-        self._renewed: set[str] = set()
+        self._newest = 0
         self._first_ns: int | None = None
         self._scene_is_late = False
         self._complained: dict[str, int] = {}
@@ -102,13 +103,14 @@ class StateMonitor:
 
     @property
     def at_rest(self) -> bool:
-        """Whether no joint moves faster than 1e-3 [rad/s or m/s]."""
-        return all(abs(value) < AT_REST for value in self.velocities.values())
+        """Whether no joint moves faster than 1e-3 [rad/s or m/s], as far as states have speeds."""
+        speeds = self.velocities.values()
+        return bool(speeds) and all(abs(value) < AT_REST for value in speeds)
 
     @property
     def stamp_ns(self) -> int:
-        """Stamp of the joint that was received longest ago [ns], 0 if none was."""
-        return min(self._stamps.values(), default=0)
+        """Stamp of the state [ns], 0 where none has come."""
+        return self._newest if self.asks is None else min(self._stamps.values(), default=0)
 
     def now_ns(self) -> int:
         """Return the node's time [ns]."""
@@ -122,7 +124,7 @@ class StateMonitor:
         :param timeout: [s] of wall time.
         """
         future = Future()
-        if self.complete and self.stamp_ns >= time_ns:
+        if self.count and self.stamp_ns >= time_ns:
             future.set_result(True)
         else:
             deadline = self._steady.now().nanoseconds + int(timeout * 1e9)
@@ -145,7 +147,7 @@ class StateMonitor:
             now, at_rest = await self.asks(), False
             if self.stamp_ns > now:  # time was reset
                 self._stamps = dict.fromkeys(self._stamps, -1)
-        fresh = self.complete and at_rest and abs(now - self.stamp_ns) < 100_000_000
+        fresh = self.count and at_rest and abs(now - self.stamp_ns) < 100_000_000
         patience = timeout if self.count else max(timeout, FIRST_STATE_TIMEOUT)
         recent = fresh or await self.newer_than(now, patience)
         self.update_scene()
@@ -176,12 +178,10 @@ class StateMonitor:
             self._scene_is_late = True
             if name in self._timed:
                 self._stamps[name] = stamp
-                self._renewed.add(name)
             if moving and math.isfinite(message.velocity[index]):
                 self.velocities[name] = message.velocity[index]
-        if len(self._renewed) >= len(self._stamps):
-            self._renewed.clear()
-            self.count += 1
+        self.count += 1
+        self._newest = stamp
         if self._first_ns is None:
             self._first_ns = stamp
         if abs(stamp - self._first_ns) > COMPLETION_NS and not self.complete:
@@ -214,7 +214,7 @@ class StateMonitor:
         return stamp
 
     def _notify(self) -> None:
-        if not self._waiting or not self.complete:
+        if not self._waiting:
             return
         stamp = self.stamp_ns
         done = [entry for entry in self._waiting if stamp >= entry[0]]

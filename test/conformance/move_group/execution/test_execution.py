@@ -7,14 +7,18 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from copy import deepcopy
 from pathlib import Path
+import re
 import shutil
 import threading
 from typing import Any
 
 from control_msgs.action import GripperCommand
+from geometry_msgs.msg import Transform
 from lone_server import LoneServer, PlayedArm, PlayedController
 from move_group_bench import ABORTED, CANCELED, seconds
+from moveit_msgs.msg import RobotTrajectory
 import pytest
+from trajectory_msgs.msg import MultiDOFJointTrajectoryPoint
 
 from armsim_ros.resources import find_robot
 
@@ -22,7 +26,7 @@ START = {f'joint_{k}': 0.1 * k for k in range(1, 7)}
 URDF = f"urdf:={find_robot('sunday').parent.parent / 'urdf' / 'sunday.urdf.xacro'}"
 TWO = """
 moveit_simple_controller_manager:
-  controller_names: [lower, upper, whole, hand, absent]
+  controller_names: [lower, upper, whole, hand, absent, faulty]
   lower:
     type: FollowJointTrajectory
     action_ns: follow_joint_trajectory
@@ -35,11 +39,17 @@ moveit_simple_controller_manager:
     joints: [joint_4, joint_5]
   whole:
     type: FollowJointTrajectory
+    action_ns: follow_joint_trajectory
     joints: [joint_1, joint_2, joint_3, joint_4, joint_5]
   hand:
     type: GripperCommand
+    action_ns: gripper_cmd
     joints: [joint_6]
   absent:
+    type: FollowJointTrajectory
+    action_ns: follow_joint_trajectory
+    joints: [joint_2, joint_3]
+  faulty:
     type: FollowJointTrajectory
     joints: [joint_2, joint_3]
 """
@@ -87,6 +97,12 @@ class Stand:
             one.behaviour = 'arrive'
             one.goals.clear()
             one.cancelled.clear()
+
+    def move(self, joint: str, by: float) -> None:
+        """Put a joint elsewhere, and wait until all know."""
+        self.played.positions[joint] += by
+        self.arm.joint_states.clear()
+        self.arm.joint_states.wait(3)
 
     def trajectory(self, *joints: str) -> Any:
         """Return a trajectory of these joints, all where none is named."""
@@ -236,14 +252,14 @@ def test_a_result_that_is_late(stand: Stand) -> None:
 def test_the_duration_monitor_can_be_switched_off(stand: Stand) -> None:
     """Without it a slow controller is waited for."""
     name = 'trajectory_execution.execution_duration_monitoring'
-    assert stand.arm.parameters.set(name, False) == ''
+    assert stand.arm.execution_parameters.set(name, False) == ''
     stand.upper.behaviour = 'hold'
     trajectory = stand.trajectory(*UPPER)
     handle = stand.arm.send_execute(trajectory)
     with pytest.raises(AssertionError, match='no result'):
         stand.arm.ended(handle, timeout=allowed(trajectory) + 0.5)
     stand.arm.cancel(handle)
-    assert stand.arm.parameters.set(name, True) == ''
+    assert stand.arm.execution_parameters.set(name, True) == ''
 
 
 @pytest.mark.statement('EXE-7')
@@ -295,26 +311,158 @@ def test_a_goal_is_cancelled_while_it_waits_for_another(stand: Stand) -> None:
 def test_tolerance_of_one_joint(stand: Stand) -> None:
     """The start of one joint may be further away than that of the others."""
     trajectory = stand.trajectory(*UPPER)
-    stand.played.positions['joint_4'] += 0.1
-    stand.arm.joint_states.clear()
-    stand.arm.joint_states.wait(3)
+    stand.move('joint_4', 0.1)
     ended = stand.arm.execute(trajectory)
     assert ended.code == 'CONTROL_FAILED'
     assert 'joint_4' in ended.result.error_code.message
     name = 'trajectory_execution.allowed_start_tolerance_joints.joint_4'
-    assert stand.arm.parameters.set(name, 0.2) == ''
+    assert stand.arm.execution_parameters.set(name, 0.2) == ''
     assert stand.arm.execute(trajectory).code == 'SUCCESS'
+    assert stand.arm.execution_parameters.set(name, 0.01) == ''
 
 
-@pytest.mark.statement('PAR-4', 'EXE-1')
+@pytest.mark.statement('S20', 'PAR-4', 'EXE-1')
 def test_controllers_are_parameters(stand: Stand) -> None:
-    """The controllers can be looked up; what was not given has its default."""
-    get = stand.arm.parameters.get
+    """
+    The controllers without faults are parameters; a faulty one is reported and left out.
+
+    Upstream: moveit_simple_controller_manager.cpp, initialize.
+    """
     manager = 'moveit_simple_controller_manager'
-    assert get(f'{manager}.controller_names') == ['lower', 'upper', 'whole', 'hand', 'absent']
-    assert get(f'{manager}.whole.action_ns') == 'follow_joint_trajectory'
-    assert get(f'{manager}.hand.action_ns') == 'gripper_cmd'
-    assert get(f'{manager}.upper.allowed_goal_duration_margin') == 0.3
+    for parameters in (stand.arm.parameters, stand.arm.execution_parameters):
+        get = parameters.get
+        assert get(f'{manager}.controller_names') == ['lower', 'upper', 'whole', 'hand', 'absent']
+        assert get(f'{manager}.hand.action_ns') == 'gripper_cmd'
+        assert get(f'{manager}.upper.allowed_goal_duration_margin') == 0.3
+    stand.server.program.wait_for_line("'faulty' has no 'action_ns'")
+
+
+@pytest.mark.statement('S19')
+def test_parameters_count_on_the_controller_managers_node(stand: Stand) -> None:
+    """
+    move_group takes trajectory_execution.* without effect; others than these are refused.
+
+    Upstream: trajectory_execution_manager.cpp, initialize.
+    """
+    name = 'trajectory_execution.allowed_start_tolerance'
+    assert stand.arm.parameters.set(name, 5.0) == ''
+    stand.server.program.wait_for_line('no effect on this node')
+    trajectory = stand.trajectory(*UPPER)
+    stand.move('joint_4', 0.1)
+    assert stand.arm.execute(trajectory).code == 'CONTROL_FAILED'
+    refused = stand.arm.execution_parameters.set
+    assert 'not known' in refused('anything', 1)
+    assert "no joint 'elbow'" in refused(f'{name}_joints.elbow', 0.1)
+    assert 'from 0 up' in refused(f'{name}_joints.joint_4', -0.1)
+
+
+@pytest.mark.statement('S18')
+def test_velocity_scaling_at_run_time(stand: Stand) -> None:
+    """
+    The velocities of the points are multiplied, nothing else.
+
+    Upstream: trajectory_execution_manager.cpp, distributeTrajectory.
+    """
+    name = 'trajectory_execution.execution_velocity_scaling'
+    trajectory = stand.trajectory(*UPPER)
+    assert stand.arm.execution_parameters.set(name, 0.5) == ''
+    assert stand.arm.execute(trajectory).code == 'SUCCESS'
+    assert stand.arm.execution_parameters.set(name, 1.0) == ''
+    (goal,) = stand.upper.goals
+    for sent, given in zip(goal.trajectory.points, trajectory.points, strict=True):
+        assert list(sent.velocities) == pytest.approx([0.5 * each for each in given.velocities])
+        assert list(sent.positions) == pytest.approx(list(given.positions))
+        assert sent.time_from_start == given.time_from_start
+
+
+@pytest.mark.statement('S12')
+def test_joint_states_that_have_stopped(stand: Stand) -> None:
+    """
+    Without a joint state newer than the request nothing is started: -4.
+
+    Upstream: trajectory_execution_manager.cpp, validate.
+    """
+    trajectory = stand.trajectory(*UPPER)
+    stand.played.silence()
+    try:
+        ended = stand.arm.execute(trajectory)
+    finally:
+        stand.played.resume()
+    assert ended.code == 'CONTROL_FAILED'
+    assert 'no joint state newer' in ended.result.error_code.message
+    assert not stand.upper.goals
+
+
+@pytest.mark.statement('S15')
+def test_a_trajectory_with_a_stamp(stand: Stand) -> None:
+    """
+    The header reaches the controller; the time until its stamp belongs to the allowed duration.
+
+    Upstream: trajectory_execution_manager.cpp, distributeTrajectory and executePart.
+    """
+    stand.upper.behaviour = 'hold'
+    trajectory = stand.trajectory(*UPPER)
+    late = stand.server.client.node.get_clock().now().nanoseconds + 2_000_000_000
+    stamp = trajectory.header.stamp
+    stamp.sec, stamp.nanosec = divmod(late, 10**9)
+    ended = stand.arm.execute(trajectory)
+    (goal,) = stand.upper.goals
+    assert goal.trajectory.header.stamp == stamp
+    assert ended.code == 'TIMED_OUT'
+    (told,) = re.findall(r'longer than the ([0-9.]+) s', ended.result.error_code.message)
+    assert allowed(trajectory) + 1.0 < float(told) < allowed(trajectory) + 2.5
+
+
+@pytest.mark.statement('S16')
+def test_multi_dof_points_need_a_controller(stand: Stand) -> None:
+    """
+    A trajectory with multi-DOF points is not empty: without a controller for them it is -4.
+
+    Upstream: trajectory_execution_manager.cpp, configure.
+    """
+    whole = RobotTrajectory()
+    whole.multi_dof_joint_trajectory.joint_names = ['base']
+    whole.multi_dof_joint_trajectory.points = [
+        MultiDOFJointTrajectoryPoint(transforms=[Transform()])]
+    ended = stand.arm.execute(whole)
+    assert (ended.status, ended.code) == (ABORTED, 'CONTROL_FAILED')
+    assert "'base'" in ended.result.error_code.message
+    assert stand.arm.execute(RobotTrajectory()).code == 'SUCCESS'
+
+
+@pytest.mark.statement('S13', 'M28')
+def test_a_gripper_that_closed_on_an_object(stand: Stand) -> None:
+    """
+    The status of the goal decides: stalled and succeeded is success, aborted is -4.
+
+    Upstream: action_based_controller_handle.hpp, finishControllerExecution.
+    """
+    stand.hand.behaviour = 'stall'
+    trajectory = stand.trajectory('joint_6')
+    assert stand.arm.execute(trajectory).code == 'SUCCESS'
+    stand.hand.behaviour = 'abort'
+    assert stand.arm.execute(trajectory).code == 'CONTROL_FAILED'
+
+
+@pytest.mark.statement('M30')
+def test_a_goal_that_the_controller_cancels(stand: Stand) -> None:
+    """
+    execute_trajectory ends with -7, move_action with -4, both aborted.
+
+    Upstream: trajectory_execution_manager.cpp, executePart; plan_execution.cpp,
+    executeAndMonitor.
+    """
+    stand.whole.behaviour = 'give up'
+    handles = (lambda: stand.arm.send_execute(stand.trajectory(*LOWER, *UPPER)),
+               lambda: stand.arm.send_move(dict.fromkeys(START, 0.3)))
+    for send, code in zip(handles, ('PREEMPTED', 'CONTROL_FAILED'), strict=True):
+        stand.whole.goals.clear()
+        handle = send()
+        wait_for(lambda: stand.whole.goals)
+        wait_for(stand.whole.waits)
+        stand.whole.release()
+        ended = stand.arm.ended(handle, timeout=20.0)
+        assert (ended.status, ended.code) == (ABORTED, code)
 
 
 @pytest.mark.statement('EXE-7')

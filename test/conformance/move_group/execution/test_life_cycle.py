@@ -241,13 +241,13 @@ def test_a_trajectory_from_elsewhere(home: Any) -> None:
 def test_the_start_tolerance_is_a_parameter(home: Any) -> None:
     """A joint's own tolerance lets a start pass; 0 leaves it unchecked."""
     name = 'trajectory_execution.allowed_start_tolerance'
-    usual = home.parameters.get(name)
+    usual = home.execution_parameters.get(name)
     shifted = home.near(0.05)
     trajectory = home.planned(home.near(0.2), start_state=robot_state(shifted))
     assert home.execute(trajectory).code == 'CONTROL_FAILED'
-    assert home.parameters.set(name, 0.0) == ''
+    assert home.execution_parameters.set(name, 0.0) == ''
     ended = home.execute(trajectory)
-    assert home.parameters.set(name, usual) == ''
+    assert home.execution_parameters.set(name, usual) == ''
     assert ended.code in ('SUCCESS', 'CONTROL_FAILED')
     assert 'start point deviates' not in ended.result.error_code.message
 
@@ -293,6 +293,7 @@ def test_executed_trajectory(home: Any) -> None:
     """Empty at frequency 0; with a frequency it holds the measured states."""
     name = 'plan_execution.record_trajectory_state_frequency'
     ended = home.move(home.near(0.2))
+    assert ended.code == 'SUCCESS'
     assert not ended.result.executed_trajectory.joint_trajectory.points
     assert home.parameters.set(name, 10.0) == ''
     ended = home.move(next(iter(home.states)), max_velocity_scaling_factor=0.2)

@@ -175,10 +175,10 @@ def test_values_from_the_command_line(played: PlayedArm) -> None:
 def test_a_wrong_value_is_refused(played: PlayedArm) -> None:
     """A live parameter keeps its value, and the answer says what is allowed."""
     name = 'trajectory_execution.allowed_start_tolerance'
-    assert 'greater than or equal to 0' in played.arm.parameters.set(name, -1.0) or (
-        played.arm.parameters.get(name) == 0.02
+    assert 'greater than or equal to 0' in played.arm.execution_parameters.set(name, -1.0) or (
+        played.arm.execution_parameters.get(name) == 0.02
     )
-    assert played.arm.parameters.get(name) == 0.02
+    assert played.arm.execution_parameters.get(name) == 0.02
 
 
 @pytest.mark.statement('PAR-1', 'PAR-2', 'PAR-3', 'PAR-4', 'PAR-6', 'PAR-7')

@@ -10,7 +10,7 @@ import pytest
 from armsim_ros.errors import MoveItErrorCode
 from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.model.cell_loading import load_cell
-from armsim_ros.nodes.move_group.execution import trajectory_execution
+from armsim_ros.nodes.move_group.execution import controller_managers, trajectory_execution
 from armsim_ros.nodes.move_group.execution.execution import ExecutionOutcome, ExecutionWatch
 from armsim_ros.nodes.move_group.execution.trajectory_execution import TrajectoryExecutionManager
 from armsim_ros.planning.scene.planning_scene import PlanningScene
@@ -42,7 +42,7 @@ class Execution:
     def replace(self):
         self.replaced = True
 
-    async def run(self, trajectory, names, *, start_checked):
+    async def run(self, trajectory, names, multi_dof, *, start_checked):
         self.began = True
         Execution.made = (*Execution.made, self)
         while not (self.stopped or self.over or self.replaced):
@@ -84,7 +84,7 @@ def kinematics(cell):
 def execution(cell, kinematics, monkeypatch):
     """Return the queue of a move_group whose controllers are not there."""
     monkeypatch.setattr(trajectory_execution, 'Execution', Execution)
-    monkeypatch.setattr(trajectory_execution, 'HANDLES', {
+    monkeypatch.setattr(controller_managers, 'HANDLES', {
         'FollowJointTrajectory': lambda node, settings, wake: None})  # fmt: skip
     monkeypatch.setattr(Execution, 'made', ())
 
