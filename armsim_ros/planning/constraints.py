@@ -65,7 +65,7 @@ class ConstraintSet:
         ]
         terms += [self._never(
             'visibility constraints are not supported; use a position and an orientation '
-            'constraint of the sensor link')] * len(constraints.visibility_constraints)
+            'constraint of the sensor link') for _ in constraints.visibility_constraints]
         self._terms = terms
         self.joints = [term for term in terms if isinstance(term, JointTerm)]
         self.positions = [term for term in terms if isinstance(term, PositionTerm)]

@@ -53,6 +53,13 @@ def test_joint_interval(make, value, kept):
     assert make(joints=(joint,)).satisfied(q(value, 0.0, 0.0)) is kept
 
 
+def test_usable_constraints_leave_no_error(make, log):
+    """Constraints that can be used give no message and no reason."""
+    joint = JointConstraint('axis1', 0.5, tolerance_above=0.1, tolerance_below=0.05)
+    assert not make(joints=(joint,)).unusable
+    assert not log.recorder.text()
+
+
 def test_joint_distance(make):
     """CON-8: the distance of a joint constraint is the weighted way to its position."""
     made = make(joints=(JointConstraint('axis2', 0.5, 0.1, 0.1, weight=2.0),))
