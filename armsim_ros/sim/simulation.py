@@ -120,7 +120,7 @@ class Simulation(SimulatedLinks, SavableSimulation, HardwareInterface):
         self.other_commands = {name: math.nan for system in model.hardware
                                for name in system.other_commands}
         self.reset()
-        self._overlap_lines = resolve_overlaps(self._plant, model, self._initial)
+        self._overlaps, self.remarks = resolve_overlaps(self._plant, model, self._initial)
 
     @property
     def command_interfaces(self) -> Mapping[str, tuple[str, ...]]:
@@ -156,7 +156,7 @@ class Simulation(SimulatedLinks, SavableSimulation, HardwareInterface):
             *self._effort_lines,
             *self._plant.spec.warnings,
             *self._servo.stiffness_warnings(),
-            *self._overlap_lines,
+            *self._overlaps,
         )
 
     @property

@@ -221,10 +221,13 @@ class SimulationProgram:
             self._simulation_node, period_ns if settings.simulation.deterministic else 0
         )
         refusals = [text for one in self._managers.values() for text in one.refusals]
+        logger = self._robots[0].node.get_logger()
         for text in (*self._warnings, *refusals, *self._simulation.warnings):
-            self._robots[0].node.get_logger().warning(text)
+            logger.warning(text)
+        for text in self._simulation.remarks:
+            logger.info(text)
         if not self._cell.model.srdf:
-            self._robots[0].node.get_logger().info(
+            logger.info(
                 "without an SRDF the robot's links pass through each other in the physics")
         period_ns = round(1e9 / settings.simulation.clock_rate)
         if settings.simulation.state_publisher:

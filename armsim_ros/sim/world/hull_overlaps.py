@@ -45,7 +45,9 @@ class _Overlap(NamedTuple):
     where: str
 
 
-def resolve_overlaps(plant: Plant, model: RobotModel, start: Vector) -> list[str]:
+def resolve_overlaps(
+    plant: Plant, model: RobotModel, start: Vector
+) -> tuple[list[str], list[str]]:
     """
     Let no link be pushed because its mesh's hull is larger than the mesh.
 
@@ -54,14 +56,14 @@ def resolve_overlaps(plant: Plant, model: RobotModel, start: Vector) -> list[str
     :param plant: at the start; where hulls overlap it is compiled again.
     :param model: the robot.
     :param start: (n,) the joints there [rad or m].
-    :returns: a line for each pair that was changed, and for what else overlaps at the start.
+    :returns: a warning for each pair that overlaps at the start or in a named state, and a remark
+        on those that overlap elsewhere.
     """
     resolver = _Resolver(plant, model)
-    lines = resolver.at_the_start()
-    if any(_is_mesh(model, link) for link in model.links):
-        lines += resolver.in_named_states(start)
-        lines += resolver.elsewhere(start)
-    return lines
+    warnings = resolver.at_the_start()
+    if not any(_is_mesh(model, link) for link in model.links):
+        return warnings, []
+    return warnings + resolver.in_named_states(start), resolver.elsewhere()
 
 
 class _Resolver:
@@ -106,7 +108,7 @@ class _Resolver:
         return [_passing_line([overlap.pair]) if overlap.pair in left
                 else self._parts_line(overlap) for overlap in before]
 
-    def elsewhere(self, start: Vector) -> list[str]:
+    def elsewhere(self) -> list[str]:
         """Look at random states; what was found is kept by the content of the robot."""
         def search(_: bytes) -> Arrays:
             lower, upper = np.array([self._range(name) for name in self._plant.joint_names]).T

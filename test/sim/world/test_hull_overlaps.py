@@ -123,16 +123,17 @@ def test_hulls_that_overlap_elsewhere_pass(walled, settings, claim):
     """Where random states show that only hulls overlap, the links pass through each other."""
     simulation = moved_upright(walled(), settings, claim)
     assert np.abs(simulation.state.position).max() < 1e-3
-    line, = simulation.warnings
+    assert simulation.warnings == ()
+    line, = simulation.remarks
     assert 'overlap where their meshes are apart, so they pass through each other' in line
 
 
 def test_what_was_found_is_kept(walled, settings, monkeypatch):
     """A second start with the same robot finds the same pairs without comparing meshes."""
-    first = Simulation(walled(), settings.model_copy(update=BENT)).warnings
+    first = Simulation(walled(), settings.model_copy(update=BENT)).remarks
     assert first
     monkeypatch.setattr('armsim_ros.model.mesh.coal_shapes.are_apart', None)
-    assert Simulation(walled(), settings.model_copy(update=BENT)).warnings == first
+    assert Simulation(walled(), settings.model_copy(update=BENT)).remarks == first
 
 
 def test_meshes_that_touch_still_collide(walled, settings, claim):
