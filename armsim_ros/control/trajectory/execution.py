@@ -24,7 +24,9 @@ from armsim_ros.config.controllers.joint_trajectory_controller import (
     JointTrajectoryControllerParameters,
 )
 from armsim_ros.control.action_goal import GoalStatus
+from armsim_ros.control.controller import NEVER_NS
 from armsim_ros.control.events import EventQueue
+from armsim_ros.control.rate import Rate
 from armsim_ros.control.trajectory.controller_state import StateRecord
 from armsim_ros.control.trajectory.goal import (
     TrajectoryErrorCode,
@@ -39,6 +41,8 @@ from armsim_ros.control.trajectory.tolerances import SegmentTolerances, Toleranc
 
 #: References that are computed at once [updates].
 LOOK_AHEAD = 40
+#: Checks of the goal tolerance after a trajectory from the topic has ended [Hz].
+LATE_CHECKS = 100.0
 
 
 class Phase(Enum):
@@ -90,6 +94,7 @@ class TrajectoryExecution:
         self._brakes = brakes
         self._events = events
         self._judge = self._new_judge(SegmentTolerances.of(parameters))
+        self._late_checks = Rate(LATE_CHECKS, aligned=True)
 
     @property
     def active_goal(self) -> TrajectoryGoal | None:
@@ -98,14 +103,16 @@ class TrajectoryExecution:
             return self.goal
         return self.scheduled.goal
 
-    @property
-    def idle(self) -> bool:
-        """Whether nothing will change until somebody asks for something."""
+    def next_update(self, time_ns: int) -> int:
+        """Return from when on an update matters [ns]: not while the joints are held."""
         if self.scheduled is not None or not self.motion.over(self.time):
-            return False
+            return time_ns
         if self.phase is not Phase.RUNNING:
-            return True
-        return self.goal is None and self.cmd_timeout == 0.0 and not self._judge.can_fail_at_end
+            return NEVER_NS
+        if self.goal is not None or self.cmd_timeout > 0.0:
+            return time_ns
+        due_ns = self._late_checks.next_due_ns(time_ns) if self._judge.can_fail_at_end else None
+        return NEVER_NS if due_ns is None else due_ns
 
     def hold(self, positions: Vector, time_ns: int) -> None:
         """Stand at (n,) positions [rad or m]."""
@@ -230,6 +237,9 @@ class TrajectoryExecution:
         if self.phase is not Phase.RUNNING:
             return
         over = self.time - self.motion.end
+        late = self.goal is None and self.cmd_timeout <= 0.0 and self.motion.over(self.time)
+        if late and not self._judge.first and not self._late_checks.due(time_ns):
+            return
         verdict = self._judge.judge(record.error, over)
         if verdict is SUCCESS and self.goal is not None:
             self._succeed(self.goal)
@@ -292,6 +302,7 @@ class TrajectoryExecution:
         self.time = time
         self.begin_ns = begin_ns
         self._times = []
+        self._late_checks = Rate(LATE_CHECKS, aligned=True)
         self.ahead[:] = motion.at(time)
 
     def _look_ahead(self, period: float, count: int = 2) -> None:

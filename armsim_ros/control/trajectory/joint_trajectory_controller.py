@@ -21,7 +21,7 @@ from armsim_ros.config.controllers.joint_trajectory_controller import (
     ScaledJointTrajectoryControllerParameters,
 )
 from armsim_ros.control.action_goal import GoalStatus
-from armsim_ros.control.controller import Controller, NEVER_NS
+from armsim_ros.control.controller import Controller
 from armsim_ros.control.joint_properties import JointProperties
 from armsim_ros.control.rate import Rate
 from armsim_ros.control.repeated_warning import RepeatedWarning
@@ -129,8 +129,8 @@ class JointTrajectoryController(Controller[JointTrajectoryControllerParameters])
         self._configured.process_requests(time_ns)
 
     def next_update(self, time_ns: int) -> int:
-        """Return from when on an update matters [ns]: never while the joints are held."""
-        return NEVER_NS if self._configured.idle else time_ns
+        """Return from when on an update matters [ns]: not while the joints are held."""
+        return self._configured.next_update(time_ns)
 
     def plan(self, updates: int, period: float) -> int:
         """Plan updates along the trajectory."""

@@ -135,17 +135,17 @@ class TrajectoryLoop:
             self._pace.write(np.array([execution.scaling]))
         self.ring.close(record)
 
-    @property
-    def idle(self) -> bool:
-        """Whether another update would change nothing that is commanded."""
-        return (
-            self.execution.idle
-            and not self.inbox
-            and not self.writer.closes_loop
-            and self.wanted_scaling is None
-            and not self._pace_changes()
-            and self._current() is self._parameters
-        )
+    def next_update(self, time_ns: int) -> int:
+        """Return from when on an update matters [ns], see :meth:`Controller.next_update`."""
+        if (
+            self.inbox
+            or self.writer.closes_loop
+            or self.wanted_scaling is not None
+            or self._pace_changes()
+            or self._current() is not self._parameters
+        ):
+            return time_ns
+        return self.execution.next_update(time_ns)
 
     def plan(self, updates: int, period: float) -> int:
         """Plan updates, see :meth:`Controller.plan`."""

@@ -8,6 +8,7 @@ import pytest
 from armsim_ros.config.controllers.joint_trajectory_controller import (
     JointTrajectoryControllerParameters,
 )
+from armsim_ros.control.controller import NEVER_NS
 from armsim_ros.control.trajectory.tolerances import JointTolerance, SegmentTolerances
 
 CONSTRAINTS = {
@@ -316,3 +317,16 @@ def test_after_a_goal_nothing_is_checked(rig, trajectory):
     r.hardware.state.position[0] = 0.3
     r.run(1.0)
     assert arm.snapshot().reference.positions[0] == 0.2
+
+
+def test_the_checks_after_a_topic_trajectory_are_few(rig, trajectory):
+    """They need an update every 10 ms, and none without goal tolerance or goal_time."""
+    for constraints, wait_ns in (({'goal_time': 0.2, 'a': {'goal': 0.05}}, 10_000_000),
+                                 ({'a': {'goal': 0.05}}, NEVER_NS)):  # fmt: skip
+        r = rig()
+        arm = r.arm(constraints={'stopped_velocity_tolerance': 0.0, **constraints})
+        arm.set_trajectory(trajectory((0.1, [0.2, 0.0])))
+        r.run(0.5)
+        due_ns = arm.next_update(r.now_ns)
+        assert r.now_ns - 2_000 <= due_ns <= r.now_ns if wait_ns < NEVER_NS else due_ns == NEVER_NS
+        assert arm.next_update(r.now_ns - 9_000_000) > r.now_ns - 9_000_000
