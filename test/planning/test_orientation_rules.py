@@ -39,7 +39,7 @@ def term_of(desired, tolerances, as_vector):
 
 
 @pytest.mark.parametrize('as_vector', [False, True])
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=60, deadline=None)
 @given(link=rotation, frame=rotation, desired=rotation)
 def test_error_is_that_of_an_independent_formula(link, frame, desired, as_vector):
     """
@@ -57,7 +57,7 @@ def test_error_is_that_of_an_independent_formula(link, frame, desired, as_vector
 
 
 @pytest.mark.parametrize('as_vector', [False, True])
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=60, deadline=None)
 @given(frame=rotation, desired=rotation, tolerances=st.tuples(tolerance, tolerance, tolerance),
        seed=st.integers(0, 10**6))
 def test_random_goal_orientation_satisfies_its_constraint(

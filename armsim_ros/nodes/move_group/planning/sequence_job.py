@@ -82,9 +82,9 @@ class SequenceJob:
         answer.planned_trajectories = [
             robot_trajectory_message(one, context.frame) for one in response.trajectories
         ]
-        default = context.planning_parameters.default_planning_pipeline
-        for item, plan, start in zip(items, response.plans, starts, strict=False):
+        for plan, start in zip(response.plans, starts, strict=True):
             self._display.publish_plan(
-                item.request.pipeline_id or default, start,
-                robot_trajectory_message(plan.trajectory, context.frame))
+                pipeline or items[0].request.pipeline_id
+                or context.planning_parameters.default_planning_pipeline,
+                start, robot_trajectory_message(plan.trajectory, context.frame))
         return response

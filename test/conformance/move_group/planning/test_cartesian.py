@@ -218,7 +218,7 @@ def test_timing(arm: Any, start: Any) -> None:
     assert durations['slow'] >= 0.1 / 0.02
 
 
-@pytest.mark.statement('SRV-35', 'IF-41a')
+@pytest.mark.statement('SRV-35', 'IF-41a', 'R25')
 def test_the_path_is_displayed(arm: Any, start: Any) -> None:
     """display_planned_path gets Cartesian paths too."""
     heard = arm.client.collect(arm.name('display_planned_path'), DisplayTrajectory)

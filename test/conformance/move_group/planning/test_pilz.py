@@ -12,6 +12,7 @@ from typing import Any
 from move_group_bench import name_of, seconds, xyz
 from moveit_msgs.msg import Constraints
 import pytest
+from visualization_msgs.msg import Marker, MarkerArray
 from wire import box, joint_goal, pose_goal, position_goal, robot_state, thing
 
 PILZ = 'pilz_industrial_motion_planner'
@@ -145,9 +146,10 @@ def test_circ_codes(arm: Any, start: Any, case: str, code: str) -> None:
     assert name_of(arm.refused(**wanted)) == code
 
 
-@pytest.mark.statement('PLZ-6', 'ADP-8')
+@pytest.mark.statement('PLZ-6', 'ADP-8', 'R26')
 def test_an_obstacle_in_the_way(arm: Any, start: Any) -> None:
-    """The command is not bent round it: -2, and -10 where the start is in it."""
+    """The command is not bent round it: -2 with its contacts, and -10 where the start is in it."""
+    shown = arm.client.collect(arm.name('display_contacts'), MarkerArray)
     first = arm.pose(start)
     goal = moved(first, 0.0, -0.15)
     cube = box(0.02, 0.02, 0.02)
@@ -156,6 +158,15 @@ def test_an_obstacle_in_the_way(arm: Any, start: Any) -> None:
     code = arm.refused(**wanted)
     assert name_of(code) == 'INVALID_MOTION_PLAN'
     assert 'post' in code.message
+    for _ in range(20):  # until the publisher has found the subscription
+        if shown.messages:
+            break
+        arm.refused(**wanted)
+    erased, *spheres = shown.wait()[0].markers
+    shown.close()
+    assert erased.action == Marker.DELETEALL
+    assert all('post' in sphere.ns.split('=') for sphere in spheres)
+    assert spheres[0].id == 0
     arm.add(thing('post', arm.frame, [cube], pose=first.pose))
     assert name_of(arm.refused(**wanted)) == 'START_STATE_IN_COLLISION'
 

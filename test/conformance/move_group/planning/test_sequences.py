@@ -10,7 +10,7 @@ from typing import Any
 
 from move_group_bench import Feedback, name_of, SUCCEEDED, TIMEOUT, xyz
 from moveit_msgs.action import MoveGroupSequence
-from moveit_msgs.msg import MotionSequenceItem, MotionSequenceRequest
+from moveit_msgs.msg import DisplayTrajectory, MotionSequenceItem, MotionSequenceRequest
 from moveit_msgs.srv import GetMotionSequence
 import pytest
 from wire import pose_goal, quiet_diff, robot_state
@@ -102,6 +102,22 @@ def test_a_sequence_is_one_trajectory(
         assert 1e-3 < nearest < radius
     else:
         assert nearest < 1e-3
+
+
+@pytest.mark.statement('R25')
+def test_each_motion_of_a_sequence_is_displayed(arm: Any, action: Any, start: Any) -> None:
+    """
+    display_planned_path gets one message for each motion, from where it begins.
+
+    Upstream: command_list_manager.cpp, solveSequenceItems; display_motion_path.cpp.
+    """
+    shown = arm.client.collect(arm.name('display_planned_path'), DisplayTrajectory)
+    request = two_lines(arm, arm.pose(start), 0.01, start_state=robot_state(start))
+    run(arm, action, request, plan_only=True)
+    first, second = shown.wait(2)
+    shown.close()
+    ends = [part.trajectory[0].joint_trajectory.points for part in (first, second)]
+    assert ends[0][-1].positions == pytest.approx(ends[1][0].positions, abs=1e-6)
 
 
 @pytest.mark.statement('PLZ-8')

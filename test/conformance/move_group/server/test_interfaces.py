@@ -222,7 +222,7 @@ def test_a_change_of_the_world_is_published_within_half_a_second(arm: Any) -> No
     heard.close()
 
 
-@pytest.mark.statement('IF-41a', 'ADP-9', 'RVZ-11')
+@pytest.mark.statement('IF-41a', 'ADP-9', 'RVZ-11', 'R25')
 def test_every_plan_is_displayed(arm: Any) -> None:
     """A plan is published with the robot's name, one trajectory and the full start state."""
     heard = arm.client.collect(arm.name('display_planned_path'), DisplayTrajectory)
