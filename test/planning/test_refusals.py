@@ -182,3 +182,15 @@ def test_missing_acceleration_limits_are_assumed(six, plan_for, clock, log):
     accelerations = np.abs(response.trajectory.accelerations)
     assert accelerations.max() == pytest.approx(1.0, rel=0.01)
     assert log.recorder.text().count('joints have no acceleration limit: axis1, axis2') == 1
+
+
+def test_a_continuous_joint_may_start_any_number_of_turns_away(turning, plan_for, clock):
+    """A continuous joint is planned from where it is, by the short way to its goal."""
+    scene = PlanningScene(KinematicModel(turning))
+    names = ('axis1', 'axis2', 'axis3')
+    answer = plan_for(scene).plan(MotionPlanRequest(
+        'arm', (joint_goal((0.1, 0.5, 0.0), names),), StartState(names, (100.0, 0.5, 0.0)),
+        seed=1), scene, clock=clock)
+    assert answer.success, answer.message
+    assert answer.trajectory.positions[0, 0] == pytest.approx(100.0)
+    assert abs(answer.trajectory.positions[-1, 0] - 100.0) < math.pi
