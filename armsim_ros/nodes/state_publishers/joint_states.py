@@ -6,14 +6,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-import math
 from typing import TypeAlias
 
 from armsim_ros.errors import ModelError, Problem
-from armsim_ros.model.description.xml_tree import parse_xml, XmlElement
+from armsim_ros.nodes.state_publishers.described_joints import described_joints, DescribedJoint
 
-#: Types of joints that are not published.
-_LEFT_OUT = ('fixed', 'floating', 'planar')
 #: Fields of a joint state, in the order of JointState.
 FIELDS = ('position', 'velocity', 'effort')
 
@@ -54,22 +51,18 @@ class JointStates:
     """
     The joints of one description and where they are.
 
-    :param urdf: the description.
+    :param text: the description.
     :param options: the node's parameters.
-    :raises ModelError: the text is not a URDF, or a joint has no limits.
+    :raises ModelError: the text is not a description, or a joint has no limits.
     """
 
-    def __init__(self, urdf: str, options: JointStateOptions) -> None:
-        root = parse_xml(urdf, 'robot_description')
-        if root.tag != 'robot':
-            raise ModelError(Problem(f'the description is a <{root.tag}>', root.where, '<robot>'))
+    def __init__(self, text: str, options: JointStateOptions) -> None:
         #: All joints, in the description's order.
         self.names: list[str] = []
         self._free: dict[str, _FreeJoint] = {}
         self._dependent: dict[str, tuple[str, float, float]] = {}
-        for element in root.all('joint'):
-            if element.get('type') not in _LEFT_OUT:
-                self._add(element, options)
+        for joint in described_joints(text):
+            self._add(joint, options)
 
     def take(self, names: Sequence[str], **values: Sequence[float]) -> None:
         """
@@ -136,45 +129,16 @@ class JointStates:
             factor *= own_factor
         return self._free[name], factor, offset
 
-    def _add(self, element: XmlElement, options: JointStateOptions) -> None:
-        name = element.get('name')
-        lower, upper = _range(element, options.use_smallest_joint_limits)
-        self.names.append(name)
-        mimic = element.first('mimic')
-        if options.use_mimic_tags and mimic is not None:
-            self._dependent[name] = (mimic.get('joint'), _number(mimic, 'multiplier', 1.0),
-                                     _number(mimic, 'offset', 0.0))
+    def _add(self, joint: DescribedJoint, options: JointStateOptions) -> None:
+        self.names.append(joint.name)
+        if options.use_mimic_tags and joint.mimic is not None:
+            self._dependent[joint.name] = joint.mimic
             return
-        first = options.zeros.get(name)
+        lower, upper = joint.lower, joint.upper
+        if options.use_smallest_joint_limits:
+            lower, upper = max(lower, joint.soft[0]), min(upper, joint.soft[1])
+        first = options.zeros.get(joint.name)
         if first is None:
             first = 0.0 if lower <= 0.0 <= upper else 0.5 * (lower + upper)
         values = {kind: first if kind == 'position' else 0.0 for kind in options.defaults}
-        self._free[name] = _FreeJoint(lower, upper, element.get('type') == 'continuous', values)
-
-
-def _range(element: XmlElement, narrowed: bool) -> tuple[float, float]:
-    lower, upper = -math.pi, math.pi
-    if element.get('type') != 'continuous':
-        limit = element.first('limit')
-        for key in ('lower', 'upper'):
-            if limit is None or key not in limit.attributes:
-                raise ModelError(Problem(
-                    f"joint '{element.get('name')}' of type '{element.get('type')}' has no "
-                    f"'{key}' limit", element.where))
-        assert limit is not None
-        lower, upper = _number(limit, 'lower', 0.0), _number(limit, 'upper', 0.0)
-    safety = element.first('safety_controller')
-    if narrowed and safety is not None:
-        lower = max(lower, _number(safety, 'soft_lower_limit', lower))
-        upper = min(upper, _number(safety, 'soft_upper_limit', upper))
-    return lower, upper
-
-
-def _number(element: XmlElement, key: str, default: float) -> float:
-    if key not in element.attributes:
-        return default
-    try:
-        return float(element.get(key))
-    except ValueError:
-        raise ModelError(Problem(f"'{key}' is '{element.get(key)}'", element.where,
-                                 'a number')) from None
+        self._free[joint.name] = _FreeJoint(lower, upper, joint.continuous, values)

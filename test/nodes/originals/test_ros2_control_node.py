@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 import yaml
 
+from armsim_ros.model.cell_loading import survey_cell
 from armsim_ros.nodes.originals.node_parameters import read_node_arguments
 from armsim_ros.nodes.originals.ros2_control_node import simulation_words
 
@@ -29,3 +30,40 @@ def test_the_broadcaster_that_no_spawner_starts_is_active_at_once(tmp_path, told
     folder = Path(words[0].removeprefix('robot:='))
     content = yaml.safe_load((folder / 'config' / 'simulation.yaml').read_text())
     assert content['spawn'] == spawned
+
+
+LIMITED = """
+joint_limits:
+  elbow: {min_position: -1.0, max_position: 1.0, has_velocity_limits: true, max_velocity: 0.5}
+"""
+
+
+def test_the_robot_is_that_of_bringup(small_package, tmp_path):
+    """
+    Ranges, drives, hardware and controllers are equal, whatever joint_limits.yaml says.
+
+    moveit_ros/planning/robot_model_loader/src/robot_model_loader.cpp: only move_group reads it.
+    """
+    small_package.ros2_control(*(
+        f'<joint name="{name}"><command_interface name="position">'
+        '<param name="min">-1.5</param><param name="max">1.5</param></command_interface>'
+        '<state_interface name="position"/><state_interface name="velocity"/></joint>'
+        for name in ('shoulder', 'elbow', 'grip')))
+    small_package.write('config/joint_limits.yaml', LIMITED)
+    own = survey_cell(str(small_package.folder)).checked()
+    controllers = small_package.folder / 'config/ros2_controllers.yaml'
+    arguments = read_node_arguments(['--params-file', str(controllers)], 'controller_manager')
+    words = dict(word.split(':=') for word in simulation_words(
+        own.model.urdf, arguments, tmp_path / 'launched') if ':=' in word)
+    launched = survey_cell(
+        words['robot'], urdf=Path(words['urdf']),
+        controllers=[Path(file) for file in words['controllers'].split(',')]).checked()
+    assert launched.model.active_joints == own.model.active_joints
+    assert {name: joint.limits for name, joint in launched.model.joints.items()} == {
+        name: joint.limits for name, joint in own.model.joints.items()}
+    assert launched.model.hardware == own.model.hardware
+    assert [(one.name, one.parameters) for one in launched.settings.controllers] == [
+        (one.name, one.parameters) for one in own.settings.controllers]
+    assert launched.settings.controller_manager == own.settings.controller_manager
+    ours, theirs = own.settings.simulation, launched.settings.simulation
+    assert theirs == ours.model_copy(update={'state_publisher': False})

@@ -72,7 +72,7 @@ def test_limits_are_required(inside):
 
     joint_state_publisher.py: init_urdf; test_parsing.py.
     """
-    with pytest.raises(ModelError, match=r'lower|upper'):
+    with pytest.raises(ModelError, match=r'lower|upper|limit'):
         states(joint('a', inside))
     assert states(joint('a', inside, 'continuous')).names == ['a']
 
@@ -83,9 +83,60 @@ def test_a_text_that_is_no_robot():
 
     joint_state_publisher.py: init_urdf; test_parsing.py.
     """
-    for text in ('', 'robot', '<sdf/>', '<robot>'):
+    for text in ('', 'robot', '<sdf/>', '<robot>', '<urdf><joint name="a"/></urdf>'):
         with pytest.raises(ModelError):
             JointStates(text, JointStateOptions())
+    assert JointStates(f'<urdf><robot>{joint("a")}</robot></urdf>', JointStateOptions()).names == [
+        'a']
+
+
+SDF = '<sdf><model name="m">{}</model></sdf>'
+AXIS = '<axis><limit><lower>{}</lower><upper>{}</upper></limit></axis>'
+
+
+def test_joints_of_sdf():
+    """
+    Joints of one axis have the limits of their axis; the others are left out.
+
+    joint_state_publisher.py: init_sdf; test_parsing.py, test_multi_joints.py.
+    """
+    text = SDF.format(joint('a', AXIS.format(1, 2)) + joint('b', '', 'continuous')
+                      + joint('c', '', 'ball') + joint('d', AXIS.format(-1, 2), 'prismatic'))
+    found = JointStates(text, JointStateOptions())
+    assert found.names == ['a', 'b', 'd']
+    assert found.state()['position'] == [1.5, 0.0, 0.0]
+    for inside in ('', AXIS.format('', 1), AXIS.format(1, 'x'), '<axis><limit/></axis>'):
+        with pytest.raises(ModelError):
+            JointStates(SDF.format(joint('a', inside)), JointStateOptions())
+
+
+COLLADA = ('<COLLADA version="{}"><kinematics_model><technique_common>{}</technique_common>'
+           '</kinematics_model></COLLADA>')
+REVOLUTE = ('<joint name="{}"><revolute><limits><min>{}</min><max>{}</max></limits></revolute>'
+            '</joint>')
+
+
+def test_joints_of_collada():
+    """
+    Revolute joints have limits in degrees and begin at 0; equal limits make a fixed joint.
+
+    joint_state_publisher.py: init_collada; test_parsing.py, test_multi_joints.py.
+    """
+    text = COLLADA.format('1.5.0', REVOLUTE.format('a', -90, 90) + REVOLUTE.format('b', 5, 5)
+                          + '<joint name="c"><prismatic/></joint>')
+    found = JointStates(text, JointStateOptions())
+    assert found.names == ['a']
+    found.step(9.0)
+    assert found.state()['position'] == [pytest.approx(math.pi / 2)]
+    whole = REVOLUTE.format('a', -90, 90)
+    for wrong in (COLLADA.format('1.4.0', whole), COLLADA.format('', whole),
+                  COLLADA.format('1.5.0', whole.replace('limits', 'limit')),
+                  COLLADA.format('1.5.0', whole.replace('min', 'least')),
+                  COLLADA.format('1.5.0', REVOLUTE.format('a', 'x', 1)),
+                  COLLADA.format('1.5.0', whole).replace('kinematics_model', 'model'),
+                  COLLADA.format('1.5.0', whole).replace('technique_common', 'technique')):
+        with pytest.raises(ModelError):
+            JointStates(wrong, JointStateOptions())
 
 
 def test_mimic_chains_are_followed():
