@@ -155,11 +155,18 @@ def test_path_constraints_hold_along_the_path(arm: Any) -> None:
 
 
 @pytest.mark.statement('REQ-10')
-def test_trajectory_constraints_are_refused(arm: Any) -> None:
-    """What no planner here uses is said, not ignored."""
+def test_trajectory_constraints(arm: Any) -> None:
+    """
+    OMPL's pipeline plans without them, Pilz's refuses them.
+
+    Upstream: planning_context_manager.cpp; pilz_industrial_motion_planner.cpp.
+    """
     request = arm.request(arm.near())
     request.trajectory_constraints.constraints = [joint_goal(arm.near())]
-    answer = arm.refused(arm.near(), trajectory_constraints=request.trajectory_constraints)
+    constrained = {'trajectory_constraints': request.trajectory_constraints}
+    arm.planned(arm.near(), **constrained)
+    answer = arm.refused(arm.near(), **constrained, planner_id='PTP',
+                         pipeline_id='pilz_industrial_motion_planner')
     assert 'trajectory_constraints' in answer.message
 
 
