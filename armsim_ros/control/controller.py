@@ -14,6 +14,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from enum import Enum
+import math
 from typing import Any, ClassVar, Generic, TypeVar
 
 from armsim_ros.config.base import Settings
@@ -97,7 +98,24 @@ class Controller(ABC, Generic[ParametersT]):
 
     @property
     def update_rate(self) -> int:
-        """Updates a second that were asked for [Hz]."""
+        """
+        Updates per second: what the parameters ask for, or the nearest rate that can be run [Hz].
+
+        Only every so many updates of the manager can be one of the controller.
+        """
+        rate, fastest = self._requested_rate, self.context.update_rate
+        return fastest if rate >= fastest else fastest // math.floor(fastest / rate + 0.5)
+
+    def warn_of_rate(self) -> None:
+        """Warn where the parameters ask for a rate that cannot be run."""
+        if self._requested_rate != self.update_rate:
+            self.events.add(
+                self.time_ns, 'warning', 'warning',
+                f'runs at {self.update_rate} Hz instead of {self._requested_rate} Hz: its '
+                f"update_rate has to divide the manager's {self.context.update_rate} Hz")
+
+    @property
+    def _requested_rate(self) -> int:
         rate: int = getattr(self.parameters, 'update_rate', 0)
         return rate or self.context.update_rate
 

@@ -10,6 +10,7 @@ from pydantic import field_validator, model_validator
 from typing_extensions import Self
 
 from armsim_ros.config.base import parameter, Settings
+from armsim_ros.config.controllers.controller_parameters import ControllerParameters
 
 Axes = tuple[float, float, float, float, float, float]
 Interface = Literal['position', 'velocity', 'acceleration']
@@ -86,7 +87,7 @@ class AdmittanceSettings(Settings):
         return self
 
 
-class AdmittanceControllerParameters(Settings):
+class AdmittanceControllerParameters(ControllerParameters):
     """
     Parameters of ``admittance_controller/AdmittanceController``.
 
@@ -113,8 +114,6 @@ class AdmittanceControllerParameters(Settings):
     enable_parameter_update_without_reactivation: bool = parameter(
         True, 'take new parameters over while active')
     robot_description: str = parameter('', 'has no effect: the URDF file is read', read_only=True)
-    update_rate: int = parameter(
-        0, "updates a second, 0 is the manager's rate [Hz]", read_only=True, ge=0)
 
     @model_validator(mode='after')
     def _together(self) -> Self:

@@ -112,9 +112,7 @@ ROS1_TYPES: Mapping[str, Ros1Type] = {
 #: Parameters that every ROS 2 controller has, and some of ROS 1 -> why they have no effect here.
 UNUSED_CONTROLLER_KEYS: Mapping[str, str] = {
     'use_sim_time': 'the programs are told once for all nodes',
-    'is_async': 'all controllers run in the one control loop',
     'async_parameters': 'all controllers run in the one control loop',
-    'thread_priority': 'all controllers run in the one control loop',
     'lock_memory': '',
     'node_options_args': '',
     'qos_overrides': '',

@@ -8,13 +8,14 @@ from typing import ClassVar
 
 from pydantic import field_validator
 
-from armsim_ros.config.base import parameter, Settings, unique_names
+from armsim_ros.config.base import parameter, unique_names
+from armsim_ros.config.controllers.controller_parameters import ControllerParameters
 from armsim_ros.config.controllers.pid_gains import PidGains
 
 POSITION = 'position'
 
 
-class ForwardParameters(Settings):
+class ForwardParameters(ControllerParameters):
     """
     What all of them share; the command timeout is ours.
 
@@ -26,9 +27,6 @@ class ForwardParameters(Settings):
         'silence after which velocity goes to 0 and effort gives way to holding; 0 is never [s]',
         ge=0.0,
         allow_inf_nan=False,
-    )
-    update_rate: int = parameter(
-        0, "updates a second, 0 is the manager's rate [Hz]", read_only=True, ge=0
     )
 
     @property

@@ -9,11 +9,12 @@ from typing import Any, Literal
 
 from pydantic import model_validator
 
-from armsim_ros.config.base import parameter, Settings
+from armsim_ros.config.base import parameter
+from armsim_ros.config.controllers.controller_parameters import ControllerParameters
 from armsim_ros.config.controllers.pid_gains import PidGains
 
 
-class GripperParameters(Settings):
+class GripperParameters(ControllerParameters):
     """What both kinds share."""
 
     joint: str = parameter(..., 'the joint that moves the fingers', read_only=True, min_length=1)
@@ -27,9 +28,6 @@ class GripperParameters(Settings):
     stall_timeout: float = parameter(1.0, 'slow for longer than this is stalled [s]')
     action_monitor_rate: float = parameter(
         20.0, 'checks a second for a result [Hz]', read_only=True, ge=0.1, allow_inf_nan=False
-    )
-    update_rate: int = parameter(
-        0, "updates a second, 0 is the manager's rate [Hz]", read_only=True, ge=0
     )
 
 

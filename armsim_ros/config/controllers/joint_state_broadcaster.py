@@ -10,6 +10,7 @@ from typing import Any
 from pydantic import field_validator
 
 from armsim_ros.config.base import parameter, Settings
+from armsim_ros.config.controllers.controller_parameters import ControllerParameters
 
 
 class ExtraJoint(Settings):
@@ -29,7 +30,7 @@ class InterfaceMap(Settings):
     effort: str = parameter('effort', 'state interface to publish as effort', read_only=True)
 
 
-class JointStateBroadcasterParameters(Settings):
+class JointStateBroadcasterParameters(ControllerParameters):
     """
     Parameters of ``joint_state_broadcaster/JointStateBroadcaster``.
 
@@ -62,9 +63,6 @@ class JointStateBroadcasterParameters(Settings):
         math.inf,
         'messages a second of simulated time; inf is each update, 0 is none [Hz]',
         read_only=True,
-    )
-    update_rate: int = parameter(
-        0, "updates a second, 0 is the manager's rate [Hz]", read_only=True, ge=0
     )
 
     @field_validator('extra_joints', mode='before')

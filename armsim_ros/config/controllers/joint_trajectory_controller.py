@@ -11,6 +11,7 @@ from pydantic import Field, field_validator, model_validator
 from typing_extensions import Self
 
 from armsim_ros.config.base import KeyedSettings, parameter, Settings, unique_names
+from armsim_ros.config.controllers.controller_parameters import ControllerParameters
 from armsim_ros.config.controllers.pid_gains import PidGains
 from armsim_ros.config.controllers.sensor_broadcasters import SPEED_SCALING
 from armsim_ros.errors import nearest
@@ -70,7 +71,7 @@ class SpeedScaling(Settings):
     command_interface: str = parameter('', 'interface to pass the pace on to', read_only=True)
 
 
-class JointTrajectoryControllerParameters(Settings):
+class JointTrajectoryControllerParameters(ControllerParameters):
     """
     Parameters of ``joint_trajectory_controller/JointTrajectoryController``.
 
@@ -91,9 +92,6 @@ class JointTrajectoryControllerParameters(Settings):
     )
     state_interfaces: tuple[StateInterface, ...] = parameter(
         ('position', 'velocity'), 'interfaces to read of each joint', read_only=True, min_length=1
-    )
-    update_rate: int = parameter(
-        0, "updates a second, 0 is the manager's rate [Hz]", read_only=True, ge=0
     )
     allow_partial_joints_goal: bool = parameter(
         False, 'accept trajectories that name only some of the joints'

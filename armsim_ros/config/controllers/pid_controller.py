@@ -7,7 +7,8 @@ from __future__ import annotations
 from pydantic import field_validator, model_validator
 from typing_extensions import Self
 
-from armsim_ros.config.base import parameter, Settings, unique_names
+from armsim_ros.config.base import parameter, unique_names
+from armsim_ros.config.controllers.controller_parameters import ControllerParameters
 from armsim_ros.config.controllers.pid_gains import PidGains
 
 
@@ -21,7 +22,7 @@ class DofGains(PidGains):
     save_i_term: bool = parameter(True, 'keep the integral part through a deactivation')
 
 
-class PidControllerParameters(Settings):
+class PidControllerParameters(ControllerParameters):
     """
     Parameters of ``pid_controller/PidController``.
 
@@ -46,9 +47,6 @@ class PidControllerParameters(Settings):
         True, 'hold what is measured until a reference comes'
     )
     gains: dict[str, DofGains] = parameter({}, 'degree of freedom -> its gains')
-    update_rate: int = parameter(
-        0, "updates a second, 0 is the manager's rate [Hz]", read_only=True, ge=0
-    )
 
     @field_validator('dof_names', 'reference_and_state_dof_names',
                      'reference_and_state_interfaces')

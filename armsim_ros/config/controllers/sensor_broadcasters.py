@@ -10,12 +10,13 @@ from pydantic import model_validator
 from typing_extensions import Self
 
 from armsim_ros.config.base import parameter, Settings
+from armsim_ros.config.controllers.controller_parameters import ControllerParameters
 
 _AXES = ('x', 'y', 'z')
 _TURN = (*_AXES, 'w')
 
 
-class BroadcasterParameters(Settings):
+class BroadcasterParameters(ControllerParameters):
     """
     What all of them share; the original publishes at every update.
 
@@ -25,9 +26,6 @@ class BroadcasterParameters(Settings):
     publish_rate: float = parameter(
         100.0, 'messages a second, 0 is one at each update [Hz]', read_only=True, ge=0.0,
         allow_inf_nan=False,
-    )
-    update_rate: int = parameter(
-        0, "updates a second, 0 is the manager's rate [Hz]", read_only=True, ge=0
     )
 
     @property

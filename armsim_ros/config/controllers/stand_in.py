@@ -6,10 +6,11 @@ from __future__ import annotations
 
 from pydantic import ConfigDict
 
-from armsim_ros.config.base import parameter, Settings
+from armsim_ros.config.base import parameter
+from armsim_ros.config.controllers.controller_parameters import ControllerParameters
 
 
-class StandInParameters(Settings):
+class StandInParameters(ControllerParameters):
     """What a stand-in reads; all else is the vendor's and stays unread."""
 
     model_config = ConfigDict(extra='ignore')

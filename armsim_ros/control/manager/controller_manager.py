@@ -146,6 +146,7 @@ class ControllerManager:
             withdraw(controller, self.hardware)
             controller.configure()
             _check_unique(controller)
+            controller.warn_of_rate()
             references = self.hardware.references
             references.update(dict.fromkeys(controller.reference_interfaces, np.nan))
             controller.state = LifecycleState.INACTIVE

@@ -166,7 +166,7 @@ class SwitchExecution:
                     failures.append(f'deactivated again: {names}')
             failures += self._open_chains([one for one in wanted if one.active], time_ns)
             self.apply_claims(controllers)
-        self._refresh(controllers, time_ns)
+        self._refresh(controllers)
         return failures
 
     def _open_chains(self, active: Sequence[Controller[Any]], time_ns: int) -> list[str]:
@@ -217,20 +217,11 @@ class SwitchExecution:
         joints = [name for name in self._hardware.joint_names if name not in idle]
         return claimed_joints(controllers, joints)
 
-    def _refresh(self, controllers: Controllers, time_ns: int) -> None:
+    def _refresh(self, controllers: Controllers) -> None:
         rate = self._parameters.update_rate
-        active = []
-        for controller in in_order([one for one in controllers.values() if one.active]):
-            divisor = max(1, round(rate / controller.update_rate))
-            if divisor * controller.update_rate != rate:
-                text = (
-                    f"'{controller.name}' runs at {rate / divisor:g} Hz instead of "
-                    f'{controller.update_rate} Hz: its update_rate has to divide the '
-                    f"manager's {rate} Hz"
-                )
-                self._events.add(time_ns, 'warning', 'warning', text)
-            active.append((controller, divisor))
-        self.active = tuple(active)
+        self.active = tuple(
+            (one, round(rate / one.update_rate))
+            for one in in_order([one for one in controllers.values() if one.active]))
         self.generation += 1
 
     def _strict(self, strictness: int) -> bool:

@@ -8,6 +8,8 @@ from types import SimpleNamespace
 
 import pytest
 
+from armsim_ros.config.controllers.controller_parameters import ControllerParameters
+from armsim_ros.control.manager.controller_factory import CONTROLLER_TYPES
 from armsim_ros.control.manager.controller_manager import Strictness
 from armsim_ros.errors import ControllerError
 
@@ -232,11 +234,34 @@ def test_update_rate_divides(rig, monkeypatch):
     assert calls[0][1] == pytest.approx(0.04)
 
 
-def test_update_rate_that_does_not_divide(rig):
-    """A warning names the rate that it gets."""
+@pytest.mark.parametrize(('asked', 'run'), [
+    (None, 100), (0, 100), (25, 25), (30, 33), (40, 33), (70, 100), (200, 100)])
+def test_the_rate_that_is_run(rig, asked, run):
+    """
+    An update rate becomes one that the manager's updates allow, with a warning.
+
+    controller_interface_base.cpp, ControllerInterfaceBase::configure.
+    """
     r = rig()
-    r.arm(update_rate=30)
-    assert any('33.3333 Hz' in text for text in r.texts())
+    r.arm(**({} if asked is None else {'update_rate': asked}))
+    (info,) = r.manager.list_controllers()
+    assert info.update_rate == run
+    warned = any(f'runs at {run} Hz instead of {asked} Hz' in text for text in r.texts())
+    assert warned is (asked not in (None, 0, run))
+
+
+def test_parameters_of_every_controller(rig):
+    """
+    Every kind of controller declares update_rate with the manager's rate, and two more.
+
+    controller_interface_base.cpp, ControllerInterfaceBase::init.
+    """
+    assert all(issubclass(kind.parameters_class, ControllerParameters)
+               for kind in CONTROLLER_TYPES.values())
+    parameters = rig().arm().parameters
+    assert parameters.update_rate == 100
+    assert not parameters.is_async
+    assert parameters.thread_priority == -100
 
 
 def test_hardware_interfaces(rig):
