@@ -23,6 +23,7 @@ CLIENT_PROGRAMS = {
     'web': 'a page in the browser: see the robot, plan, execute, stop',
     'spawner': 'load, configure and activate controllers',
     'unspawner': 'deactivate and unload controllers',
+    'hardware_spawner': 'configure or activate hardware components',
 }
 #: Small commands to a running robot, for a terminal and for scripts.
 VERBS = {

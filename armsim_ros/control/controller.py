@@ -65,6 +65,9 @@ class Controller(ABC, Generic[ParametersT]):
 
     parameters_class: ClassVar[type[Settings]]
 
+    chainable: ClassVar[bool] = False
+    """Whether it exports references or states for other controllers."""
+
     only_looks: ClassVar[bool] = False
     """Whether updates command nothing and depend on nothing but states and time."""
 

@@ -35,6 +35,7 @@ _FILE = re.compile(r'file://+(/[^"\'<>\n]+?)/[^/"\']*["\']')
 _PROGRAMS = {
     ProgramRole.SIMULATION: 'ros2_control_node', ProgramRole.MOVE_GROUP: 'move_group',
     ProgramRole.SPAWNER: 'spawner', ProgramRole.UNSPAWNER: 'unspawner',
+    ProgramRole.HARDWARE_SPAWNER: 'hardware_spawner',
     ProgramRole.DESCRIPTION: 'robot_state_publisher',
     ProgramRole.JOINT_STATES: 'joint_state_publisher',
     ProgramRole.STATIC_TRANSFORM: 'static_transform_publisher',
@@ -168,7 +169,7 @@ class Mapping:
         if node is None:
             command = ['/bin/sh', '-c', ' '.join(spec.command)] if spec.shell else spec.command
             return Start(action, spec, Kind.RUN, [*spec.prefix, *command])
-        command = [*spec.prefix, *self._program(node), *node.arguments,
+        command = [*spec.prefix, *self._program(node), *_words(spec),
                    *self._ros_args(node, {})]
         if spec.shell:
             command = ['/bin/sh', '-c', shlex.join(command)]
@@ -234,7 +235,9 @@ class Mapping:
 
 def _words(spec: ProcessSpec) -> list[str]:
     """Return a program's arguments, of ``ros2 run PACKAGE PROGRAM ...`` too."""
-    return list(spec.node.arguments if spec.node is not None else spec.command[4:])
+    words = list(spec.node.arguments if spec.node is not None else spec.command[4:])
+    # A shell splits words at blanks, and drops empty ones.
+    return shlex.split(' '.join(words)) if spec.shell and spec.node is not None else words
 
 
 def _around(path: Path) -> list[Path | None]:

@@ -160,6 +160,11 @@ MODULES: Mapping[str, str] = {
     'moveit_configs_utils.launch_utils':
         'moveit.launch_utils:DeclareBooleanLaunchArg moveit.launch_utils:add_debuggable_node',
     'moveit_configs_utils.substitutions': 'moveit.launch_utils:Xacro',
+    'controller_manager.launch_utils':
+        'controller_manager:generate_load_controller_launch_description '
+        'controller_manager:generate_controllers_spawner_launch_description '
+        'controller_manager:generate_controllers_spawner_launch_description_from_dict '
+        'controller_manager:generate_spawner_launch_description',
 }
 
 #: Ours while a file is evaluated here, also where real ones are installed: the real index finds no

@@ -20,6 +20,7 @@ class ProgramRole(Enum):
     BRIDGE = 'the simulation publishes these topics itself'
     SPAWNER = 'loads and activates controllers'
     UNSPAWNER = 'deactivates and unloads controllers'
+    HARDWARE_SPAWNER = 'configures or activates hardware components'
     MOVE_GROUP = 'planning and execution'
     DESCRIPTION = 'publishes the robot description and transforms'
     JOINT_STATES = 'publishes joint states'
@@ -33,6 +34,7 @@ NODES: dict[tuple[str, str], ProgramRole] = {
     ('controller_manager', 'spawner.py'): ProgramRole.SPAWNER,
     ('controller_manager', 'unspawner'): ProgramRole.UNSPAWNER,
     ('controller_manager', 'unspawner.py'): ProgramRole.UNSPAWNER,
+    ('controller_manager', 'hardware_spawner'): ProgramRole.HARDWARE_SPAWNER,
     ('moveit_ros_move_group', 'move_group'): ProgramRole.MOVE_GROUP,
     ('robot_state_publisher', 'robot_state_publisher'): ProgramRole.DESCRIPTION,
     ('joint_state_publisher', 'joint_state_publisher'): ProgramRole.JOINT_STATES,

@@ -30,7 +30,8 @@ and print the file to source. --check says where each program of a launch file c
 PROGRAMS: Mapping[str, Mapping[str, str]] = {
     'controller_manager': {
         'ros2_control_node': 'ros2_control_node', 'spawner': 'spawner', 'spawner.py': 'spawner',
-        'unspawner': 'unspawner', 'unspawner.py': 'unspawner'},
+        'unspawner': 'unspawner', 'unspawner.py': 'unspawner',
+        'hardware_spawner': 'hardware_spawner'},
     'moveit_ros_move_group': {'move_group': 'move_group'},
 }
 _MARKERS = Path('share', 'ament_index', 'resource_index', 'packages')

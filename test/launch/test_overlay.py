@@ -20,7 +20,7 @@ def installation(tmp_path, monkeypatch):
     (prefix / 'share/controller_manager').mkdir()
     (prefix / 'share/controller_manager/package.xml').write_text('original')
     (prefix / 'lib/controller_manager').mkdir(parents=True)
-    for name in ('spawner', 'hardware_spawner'):
+    for name in ('spawner', 'other_program'):
         (prefix / 'lib/controller_manager' / name).write_text('original')
     monkeypatch.setenv('AMENT_PREFIX_PATH', str(prefix))
     monkeypatch.setenv('XDG_CACHE_HOME', str(tmp_path / 'cache'))
@@ -34,7 +34,7 @@ def test_it_has_our_programs_and_the_originals_files(installation, capsys):
     assert capsys.readouterr().out.strip() == str(folder / 'setup.sh')
     package = folder / 'lib' / 'controller_manager'
     assert 'armsim_ros original spawner' in (package / 'spawner').read_text()
-    assert (package / 'hardware_spawner').read_text() == 'original'
+    assert (package / 'other_program').read_text() == 'original'
     share = folder / 'share' / 'controller_manager' / 'package.xml'
     assert share.read_text() == 'original'
     assert (folder / 'share/moveit_ros_move_group/package.xml').is_file()

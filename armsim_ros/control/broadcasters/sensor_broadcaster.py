@@ -81,6 +81,7 @@ class ForceTorqueSensorBroadcaster(SensorBroadcaster):
     """``force_torque_sensor_broadcaster/ForceTorqueSensorBroadcaster``."""
 
     parameters_class: ClassVar[type[Settings]] = ForceTorqueSensorBroadcasterParameters
+    chainable: ClassVar[bool] = True
 
     def configure(self) -> None:
         """Look whether everything is named, and tell what has no effect."""

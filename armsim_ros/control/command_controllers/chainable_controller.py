@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
+from typing import ClassVar
 
 import numpy as np
 
@@ -20,6 +21,8 @@ class ChainableController(Controller[ParametersT]):
 
     ``offer`` may be called from any thread; all else belongs to the control loop.
     """
+
+    chainable: ClassVar[bool] = True
 
     @property
     @abstractmethod

@@ -30,7 +30,7 @@ from armsim_ros.control.controller import (
 from armsim_ros.control.events import ControllerEvent, EventQueue
 from armsim_ros.control.hardware_interface import COMMAND_INTERFACES, HardwareInterface
 from armsim_ros.control.mailbox import Mailbox
-from armsim_ros.control.manager.chains import withdraw
+from armsim_ros.control.manager.chains import in_order, withdraw
 from armsim_ros.control.manager.command_limits import CommandLimits
 from armsim_ros.control.manager.controller_factory import (
     CONTROLLER_TYPES,
@@ -360,8 +360,8 @@ class ControllerManager:
                 self._fail(controller, error)
 
     def list_controllers(self) -> list[ControllerInfo]:
-        """Return all loaded controllers in the order of loading."""
-        controllers = self.controllers.values()
+        """Return all loaded controllers, those of a chain from its beginning on."""
+        controllers = in_order(list(self.controllers.values()))
         return [controller_info(controller, controllers) for controller in controllers]
 
     def list_hardware_interfaces(self) -> tuple[list[InterfaceInfo], list[InterfaceInfo]]:
@@ -386,9 +386,9 @@ class ControllerManager:
             self._changes += 1
         self._requests.post(SwitchRequest((), (), Strictness.BEST_EFFORT))
 
-    def list_types(self) -> list[str]:
-        """Return the types of controllers that can be loaded."""
-        return list(CONTROLLER_TYPES)
+    def list_types(self) -> dict[str, bool]:
+        """Return the types of controllers that can be loaded, and whether they are chainable."""
+        return {name: kind.chainable for name, kind in CONTROLLER_TYPES.items()}
 
     def poll_events(self) -> list[ControllerEvent]:
         """Return what the manager and its controllers had to say since the last call."""

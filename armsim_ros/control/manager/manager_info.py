@@ -8,7 +8,6 @@ from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from armsim_ros.control.command_controllers.chainable_controller import ChainableController
 from armsim_ros.control.controller import Controller, LifecycleState
 from armsim_ros.control.hardware_interface import HardwareInterface
 from armsim_ros.control.manager.chains import Connections, connections, relative
@@ -71,7 +70,7 @@ def controller_info(
         commands if controller.active else (),
         commands if known else (),
         controller.required_state_interfaces if known else (),
-        isinstance(controller, ChainableController),
+        controller.chainable,
         controller.chained,
         tuple(map(relative, controller.exported_states)) if known else (),
         tuple(map(relative, controller.reference_interfaces)) if known else (),

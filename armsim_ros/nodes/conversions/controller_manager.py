@@ -71,7 +71,6 @@ def component_message(info: HardwareComponentInfo, rate: float) -> HardwareCompo
         type=info.type,
         rw_rate=round(rate),
         plugin_name=info.plugin_name,
-        class_type=info.plugin_name,
         state=state_message(info.state),
         command_interfaces=interface_messages(info.command_interfaces),
         state_interfaces=interface_messages(info.state_interfaces),

@@ -20,6 +20,7 @@ PROGRAMS = {
     'static_transform_publisher': 'armsim_ros.nodes.originals.static_transform_publisher',
     'spawner': 'armsim_ros.nodes.spawner.main',
     'unspawner': 'armsim_ros.nodes.unspawner.main',
+    'hardware_spawner': 'armsim_ros.nodes.hardware_spawner.main',
 }
 
 

@@ -10,6 +10,10 @@ import sys
 from tempfile import TemporaryDirectory
 
 from armsim_ros.cli.arguments import split_ros_args
+from armsim_ros.config.controllers.controller_manager import (
+    ControllerEntry,
+    ControllerManagerParameters,
+)
 from armsim_ros.errors import ArmsimError, USAGE_STATUS
 from armsim_ros.nodes.originals.node_parameters import NodeArguments, read_node_arguments
 from armsim_ros.nodes.originals.robot_package import PREFIX, RobotPackage
@@ -60,7 +64,8 @@ def simulation_words(urdf: str, arguments: NodeArguments, folder: Path) -> list[
                    if not _is_of_the_launch(text)]
     manager = {name: value for name, value in values.items()
                if name not in _NOT_THE_MANAGERS and not name.startswith(PLACEMENT)
-               and (name == 'update_rate' or name.endswith('.type'))}
+               and (name.partition('.')[0] in ControllerManagerParameters.model_fields
+                    or name.rpartition('.')[2] in ControllerEntry.model_fields)}
     if manager:
         controllers.append(package.add_manager(manager, len(texts)))
     words = [f'robot:={package.folder}', f'urdf:={package.urdf}']

@@ -1,77 +1,151 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The command line of the spawner, with the flags of ros2_control's."""
+"""The command lines of the spawner and the unspawner, with the forms of controller_manager's."""
 
 from __future__ import annotations
 
 import argparse
 from collections.abc import Sequence
+from dataclasses import dataclass
+
+BLOCK = '--controller'
+_USAGE = """spawner NAME... [options]
+       spawner [options of all] --controller NAME [options] --controller NAME [options] ..."""
 
 
-def parse_spawner_arguments(argv: Sequence[str]) -> argparse.Namespace:
+@dataclass(frozen=True)
+class ControllerRequest:
+    """
+    One controller to spawn.
+
+    :param ros_args: ROS arguments of its node, a text for each ``--controller-ros-args``.
+    """
+
+    name: str
+    files: tuple[str, ...] = ()
+    load_only: bool = False
+    inactive: bool = False
+    ros_args: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class SpawnerRequest:
+    """
+    All that the spawner is to do.
+
+    :param options: those that hold for all controllers.
+    :param ignored: words that mean nothing.
+    """
+
+    options: argparse.Namespace
+    controllers: tuple[ControllerRequest, ...]
+    ignored: tuple[str, ...] = ()
+
+
+def parse_spawner_arguments(argv: Sequence[str]) -> SpawnerRequest:
     """Read the words after the program's name; leaves with status 2 where they are wrong."""
+    words = list(argv)
+    blocks = BLOCK in words
     parser = argparse.ArgumentParser(
-        prog='spawner', description='Load, configure and activate controllers.'
-    )
-    _add_common(parser)
-    parser.add_argument(
-        '-p', '--param-file', action='append', default=[], metavar='FILE',
-        help='file with the parameters, in the layout of ROS 1 or ROS 2; may be repeated',
-    )
-    parser.add_argument(
-        '--load-only', action='store_true', help='load, and leave unconfigured'
-    )
-    parser.add_argument(
-        '--inactive', '--stopped', action='store_true', help='load and configure, do not activate'
-    )
-    parser.add_argument(
-        '-u', '--unload-on-kill', action='store_true',
-        help='stay, and deactivate and unload the controllers at the end',
-    )
-    parser.add_argument(
-        '--activate-as-group', action='store_true',
-        help='activate all together, at the end, or none',
-    )
-    parser.add_argument(
-        '--keep-going', action='store_true',
-        help='where a controller cannot be loaded, spawn the others; the status is 1 all the same',
-    )
-    parser.add_argument('-t', '--controller-type', default='', help='type of the controllers')
-    parser.add_argument(
-        '--controller-ros-args', action='append', default=[], metavar='ARGS',
-        help='remappings of the controllers; controllers live in the simulation, where no '
-        'remapping is possible: refused',
-    )
-    parser.add_argument(
-        '--switch-asap', action=argparse.BooleanOptionalAction, default=True,
-        help='activate at the next update',
-    )
-    return parser.parse_args(list(argv))
+        prog='spawner', usage=_USAGE, description='Load, configure and activate controllers.',
+        allow_abbrev=not blocks)
+    _add_options(parser, asap=not blocks)
+    if not blocks:
+        parser.add_argument('controllers', nargs='+', metavar='NAME', help='of a controller')
+        _add_controller_options(parser)
+        options = parser.parse_args(words)
+        return SpawnerRequest(
+            options, tuple(_request(name, options) for name in options.controllers))
+    _add_controller_options(parser.add_argument_group('options of a controller'), hidden=True)
+    options, rest = parser.parse_known_args([word for word in words if word in ('-h', '--help')])
+    common = argparse.ArgumentParser(prog='spawner', add_help=False, allow_abbrev=False)
+    _add_options(common, asap=False)
+    options, rest = common.parse_known_args(words)
+    starts = [place for place, word in enumerate(rest) if word == BLOCK]
+    ignored = rest[:starts[0]]
+    controllers = []
+    for start, end in zip(starts, [*starts[1:], len(rest)], strict=True):
+        name, *own = rest[start + 1:end] or ['']
+        if not name:
+            parser.error(f'{BLOCK} needs the name of a controller')
+        one = argparse.ArgumentParser(add_help=False)
+        _add_controller_options(one)
+        given, unknown = one.parse_known_args(own)
+        controllers.append(_request(name, given))
+        ignored += unknown
+    return SpawnerRequest(options, tuple(controllers), tuple(ignored))
 
 
 def parse_unspawner_arguments(argv: Sequence[str]) -> argparse.Namespace:
     """Read the words after the program's name; leaves with status 2 where they are wrong."""
     parser = argparse.ArgumentParser(
-        prog='unspawner', description='Deactivate and unload controllers.'
-    )
-    _add_common(parser)
+        prog='unspawner', description='Deactivate and unload controllers.')
+    parser.add_argument('controllers', nargs='+', metavar='NAME', help='of a controller')
+    add_manager_options(parser, manager='/controller_manager')
+    _add_timeouts(parser)
     return parser.parse_args(list(argv))
 
 
-def _add_common(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument('controllers', nargs='+', metavar='NAME', help='name of a controller')
+def add_manager_options(
+    parser: argparse.ArgumentParser, manager: str = 'controller_manager'
+) -> None:
+    """Add the options of every client of a manager."""
     parser.add_argument(
-        '-c', '--controller-manager', default='controller_manager', metavar='MANAGER',
-        help='name of the manager (default: controller_manager)',
-    )
+        '-c', '--controller-manager', default=manager, metavar='MANAGER',
+        help=f'name of the manager (default: {manager})')
     parser.add_argument(
         '--controller-manager-timeout', type=float, default=0.0, metavar='S',
-        help='time to wait for the manager [s], 0 is for ever',
-    )
+        help='time to wait for the manager [s], 0 is for ever')
+
+
+def _add_timeouts(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
-        '--switch-timeout', type=float, default=5.0, metavar='S', help='time for a switch [s]'
-    )
+        '--switch-timeout', type=float, default=5.0, metavar='S', help='time for a switch [s]')
     parser.add_argument(
         '--service-call-timeout', type=float, default=10.0, metavar='S',
-        help='time for one answer of the manager [s]',
-    )
+        help='time for an answer of the manager [s]')
+
+
+def _add_options(parser: argparse.ArgumentParser, *, asap: bool) -> None:
+    add_manager_options(parser)
+    _add_timeouts(parser)
+    parser.add_argument(
+        '-n', '--namespace', default='',
+        help='deprecated: namespace of manager and controllers; use --ros-args -r __ns:=NS')
+    parser.add_argument(
+        '-u', '--unload-on-kill', action='store_true',
+        help='stay, and deactivate and unload the controllers at the end')
+    parser.add_argument(
+        '--activate-as-group', action='store_true',
+        help='activate all together, at the end, or none')
+    parser.add_argument(
+        '--switch-asap', action=argparse.BooleanOptionalAction, default=asap,
+        help='has no effect: a switch is always done at the next update')
+    parser.add_argument(
+        '--keep-going', action='store_true',
+        help='where a controller cannot be loaded, spawn the others; the status is 1 all the same')
+
+
+def _add_controller_options(
+    parser: argparse._ActionsContainer, *, hidden: bool = False
+) -> None:
+    def text(line: str) -> str:
+        return line + (f'; after {BLOCK} NAME' if hidden else '')
+
+    parser.add_argument(
+        '-p', '--param-file', action='append', default=[], metavar='FILE',
+        help=text('file with the parameters, in the layout of ROS 1 or ROS 2; may be repeated'))
+    parser.add_argument(
+        '--load-only', action='store_true', help=text('load, and leave unconfigured'))
+    parser.add_argument(
+        '--inactive', action='store_true', help=text('load and configure, do not activate'))
+    parser.add_argument(
+        '--controller-ros-args', action='append', default=[], metavar='ARGS',
+        help=text("ROS arguments of the controller's node, such as '-r joint_states:=/other'; "
+                  'may be repeated'))
+
+
+def _request(name: str, given: argparse.Namespace) -> ControllerRequest:
+    return ControllerRequest(
+        name, tuple(given.param_file), given.load_only, given.inactive,
+        tuple(given.controller_ros_args))

@@ -4,22 +4,29 @@
 
 from __future__ import annotations
 
-import argparse
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 import signal
 import sys
+from typing import NoReturn
 
 import rclpy
 from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
-from rclpy.signals import uninstall_signal_handlers
+from rclpy.signals import SignalHandlerOptions
 
 from armsim_ros.cli.arguments import split_ros_args
 from armsim_ros.errors import ArmsimError, ControllerError
-from armsim_ros.nodes.spawner.arguments import parse_spawner_arguments
+from armsim_ros.nodes.originals.node_parameters import read_node_arguments
+from armsim_ros.nodes.spawner.arguments import (
+    ControllerRequest,
+    parse_spawner_arguments,
+    SpawnerRequest,
+)
 from armsim_ros.nodes.spawner.manager_client import ManagerClient
-from armsim_ros.nodes.spawner.parameter_files import controller_type
+from armsim_ros.nodes.spawner.parameter_files import entries_of
+
+_ENDS = (signal.SIGINT, signal.SIGTERM)
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -27,13 +34,13 @@ def main(argv: Sequence[str] | None = None) -> int:
     Spawn controllers.
 
     :param argv: the words after the program's name; those of this process where None.
-    :returns: 0 when all are in the wanted state, 1 at the first failure, or with
-        ``--keep-going`` after those that could be loaded.
+    :returns: 0 when all are in the requested state or a signal ended it, 1 at the first failure,
+        or with ``--keep-going`` after those that could be loaded.
     """
     words, ros_args = split_ros_args(sys.argv[1:] if argv is None else argv)
-    arguments = parse_spawner_arguments(words)
-    name = f'spawner_{arguments.controllers[0]}'
-    return run_client(name, ros_args, lambda node: _spawn(node, arguments))
+    request = parse_spawner_arguments(words)
+    name = f'spawner_{request.controllers[0].name}'
+    return run_client(name, ros_args, lambda node: _Spawner(node, request, ros_args).run())
 
 
 def run_client(name: str, ros_args: Sequence[str], work: Callable[[Node], None]) -> int:
@@ -41,10 +48,13 @@ def run_client(name: str, ros_args: Sequence[str], work: Callable[[Node], None])
     Run a short-lived client of a manager.
 
     :param name: the node's name.
-    :param work: raises an ArmsimError where it fails.
+    :param work: raises an ArmsimError where it fails, and KeyboardInterrupt at a signal.
     :returns: 0, or 1 after a failure, which is logged.
     """
-    rclpy.init(args=[name, *ros_args])
+    for number in _ENDS:
+        signal.signal(number, _interrupt)
+    # Not rclpy's handlers: they would end the context that unloading needs.
+    rclpy.init(args=[name, *ros_args], signal_handler_options=SignalHandlerOptions.NO)
     node = Node(name, enable_rosout=False, start_parameter_services=False)
     try:
         work(node)
@@ -52,94 +62,129 @@ def run_client(name: str, ros_args: Sequence[str], work: Callable[[Node], None])
         node.get_logger().error(str(error))
         return 1
     except (KeyboardInterrupt, ExternalShutdownException):
-        return 1
+        pass
     finally:
         node.destroy_node()
         rclpy.try_shutdown()
     return 0
 
 
-def _spawn(node: Node, arguments: argparse.Namespace) -> None:
-    if arguments.controller_ros_args:
-        raise ControllerError('--controller-ros-args: controllers cannot be remapped here')
-    files = [str(Path(file).resolve()) for file in arguments.param_file]
-    for file in files:
-        if not Path(file).is_file():
-            raise ControllerError(f"parameter file '{file}' does not exist")
-    manager = ManagerClient(node, arguments.controller_manager, arguments.service_call_timeout)
-    manager.wait(arguments.controller_manager_timeout)
-    states = manager.states()
-    lost = []
-    for name in arguments.controllers:
+def _interrupt(number: int, frame: object) -> NoReturn:
+    raise KeyboardInterrupt
+
+
+class _Spawner:
+    """
+    One run of the spawner.
+
+    :param ros_args: of the spawner's own node; their parameter files are those of all controllers.
+    """
+
+    def __init__(self, node: Node, request: SpawnerRequest, ros_args: Sequence[str]) -> None:
+        self._log = node.get_logger()
+        self._request = request
+        self._options = options = request.options
+        if request.ignored:
+            self._log.warning(f"ignored: {' '.join(request.ignored)}")
+        namespace = node.get_namespace()
+        if options.namespace:
+            if namespace != '/':
+                raise ControllerError(
+                    f"--namespace {options.namespace} and the remapping '__ns:={namespace}' "
+                    'exclude each other; use the remapping alone')
+            self._log.warning("'--namespace' is deprecated; use --ros-args -r __ns:=NAMESPACE")
+            namespace = f"/{options.namespace.strip('/')}"
+        self._files = tuple(
+            str(file) for file in read_node_arguments(ros_args, node.get_name()).files)
+        for controller in request.controllers:
+            for file in (*controller.files, *self._files):
+                if not Path(file).is_file():
+                    raise ControllerError(f"parameter file '{file}' does not exist")
+        self._manager = ManagerClient(
+            node, options.controller_manager, options.service_call_timeout, namespace)
+
+    def run(self) -> None:
+        """
+        Spawn the controllers, and with ``--unload-on-kill`` wait for a signal and unload them.
+
+        :raises ControllerError: a controller cannot be brought into its state.
+        """
         try:
-            if name in states:
-                node.get_logger().warning(f"controller '{name}' is loaded already")
-            else:
-                _load(node, manager, name, files, arguments)
-                states[name] = 'unconfigured'
-        except ControllerError as error:
-            if not arguments.keep_going or arguments.activate_as_group:
+            self._spawn()
+            if self._options.unload_on_kill:
+                self._log.info('waiting for a signal, to unload the controllers then')
+                signal.pause()
+        except KeyboardInterrupt:
+            for number in _ENDS:
+                signal.signal(number, signal.SIG_IGN)
+            if not self._options.unload_on_kill:
                 raise
-            node.get_logger().error(str(error))
-            lost.append(name)
-            continue
-        if not arguments.load_only:
-            if states[name] in ('unconfigured', 'inactive'):
-                manager.configure(name)
-                states[name] = 'inactive'
-            if not (arguments.inactive or arguments.activate_as_group):
-                _activate(node, manager, [name], states, arguments)
-    if arguments.activate_as_group and not (arguments.load_only or arguments.inactive):
-        _activate(node, manager, arguments.controllers, states, arguments)
-    if lost:
-        raise ControllerError(f"not loaded: {', '.join(lost)}")
-    if arguments.unload_on_kill:
-        node.get_logger().info('waiting for the end, to unload the controllers then')
-        _wait_and_unload(manager, arguments)
+            names = [one.name for one in self._request.controllers if not one.inactive]
+            unload(self._manager, names, self._options.switch_timeout)
+            self._log.info(f"unloaded: {', '.join(names) or 'none'}")
+
+    def _spawn(self) -> None:
+        options = self._options
+        self._manager.wait(options.controller_manager_timeout)
+        loaded = self._manager.states()
+        lost, group = [], []
+        for controller in self._request.controllers:
+            name = controller.name
+            if name in loaded:
+                self._log.warning(f"controller '{name}' is loaded already")
+            else:
+                try:
+                    self._load(controller)
+                except ControllerError as error:
+                    if not options.keep_going or options.activate_as_group:
+                        raise
+                    self._log.error(str(error))
+                    lost.append(name)
+                    continue
+            if controller.load_only:
+                continue
+            self._manager.configure(name)
+            if controller.inactive:
+                continue
+            if options.activate_as_group:
+                group.append(name)
+            else:
+                self._activate([name])
+        if group:
+            self._activate(group)
+        if lost:
+            raise ControllerError(f"not loaded: {', '.join(lost)}")
+
+    def _load(self, controller: ControllerRequest) -> None:
+        name = controller.name
+        described: dict[str, object] = {}
+        if controller.ros_args:
+            described['node_options_args'] = [
+                word for text in controller.ros_args for word in text.split()]
+        files = [str(Path(file).resolve()) for file in (*controller.files, *self._files)]
+        entries = entries_of(name, self._manager.namespace, files)
+        for remark in entries.remarks:
+            self._log.error(remark)
+        if entries.files:
+            described['params_file'] = list(entries.files)
+        if entries.type:
+            described['type'] = entries.type
+        if entries.fallback_controllers:
+            described['fallback_controllers'] = list(entries.fallback_controllers)
+        if described:
+            self._manager.set_parameters(
+                {f'{name}.{key}': value for key, value in described.items()})
+        self._manager.load(name)
+        self._log.info(f"loaded '{name}'")
+
+    def _activate(self, names: Sequence[str]) -> None:
+        options = self._options
+        self._manager.switch(
+            activate=names, asap=options.switch_asap, timeout=options.switch_timeout)
+        self._log.info(f'active: {", ".join(names)}')
 
 
-def _load(
-    node: Node,
-    manager: ManagerClient,
-    name: str,
-    files: list[str],
-    arguments: argparse.Namespace,
-) -> None:
-    kind = arguments.controller_type or controller_type(name, manager.namespace, files)
-    described: dict[str, object] = {}
-    if kind:
-        described[f'{name}.type'] = kind
-    if files:
-        described[f'{name}.params_file'] = files
-    if described:
-        manager.set_parameters(described)
-    manager.load(name)
-    node.get_logger().info(f"loaded '{name}'")
-
-
-def _activate(
-    node: Node, manager: ManagerClient, names: list[str], states: dict[str, str],
-    arguments: argparse.Namespace,
-) -> None:
-    idle = [name for name in names if states[name] != 'active']
-    if idle:
-        manager.switch(
-            activate=idle, asap=arguments.switch_asap, timeout=arguments.switch_timeout
-        )
-        states.update(dict.fromkeys(idle, 'active'))
-    node.get_logger().info(f'active: {", ".join(names)}')
-
-
-def _wait_and_unload(manager: ManagerClient, arguments: argparse.Namespace) -> None:
-    # Not rclpy's handlers, which would end the context that the unloading needs.
-    uninstall_signal_handlers()
-    ends = {signal.SIGINT, signal.SIGTERM}
-    signal.pthread_sigmask(signal.SIG_BLOCK, ends)
-    signal.sigwait(ends)
-    unload(manager, arguments.controllers, arguments.switch_timeout)
-
-
-def unload(manager: ManagerClient, names: Sequence[str], switch_timeout: float) -> None:
+def unload(manager: ManagerClient, names: Iterable[str], switch_timeout: float) -> None:
     """
     Deactivate and unload controllers.
 
@@ -155,6 +200,4 @@ def unload(manager: ManagerClient, names: Sequence[str], switch_timeout: float) 
     if active:
         manager.switch(deactivate=active, timeout=switch_timeout)
     for name in names:
-        if states[name] != 'unconfigured':
-            manager.cleanup(name)
         manager.unload(name)

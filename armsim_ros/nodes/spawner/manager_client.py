@@ -10,10 +10,11 @@ import time
 from typing import Any
 
 from controller_manager_msgs.srv import (
-    CleanupController,
     ConfigureController,
     ListControllers,
+    ListHardwareComponents,
     LoadController,
+    SetHardwareComponentState,
     SwitchController,
     UnloadController,
 )
@@ -24,6 +25,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from armsim_ros.errors import ControllerError
+from armsim_ros.nodes.conversions.lifecycle import state_message
 from armsim_ros.nodes.conversions.time import duration_from_seconds
 
 #: How often a call is made that is not answered.
@@ -37,14 +39,17 @@ class ManagerClient:
     A manager by its name.
 
     :param node: the program's node; nobody else may spin it.
-    :param manager: the manager's name, absolute or relative to the node's namespace.
+    :param manager: the manager's name, absolute or relative to the namespace.
     :param call_timeout: [s] for one answer.
+    :param namespace: '' is that of the node.
     """
 
-    def __init__(self, node: Node, manager: str, call_timeout: float) -> None:
+    def __init__(
+        self, node: Node, manager: str, call_timeout: float, namespace: str = ''
+    ) -> None:
         self._node = node
         self._call_timeout = call_timeout
-        namespace = node.get_namespace().rstrip('/')
+        namespace = (namespace or node.get_namespace()).rstrip('/')
         self.name = manager if manager.startswith('/') else f'{namespace}/{manager}'
 
     @property
@@ -71,6 +76,18 @@ class ManagerClient:
         response = self._call('list_controllers', ListControllers, ListControllers.Request())
         return {state.name: state.state for state in response.controller}
 
+    def hardware_states(self) -> dict[str, str]:
+        """Return hardware component -> lifecycle state."""
+        response = self._call('list_hardware_components', ListHardwareComponents,
+                              ListHardwareComponents.Request())
+        return {component.name: component.state.label for component in response.component}
+
+    def set_hardware_state(self, name: str, state: str) -> str:
+        """Bring a hardware component into a state; return the state that it has then."""
+        request = SetHardwareComponentState.Request(name=name, target_state=state_message(state))
+        response = self._call('set_hardware_component_state', SetHardwareComponentState, request)
+        return str(response.state.label)
+
     def set_parameters(self, values: dict[str, Any]) -> None:
         """Set parameters of the manager; ControllerError where one is refused."""
         parameters = [Parameter(key, value=value) for key, value in values.items()]
@@ -89,10 +106,6 @@ class ManagerClient:
     def configure(self, name: str) -> None:
         """Configure a controller."""
         self._do('configure_controller', ConfigureController, name, 'configured')
-
-    def cleanup(self, name: str) -> None:
-        """Bring a controller back to unconfigured."""
-        self._do('cleanup_controller', CleanupController, name, 'cleaned up')
 
     def unload(self, name: str) -> None:
         """Unload a controller."""

@@ -1,64 +1,75 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What the spawner has to know of parameter files: whether they name a controller, its type."""
+"""What the spawner reads in parameter files: whether they are of a controller, and its type."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
-from armsim_ros.config.yaml.node import ROS2_KEY, YamlNode
+from armsim_ros.config.yaml.node import YamlNode
+from armsim_ros.config.yaml.node_parameters import (
+    is_ros2_file,
+    names_without_namespace,
+    parameters_of_node,
+)
 from armsim_ros.config.yaml.source import read_yaml_file
-from armsim_ros.errors import ConfigError, Problem
 
 
-def controller_type(name: str, namespace: str, files: Sequence[str]) -> str:
+@dataclass(frozen=True)
+class FileEntries:
     """
-    Return the type that parameter files give to a controller, '' where they give none.
+    What parameter files say of a controller.
 
-    :param namespace: of the manager, such as ``/sunday``; ``/`` is none.
-    :raises ConfigError: a file cannot be read; or it has the controller under its bare name,
-        which ROS 2 matches only for a manager without a namespace.
+    :param files: those that have a block for it.
+    :param type: '' where they give none.
+    :param remarks: why a file does not count, in sentences.
     """
-    found = ''
-    for file in files:
+
+    files: tuple[str, ...] = ()
+    type: str = ''
+    fallback_controllers: tuple[str, ...] = ()
+    remarks: tuple[str, ...] = ()
+
+
+def entries_of(name: str, namespace: str, files: Sequence[str]) -> FileEntries:
+    """
+    Read what parameter files say of a controller; the first file that has a value wins.
+
+    :param namespace: of the controller, such as ``/sunday``; ``/`` is none.
+    :raises ConfigError: a file cannot be read.
+    """
+    used: list[str] = []
+    remarks: list[str] = []
+    kind: str = ''
+    fallbacks: tuple[str, ...] = ()
+    for file in dict.fromkeys(files):
         root = read_yaml_file(Path(file))
-        for keys, node in _blocks(root, ()):
-            kind = _type_in(keys, node, name, namespace)
-            found = kind or found
-    return found
+        block = parameters_of_node(root, name, namespace) if is_ros2_file(root) \
+            else _ros1_block(root, name)
+        if block is None:
+            if names_without_namespace(root, name):
+                remarks.append(
+                    f"{file}: '{name}' is only a controller without a namespace; this one is "
+                    f'{namespace}/{name}; allowed: {namespace}/{name}, /**/{name}')
+            continue
+        used.append(file)
+        given = block.get('type')
+        kind = kind or (given.text if given is not None and not given.is_mapping else '')
+        listed = block.get('fallback_controllers')
+        fallbacks = fallbacks or (tuple(one.text for one in listed.items)
+                                  if listed is not None else ())
+    return FileEntries(tuple(used), kind, fallbacks, tuple(remarks))
 
 
-def _blocks(node: YamlNode, keys: tuple[str, ...]) -> list[tuple[tuple[str, ...], YamlNode]]:
-    """Return (node name's parts, parameters) of every block, ROS 1 blocks as they stand."""
-    if ROS2_KEY in node.entries:
-        return [(keys, node.entries[ROS2_KEY])]
-    found = []
+def _ros1_block(node: YamlNode, name: str) -> YamlNode | None:
+    """Return the block of a controller in a file of ROS 1, at any depth."""
     for key, inner in node.entries.items():
-        parts = (*keys, *(part for part in key.split('/') if part))
-        if inner.is_mapping:
-            found += [(parts, inner), *_blocks(inner, parts)]
-    return found
-
-
-def _type_in(keys: tuple[str, ...], node: YamlNode, name: str, namespace: str) -> str:
-    if keys and keys[-1] == name and ROS2_KEY in node.entries:
-        home = tuple(part for part in namespace.split('/') if part)
-        if home and keys == (name,):
-            raise ConfigError(
-                Problem(
-                    f"'{name}' would match only a controller without a namespace; this one is "
-                    f'{namespace}/{name}',
-                    node.where,
-                    f'{namespace}/{name}, /**/{name}, or the block below /**',
-                )
-            )
-        return ''
-    if keys and keys[-1] in ('controller_manager', '**'):
-        nested = node.get(name)
-        kind = nested.get('type') if nested is not None else node.get(f'{name}.type')
-        return kind.text if kind is not None else ''
-    if keys and keys[-1] == name:
-        kind = node.get('type')
-        return kind.text if kind is not None and not kind.is_mapping else ''
-    return ''
+        if not inner.is_mapping:
+            continue
+        if key.rpartition('/')[2] == name:
+            return inner
+        if (found := _ros1_block(inner, name)) is not None:
+            return found
+    return None

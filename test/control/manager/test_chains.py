@@ -171,6 +171,19 @@ def test_what_is_listed(chain):
     assert _info(chain, 'loop').chained
 
 
+def test_a_chain_is_listed_from_its_beginning(rig):
+    """
+    list_controllers has preceding controllers before those that follow, however they were loaded.
+
+    controller_manager.cpp, ControllerManager::configure_controller.
+    """
+    made = rig()
+    made.load('loop', PID, dof_names=['a'], command_interface='velocity',
+              reference_and_state_interfaces=['position'], gains={'a': {'p': 20.0}})
+    made.load('stream', FORWARD, joints=['loop/a'], interface_name='position')
+    assert list(_states(made)) == ['stream', 'loop']
+
+
 def test_references_among_the_interfaces(chain):
     """References are available while their controller is active, and gone with it."""
     def shown():

@@ -24,8 +24,9 @@ from armsim_ros.nodes.conversions.controller_manager import (
 )
 from armsim_ros.nodes.conversions.lifecycle import state_label, state_message
 
-#: The base class of the reference's controllers.
-BASE_CLASS = 'controller_interface::ControllerInterface'
+#: Whether a type is chainable -> its base class in ros2_control.
+BASE_CLASSES = {False: 'controller_interface::ControllerInterface',
+                True: 'controller_interface::ChainableControllerInterface'}
 
 
 class ControllerManagerQueries:
@@ -60,8 +61,9 @@ class ControllerManagerQueries:
         return response
 
     def _list_types(self, _: Any, response: Any) -> Any:
-        response.types = list(self._manager.list_types())
-        response.base_classes = [BASE_CLASS] * len(response.types)
+        types = self._manager.list_types()
+        response.types = list(types)
+        response.base_classes = [BASE_CLASSES[chainable] for chainable in types.values()]
         return response
 
     def _list_components(self, _: Any, response: Any) -> Any:

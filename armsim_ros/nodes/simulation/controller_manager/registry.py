@@ -56,12 +56,15 @@ class ControllerRegistry(Mapping[str, ControllerNode]):
         """
         if name in self._manager.controllers:
             raise ControllerError(f"controller '{name}' is loaded already")
-        side = self.add(self._manager.load(self._descriptions.find(name)))
+        side = self.add(self._manager.load(
+            self._descriptions.find(name), self._descriptions.fallback_controllers(name)))
         side.declare_parameters()
 
     def add(self, controller: Controller) -> ControllerNode:
         """Give a loaded controller a node; its parameters are declared by the caller."""
-        node = self._time.node(controller.name, namespace=self._namespace)
+        node = self._time.node(
+            controller.name, namespace=self._namespace,
+            cli_args=list(self._descriptions.node_options(controller.name)))
         side = create_controller_node(controller, node, self._dispatcher)
         self._sides = {**self._sides, controller.name: side}
         self._executor.add_node(node)

@@ -92,12 +92,17 @@ def test_list_controllers_tells_claims(bench: Bench, arm: TrajectoryController) 
     assert sorted(inactive.required_command_interfaces) == commands
 
 
-@statement('P1')
+@statement('P1', 'C8')
+@upstream('list_controller_types')
 def test_list_controller_types(bench: Bench) -> None:
     """Types and their base classes."""
     response = bench.manager.controller_types()
-    assert {TRAJECTORY, 'joint_state_broadcaster/JointStateBroadcaster'} <= set(response.types)
-    assert len(response.types) == len(response.base_classes)
+    bases = dict(zip(response.types, response.base_classes, strict=True))
+    plain = 'controller_interface::ControllerInterface'
+    assert bases[TRAJECTORY] == bases['joint_state_broadcaster/JointStateBroadcaster'] == plain
+    for kind in ('pid_controller/PidController', 'admittance_controller/AdmittanceController',
+                 'force_torque_sensor_broadcaster/ForceTorqueSensorBroadcaster'):
+        assert bases[kind] == 'controller_interface::ChainableControllerInterface'
 
 
 @statement('P1')
@@ -107,6 +112,8 @@ def test_list_hardware(bench: Bench, arm: TrajectoryController) -> None:
     (component,) = bench.manager.hardware_components().component
     assert component.state.label == 'active'
     assert component.type == 'system'
+    commands = ['axis_1/position', 'axis_2/position']
+    assert [one.name for one in component.command_interfaces if one.is_claimed] == commands
     interfaces = bench.manager.hardware_interfaces()
     claimed = {i.name for i in interfaces.command_interfaces if i.is_claimed}
     assert claimed == {'axis_1/position', 'axis_2/position'}
@@ -242,16 +249,21 @@ def test_paused_it_serves_on(bench: Bench, arm: TrajectoryController) -> None:
     assert goal.result().error_code == 0
 
 
-@statement('P7')
+@statement('P7', 'C10')
 @pytest.mark.parametrize(
     ('name', 'value'),
     [('update_rate', 100), ('enforce_command_limits', False), ('arm.type', TRAJECTORY),
-     ('defaults.switch_controller.strictness', 'best_effort')],
+     ('defaults.switch_controller.strictness', 'best_effort'),
+     ('defaults.allow_controller_activation_with_inactive_hardware', False),
+     ('defaults.deactivate_controllers_on_hardware_self_deactivate', True),
+     ('hardware_components_initial_state.inactive', []),
+     ('hardware_components_initial_state.shutdown_on_initial_state_failure', True)],
 )
 def test_parameters_of_the_manager(bench: Bench, name: str, value: Any) -> None:
     """The manager's parameters have their values."""
     parameters = ParameterClient(bench.client, bench.name('controller_manager'))
-    assert parameters.get(name) == value
+    found = parameters.get(name)
+    assert (list(found) if isinstance(value, list) else found) == value
 
 
 @statement('P8', 'O8', 'A6')

@@ -10,8 +10,9 @@ from dataclasses import dataclass
 import shlex
 import signal
 
-from controller_bench import Bench
+from controller_bench import Bench, BROADCASTER
 import pytest
+from sensor_msgs.msg import JointState
 
 from armsim_ros.testing.clients.parameter_client import ParameterClient
 from armsim_ros.testing.programs.domain import ros_environment
@@ -130,15 +131,21 @@ def of_files(bench: Bench, command: str, file: Callable[[str], str]) -> dict[str
         'spawned_full': ROS_2.format(key='/bench/spawned_full', joint='axis_1'),
         'spawned_wild': ROS_2.format(key='/**/spawned_wild', joint='axis_2'),
         'spawned_ros_1': ROS_1.format(key='spawned_ros_1', joint='wheel_1'),
+        'spawned_ros_args': ROS_2.format(key='/**', joint='wheel_2'),
     }
     with spawners(bench, command) as start:
-        calls = [(name, '-p', file(text)) for name, text in texts.items()]
+        calls = [(name, '--ros-args', '--params-file', file(text), '--')
+                 if name == 'spawned_ros_args' else (name, '-p', file(text))
+                 for name, text in texts.items()]
         return dict(zip(texts, side_by_side(bench, start, *calls), strict=True))
 
 
-@statement('P11', 'P2')
-@upstream('spawner_test_type_in_params_file', 'spawner_test_with_wildcard_entries')
-@pytest.mark.parametrize('name', ['spawned_full', 'spawned_wild', 'spawned_ros_1'])
+@statement('P11', 'P2', 'C14')
+@upstream('spawner_test_type_in_params_file', 'spawner_test_with_wildcard_entries',
+          'spawner_forwards_ros_params_file_along_with_param_file',
+          'spawner_test_with_wildcard_entries_with_no_ctrl_name')
+@pytest.mark.parametrize(
+    'name', ['spawned_full', 'spawned_wild', 'spawned_ros_1', 'spawned_ros_args'])
 def test_a_controller_of_a_file(of_files: dict[str, Spawned], name: str) -> None:
     """Type and parameters come from the file; the controller is active, the status 0."""
     spawned = of_files[name]
@@ -188,6 +195,7 @@ def failures(bench: Bench, command: str, file: Callable[[str], str]) -> dict[str
         'no_file': ('arm', '-p', '/does/not/exist.yaml'),
         'second_unknown': ('arm', 'nobody'),
         'bare': ('spawned_bare', '-p', bare),
+        'active': (BROADCASTER,),
         'no_manager': (
             'arm', '--controller-manager-timeout', '1.0', '-c', '/nowhere/controller_manager'
         ),
@@ -214,6 +222,66 @@ def test_failures_have_status_1(failures: dict[str, Spawned], case: str, word: s
     """A controller that nobody describes, a file that is not there: status 1, and a word on it."""
     assert failures[case].status == 1, failures[case].text
     assert word in failures[case].text
+
+
+@statement('C15')
+def test_an_active_controller_cannot_be_configured(failures: dict[str, Spawned]) -> None:
+    """A controller that is active already is an error, as any that cannot be configured."""
+    assert failures['active'].status == 1, failures['active'].text
+    assert failures['active'].states[BROADCASTER] == 'active'
+
+
+BROADCASTER_FILE = """
+/**/{name}:
+  ros__parameters:
+    type: joint_state_broadcaster/JointStateBroadcaster
+"""
+
+
+@statement('C11', 'C13')
+@upstream('advanced_spawner_multiple_controllers', 'advanced_spawner_parsed_controller_ros_args',
+          'test_spawner_parsed_controller_ros_args', 'advanced_spawner_multiple_param_files')
+def test_blocks_of_controllers(
+    bench: Bench, start: Start, file: Callable[[str], str]
+) -> None:
+    """
+    Each --controller has options of its own; remappings and parameters reach its node.
+
+    spawner.py, parse_args_advanced; controller_manager.cpp, determine_controller_node_options.
+    """
+    words: list[str] = []
+    options = {
+        'block_loaded': ('--load-only',), 'block_inactive': ('--inactive',),
+        'block_active': ('--controller-ros-args', '-r joint_states:=/elsewhere/joint_states',
+                         '--controller-ros-args', '-p frame_id:=elsewhere'),
+    }
+    for name, own in options.items():
+        words += ['--controller', name, '-p', file(BROADCASTER_FILE.format(name=name)), *own]
+    program = start(*words)
+    assert program.wait(TIMEOUT) == 0, program.text
+    states = bench.manager.states()
+    assert [states[name] for name in options] == ['unconfigured', 'inactive', 'active']
+    elsewhere = bench.client.collect('/elsewhere/joint_states', JointState)
+    assert elsewhere.wait(1)[0].header.frame_id == 'elsewhere'
+    elsewhere.close()
+
+
+@statement('C16')
+@upstream('spawner_non_exising_hardware_component',
+          'set_component_to_configured_state_and_back_to_activated',
+          'set_component_to_configured_state_cm_namespace')
+def test_hardware_spawner(bench: Bench, command: str) -> None:
+    """It goes on after an unknown component; --configure and --activate change the state."""
+    bench.activate()
+    (component,) = bench.manager.hardware_components().component
+    before, _, after = command.rpartition('spawner')
+    with spawners(bench, f'{before}hardware_spawner{after}') as start:
+        for flag, state in (('--configure', 'inactive'), ('--activate', 'active')):
+            program = start('nobody', component.name, flag)
+            assert program.wait(TIMEOUT) == 0, program.text
+            assert "'nobody'" in program.text
+            (found,) = bench.manager.hardware_components().component
+            assert found.state.label == state
 
 
 @statement('P11')
@@ -244,5 +312,5 @@ def test_unload_on_kill(
     program.wait_for_line('(?i)wait', TIMEOUT)
     assert bench.manager.states()['spawned_lent'] == 'active'
     program.signal(signal.SIGINT)
-    program.wait(TIMEOUT)
+    assert program.wait(TIMEOUT) == 0
     assert 'spawned_lent' not in bench.manager.states()
