@@ -19,7 +19,7 @@ from armsim_ros.config.controllers.controller_manager import ControllerManagerPa
 from armsim_ros.control.controller import Controller, LifecycleState
 from armsim_ros.control.events import EventQueue
 from armsim_ros.control.hardware_interface import POSITION
-from armsim_ros.control.manager.chains import following, group_of, in_order, preceding
+from armsim_ros.control.manager.chains import following, group_of, in_order, preceding, withdraw
 from armsim_ros.control.manager.fallbacks import holders_of
 from armsim_ros.control.manager.resources import Resources
 from armsim_ros.control.manager.switching import (
@@ -189,6 +189,9 @@ class SwitchExecution:
         try:
             controller.activate(time_ns)
         except Exception as error:  # noqa: BLE001 - the others of the request shall go on
+            # As an error in on_activate: on_error leads to unconfigured.
+            controller.state = LifecycleState.UNCONFIGURED
+            withdraw(controller, self._hardware)
             text = f"'{controller.name}' could not be activated: {error}"
             self._events.add(time_ns, 'error', 'state', text)
             return text

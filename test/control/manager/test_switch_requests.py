@@ -137,7 +137,8 @@ def test_strict_failure_deactivates_the_others_again(three):
     assert not result.ok
     assert 'broken drive' in result.message
     assert all(f"'{name}'" in result.message for name in 'bcd')
-    assert set(states(three).values()) == {'inactive'}
+    assert states(three) == {
+        'arm': 'inactive', 'b': 'inactive', 'c': 'unconfigured', 'd': 'inactive'}
     assert three.hardware.claimed == {}
 
 
@@ -146,7 +147,7 @@ def test_best_effort_failure_leaves_the_others_active(three):
     result = three.manager.switch(['b', 'c', 'd'], ['arm'], Strictness.BEST_EFFORT)
     assert not result.ok
     assert 'broken drive' in result.message
-    assert states(three) == {'arm': 'inactive', 'b': 'active', 'c': 'inactive', 'd': 'active'}
+    assert states(three) == {'arm': 'inactive', 'b': 'active', 'c': 'unconfigured', 'd': 'active'}
 
 
 def test_strict_failure_of_a_writer_stops_the_restarted_follower(rig, monkeypatch):
@@ -162,8 +163,42 @@ def test_strict_failure_of_a_writer_stops_the_restarted_follower(rig, monkeypatc
 
     monkeypatch.setattr(arm, 'activate', fail)
     assert not r.manager.switch(['arm'], [], Strictness.STRICT).ok
-    assert states(r) == {'loop': 'inactive', 'arm': 'inactive'}
+    assert states(r) == {'loop': 'inactive', 'arm': 'unconfigured'}
     assert not r.manager.controllers['loop'].chained
+
+
+def test_a_failed_activation_is_made_good_by_configuring(three, monkeypatch):
+    """A controller that fails while it is activated is unconfigured, and can be configured."""
+    three.manager.switch(['c'])
+    assert states(three)['c'] == 'unconfigured'
+    monkeypatch.undo()
+    three.manager.configure('c')
+    assert three.manager.switch(['c']).ok
+
+
+def test_a_failed_follower_keeps_its_writer_inactive(rig, monkeypatch):
+    """In a best effort switch, what writes references of a failed controller is not activated."""
+    r = rig()
+    loop = r.load('loop', PID, dof_names=['a'], command_interface='velocity',
+                  reference_and_state_interfaces=['position'], gains={'a': {'p': 1.0}})
+    r.load('arm', ARM, joints=['a'], command_joints=['loop/a'])
+    r.load('other', ARM, joints=['b'])
+
+    def fail(time_ns):
+        raise ControllerError('broken drive')
+
+    monkeypatch.setattr(loop, 'activate', fail)
+    assert not r.manager.switch(['arm', 'loop', 'other'], [], Strictness.BEST_EFFORT).ok
+    assert states(r) == {'arm': 'inactive', 'loop': 'unconfigured', 'other': 'active'}
+
+
+@pytest.mark.parametrize('strictness', [0, *Strictness])
+def test_an_empty_request(rig, strictness):
+    """A request without names is done; unknown names alone are an error of any strictness."""
+    r = rig()
+    assert r.manager.switch([], [], strictness).ok
+    assert not r.manager.switch(['nobody'], [], strictness).ok
+    assert not r.manager.switch([], ['nobody'], strictness).ok
 
 
 def test_an_interface_named_twice(rig):
