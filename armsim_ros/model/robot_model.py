@@ -215,7 +215,8 @@ class HardwareJoint:
     :param commands: the interfaces that may be claimed.
     :param states: the interfaces that can be read.
     :param initial: position at the start [rad or m]; None where the tag does not say.
-    :param bounds: command interface -> (least, largest) value, narrower than the URDF's.
+    :param bounds: command interface -> (least, largest) value, narrower than the URDF's; both
+        infinite where the interface's limits are switched off.
     :param limited: whether commands are kept within limits where the manager is told to.
     :param free: whether a joint that mimics another in the URDF is driven by itself.
     :param follows: what the hardware makes a joint follow that mimics none in the URDF.

@@ -172,3 +172,9 @@ def _trajectory():
 def _hardware_class():
     """Return the class of joints without physics."""
     return KinematicHardware
+
+
+@pytest.fixture(scope='session', name='robot')
+def _robot():
+    """Return the function that makes robot models."""
+    return robot

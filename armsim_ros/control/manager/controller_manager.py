@@ -223,13 +223,13 @@ class ControllerManager:
             except Exception as error:  # noqa: BLE001 - one controller must not stop the others
                 self._fail(controller, error)
         if self._limits is not None:
-            self._limits.enforce()
+            self._limits.enforce(period)
         if self.resources.holds:
             self.resources.hold_idle_joints()
 
     def next_update(self, time_ns: int) -> int:
         """Return from when on an update matters [ns]; one before changes no command."""
-        if self._requests or self._failures:
+        if self._requests or self._failures or self._limits is not None:
             return time_ns
         first = NEVER_NS
         for controller, _ in self._switches.active:
@@ -249,7 +249,7 @@ class ControllerManager:
 
     def only_looks(self, time_ns: int) -> bool:
         """Return whether an update now would do nothing but read states."""
-        return not (self._requests or self._failures) and all(
+        return not (self._requests or self._failures or self._limits is not None) and all(
             controller.only_looks or controller.next_update(time_ns) > time_ns
             for controller, _ in self._switches.active
         )

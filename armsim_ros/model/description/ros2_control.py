@@ -275,7 +275,9 @@ def _interfaces(element: XmlElement, report: TextReport) -> _Interfaces:
         lower, upper = _parameter(part, 'min', report), _parameter(part, 'max', report)
         limits = part.first('limits')
         switched_off = limits is not None and limits.get('enable').lower() in _FALSE
-        if not switched_off and (lower is not None or upper is not None):
+        if switched_off:
+            found.bounds[kind] = (-math.inf, math.inf)
+        elif lower is not None or upper is not None:
             found.bounds[kind] = (-math.inf if lower is None else lower,
                                   math.inf if upper is None else upper)
         initial = _parameter(part, 'initial_value', report)

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 BLOCK = '--controller'
+_ROS_ARGS = '--controller-ros-args'
 _USAGE = """spawner NAME... [options]
        spawner [options of all] --controller NAME [options] --controller NAME [options] ..."""
 
@@ -44,7 +45,7 @@ class SpawnerRequest:
 
 def parse_spawner_arguments(argv: Sequence[str]) -> SpawnerRequest:
     """Read the words after the program's name; leaves with status 2 where they are wrong."""
-    words = list(argv)
+    words = _joined(argv)
     blocks = BLOCK in words
     parser = argparse.ArgumentParser(
         prog='spawner', usage=_USAGE, description='Load, configure and activate controllers.',
@@ -140,9 +141,20 @@ def _add_controller_options(
     parser.add_argument(
         '--inactive', action='store_true', help=text('load and configure, do not activate'))
     parser.add_argument(
-        '--controller-ros-args', action='append', default=[], metavar='ARGS',
+        _ROS_ARGS, action='append', default=[], metavar='ARGS',
         help=text("ROS arguments of the controller's node, such as '-r joint_states:=/other'; "
                   'may be repeated'))
+
+
+def _joined(argv: Sequence[str]) -> list[str]:
+    """Return the words with ROS arguments as one, which argparse would read as options."""
+    words: list[str] = []
+    for word in argv:
+        if words and words[-1] == _ROS_ARGS and ' ' in word:
+            words[-1] = f'{_ROS_ARGS}={word}'
+        else:
+            words.append(word)
+    return words
 
 
 def _request(name: str, given: argparse.Namespace) -> ControllerRequest:

@@ -295,15 +295,6 @@ def test_generation_counts_changes(rig):
     assert seen[0] < seen[1] < seen[2] == r.manager.generation
 
 
-def test_command_limits(rig, trajectory):
-    """P7: enforce_command_limits keeps commands within the URDF's limits."""
-    r = rig(enforce_command_limits=True)
-    arm = r.arm()
-    arm.send_goal(trajectory((1.0, [12.0, 0.0])))
-    r.run(1.5)
-    assert r.hardware.command.position[0] == 10.0
-
-
 def test_robot_without_description(hardware_class):
     """C2: without a model, controllers run; no joint has limits."""
     from armsim_ros.config.controllers.controller_manager import ControllerManagerParameters

@@ -123,11 +123,15 @@ def test_the_packages_start_acts_where_no_tag_uses_it(small_package):
     ('<command_interface name="position"><param name="min">-0.5</param>'
      '<param name="max">9</param></command_interface>', '', (-0.5, 2.0)),
     ('<command_interface name="position"><param name="min">-0.5</param>'
-     '<limits enable="false"/></command_interface>', '', (-2.0, 2.0)),
+     '<limits enable="false"/></command_interface>', '', (-9.0, 9.0)),
     ('<command_interface name="position"/><limits enable="false"/>', '', (-9.0, 9.0)),
 ])
 def test_limits_of_the_tag(small_package, inside, words, expected):
-    """They narrow the URDF's and never widen them, and can be switched off."""
+    """
+    They narrow the URDF's and never widen them, and can be switched off.
+
+    component_parser.cpp, update_interface_limits.
+    """
     small_package.write('config/ros2_controllers.yaml', small_package.ROS2.replace(
         'update_rate: 500\n', 'update_rate: 500\n    enforce_command_limits: true\n'))
     small_package.ros2_control(joint('shoulder', inside=inside, words=words),
@@ -136,7 +140,7 @@ def test_limits_of_the_tag(small_package, inside, words, expected):
     position = simulation.command.position
     for value, limit in zip((-9.0, 9.0), expected, strict=True):
         position[simulation.index['shoulder']] = value
-        manager._limits.enforce()
+        manager._limits.enforce(100.0)
         assert position[simulation.index['shoulder']] == limit
 
 

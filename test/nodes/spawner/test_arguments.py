@@ -11,9 +11,9 @@ def test_names_share_their_options():
     """Without --controller, the options hold for all names (parse_native_args)."""
     request = parse_spawner_arguments(
         ['a', 'b', '-p', 'x.yaml', '--param-file', 'y.yaml', '--inactive', '-c', 'manager',
-         '--controller-ros-args', '-r x:=y', '--controller-ros-args', '--ros-args -p z:=1'])
+         '--controller-ros-args', '-r x:=y', '--controller-ros-args', '-p z:=1'])
     common = {'files': ('x.yaml', 'y.yaml'), 'inactive': True,
-              'ros_args': ('-r x:=y', '--ros-args -p z:=1')}
+              'ros_args': ('-r x:=y', '-p z:=1')}
     assert request.controllers == tuple(ControllerRequest(name, **common) for name in 'ab')
     assert request.options.controller_manager == 'manager'
     assert request.options.switch_asap
@@ -46,7 +46,8 @@ def test_words_of_no_block_are_ignored():
 
 @pytest.mark.parametrize('words', [
     [], ['a', '-t', 'kind'], ['--controller'], ['--controller', 'a', '--controller'],
-    ['a', '--switch-timeout', 'soon']])
+    ['a', '--switch-timeout', 'soon'],
+    ['a', '--controller-ros-args', '-r', 'x:=y']])
 def test_wrong_words(words, capsys):
     """Without a controller, or with an option that does not exist, the status is 2."""
     with pytest.raises(SystemExit) as ended:

@@ -56,15 +56,29 @@ class ControllerRegistry(Mapping[str, ControllerNode]):
         """
         if name in self._manager.controllers:
             raise ControllerError(f"controller '{name}' is loaded already")
-        side = self.add(self._manager.load(
-            self._descriptions.find(name), self._descriptions.fallback_controllers(name)))
+        controller = self._manager.load(
+            self._descriptions.find(name), self._descriptions.fallback_controllers(name))
+        try:
+            side = self.add(controller)
+        except ControllerError:
+            self._manager.unload(name)
+            raise
         side.declare_parameters()
 
     def add(self, controller: Controller) -> ControllerNode:
-        """Give a loaded controller a node; its parameters are declared by the caller."""
-        node = self._time.node(
-            controller.name, namespace=self._namespace,
-            cli_args=list(self._descriptions.node_options(controller.name)))
+        """
+        Give a loaded controller a node; its parameters are declared by the caller.
+
+        :raises ControllerError: the ROS arguments of the node cannot be read.
+        """
+        options = self._descriptions.node_options(controller.name)
+        try:
+            node = self._time.node(
+                controller.name, namespace=self._namespace, cli_args=list(options))
+        except RuntimeError as error:
+            raise ControllerError(
+                f"controller '{controller.name}': node_options_args {' '.join(options)!r} cannot "
+                f'be read: {error}') from None
         side = create_controller_node(controller, node, self._dispatcher)
         self._sides = {**self._sides, controller.name: side}
         self._executor.add_node(node)

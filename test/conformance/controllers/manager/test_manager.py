@@ -151,6 +151,17 @@ def test_a_controller_needs_a_known_type(
         assert not bench.manager.load('typeless')
 
 
+@statement('C11')
+def test_ros_arguments_that_cannot_be_read(bench: Bench, load: Callable[..., bool]) -> None:
+    """A controller whose node_options_args are wrong is not loaded; the server serves on."""
+    parameters = ParameterClient(bench.client, bench.name('controller_manager'))
+    assert parameters.set('misled.node_options_args', ['-r', 'nothing']) == ''
+    assert not load('misled')
+    assert 'misled' not in bench.manager.states()
+    assert parameters.set('misled.node_options_args', ['-r', '~/elsewhere:=/elsewhere']) == ''
+    assert load('misled')
+
+
 @statement('P1')
 @upstream('reload_controller_libraries_srv')
 def test_reload_refuses_while_controllers_are_active(

@@ -195,7 +195,7 @@ def failures(bench: Bench, command: str, file: Callable[[str], str]) -> dict[str
         'no_file': ('arm', '-p', '/does/not/exist.yaml'),
         'second_unknown': ('arm', 'nobody'),
         'bare': ('spawned_bare', '-p', bare),
-        'active': (BROADCASTER,),
+        'active': ('--inactive', BROADCASTER),
         'no_manager': (
             'arm', '--controller-manager-timeout', '1.0', '-c', '/nowhere/controller_manager'
         ),
