@@ -7,6 +7,11 @@ from pathlib import Path
 import pytest
 import yaml
 
+from armsim_ros.config.draft import ConfigDraft
+from armsim_ros.config.layout import LayoutReader
+from armsim_ros.config.sections import read_sections
+from armsim_ros.config.yaml.source import read_yaml_file
+from armsim_ros.errors import Severity
 from armsim_ros.model.cell_loading import survey_cell
 from armsim_ros.nodes.originals.node_parameters import read_node_arguments
 from armsim_ros.nodes.originals.ros2_control_node import simulation_words
@@ -67,3 +72,39 @@ def test_the_robot_is_that_of_bringup(small_package, tmp_path):
     assert launched.settings.controller_manager == own.settings.controller_manager
     ours, theirs = own.settings.simulation, launched.settings.simulation
     assert theirs == ours.model_copy(update={'state_publisher': False})
+
+
+def test_parameters_of_the_manager_from_a_dictionary(tmp_path):
+    """
+    Parameters of a launch file's dictionary reach the manager as those of a file do.
+
+    controller_manager.cpp declares parameters from overrides, wherever they come from.
+    """
+    file = tmp_path / 'controllers.yaml'
+    file.write_text(CONTROLLERS)
+    given = {'hardware_components_initial_state.inactive': ['hand'],
+             'defaults.allow_controller_activation_with_inactive_hardware': True,
+             'enforce_command_limits': True, 'arm.fallback_controllers': ['hold'],
+             'arm.node_options_args': ['-r', 'a:=b'], 'arm.params_file': ['arm.yaml']}
+    ignored = {'thread_priority': 40, 'cpu_affinity': [1], 'lock_memory': False,
+               'overruns.manage': False, 'overruns.print_warnings': False,
+               'handle_exceptions': False, 'hardware_synchronization.minimum_cycle_time': 0.1,
+               'diagnostics.threshold.controllers.periodicity.mean_error.warn': 3.0}
+    words = [word for key, value in {**given, **ignored}.items()
+             for word in ('-p', f'{key}:={yaml.safe_dump(value, default_flow_style=True)}')]
+    arguments = read_node_arguments(
+        ['--params-file', str(file), *words], 'controller_manager')
+    *_, controllers = [word for word in simulation_words(
+        '<robot name="r"/>', arguments, tmp_path) if word.startswith('controllers:=')]
+    draft = ConfigDraft()
+    for path in controllers.removeprefix('controllers:=').split(','):
+        LayoutReader(draft).read(read_yaml_file(Path(path)), Path(path).stem)
+    manager = read_sections(draft)['controller_manager']
+    assert manager.hardware_components_initial_state.inactive == ('hand',)
+    assert manager.defaults.allow_controller_activation_with_inactive_hardware
+    assert manager.enforce_command_limits
+    arm = manager.controllers['arm']
+    assert (arm.fallback_controllers, arm.node_options_args, arm.params_file) == (
+        ('hold',), ('-r', 'a:=b'), ('arm.yaml',))
+    wrong = [one for one in draft.problems if 'controller_manager' in one.what]
+    assert all(one.severity is Severity.INFO for one in wrong), wrong
