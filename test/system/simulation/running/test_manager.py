@@ -179,7 +179,7 @@ def test_a_tolerance_set_by_parameter_holds_for_the_next_goal(
     assert 'joint_1' in outcome.error_string
     assert parameters.set('constraints.joint_1.trajectory', 0.0) == ''
     assert arm.send(trajectory_message(JOINTS, [(0.5, [0.0] * 6)])).result().status == SUCCEEDED
-    assert parameters.set('constraints.joint_1.trajectory', -1.0) != ''
+    assert parameters.set('constraints.goal_time', -1.0) != ''
     assert parameters.set('joints', ['joint_1']) != ''
 
 
