@@ -242,6 +242,8 @@ class TrajectoryExecution:
             return
         verdict = self._judge.judge(record.error, over)
         if verdict is SUCCESS and self.goal is not None:
+            if missed := self._judge.missed(record.error):
+                self._events.add(time_ns, 'warning', 'warning', f'goal succeeded, but {missed}')
             self._succeed(self.goal)
             return
         if verdict is None or verdict is SUCCESS:

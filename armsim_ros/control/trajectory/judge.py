@@ -7,6 +7,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
+import numpy as np
+
 from armsim_ros.arrays import Matrix
 from armsim_ros.control.trajectory.goal import TrajectoryErrorCode
 from armsim_ros.control.trajectory.sampling import TIME_RESOLUTION
@@ -20,6 +22,8 @@ class Verdict(NamedTuple):
     text: str
 
 
+#: A goal without a tolerance ends with a warning where a joint is farther from it [rad or m].
+ARRIVED = 5e-3
 SUCCESS = Verdict(TrajectoryErrorCode.SUCCESSFUL, 'Goal reached: success')
 
 
@@ -46,6 +50,8 @@ class TrajectoryJudge:
     ) -> None:
         self.path = ToleranceCheck(joints, tolerances.path, computed)
         self._goal = ToleranceCheck(joints, tolerances.goal, computed)
+        self._joints = tuple(joints)
+        self._unchecked = ~np.isfinite(tolerances.goal[0])
         self._goal_time = tolerances.goal_time
         self._strict = strict
         self._first = True
@@ -59,6 +65,19 @@ class TrajectoryJudge:
     def can_fail_at_end(self) -> bool:
         """Whether errors after the last waypoint can end the trajectory."""
         return self._goal.checks and (self._strict or self._goal_time > 0.0)
+
+    def missed(self, errors: Matrix) -> str:
+        """
+        Return which joint without a goal tolerance is farthest from the last point, '' for none.
+
+        :param errors: (3, n) reference minus feedback.
+        """
+        distances = np.where(self._unchecked, np.abs(errors[0]), 0.0)
+        worst = int(distances.argmax())
+        if not distances[worst] > ARRIVED:
+            return ''
+        return (f"joint '{self._joints[worst]}' is {distances[worst]:.3g} from its last point; "
+                f'constraints.{self._joints[worst]}.goal makes the controller check that')
 
     def judge(self, errors: Matrix, over: float) -> Verdict | None:
         """

@@ -233,3 +233,15 @@ def test_a_stream_from_before_the_goal_leaves_it_alone(rig, trajectory):
     r.run(1.1)
     assert goal.status.name == 'SUCCEEDED'
     np.testing.assert_allclose(arm.snapshot().reference.positions, [0.4, 0.0])
+
+
+@pytest.mark.parametrize(('gain', 'constraints', 'expected'), [
+    (0.01, {}, True), (1.0, {}, False), (0.01, {'a': {'goal': 0.5}, 'b': {'goal': 0.5}}, False)])
+def test_a_goal_that_succeeds_far_away_is_reported(rig, trajectory, gain, constraints, expected):
+    """Where no goal tolerance is set, a warning names the joint that did not arrive."""
+    r = rig(gain=gain)
+    arm = r.arm(constraints=constraints)
+    goal = arm.send_goal(trajectory(MOVE)).goal
+    r.run(1.1)
+    assert goal.status.name == 'SUCCEEDED'
+    assert any("goal succeeded, but joint 'a' is 0." in text for text in r.texts()) is expected
