@@ -86,12 +86,12 @@ def made(kind, size, rng):
     return Mesh(np.vstack([base, tip]), np.array([*sides, *floor]))
 
 
-def probe(shape):
-    """Return a robot whose link 'probe' goes everywhere, and has a shape."""
+def probe(shape, link='probe'):
+    """Return a robot whose link 'probe' goes everywhere; that or another link has a shape."""
     limits = JointLimits(-1e4, 1e4, 1.0)
     names = ('x', 'y', 'z', 'roll', 'pitch', 'yaw')
-    links = {name: Link(name) for name in ('base', *names[:-1])}
-    links['probe'] = Link('probe', collisions=(LinkGeometry(shape, np.eye(4)),))
+    links = {name: Link(name) for name in ('base', *names[:-1], 'probe')}
+    links[link] = Link(link, collisions=(LinkGeometry(shape, np.eye(4)),))
     joints = {}
     for k, (name, parent) in enumerate(zip(names, links, strict=False)):
         kind = JointType.PRISMATIC if k < 3 else JointType.REVOLUTE
@@ -229,6 +229,8 @@ def lost_and_false(pair, size, seed):
 
 def pytest_generate_tests(metafunc):
     """Make a test of each ten thousand placements."""
+    if 'part' not in metafunc.fixturenames:
+        return
     wanted = int(metafunc.config.getoption('placements', None) or AT_ONCE)
     first = int(metafunc.config.getoption('placement_seed', None) or 0)
     metafunc.parametrize('part', range(first, first + -(-wanted // AT_ONCE)))
@@ -244,3 +246,30 @@ def test_no_contact_is_lost(part):
         proved += sure
     assert not faults, '\n'.join([f'{len(faults)} of {proved}', *faults[:20]])
     assert proved > 0.8 * 2 * BATCH * batches
+
+
+def test_no_contact_on_one_joint_is_lost():
+    """Shapes that no joint moves against each other are checked once for all states."""
+    proved = 0
+    for seed, pair in enumerate(PAIRS * 2):
+        rng = np.random.default_rng(seed)
+        shape, other = (made(kind, 'usual', rng) for kind in pair[::1 if Plane in pair else -1])
+        rotations, where, _, _ = placements(shape, other, rng)
+        low, high = separation(
+            Placed(solid(shape), rotations.as_matrix(), where),
+            Placed(solid(other), np.tile(np.eye(3), (BATCH, 1, 1)), np.zeros((BATCH, 3))))
+        limits = (-DEEP - DEEP_SHARE, WIDE * 3.0)
+        sure = np.flatnonzero((high < limits[0]) | (low > limits[1]))
+        scene = PlanningScene(KinematicModel(probe(shape, 'base')))
+        checker = CollisionChecker(scene)
+        for k in rng.choice(sure, min(5, len(sure)), replace=False):
+            # The other shape stands in the world, where it is as seen from the first one.
+            turned = rotations[k].inv()
+            pose = pose_matrix((0, 0, 0))
+            pose[:3, :3], pose[:3, 3] = turned.as_matrix(), -turned.apply(where[k])
+            scene.apply_object(
+                CollisionObject('other', pose=pose, shapes=(ObjectShape(other),)))
+            assert checker.in_collision(scene.q) == (high[k] < 0.0), (
+                shape, other, seed, int(k), low[k], high[k])
+            proved += 1
+    assert proved > 200
