@@ -222,3 +222,54 @@ def test_a_position_goal_with_an_orientation_kept_on_the_way(six, six_scene, pla
     response = plan_for(six_scene).plan(
         request(goal, start, path_constraints=keep), six_scene, clock=clock)
     assert response.success, response.message
+
+
+BENT = (0.4, 0.9, 0.8, 0.3, 0.5, -0.2)
+
+
+def spinning(pose, axis):
+    """Return a goal for a pose of the tool, which may spin about an axis of its own."""
+    goal = pose_goal(pose)
+    tolerances = [0.01, 0.01, 0.01]
+    tolerances[axis] = 3.1416
+    orientation, = goal.orientation_constraints
+    return replace(goal, orientation_constraints=(
+        replace(orientation, tolerances=tuple(tolerances), parameterization=0),))
+
+
+def tilt(six, state, pose, axis):
+    """Return the angle between an axis of the tool and the same axis of a pose [rad]."""
+    reached = poses(six.robot, dict(zip(SIX, state, strict=True)))['tool']
+    return math.acos(min(1.0, reached[:3, axis] @ pose[:3, axis]))
+
+
+@pytest.mark.parametrize('axis', [0, 2])
+def test_goal_of_a_tool_that_may_spin_about_its_own_axis(six, six_scene, plan_for, clock, axis):
+    """
+    A wide tolerance about x or z leaves that axis of the link where the goal points it.
+
+    Upstream: kinematic_constraint.cpp, OrientationConstraint::decide.
+    """
+    pose = poses(six.robot, dict(zip(SIX, BENT, strict=True)))['tool']
+    answer = plan_for(six_scene).plan(request(spinning(pose, axis)), six_scene, clock=clock)
+    assert answer.success, answer.message
+    assert tilt(six, answer.trajectory.positions[-1], pose, axis) < 0.0145
+
+
+@pytest.mark.parametrize('axis', [0, 2])
+def test_path_of_a_tool_that_may_spin_about_its_own_axis(six, six_scene, plan_for, clock, axis):
+    """
+    The axis points the same way all along a path with such a constraint.
+
+    Upstream: kinematic_constraint.cpp, OrientationConstraint::decide.
+    """
+    pose = poses(six.robot, dict(zip(SIX, BENT, strict=True)))['tool']
+    there = pose.copy()
+    there[:3, 3] += (0.0, -0.1, 0.03)
+    goal = spinning(there, axis)
+    kept = Constraints(orientation_constraints=goal.orientation_constraints)
+    answer = plan_for(six_scene).plan(
+        request(goal, BENT, path_constraints=kept), six_scene, clock=clock)
+    assert answer.success, answer.message
+    for t in np.linspace(0.0, answer.trajectory.duration, 99):
+        assert tilt(six, between(answer.trajectory, t), pose, axis) < 0.0145
