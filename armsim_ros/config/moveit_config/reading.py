@@ -10,6 +10,7 @@ import re
 
 from armsim_ros.config.draft import ConfigDraft
 from armsim_ros.config.layout import LayoutReader
+from armsim_ros.config.moveit_config.default_pipelines import default_pipeline, planner_configs
 from armsim_ros.config.moveit_config.files import Role
 from armsim_ros.config.moveit_config.roles import OFFERED_PIPELINES, PackageRoles
 from armsim_ros.config.yaml.node import node_of, ROS2_KEY, YamlNode
@@ -64,6 +65,7 @@ class PackageReader:
                 self._take(root, file, role)
             except ConfigError as error:
                 self._draft.problems.extend(error.problems)
+        self._add_ompl_defaults()
         offered = [name for name in roles.pipelines if name in OFFERED_PIPELINES]
         if offered:
             names = (*offered, *(name for name in OFFERED_PIPELINES if name not in offered))
@@ -71,6 +73,15 @@ class PackageReader:
             if not self._draft.section('planning_parameters').get('planning_pipelines'):
                 self._draft.add_entry('planning_parameters', 'planning_pipelines',
                                       node_of(names, where))
+
+    def _add_ompl_defaults(self) -> None:
+        """Add what MoveItConfigsBuilder takes where the package says nothing of OMPL."""
+        found = self._draft.section('ompl')
+        if not found.entries:
+            self._layout.take_pipeline(node_of(default_pipeline('ompl'), found.where))
+        if found.get('planner_configs') is None:
+            self._layout.take_pipeline(
+                node_of({'planner_configs': planner_configs()}, found.where))
 
     def _read_file(self, file: Path, role: Role) -> YamlNode:
         def substitute(text: str) -> str:

@@ -7,6 +7,7 @@ import pytest
 from armsim_ros.errors import Severity
 from armsim_ros.kinematics.planning_limits import planning_robot
 from armsim_ros.model.cell_loading import survey_cell
+from armsim_ros.model.description.moveit_parameters import MoveItParameters
 
 
 def survey(package, **words):
@@ -291,3 +292,17 @@ def test_of_two_controllers_of_one_arm_move_groups_default_starts(small_package)
         '    state_interfaces: [position]\n'))
     spawn = survey(small_package).settings.spawn
     assert spawn == ('joint_state_broadcaster', 'other', 'arm_controller')
+
+
+def test_planners_without_a_file_are_those_of_the_builder(small_package):
+    """
+    A package without ompl_planning.yaml has the planners that its launch file would load.
+
+    moveit_configs_utils' MoveItConfigsBuilder: planning_pipelines.
+    """
+    launched = MoveItParameters(small_package.folder).planning_pipelines()['ompl']
+    ompl = survey(small_package).settings.ompl
+    assert {name: one.type for name, one in ompl.planner_configs.items()} == {
+        name: one['type'] for name, one in launched['planner_configs'].items()}
+    assert list(ompl.request_adapters) == launched['request_adapters']
+    assert list(ompl.response_adapters) == launched['response_adapters']
