@@ -81,6 +81,7 @@ class InverseKinematics:
         self.group = group
         self._indices = kinematics.group_indices(group)
         self._moved = kinematics.moved_links(group)
+        self._variables_of: dict[tuple[str, ...], Indices] = {}
         self._position_only = position_only
         self._max_starts = max_starts
         self._table_size = table_size
@@ -211,9 +212,10 @@ class InverseKinematics:
     def _variables(self, targets: Sequence[IKTarget]) -> Indices:
         """Return which of the group's variables move any of the targets' links."""
         links = tuple(target.link for target in targets)
-        found: Indices = self.kinematics.cached(
-            ('moving variables', self.group, links),
-            lambda: self.kinematics.moving_variables(self.group, links))
+        found = self._variables_of.get(links)
+        if found is None:
+            found = self.kinematics.moving_variables(self.group, links)
+            self._variables_of[links] = found
         return found
 
     def _starts(

@@ -77,7 +77,7 @@ class PlanningContext:
         self, scene: PlanningScene, group: str, on_path: ConstraintSet | None = None,
         avoid_collisions: bool = True,
     ) -> StateValidity:
-        """Return what judges the states of a group in a scene; it holds until the next call."""
+        """Return the validity of a group's states in a scene; it holds until the next call."""
         self.checker.use(scene)
         return StateValidity(
             self.checker, self.model, group, scene.q, on_path, avoid_collisions, self._poll

@@ -220,7 +220,7 @@ def path_fault(
     Return where the rest of a trajectory collides in a scene, links unpadded; '' for nowhere.
 
     :param trajectory: with velocities and accelerations.
-    :param from_time: [s] of the trajectory; what comes before is not looked at.
+    :param from_time: [s] of the trajectory; what comes before is not checked.
     :param group: planning group whose motion it is.
     """
     validity = context.validity(scene.unpadded(), group)

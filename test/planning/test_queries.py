@@ -56,7 +56,7 @@ def test_pose_in_the_frame_of_a_link(six, six_scene, plan_for, clock, wanted):
         wanted, abs=1e-4)
 
 
-def test_scene_objects_are_no_frames_of_a_pose(six_scene, add_box, plan_for, clock):
+def test_scene_objects_are_not_frames_of_poses(six_scene, add_box, plan_for, clock):
     """
     A pose in the frame of a scene object is -21, because TF does not have that frame.
 

@@ -173,7 +173,7 @@ def test_motions_of_different_sampling_times_are_not_blended(bench: Any) -> None
     assert 'the blend before motion 1: blending failed' in answer.message
 
 
-def test_overlap_of_two_motions_is_no_matter(bench: Any) -> None:
+def test_overlap_of_two_motions_is_allowed(bench: Any) -> None:
     """
     Only radii between three motions or more can overlap.
 
