@@ -35,7 +35,7 @@ def test_the_referee_finds_boxes_that_overlap_on_a_grid(referee):
     """Equal boxes parallel to each other touch wherever they are less than an edge apart."""
     box = {'type': 'box', 'size': (EDGE,) * 3, 'id': 'box', 'position': (0.0, 0.0, 0.0),
            'quat_xyzw': (0.0, 0.0, 0.0, 1.0)}
-    for steps in itertools.product(range(-8, 13, 2), repeat=3):
+    for steps in itertools.product(range(-8, 13, 2), range(-8, 13, 2), (-2, 0, 2)):
         at = [0.01 * step for step in steps]
         problem = SimpleNamespace(start=at, goal=at, obstacles=[box])
         touches = all(abs(step) < 10 for step in steps)

@@ -82,13 +82,12 @@ class BroadPhase:
         self._geometry_data = pin.GeometryData(self._geometry)
         # Pinocchio has GJK begin where it ended the last time. From far away it then loses
         # contacts, such as that of two boxes about one centre.
-        for k in range(len(self._geometry.collisionPairs)):
-            self._geometry_data.distanceRequests[k] = coal.DistanceRequest()
         plain, guessing = contact_request(False), contact_request(True)
         for k, pair in enumerate(self._geometry.collisionPairs):
-            curved = not any(isinstance(self._shapes[number][2], (coal.BVHModelBase, coal.Plane))
+            convex = not any(isinstance(self._shapes[number][2], (coal.BVHModelBase, coal.Plane))
                              for number in (pair.first, pair.second))
-            self._geometry_data.collisionRequests[k] = guessing if curved else plain
+            self._geometry_data.collisionRequests[k] = guessing if convex else plain
+            self._geometry_data.distanceRequests[k] = coal.DistanceRequest()
         self._manager = pin.TreeBroadPhaseManager_NaiveCollisionManager(
             self._model, self._geometry, self._geometry_data
         )
