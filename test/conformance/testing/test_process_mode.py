@@ -38,7 +38,7 @@ TESTS = f"""
         arm.follow([(1.0, arm.named_states['home'])])
         with pytest.raises(AssertionError, match="joint 'joint_6' is [+]0.01"):
             assert_reached(arm, 'home')
-        assert_rejected(arm, [(1.0, [9.0] * 6)])
+        assert_rejected(arm, [(1.0, [0.1] * 5)])
         arm.spawn('crate', (0.1, 0.1, 0.1), (0.8, 0.7, 0.05))
         assert arm.entity('crate')[:2, 3].tolist() == [0.8, 0.7]
 
