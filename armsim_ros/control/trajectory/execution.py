@@ -47,14 +47,13 @@ LATE_CHECKS = 100.0
 
 class Phase(Enum):
     """
-    HOLDING: no trajectory; RUNNING: its tolerances are checked; SETTLED: its goal has succeeded.
+    HOLDING: no trajectory, or its goal has succeeded; RUNNING: its tolerances are checked.
 
     A trajectory from the topic goes on running after its end.
     """
 
     HOLDING = 'holding'
     RUNNING = 'running'
-    SETTLED = 'settled'
 
 
 class TrajectoryExecution:
@@ -244,7 +243,7 @@ class TrajectoryExecution:
         if verdict is SUCCESS and self.goal is not None:
             if missed := self._judge.missed(record.error):
                 self._events.add(time_ns, 'warning', 'warning', f'goal succeeded, but {missed}')
-            self._succeed(self.goal)
+            self._succeed(self.goal, time_ns)
             return
         if verdict is None or verdict is SUCCESS:
             verdict = timed_out(over, self.cmd_timeout)
@@ -330,10 +329,11 @@ class TrajectoryExecution:
             parameters.joints, self._computed, tolerances, strict=parameters.compat == 'ros1'
         )
 
-    def _succeed(self, goal: TrajectoryGoal) -> None:
-        self.phase, self.goal = Phase.SETTLED, None
-        self.motion.rest(self.joints)
-        self._times = []
+    def _succeed(self, goal: TrajectoryGoal, time_ns: int) -> None:
+        final = self.motion.final.copy()
+        final[self.joints : 3 * self.joints] = 0.0
+        self._set_motion(Motion.standing(final), 0.0, time_ns)
+        self.phase, self.goal = Phase.HOLDING, None
         _finish(goal, GoalStatus.SUCCEEDED, SUCCESS.text, SUCCESS.code)
 
     def _fail(self, verdict: Verdict, record: StateRecord, time_ns: int) -> None:

@@ -257,13 +257,9 @@ class TrajectoryLoop:
         record.time_ns = time_ns
         record.scaling = execution.scaling
         record.goal = execution.active_goal
-        if execution.phase is Phase.HOLDING:
-            record.motion = None
-            record.desired_time = record.actual_time = 0.0
-        else:
-            record.motion = execution.motion
-            record.desired_time = execution.time
-            record.actual_time = (time_ns - execution.begin_ns) * 1e-9
+        record.motion = execution.motion if execution.phase is Phase.RUNNING else None
+        record.desired_time = execution.time
+        record.actual_time = (time_ns - execution.begin_ns) * 1e-9
 
     def _close(self, record: StateRecord, time_ns: int) -> None:
         self._note(record, time_ns)

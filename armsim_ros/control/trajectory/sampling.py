@@ -86,12 +86,6 @@ class Motion:
         values: Vector = self.samples(np.array([time]))[0]
         return values
 
-    def rest(self, joints: int) -> None:
-        """Stand still after the end, whatever velocity the last point gave."""
-        final = self.final.copy()
-        final[joints : 3 * joints] = 0.0
-        self.final = final
-
 
 class PreparedTrajectory:
     """
