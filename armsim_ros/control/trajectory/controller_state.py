@@ -28,7 +28,7 @@ class StateRecord:
 
     Rows: reference position, velocity, acceleration, effort; feedback position, velocity,
     acceleration; error of the same three; output position, velocity, acceleration, effort.
-    ``motion`` is the trajectory that runs or has ended last, None while the joints are held;
+    ``motion`` is the trajectory that runs, None while the joints are held;
     ``goal`` the active one.
     """
 
@@ -130,7 +130,7 @@ class ControllerSnapshot:
     :param commanded_effort: (n,) the same of what was commanded.
     :param sequence: number of the update.
     :param goal: the one that was active in that update; a new one is not before its first.
-    :param motion: the trajectory that runs or has ended last, None while the joints are held.
+    :param motion: the trajectory that runs, None while the joints are held.
     """
 
     time_ns: int

@@ -36,7 +36,7 @@ class QueryResult:
 
 def query(snapshot: ControllerSnapshot, time_ns: int) -> QueryResult:
     """
-    Sample the trajectory that runs or has ended last.
+    Sample the trajectory that runs.
 
     :param snapshot: the newest.
     :param time_ns: absolute time [ns]; a changed pace is taken to stay as it is now.

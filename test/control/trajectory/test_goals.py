@@ -245,3 +245,22 @@ def test_a_goal_that_succeeds_far_away_is_reported(rig, trajectory, gain, constr
     r.run(1.1)
     assert goal.status.name == 'SUCCEEDED'
     assert any("goal succeeded, but joint 'a' is 0." in text for text in r.texts()) is expected
+
+
+def test_success_is_a_hold_of_the_last_point(rig, trajectory):
+    """
+    After a goal its last point is held: times count from then on, a query finds no trajectory.
+
+    joint_trajectory_controller.cpp, set_success_trajectory_point.
+    """
+    r = rig()
+    arm = r.arm(command_interfaces=['position', 'effort'])
+    start = r.now_ns
+    arm.send_goal(trajectory((0.5, [0.2, 0.1], [], [], [2.0, 3.0])))
+    r.run(0.8)
+    snapshot = arm.snapshot()
+    assert 0.2 < snapshot.desired_time_from_start < 0.3
+    assert snapshot.desired_time_from_start == pytest.approx(snapshot.actual_time_from_start)
+    np.testing.assert_allclose(snapshot.reference.positions, [0.2, 0.1])
+    np.testing.assert_allclose(r.hardware.command.effort, [2.0, 3.0])
+    assert not arm.query_state(start + 300_000_000).success
