@@ -23,6 +23,7 @@ from armsim_ros.nodes.move_group.worker import Worker
 from armsim_ros.nodes.polling_node import PollingNode
 from armsim_ros.planning.planner import MotionPlanner
 from armsim_ros.planning.scene.planning_scene import PlanningScene
+from armsim_ros.planning.scene.update import StartState
 from armsim_ros.scene_sources.simulated_world import WorldOwnership
 
 
@@ -84,6 +85,10 @@ class Context:
         await self.edits.idle()
         self.states.update_scene()
         return self.scene.snapshot()
+
+    def started(self, scene: PlanningScene, start: StartState) -> PlanningScene:
+        """Return a snapshot with a client's start state, as the settings say."""
+        return scene.with_start_state(start, strict=self.planner.settings.strict_start_state)
 
     def serve(self, kind: Any, name: str, answer: Callable[..., Any]) -> None:
         """Create a service; its coroutines may run concurrently."""

@@ -139,7 +139,8 @@ def join(
         if not number or runs[-1].request.group_name != request.group_name:
             runs.append(_Run(request, trajectory.joint_names, motion))
         elif radii[number - 1] > 0.0:
-            started = scene.with_start_state(request.start_state)
+            started = scene.with_start_state(
+                request.start_state, strict=context.settings.strict_start_state)
             _blend(context, runs[-1], motion, radii[number - 1], started, number)
         else:
             runs[-1].append(motion)

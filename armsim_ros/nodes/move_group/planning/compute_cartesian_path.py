@@ -69,7 +69,7 @@ class ComputeCartesianPath:
         response.fraction = float(answer.fraction)
         if not len(answer.trajectory):
             return
-        carried = scene.with_start_state(wanted.start_state).attached.values()
+        carried = context.started(scene, wanted.start_state).attached.values()
         response.start_state = robot_state_to_message(
             answer.start, context.frame, attached=carried
         )

@@ -157,7 +157,7 @@ class PlanningJob:
         frame = self._context.frame
         trajectory, start = RobotTrajectory(), RobotState()
         if response.success:
-            carried: Any = scene.with_start_state(request.start_state).attached.values()
+            carried: Any = self._context.started(scene, request.start_state).attached.values()
             trajectory = robot_trajectory_message(response.trajectory, frame)
             start = robot_state_to_message(response.trajectory_start, frame, attached=carried)
         return PlanningAnswer(request, response, scene, start, trajectory)

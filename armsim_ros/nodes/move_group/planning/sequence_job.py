@@ -73,7 +73,7 @@ class SequenceJob:
         )
         starts = []
         if response.start:
-            carried = scene.with_start_state(items[0].request.start_state).attached.values()
+            carried = context.started(scene, items[0].request.start_state).attached.values()
             starts = [
                 robot_state_to_message(plan.trajectory_start, context.frame, attached=carried)
                 for plan in response.plans

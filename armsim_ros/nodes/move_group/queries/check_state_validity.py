@@ -39,7 +39,7 @@ class CheckStateValidity:
     async def _fill(self, request: Service.Request, response: Service.Response) -> None:
         context = self._context
         present = await context.present_scene()
-        scene = present.with_start_state(start_state_from_message(request.robot_state))
+        scene = context.started(present, start_state_from_message(request.robot_state))
         if scene.refused:
             context.logger.warning(f'check_state_validity: {scene.refused}')
         constraints = constraints_from_message(request.constraints)

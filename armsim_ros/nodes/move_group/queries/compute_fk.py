@@ -42,7 +42,7 @@ class ComputeFk:
             )
         context = self._context
         present = await context.present_scene()
-        scene = present.with_start_state(start_state_from_message(request.robot_state))
+        scene = context.started(present, start_state_from_message(request.robot_state))
         frame = request.header.frame_id or context.frame
         to_frame = inverse_pose(present.transform(frame))
         unknown = []
