@@ -18,6 +18,7 @@ from armsim_ros.planning.collision.state_validity import StateValidity
 from armsim_ros.planning.constraint_terms import Frame
 from armsim_ros.planning.constraints import ConstraintSet
 from armsim_ros.planning.scene.planning_scene import PlanningScene
+from armsim_ros.planning.scene.update import joined, StartState
 from armsim_ros.planning.settings import PlanningSettings
 from armsim_ros.planning.timing.limits import LimitTable
 
@@ -72,6 +73,18 @@ class PlanningContext:
             if tip is not None:
                 self.inverse(group).solutions(
                     [IKTarget(tip, self.model.link_pose(q, tip))], q, IKOptions(max_starts=1))
+
+    def started(self, scene: PlanningScene, start: StartState) -> PlanningScene:
+        """
+        Return a snapshot with a start state; what of it is refused is logged.
+
+        :raises PlanningError: INVALID_ROBOT_STATE.
+        """
+        started = scene.with_start_state(start, strict=self.settings.strict_start_state)
+        refusals = started.refusals[len(scene.refusals):]
+        if refusals:
+            self.log.warning(f'start state: {joined(refusals)}')
+        return started
 
     def validity(
         self, scene: PlanningScene, group: str, on_path: ConstraintSet | None = None,

@@ -156,6 +156,7 @@ class MotionPlanner:
                 MoveItErrorCode(error.code), str(error), source, planning_time=clock() - began
             )
         return SequenceResponse(
+            message=answers[0].message, source=answers[0].source,
             trajectories=tuple(run.motion.trajectory(run.names) for run in runs),
             requests=tuple(run.request for run in runs),
             start=answers[0].trajectory_start,

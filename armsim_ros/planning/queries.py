@@ -140,11 +140,7 @@ def _solve_ik(
     model = context.model
     inverse = context.inverse(group)
     poses = [scene.transform(target.frame_id) @ target.pose for target in request.targets]
-    scene = scene.with_start_state(
-        request.start_state, strict=context.settings.strict_start_state
-    )
-    if scene.refused:
-        context.log.warning(f'compute_ik: {scene.refused}')
+    scene = context.started(scene, request.start_state)
     targets = _targets(context, scene, request, poses)
     kept = ConstraintSet(request.constraints, scene, context.log)
     colliding: list[Vector] = []

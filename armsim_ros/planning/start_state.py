@@ -41,9 +41,7 @@ def requested_scene(
         its limits.
     """
     settings = context.settings
-    started = scene.with_start_state(request.start_state, strict=settings.strict_start_state)
-    if started.refused:
-        context.log.warning(f'planning scene: {started.refused}')
+    started = context.started(scene, request.start_state)
     group = scene.robot.semantic.groups.get(request.group_name)
     joints = scene.robot.active_joints if group is None else group.active_joints
     started.set_state(_bounded_start(

@@ -157,8 +157,7 @@ def plan_cartesian(
             )
         if not request.waypoints:
             return CartesianResponse(MoveItErrorCode.SUCCESS)
-        present, scene = scene, scene.with_start_state(
-            request.start_state, strict=context.settings.strict_start_state)
+        present, scene = scene, context.started(scene, request.start_state)
         start = context.model.positions(scene.q)
         on_path = ConstraintSet(request.path_constraints, scene, context.log)
         with context.polled(poll):

@@ -4,8 +4,16 @@
 
 import contextlib
 
+from geometry_msgs.msg import TransformStamped
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from moveit_msgs.msg import (
+    AttachedCollisionObject,
+    LinkPadding,
+    LinkScale,
+    ObjectColor,
+    RobotState,
+)
 from moveit_msgs.msg import CollisionObject as CollisionObjectMessage
 from moveit_msgs.msg import PlanningScene as PlanningSceneMessage
 import numpy as np
@@ -19,7 +27,12 @@ from armsim_ros.model.geometry import Box, Mesh, Plane, Sphere
 from armsim_ros.model.transforms import pose_matrix
 from armsim_ros.nodes.conversions.collision_object import object_from_message, object_to_message
 from armsim_ros.nodes.conversions.geometry import pose_to_message
-from armsim_ros.nodes.conversions.planning_scene import scene_to_message, update_from_message
+from armsim_ros.nodes.conversions.planning_scene import (
+    is_empty,
+    scene_to_message,
+    update_from_message,
+)
+from armsim_ros.nodes.conversions.robot_state import start_state_from_message
 from armsim_ros.nodes.move_group.scene.monitored_planning_scene import fill_geometry
 from armsim_ros.planning.scene.objects import (
     AttachedObject,
@@ -111,6 +124,98 @@ def test_whole_scene_makes_the_same_scene(kinematics):
     scene.set_positions({'axis1': 0.4})
     assert same(scene, follower_of(scene, kinematics),
                 'q', 'objects', 'attached', 'acm', 'padding', 'scale', 'colors')
+
+
+def test_a_fixed_transform_leads_to_the_model_frame(kinematics):
+    """
+    The frame's name is header.frame_id, the model frame child_frame_id; others are refused.
+
+    moveit_core transforms.cpp, setTransform and copyTransforms.
+    """
+    scene = PlanningScene(kinematics)
+    message = PlanningSceneMessage(is_diff=True)
+    for frame, target in (('table', scene.model_frame), ('lamp', 'table'), ('', 'world')):
+        message.fixed_frame_transforms.append(TransformStamped(child_frame_id=target))
+        message.fixed_frame_transforms[-1].header.frame_id = frame
+        message.fixed_frame_transforms[-1].transform.translation.x = 2.0
+    with pytest.raises(PlanningError, match=r"2 parts.*'lamp'"):
+        scene.apply(update_from_message(message, scene.model_frame))
+    assert scene.frame_pose('table')[0, 3] == 2.0
+    assert not scene.has_frame('lamp')
+    told = scene_to_message(scene).fixed_frame_transforms
+    assert [(one.header.frame_id, one.child_frame_id) for one in told] == [
+        (scene.model_frame, scene.model_frame), ('table', scene.model_frame)]
+
+
+def test_an_object_that_cannot_be_read_is_named_and_the_others_are_added(kinematics):
+    """
+    A shape without size or with too many poses refuses its object alone.
+
+    moveit_core planning_scene.cpp, setPlanningSceneDiffMsg.
+    """
+    scene = PlanningScene(kinematics)
+    message = PlanningSceneMessage(is_diff=True)
+    message.world.collision_objects = [
+        object_to_message(CollisionObject(name, shapes=BALL), '') for name in ('a', 'b', 'c')]
+    message.world.collision_objects[0].primitives[0].dimensions = [0.0]
+    message.world.collision_objects[1].pose.position.x = float('nan')
+    with pytest.raises(PlanningError, match=r"2 parts.*'a'.*'b'"):
+        scene.apply(update_from_message(message, scene.model_frame))
+    assert set(scene.objects) == {'c'}
+
+
+def filled(part, value):
+    """Return a message without content but for one part."""
+    message = PlanningSceneMessage()
+    message.robot_state.is_diff = True
+    *path, last = part.split('.')
+    holder = message
+    for name in path:
+        holder = getattr(holder, name)
+    setattr(holder, last, value)
+    return message
+
+
+@pytest.mark.parametrize(('part', 'value', 'empty'), [
+    ('is_diff', True, True),
+    ('object_colors', [ObjectColor(id='a')], True),
+    ('robot_state.is_diff', False, False),
+    ('robot_state.joint_state.header.frame_id', 'a', True),
+    ('robot_state.joint_state.effort', [1.0], False),
+    ('robot_state.multi_dof_joint_state.joint_names', ['a'], False),
+    ('robot_state.attached_collision_objects', [AttachedCollisionObject()], False),
+    ('name', 'a', False),
+    ('fixed_frame_transforms', [TransformStamped()], False),
+    ('allowed_collision_matrix.entry_names', ['a'], False),
+    ('allowed_collision_matrix.default_entry_names', ['a'], True),
+    ('link_padding', [LinkPadding()], False),
+    ('link_scale', [LinkScale()], False),
+    ('world.collision_objects', [CollisionObjectMessage()], False),
+    ('world.octomap.octomap.data', [1], False),
+])
+def test_a_message_without_content(part, value, empty):
+    """
+    A default-constructed message has robot_state.is_diff false, and so some content.
+
+    moveit_core message_checks.cpp, isEmpty.
+    """
+    assert is_empty(filled(part, value)) == empty
+
+
+def test_attached_objects_of_a_start_state_need_a_pose_for_each_shape():
+    """
+    What has none is refused for a start state, and has the identity in a scene message.
+
+    moveit_core conversions.cpp, msgToAttachedBody; planning_scene.cpp.
+    """
+    item = AttachedCollisionObject(link_name='tool', object=object_to_message(
+        CollisionObject('held', shapes=BALL), 'tool'))
+    state = RobotState(is_diff=True, attached_collision_objects=[item])
+    assert not start_state_from_message(state).unreadable
+    item.object.primitive_poses = []
+    assert "'held'" in str(start_state_from_message(state).unreadable[0])
+    scene = PlanningSceneMessage(is_diff=True, robot_state=state)
+    assert len(update_from_message(scene, 'world').robot_state.attached_objects) == 1
 
 
 def test_more_poses_than_shapes_are_refused():

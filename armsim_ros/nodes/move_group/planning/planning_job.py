@@ -88,6 +88,7 @@ class PlanningJob:
         scene = await self.scene(message.start_state)
         if scene_diff is not None:
             scene = overlay(scene, scene_diff)
+            log_refused(scene, context.logger)
         planner, clock = context.planner, context.planning_clock()
         cancelled = context.or_ending(cancelled)
         response = await self.in_planner(
@@ -171,6 +172,12 @@ def _response_message(plan: PlanningAnswer) -> ResponseMessage:
         planning_time=plan.response.planning_time,
         error_code=plan.error_code_message,
     )
+
+
+def log_refused(scene: PlanningScene, logger: Any) -> None:
+    """Log what of a request's scene difference or robot state was refused."""
+    if scene.refused:
+        logger.warning(f'planning scene: {scene.refused}')
 
 
 def overlay(scene: PlanningScene, message: SceneMessage) -> PlanningScene:

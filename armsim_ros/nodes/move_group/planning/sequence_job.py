@@ -17,7 +17,12 @@ from armsim_ros.nodes.conversions.robot_state import robot_state_to_message
 from armsim_ros.nodes.move_group.context import Context
 from armsim_ros.nodes.move_group.failures import fill_error
 from armsim_ros.nodes.move_group.planning.display_planned_path import DisplayPlannedPath
-from armsim_ros.nodes.move_group.planning.planning_job import never, overlay, PlanningJob
+from armsim_ros.nodes.move_group.planning.planning_job import (
+    log_refused,
+    never,
+    overlay,
+    PlanningJob,
+)
 from armsim_ros.planning.pilz.sequence import SequenceItem, SequenceResponse
 
 
@@ -59,6 +64,7 @@ class SequenceJob:
         scene = await (self._job.scene() if items else context.present_scene())
         if scene_diff is not None:
             scene = overlay(scene, scene_diff)
+            log_refused(scene, context.logger)
         response = await self._job.in_planner(
             lambda: context.planner.plan_sequence(
                 items, scene, clock=context.planning_clock(), cancelled=cancelled,

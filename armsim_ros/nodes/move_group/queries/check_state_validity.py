@@ -14,6 +14,7 @@ from armsim_ros.nodes.conversions.constraints import constraints_from_message
 from armsim_ros.nodes.conversions.robot_state import start_state_from_message
 from armsim_ros.nodes.move_group.context import Context
 from armsim_ros.nodes.move_group.failures import reported
+from armsim_ros.nodes.move_group.planning.planning_job import log_refused
 from armsim_ros.planning.collision.contacts import Contact
 
 
@@ -40,8 +41,7 @@ class CheckStateValidity:
         context = self._context
         present = await context.present_scene()
         scene = context.started(present, start_state_from_message(request.robot_state))
-        if scene.refused:
-            context.logger.warning(f'check_state_validity: {scene.refused}')
+        log_refused(scene, context.logger)
         constraints = constraints_from_message(request.constraints)
         report = await context.queries.submit(
             lambda: context.query_planner.check_state(

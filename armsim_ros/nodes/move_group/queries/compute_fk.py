@@ -15,6 +15,7 @@ from armsim_ros.nodes.conversions.geometry import pose_to_message
 from armsim_ros.nodes.conversions.robot_state import start_state_from_message
 from armsim_ros.nodes.move_group.context import Context
 from armsim_ros.nodes.move_group.failures import fill_error, reported
+from armsim_ros.nodes.move_group.planning.planning_job import log_refused
 
 
 class ComputeFk:
@@ -62,6 +63,5 @@ class ComputeFk:
                 f"no link, attached object or subframe is called {', '.join(map(repr, unknown))}",
                 'compute_fk',
             )
-        if scene.refused:
-            context.logger.warning(f'compute_fk: {scene.refused}')
+        log_refused(scene, context.logger)
         fill_error(response.error_code, MoveItErrorCode.SUCCESS, scene.refused)
