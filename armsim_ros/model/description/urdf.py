@@ -52,7 +52,8 @@ class UrdfContent:
 
 
 def parse_urdf(text: str, file: str, *, read_mesh: MeshReader,
-               read_visual_mesh: MeshReader | None = None) -> UrdfContent:
+               read_visual_mesh: MeshReader | None = None, with_hardware: bool = True
+               ) -> UrdfContent:
     """
     Parse a URDF.
 
@@ -60,6 +61,7 @@ def parse_urdf(text: str, file: str, *, read_mesh: MeshReader,
     :param file: the name that messages give.
     :param read_mesh: reads collision meshes.
     :param read_visual_mesh: reads visual meshes; None leaves them out.
+    :param with_hardware: whether ``<ros2_control>`` and ``<transmission>`` are read.
     :raises ModelError: with every mistake.
     """
     root = parse_xml(text, file)
@@ -83,12 +85,12 @@ def parse_urdf(text: str, file: str, *, read_mesh: MeshReader,
         if joint is not None:
             joints[name] = joint
     root_link = _check_tree(root, links, joints, places, report)
-    hardware = read_hardware(root, links, joints, report)
+    hardware = read_hardware(root, links, joints, report) if with_hardware else ()
     for one in (one for system in hardware for one in system.joints):
         if one.free or one.follows is not None:
             joints[one.name] = replace(joints[one.name], mimic=one.follows)
     _check_mimics(joints, places, report)
-    transmissions = read_transmissions(root, report)
+    transmissions = read_transmissions(root, report) if with_hardware else ()
     _check_transmissions(transmissions, joints, root.where, report)
     _remark_others(root, report)
     report.raise_mistakes()

@@ -108,11 +108,12 @@ class RobotStatePublisher:
 
 def robot_of(urdf: str) -> RobotModel:
     """
-    Return the kinematic tree of a robot, without geometry.
+    Return the kinematic tree of a robot, without geometry and hardware.
 
     :raises ModelError: where the text is no URDF.
     """
-    content = parse_urdf(urdf, DESCRIPTION, read_mesh=lambda uri, scale: None)
+    content = parse_urdf(
+        urdf, DESCRIPTION, read_mesh=lambda uri, scale: None, with_hardware=False)
     return RobotModel(content.name, content.links, content.joints, content.root_link, urdf=urdf)
 
 
