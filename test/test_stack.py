@@ -16,6 +16,7 @@ from armsim_ros.errors import (
     ConfigError,
     ControllerError,
     ModelError,
+    MoveItErrorCode,
     PlanningError,
     SimulationError,
 )
@@ -234,3 +235,26 @@ def test_a_plan_takes_along_what_fingers_hold():
         assert {name: one.link_name for name, one in attached.items()} == held
         assert all(set(one.touch_links) == {'palm', 'left_finger', 'right_finger'}
                    for one in attached.values())
+
+
+def test_joint_limits_bound_plans_and_not_the_drives(small_package):
+    """
+    A trajectory goes on to the end of the URDF's range; a plan neither ends nor starts there.
+
+    moveit_ros/planning/robot_model_loader/src/robot_model_loader.cpp: configure.
+    """
+    small_package.write('config/joint_limits.yaml', (
+        'joint_limits:\n  elbow: {min_position: -1.0, max_position: 1.0, '
+        'has_velocity_limits: true, max_velocity: 0.5,\n'
+        '    has_acceleration_limits: true, max_acceleration: 1.0}\n'
+        '  shoulder: {has_acceleration_limits: true, max_acceleration: 1.0}\n'))
+    sim = ArmSim(str(small_package.folder))
+    assert sim.plan({'shoulder': 0.0, 'elbow': 0.9}, 'arm').duration > 0.9 / 0.5
+    assert sim.plan({'elbow': 1.5}, 'arm').positions[-1, 1] == pytest.approx(1.0, abs=1e-3)
+    sim.send_trajectory(JointTrajectory(
+        ('shoulder', 'elbow'), np.array([1.5]), np.array([[0.0, 2.5]])))
+    sim.run_until(2.5)
+    assert sim.joint_positions['elbow'] == pytest.approx(2.0, abs=0.01)
+    with pytest.raises(PlanningError) as refused:
+        sim.plan({'shoulder': 0.0, 'elbow': 0.5}, 'arm')
+    assert refused.value.code == MoveItErrorCode.START_STATE_INVALID
