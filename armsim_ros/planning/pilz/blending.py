@@ -71,10 +71,9 @@ class Blender:
         for k in range(count):
             a = ways[0][min(enter + k, len(ways[0]) - 1)]
             b = ways[1][max(enter + k - align, 0)]
-            poses.append(_between(a, b, (k + 1) / count))
-        times: Vector = step * np.arange(1.0, count + 1.0)
+            poses.append((step * (k + 1), _between(a, b, (k + 1) / count)))
         blend = self._sampler.followed(
-            poses, times, first.positions[enter - 1], first.velocities[enter - 1], step)
+            poses, first.positions[enter - 1], first.velocities[enter - 1], step)
         rest = second.part(leave + 1)
         return first.part(0, enter), blend, QuinticMotion(
             rest.times - rest.times[0] + step, rest.positions, rest.velocities,

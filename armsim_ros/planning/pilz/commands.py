@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from armsim_ros.arrays import Vector
+from armsim_ros.arrays import Matrix, Vector
 from armsim_ros.errors import MoveItErrorCode, nearest, PlanningError
 from armsim_ros.planning.budget import Budget
 from armsim_ros.planning.cartesian.curves import Arc, Curve, Line
@@ -19,7 +19,6 @@ from armsim_ros.planning.pilz.goal import CommandGoal
 from armsim_ros.planning.pilz.joint_sampling import given_limits, JointSampler
 from armsim_ros.planning.pilz.profile import (
     point_to_point,
-    sample_times,
     SAMPLING_TIME,
     TrapezoidalProfile,
 )
@@ -170,10 +169,12 @@ def _along_curve(
     profile = TrapezoidalProfile(
         length, request.max_velocity_scaling_factor * tool.max_trans_vel,
         request.max_acceleration_scaling_factor * tool.max_trans_acc)
-    times = sample_times(profile.duration)
-    places = profile.states(times)[0] / max(length, 1e-12)
+
+    def pose_at(time: float) -> Matrix:
+        return curve.pose(profile.states(np.array([time]))[0].item() / max(length, 1e-12))
+
     sampler = JointSampler(context, validity, frame, command, lambda: budget.check(command))
-    return sampler.from_rest_to_rest([curve.pose(float(s)) for s in places], times, start)
+    return sampler.from_rest_to_rest(pose_at, profile.duration, start)
 
 
 def _check_arc(kept: Constraints) -> None:

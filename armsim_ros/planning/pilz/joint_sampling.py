@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from armsim_ros.model.robot_model import RobotModel
 from armsim_ros.planning.collision.state_validity import StateValidity
 from armsim_ros.planning.constraint_terms import Frame
 from armsim_ros.planning.context import PlanningContext
-from armsim_ros.planning.pilz.profile import SAMPLING_TIME
+from armsim_ros.planning.pilz.profile import sample_times, SAMPLING_TIME
 from armsim_ros.quintic_motion import QuinticMotion
 
 
@@ -45,27 +45,30 @@ class JointSampler:
         self._fastest, self._hardest = given_limits(context.model.robot, validity.joint_names)
 
     def from_rest_to_rest(
-        self, poses: Sequence[Matrix], times: Vector, start: Vector
+        self, pose_at: Callable[[float], Matrix], duration: float, start: Vector
     ) -> QuinticMotion:
         """
-        Return the motion through poses (k, 4, 4) at times (k,) [s], at rest at both ends.
+        Return the motion of a frame over a time [s], at rest at both ends.
 
+        :param pose_at: time [s] -> pose (4, 4).
         :param start: (m,) the group's values before the first pose.
         """
-        first = self._solved(poses[0], start)
+        times = sample_times(duration)
+        first = self._solved(pose_at(next(times)), start)
         motion = QuinticMotion.at_rest(first)
-        if len(poses) == 1:
+        samples = ((time, pose_at(time)) for time in times)
+        rest = self.followed(samples, first, np.zeros_like(first))
+        if not len(rest.times):
             return motion
-        rest = self.followed(poses[1:], times[1:], first, np.zeros_like(first))
         rest.velocities[-1] = rest.accelerations[-1] = 0.0
         return motion.joined(rest, 0.0)
 
     def followed(
-        self, poses: Sequence[Matrix], times: Vector, values: Vector, velocity: Vector,
+        self, samples: Iterable[tuple[float, Matrix]], values: Vector, velocity: Vector,
         step: float = SAMPLING_TIME,
     ) -> QuinticMotion:
         """
-        Return the motion through poses (k, 4, 4) at times (k,) [s] after 0.
+        Return the motion through poses (4, 4) at times [s] after 0.
 
         :param values: (m,) the group's values at time 0.
         :param velocity: (m,) before time 0.
@@ -74,8 +77,8 @@ class JointSampler:
             where a joint would exceed a limit.
         """
         rows: list[tuple[Vector, Vector, Vector]] = []
-        before = 0.0
-        for pose, time in zip(poses, times.tolist(), strict=True):
+        times, before = [], 0.0
+        for time, pose in samples:
             found = self._solved(pose, values)
             interval = time - before
             speed = (found - values) / interval
@@ -83,10 +86,10 @@ class JointSampler:
             self._check_limit('velocity', speed, self._fastest, time)
             self._check_limit('acceleration', rate, self._hardest, time)
             rows.append((found, speed, rate))
+            times.append(time)
             values, velocity, before = found, speed, time
-        positions, velocities, accelerations = (
-            np.array(each) for each in zip(*rows, strict=True))
-        return QuinticMotion(times, positions, velocities, accelerations)
+        states = np.array(rows).reshape(-1, 3, len(values))
+        return QuinticMotion(np.array(times), states[:, 0], states[:, 1], states[:, 2])
 
     def _solved(self, pose: Matrix, start: Vector) -> Vector:
         """Return the state (m,) at a pose: near the start, or any other."""

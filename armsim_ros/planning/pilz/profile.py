@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 import math
 
 import numpy as np
@@ -55,10 +56,11 @@ class TrapezoidalProfile:
         return np.clip(place, 0.0, self._distance), np.maximum(speed, 0.0), acceleration
 
 
-def sample_times(duration: float) -> Vector:
-    """Return the multiples of :data:`SAMPLING_TIME` before a duration [s], and the duration."""
-    count = math.ceil((duration - _SHORTEST_INTERVAL) / SAMPLING_TIME)
-    return np.append(SAMPLING_TIME * np.arange(max(count, 0)), duration)
+def sample_times(duration: float) -> Iterator[float]:
+    """Yield the multiples of :data:`SAMPLING_TIME` before a duration [s], and the duration."""
+    for k in range(math.ceil((duration - _SHORTEST_INTERVAL) / SAMPLING_TIME)):
+        yield SAMPLING_TIME * k
+    yield duration
 
 
 def point_to_point(start: Vector, end: Vector, limits: MotionLimits) -> QuinticMotion:
@@ -74,6 +76,6 @@ def point_to_point(start: Vector, end: Vector, limits: MotionLimits) -> QuinticM
     distance = float(np.abs(way).max())
     profile = TrapezoidalProfile(
         distance, float(limits.velocity.min()), float(limits.acceleration.min()))
-    times = sample_times(profile.duration)
+    times = np.array(list(sample_times(profile.duration)))
     place, speed, rate = (values[:, None] / distance for values in profile.states(times))
     return QuinticMotion(times, start + place * way, speed * way, rate * way)

@@ -49,4 +49,4 @@ def test_samples(duration: float, expected: list[float]) -> None:
 
     pilz, trajectory_functions.cpp, generateJointTrajectory.
     """
-    assert sample_times(duration) == pytest.approx(expected)
+    assert list(sample_times(duration)) == pytest.approx(expected)

@@ -227,6 +227,19 @@ def test_path_constraints_hold_at_the_start_too(bench: Any) -> None:
     assert answer.error_code == MoveItErrorCode.INVALID_MOTION_PLAN
 
 
+def test_endless_arcs_end_where_the_arm_cannot_follow(bench: Any) -> None:
+    """
+    An interim point at the end of the world is refused as soon as the arc leaves the reach.
+
+    pilz, trajectory_functions.cpp, generateJointTrajectory.
+    """
+    far = bench.at(bench.moved(1e5, 0.02, 0.0), name='interim')
+    answer = bench.run('CIRC', bench.at(bench.moved(0.0, 0.1, 0.0)), path_constraints=far,
+                       max_velocity_scaling_factor=0.05)
+    assert answer.error_code in (
+        MoveItErrorCode.NO_IK_SOLUTION, MoveItErrorCode.PLANNING_FAILED)
+
+
 def test_pose_of_an_offset_point(bench: Any) -> None:
     """
     target_point_offset is given in the link's axes at the goal.
