@@ -225,17 +225,18 @@ def test_waypoints_in_the_frame_of_a_link(scene, tool, six, plan_for):
     assert six.link_pose(states(response, six)[-1], 'tool') == pytest.approx(goal, abs=1e-5)
 
 
-def test_other_arm_of_the_group_stays(pair, pair_scene, plan_for):
+def test_group_without_solver_has_no_path(pair, pair_scene, plan_for):
     """
-    A path of one arm moves no joint of the other.
+    A group of two chains has no solver: fraction 0; the group of the one arm has a path.
 
-    moveit_core, cartesian_interpolator.cpp, computeCartesianPath.
+    moveit_core, robot_state.cpp, setFromIK.
     """
     goal = moved(pair_scene.frame_pose('left_tool'), (0.0, 0.0, 0.1))
-    response = plan_for(pair_scene).cartesian_path(
-        CartesianRequest('left', (goal,), 0.01, 'left_tool'), pair_scene)
-    assert response.fraction == 1.0
-    assert not any(name.startswith('right') for name in response.trajectory.joint_names)
+    planner = plan_for(pair_scene)
+    for group, fraction in (('both', 0.0), ('left', 1.0)):
+        response = planner.cartesian_path(
+            CartesianRequest(group, (goal,), 0.01, 'left_tool'), pair_scene)
+        assert (response.error_code, response.fraction) == (1, fraction)
 
 
 def test_timing(scene, tool, plan_for):
