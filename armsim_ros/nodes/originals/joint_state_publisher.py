@@ -72,12 +72,12 @@ class JointStatePublisher:
         self._options = JointStateOptions(
             use_mimic_tags=bool(given['use_mimic_tags']),
             use_smallest_joint_limits=bool(given['use_smallest_joint_limits']),
-            zeros={name: float(one.value)
+            zeros={name: _number(f'zeros.{name}', one.value)
                    for name, one in node.get_parameters_by_prefix('zeros').items()},
             defaults=[kind for kind, key in zip(
                 FIELDS, ('positions', 'velocities', 'efforts'), strict=True)
                 if given[f'publish_default_{key}']])
-        rate, self._delta = float(given['rate']), float(given['delta'])
+        rate, self._delta = (_number(name, given[name]) for name in ('rate', 'delta'))
         if not rate > 0.0:
             raise UsageError(f"the parameter 'rate' is {rate:g}; allowed: above 0")
         self._joints: JointStates | None = None
@@ -121,6 +121,12 @@ def _declared(node: Node, name: str, default: Any) -> Any:
     except ParameterAlreadyDeclaredException:
         pass
     return node.get_parameter(name).value
+
+
+def _number(name: str, value: Any) -> float:
+    if isinstance(value, (int, float)):
+        return float(value)
+    raise UsageError(f"the parameter '{name}' is {value!r}; allowed: a number")
 
 
 def _check_dependent(node: Node) -> None:

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 
 from geometry_msgs.msg import TransformStamped
 from rcl_interfaces.msg import SetParametersResult
+from rclpy.exceptions import InvalidParameterTypeException
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from std_msgs.msg import String
@@ -23,6 +24,7 @@ from armsim_ros.nodes.state_publishers.joint_transforms import JointTransforms
 DESCRIPTION = 'robot_description'
 _FREQUENCY = 'publish_frequency'
 _MOST_HZ = 1000.0
+_DEFAULTS = {DESCRIPTION: '', _FREQUENCY: 20.0, 'frame_prefix': '', 'ignore_timestamp': False}
 
 
 class RobotStatePublisher:
@@ -41,13 +43,15 @@ class RobotStatePublisher:
     def __init__(self, node: Node, urdf: str = '', fixed: Sequence[TransformStamped] = ()
                  ) -> None:
         self._node = node
-        urdf = str(node.declare_parameter(DESCRIPTION, '').value) or urdf
+        try:
+            for name, default in _DEFAULTS.items():
+                node.declare_parameter(name, default)
+        except InvalidParameterTypeException as error:
+            raise ConfigError(Problem(str(error))) from None
+        urdf = str(node.get_parameter(DESCRIPTION).value) or urdf
         if not urdf:
             raise ConfigError(Problem(f"the parameter '{DESCRIPTION}' is empty",
                                       remedy='give it the text of the URDF'))
-        node.declare_parameter(_FREQUENCY, 20.0)
-        node.declare_parameter('frame_prefix', '')
-        node.declare_parameter('ignore_timestamp', False)
         wrong = _objection(node.get_parameter(_FREQUENCY))
         if wrong:
             raise ConfigError(Problem(wrong))

@@ -13,6 +13,7 @@ from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 import yaml
 
+from armsim_ros.nodes.originals import joint_state_publisher, robot_state_publisher
 from armsim_ros.testing.clients.client_node import ClientNode, LATCHED
 from armsim_ros.testing.clients.parameter_client import ParameterClient
 from armsim_ros.testing.programs.domain import private_domain
@@ -154,3 +155,21 @@ def test_a_circle_of_mimic_joints_ends_the_program(
         assert program.wait(30.0) == 1
         assert 'Traceback' not in program.text
         assert 'bend -> bend' in program.text
+
+
+@pytest.mark.parametrize('words', [
+    ['robot_state_publisher', '--ros-args', '-p', 'publish_frequency:=fast'],
+    ['robot_state_publisher'],
+    ['robot_state_publisher', '/nowhere.urdf'],
+    ['joint_state_publisher', '--ros-args', '-p', 'rate:=fast'],
+    ['joint_state_publisher', '--ros-args', '-p', 'dependent_joints.a.factor:=2.0'],
+    ['joint_state_publisher', '--ros-args', '-p', 'dependent_joints.a.other:=2.0'],
+    ['joint_state_publisher', '/nowhere.urdf']])
+def test_an_error_of_the_user_is_one_line(capfd: Any, words: list[str]) -> None:
+    """A wrong parameter or file ends the program with the status 2."""
+    program = {'robot_state_publisher': robot_state_publisher,
+               'joint_state_publisher': joint_state_publisher}[words[0]]
+    assert program.main(words[1:]) == 2
+    printed = capfd.readouterr().err
+    assert 'Traceback' not in printed
+    assert len([line for line in printed.splitlines() if not line.startswith('[')]) == 1
