@@ -384,7 +384,8 @@ class ControllerManager:
         with self._structure:
             self.resources.set_state(name, state)
             self._changes += 1
-        self._requests.post(SwitchRequest((), (), Strictness.BEST_EFFORT))
+        self._requests.post(
+            SwitchRequest((), (), Strictness.BEST_EFFORT, hardware_changed=True))
 
     def list_types(self) -> dict[str, bool]:
         """Return the types of controllers that can be loaded, and whether they are chainable."""

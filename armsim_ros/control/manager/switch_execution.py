@@ -37,14 +37,18 @@ class SwitchRequest:
     """
     Controllers to start and to stop; 0 as strictness takes the manager's default.
 
+    :param hardware_changed: whether the hardware has another state, and follows or ignores the
+        active controllers from now on.
     :param future: gets the result.
     """
 
-    __slots__ = ('activate', 'deactivate', 'future', 'strictness')
+    __slots__ = ('activate', 'deactivate', 'future', 'hardware_changed', 'strictness')
 
     def __init__(
-        self, activate: Sequence[str], deactivate: Sequence[str], strictness: int
+        self, activate: Sequence[str], deactivate: Sequence[str], strictness: int, *,
+        hardware_changed: bool = False,
     ) -> None:
+        self.hardware_changed = hardware_changed
         self.activate = tuple(activate)
         self.deactivate = tuple(deactivate)
         self.strictness = strictness
@@ -87,7 +91,8 @@ class SwitchExecution:
         except ControllerError as error:
             return SwitchResult(False, f'nothing was switched: {error}')
         if not (plan.activate or plan.deactivate):
-            self.apply_claims(controllers)
+            if request.hardware_changed:
+                self._follow_hardware(controllers, time_ns)
             return SwitchResult(True, '; '.join(['nothing to do', *plan.left_out]))
         failures = self._switch(controllers, plan.activate, plan.deactivate, time_ns,
                                 strict=strict)
@@ -121,10 +126,13 @@ class SwitchExecution:
             result = '; '.join(failures) or f'active: {", ".join(starting)}'
             self._events.add(time_ns, 'warning', 'state', f'fallback: {result}')
 
-    def apply_claims(self, controllers: Controllers) -> None:
+    def _follow_hardware(self, controllers: Controllers, time_ns: int) -> None:
         """Have the hardware follow the active controllers, where it is active itself."""
         active = [one for one in controllers.values() if one.active]
-        self._hardware.perform_command_mode_switch(self._claims(active))
+        try:
+            self._hardware.perform_command_mode_switch(self._claims(active))
+        except ArmsimError as error:
+            self._events.add(time_ns, 'error', 'failure', str(error))
 
     def _switch(
         self,
@@ -165,7 +173,7 @@ class SwitchExecution:
                     names = ', '.join(f"'{one.name}'" for one in active)
                     failures.append(f'deactivated again: {names}')
             failures += self._open_chains([one for one in wanted if one.active], time_ns)
-            self.apply_claims(controllers)
+            self._follow_hardware(controllers, time_ns)
         self._refresh(controllers)
         return failures
 

@@ -9,6 +9,7 @@ import pytest
 from armsim_ros.errors import ConfigError, Severity
 from armsim_ros.model.cell_loading import survey_cell
 from armsim_ros.sim.assembly import build_managers, build_simulation
+from armsim_ros.sim.control_loop import ControlLoop
 
 STATES = '<state_interface name="position">{0}</state_interface><state_interface name="velocity"/>'
 INITIAL = '<param name="initial_value">{0}</param>'
@@ -397,6 +398,29 @@ def test_a_component_that_is_not_active_keeps_its_joints(small_package):
                          'grip/position': False}
     assert manager.switch(deactivate=['arm_controller']).ok
     assert manager.switch(activate=['arm_controller']).ok
+
+
+def test_a_component_that_does_not_start_active(small_package):
+    """
+    Its controllers stay inactive, its joints hold where they start, and all else runs.
+
+    controller_manager.cpp, ControllerManager::set_initial_hardware_components_state.
+    """
+    small_package.write('config/ros2_controllers.yaml', small_package.ROS2.replace(
+        'update_rate: 500\n', 'update_rate: 500\n    hardware_components_initial_state:\n'
+        '      inactive: [Arm]\n'))
+    small_package.ros2_control(
+        joint('shoulder', 'position', states=STATES.format(INITIAL.format(0.5))),
+        joint('elbow', 'position'))
+    simulation, manager, _ = start(small_package)
+    assert [one.state for one in manager.list_hardware_components()] == ['inactive']
+    assert manager.controllers['joint_state_broadcaster'].active
+    assert not manager.controllers['arm_controller'].active
+    assert "hardware 'Arm', which is inactive" in manager.refusals[0]
+    ControlLoop(simulation, manager, 500).advance(400)
+    assert simulation.state.position[simulation.index['shoulder']] == pytest.approx(0.5, abs=1e-3)
+    manager.set_hardware_component_state('Arm', 'active')
+    assert manager.switch(['arm_controller']).ok
 
 
 def test_hardware_makes_a_joint_follow(small_package):
