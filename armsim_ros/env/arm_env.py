@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from armsim_ros.arrays import Vector
 from armsim_ros.control.hardware_interface import POSITION
-from armsim_ros.control.manager.controller_manager import Strictness
+from armsim_ros.control.manager.switching import Strictness
 from armsim_ros.env.actions import ActionKind, Actions, KINDS
 from armsim_ros.env.gym_base import Env
 from armsim_ros.env.motion import PositionCommands

@@ -21,8 +21,9 @@ from armsim_ros.config.robot_settings import RobotSettings
 from armsim_ros.config.world import is_foreign_world
 from armsim_ros.control.faults import FaultInjector, FaultyControllers
 from armsim_ros.control.hardware_interface import HardwareInterface, POSITION
-from armsim_ros.control.manager.controller_manager import ControllerManager, Strictness
+from armsim_ros.control.manager.controller_manager import ControllerManager
 from armsim_ros.control.manager.manager_group import ManagerGroup
+from armsim_ros.control.manager.switching import Strictness
 from armsim_ros.control.shared_hardware import SharedHardware
 from armsim_ros.errors import ConfigError, ControllerError, Problem, SimulationError
 from armsim_ros.model.cell import Cell, Robot

@@ -12,7 +12,6 @@ happen there, and the loop never waits for them.
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 import threading
@@ -37,27 +36,20 @@ from armsim_ros.control.manager.controller_factory import (
     create_controller,
     LoadableController,
 )
+from armsim_ros.control.manager.fallbacks import fallbacks_of
 from armsim_ros.control.manager.manager_info import controller_info, ControllerInfo, InterfaceInfo
 from armsim_ros.control.manager.resources import HardwareComponentInfo, Resources
 from armsim_ros.control.manager.switch_execution import SwitchExecution, SwitchRequest
 from armsim_ros.control.manager.switching import (
     find_controller,
     require_state,
+    require_unique_interfaces,
     Strictness,
     SwitchResult,
 )
 from armsim_ros.control.manager.updates_ahead import planned_updates, UpdatesAhead
 from armsim_ros.errors import ControllerError
 from armsim_ros.model.robot_model import RobotModel
-
-__all__ = [
-    'ControllerInfo',
-    'ControllerManager',
-    'HardwareComponentInfo',
-    'InterfaceInfo',
-    'Strictness',
-    'SwitchResult',
-]
 
 
 class ControllerManager:
@@ -86,8 +78,7 @@ class ControllerManager:
         self.resources = Resources(hardware, model, parameters, self.events)
         self._wake: Callable[[], object] = lambda: None
         self._context = ControllerContext(
-            hardware, model, parameters.update_rate, lambda: self._wake()
-        )
+            hardware, model, parameters.update_rate, lambda: self._wake())
         self._switches = SwitchExecution(self.resources, parameters, self.events)
         self._changes = 0
         self._tick = 0
@@ -109,8 +100,7 @@ class ControllerManager:
         """
         Load a controller; it is unconfigured then.
 
-        :param fallback_controllers: take over when it fails; None takes those of the manager's
-            parameters.
+        :param fallback_controllers: take over when it fails; None takes the parameters' ones.
         :raises ControllerError: the name is taken, the type unknown or a parameter wrong.
         """
         with self._structure:
@@ -119,13 +109,8 @@ class ControllerManager:
             controller = create_controller(
                 settings.name, settings.type, settings.parameters, self._context
             )
-            entry = self.parameters.controllers.get(settings.name)
-            if fallback_controllers is None:
-                fallback_controllers = entry.fallback_controllers if entry is not None else ()
-            if settings.name in fallback_controllers:
-                raise ControllerError(
-                    f"'{settings.name}' cannot be a fallback controller of itself")
-            controller.fallback_controllers = tuple(fallback_controllers)
+            controller.fallback_controllers = fallbacks_of(
+                settings.name, self.parameters, fallback_controllers)
             controller.time_ns = self.time_ns
             self.controllers = {**self.controllers, settings.name: controller}
             self._changes += 1
@@ -145,7 +130,7 @@ class ControllerManager:
             self._changes += 1
             withdraw(controller, self.hardware)
             controller.configure()
-            _check_unique(controller)
+            require_unique_interfaces(controller)
             controller.warn_of_rate()
             references = self.hardware.references
             references.update(dict.fromkeys(controller.reference_interfaces, np.nan))
@@ -374,21 +359,17 @@ class ControllerManager:
 
     def set_hardware_component_state(self, name: str, state: str) -> None:
         """
-        Bring the hardware into a state; controllers that use it stay as they are.
+        Bring the hardware into a state; controllers go on, and joints that are not active hold.
 
-        Commands do not reach the joints of hardware that is not active: they hold.
-
-        :param state: unconfigured, inactive, active or finalized.
         :raises ControllerError: an unknown name or state.
         """
         with self._structure:
             self.resources.set_state(name, state)
             self._changes += 1
-        self._requests.post(
-            SwitchRequest((), (), Strictness.BEST_EFFORT, hardware_changed=True))
+        self._requests.post(SwitchRequest(hardware_changed=True))
 
     def list_types(self) -> dict[str, bool]:
-        """Return the types of controllers that can be loaded, and whether they are chainable."""
+        """Return the types that can be loaded, and whether they are chainable."""
         return {name: kind.chainable for name, kind in CONTROLLER_TYPES.items()}
 
     def poll_events(self) -> list[ControllerEvent]:
@@ -417,13 +398,3 @@ class ControllerManager:
         """Replace a controller that raised; where others change the controllers, a bit later."""
         self._failures[controller.name] = error
         self._serve()
-
-
-def _check_unique(controller: Controller[Any]) -> None:
-    """Raise ControllerError where a controller names an interface twice."""
-    for kind, names in (('command', controller.required_command_interfaces),
-                        ('state', controller.required_state_interfaces)):
-        twice = [name for name, count in Counter(names).items() if count > 1]
-        if twice:
-            raise ControllerError(
-                f"'{controller.name}' names {kind} interfaces more than once: {', '.join(twice)}")

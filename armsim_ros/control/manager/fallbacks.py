@@ -7,8 +7,27 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from armsim_ros.config.controllers.controller_manager import ControllerManagerParameters
 from armsim_ros.control.controller import Controller, LifecycleState
 from armsim_ros.control.manager.resources import Resources
+from armsim_ros.errors import ControllerError
+
+
+def fallbacks_of(
+    name: str, parameters: ControllerManagerParameters, given: Sequence[str] | None
+) -> tuple[str, ...]:
+    """
+    Return the fallback controllers of a controller.
+
+    :param given: None takes those of the manager's parameters.
+    :raises ControllerError: it is among them itself.
+    """
+    entry = parameters.controllers.get(name)
+    if given is None:
+        given = entry.fallback_controllers if entry is not None else ()
+    if name in given:
+        raise ControllerError(f"'{name}' cannot be a fallback controller of itself")
+    return tuple(given)
 
 
 def fallback_obstacle(

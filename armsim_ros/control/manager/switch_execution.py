@@ -45,7 +45,11 @@ class SwitchRequest:
     __slots__ = ('activate', 'deactivate', 'future', 'hardware_changed', 'strictness')
 
     def __init__(
-        self, activate: Sequence[str], deactivate: Sequence[str], strictness: int, *,
+        self,
+        activate: Sequence[str] = (),
+        deactivate: Sequence[str] = (),
+        strictness: int = Strictness.BEST_EFFORT,
+        *,
         hardware_changed: bool = False,
     ) -> None:
         self.hardware_changed = hardware_changed

@@ -10,6 +10,7 @@ strictness.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
@@ -115,6 +116,16 @@ def require_state(controller: Controller[Any], verb: str, *states: LifecycleStat
             f"'{controller.name}' is {controller.state.value} and cannot be {verb}; allowed: "
             f'{" or ".join(state.value for state in states)}'
         )
+
+
+def require_unique_interfaces(controller: Controller[Any]) -> None:
+    """Raise ControllerError where a controller names an interface twice."""
+    for kind, names in (('command', controller.required_command_interfaces),
+                        ('state', controller.required_state_interfaces)):
+        twice = [name for name, count in Counter(names).items() if count > 1]
+        if twice:
+            raise ControllerError(
+                f"'{controller.name}' names {kind} interfaces more than once: {', '.join(twice)}")
 
 
 def _loaded(names: Sequence[str], controllers: Controllers, problems: list[str]) -> list[str]:

@@ -15,11 +15,8 @@ from controller_manager_msgs.msg import (
     NamedLifecycleState,
 )
 
-from armsim_ros.control.manager.controller_manager import (
-    ControllerInfo,
-    HardwareComponentInfo,
-    InterfaceInfo,
-)
+from armsim_ros.control.manager.manager_info import ControllerInfo, InterfaceInfo
+from armsim_ros.control.manager.resources import HardwareComponentInfo
 from armsim_ros.nodes.conversions.lifecycle import state_message
 from armsim_ros.nodes.conversions.time import fill_time
 

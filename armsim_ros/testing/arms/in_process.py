@@ -14,7 +14,7 @@ from armsim_ros.config.joint_fault import JointFault
 from armsim_ros.config.world import WorldObjectSettings
 from armsim_ros.control.events import ControllerEvent
 from armsim_ros.control.gripper.base import GripperBase
-from armsim_ros.control.manager.controller_manager import Strictness
+from armsim_ros.control.manager.switching import Strictness
 from armsim_ros.errors import ControllerError
 from armsim_ros.model.cell import Cell
 from armsim_ros.model.world_objects import object_from_settings

@@ -10,7 +10,7 @@ import pytest
 
 from armsim_ros.config.controllers.controller_parameters import ControllerParameters
 from armsim_ros.control.manager.controller_factory import CONTROLLER_TYPES
-from armsim_ros.control.manager.controller_manager import Strictness
+from armsim_ros.control.manager.switching import Strictness
 from armsim_ros.errors import ControllerError
 
 ARM = 'joint_trajectory_controller/JointTrajectoryController'

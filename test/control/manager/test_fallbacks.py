@@ -11,7 +11,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from armsim_ros.control.manager.controller_manager import Strictness
+from armsim_ros.control.manager.switching import Strictness
 from armsim_ros.errors import ControllerError
 
 ARM = 'joint_trajectory_controller/JointTrajectoryController'

@@ -11,7 +11,7 @@ ControllerManager::set_initial_hardware_components_state.
 import numpy as np
 import pytest
 
-from armsim_ros.control.manager.controller_manager import Strictness
+from armsim_ros.control.manager.switching import Strictness
 
 ARM = 'joint_trajectory_controller/JointTrajectoryController'
 BROADCASTER = 'joint_state_broadcaster/JointStateBroadcaster'

@@ -20,7 +20,8 @@ from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.node import Node
 from rclpy.task import Future
 
-from armsim_ros.control.manager.controller_manager import ControllerManager, Strictness
+from armsim_ros.control.manager.controller_manager import ControllerManager
+from armsim_ros.control.manager.switching import Strictness
 from armsim_ros.errors import ArmsimError
 from armsim_ros.nodes.conversions.time import seconds_from_duration
 from armsim_ros.nodes.simulation.dispatcher import Dispatcher
