@@ -13,6 +13,7 @@ from rclpy.node import Node
 
 from armsim_ros.config.move_group.planning_parameters import PlanningParameters
 from armsim_ros.config.move_group.trajectory_execution import KEYS_BESIDE
+from armsim_ros.config.moveit_config.default_pipelines import default_pipeline
 from armsim_ros.config.robot_settings import RobotSettings
 from armsim_ros.errors import ConfigError, Problem
 from armsim_ros.model.robot_model import RobotModel
@@ -140,6 +141,7 @@ def _robot(settings: RobotSettings) -> Iterator[tuple[str, Any]]:
 
 def _pipeline(settings: RobotSettings, pipeline: str) -> Iterator[tuple[str, Any]]:
     ompl = settings.ompl
+    own = {} if pipeline == 'ompl' else default_pipeline(pipeline)
     yield from (
         (f'{pipeline}.{name}', value)
         for name, value in {
@@ -156,8 +158,11 @@ def _pipeline(settings: RobotSettings, pipeline: str) -> Iterator[tuple[str, Any
             'totg.path_tolerance': ompl.path_tolerance,
             'totg.resample_dt': ompl.resample_dt,
             'totg.min_angle_change': ompl.min_angle_change,
+            **own,
         }.items()
     )
+    if own:
+        return
     for name, config in ompl.planner_configs.items():
         yield f'{pipeline}.planner_configs.{name}.type', config.type
         yield from _flat(f'{pipeline}.planner_configs.{name}', config.parameters)
