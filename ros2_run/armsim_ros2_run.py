@@ -1,7 +1,7 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
 """
-A ``ros2`` that can ``run`` and ``launch``, for an environment of pip's that has no ros2cli.
+A ``ros2`` that can ``run``, ``launch`` and ``control``, for an environment without ros2cli.
 
 Where a real ros2 lies further down PATH, that one does everything: it is told of this
 environment's packages and takes this process over.
@@ -18,10 +18,12 @@ import sys
 
 USAGE = """usage: ros2 run [--prefix COMMAND] PACKAGE PROGRAM [argument ...]
        ros2 launch PACKAGE FILE [NAME:=VALUE ...]
+       ros2 control load_controller | unload_controller | set_controller_state |
+                    switch_controllers | set_hardware_component_state ...
 
 This ros2 belongs to a Python environment without ROS 2's own tools: it can only run programs
-and launch files. For the other verbs (topic, action, control ...) install ROS 2 Jazzy
-(https://docs.ros.org/en/jazzy/Installation.html) and source it; this command then hands over
+and launch files, and switch controllers. For the other verbs (topic, action ...) install ROS 2
+Jazzy (https://docs.ros.org/en/jazzy/Installation.html) and source it; this command then hands over
 to that ros2 by itself."""
 
 #: How another copy of this program, in another environment, is told from the real one.
@@ -43,7 +45,9 @@ def main() -> int:
             print(USAGE)
             return 0 if argv else 2
         if argv[0] == 'launch':
-            command = launch_command(argv[1:])
+            command = armsim_command('launch', argv[1:])
+        elif argv[0] == 'control':
+            command = armsim_command('original', ['ros2_control', *argv[1:]])
         elif len(argv) == 3 and argv[0] == 'run' and argv[2] in ('-h', '--help'):
             print(programs_text(argv[1], package_prefixes()))
             return 0
@@ -162,18 +166,17 @@ def environment_for_real_ros2() -> dict[str, str]:
     return environment
 
 
-def launch_command(argv: Sequence[str]) -> list[str]:
+def armsim_command(program: str, argv: Sequence[str]) -> list[str]:
     """
-    Return the words that the verb launch starts.
+    Return the words that start a program of armsim_ros.
 
-    :param argv: the words after ``launch``.
-    :raises RunError: where armsim_ros, whose command does it, is not in this environment.
+    :param argv: its arguments.
+    :raises RunError: where armsim_ros is not in this environment.
     """
     armsim = Path(sys.prefix, 'bin', 'armsim')
     if not _is_program(armsim):
-        raise RunError(f"there is no {armsim}; install armsim_ros into this environment, its "
-                       "'armsim launch' runs launch files")
-    return [str(armsim), 'launch', *argv]
+        raise RunError(f'there is no {armsim}; install armsim_ros into this environment')
+    return [str(armsim), program, *argv]
 
 
 def _marker_folder(prefix: Path) -> Path:

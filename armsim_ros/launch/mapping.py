@@ -165,7 +165,7 @@ class Mapping:
     def _other(self, action: ExecuteLocal, spec: ProcessSpec) -> Start:
         if not is_known(spec):
             return Start(action, spec, Kind.UNKNOWN)
-        node = spec.node
+        node = spec.node or _run_by_ros2(spec)
         if node is None:
             command = ['/bin/sh', '-c', ' '.join(spec.command)] if spec.shell else spec.command
             return Start(action, spec, Kind.RUN, [*spec.prefix, *command])
@@ -238,6 +238,17 @@ def _words(spec: ProcessSpec) -> list[str]:
     words = list(spec.node.arguments if spec.node is not None else spec.command[4:])
     # A shell splits words at blanks, and drops empty ones.
     return shlex.split(' '.join(words)) if spec.shell and spec.node is not None else words
+
+
+def _run_by_ros2(spec: ProcessSpec) -> RosNode | None:
+    """Return what ``ros2 run PACKAGE PROGRAM ...`` runs of a package's sources, None otherwise."""
+    words, lookup = spec.command, current_lookup()
+    if spec.shell or words[:2] != ['ros2', 'run'] or len(words) < 4:
+        return None
+    package, name = words[2:4]
+    if lookup.program(package, name) is None and not lookup.console_script(package, name):
+        return None
+    return RosNode(package, name)
 
 
 def _around(path: Path) -> list[Path | None]:

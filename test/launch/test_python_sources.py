@@ -150,3 +150,20 @@ def test_nodes_and_launch_files_import_source_packages(package, tmp_path):
     assert any(line.endswith('distro jazzy 2') for line in lines)
     assert any(line.endswith('/bin/xacro') for line in lines)
     assert any("Python module 'absent_module' is missing" in line for line in lines)
+
+
+def test_ros2_run_starts_a_program_of_a_source_package(package):
+    """ExecuteProcess with ``ros2 run`` starts a console script that is not installed."""
+    nodes = package('nodes')
+    (nodes / 'setup.py').write_text(SETUP)
+    (nodes / 'other_name').mkdir()
+    (nodes / 'other_name' / '__init__.py').touch()
+    (nodes / 'other_name' / 'program.py').write_text(
+        'import sys\n\n\ndef main():\n    print("ran", sys.argv[1])\n')
+    file = nodes / 'it.launch.xml'
+    file.write_text('<launch><executable cmd="ros2 run nodes plain word" output="screen"/>'
+                    '</launch>')
+    with Program.module('armsim_ros', 'launch', str(file),
+                        environment=os.environ | {'PATH': os.defpath}) as program:
+        assert program.wait(60.0) == 0
+    assert 'ran word' in program.text

@@ -99,3 +99,11 @@ def test_another_environments_small_ros2_is_not_the_real_one(ros2, tmp_path):
     write_program(tmp_path / 'other/ros2', 'from armsim_ros2_run import main')
     done = ros2('run', 'parts', 'count', path=f'{tmp_path}/other:/usr/bin:/bin')
     assert done.returncode == 5
+
+
+def test_control_checks_its_words(ros2):
+    """Ros2 control is the package's; a word that it does not know is a usage error."""
+    done = ros2('control', 'load_controler', 'arm')
+    assert done.returncode == 2
+    assert 'load_controller' in done.stderr
+    assert 'Traceback' not in done.stderr

@@ -10,6 +10,7 @@ import time
 from typing import Any
 
 from controller_manager_msgs.srv import (
+    CleanupController,
     ConfigureController,
     ListControllers,
     ListHardwareComponents,
@@ -107,6 +108,10 @@ class ManagerClient:
         """Configure a controller."""
         self._do('configure_controller', ConfigureController, name, 'configured')
 
+    def cleanup(self, name: str) -> None:
+        """Bring a configured controller back to unconfigured."""
+        self._do('cleanup_controller', CleanupController, name, 'cleaned up')
+
     def unload(self, name: str) -> None:
         """Unload a controller."""
         self._do('unload_controller', UnloadController, name, 'unloaded')
@@ -118,12 +123,13 @@ class ManagerClient:
         deactivate: Sequence[str] = (),
         asap: bool = True,
         timeout: float = 5.0,
+        strictness: int = SwitchController.Request.STRICT,
     ) -> None:
-        """Switch strictly: all or none."""
+        """Switch controllers; strictly, all or none."""
         request = SwitchController.Request(
             activate_controllers=list(activate),
             deactivate_controllers=list(deactivate),
-            strictness=SwitchController.Request.STRICT,
+            strictness=strictness,
             activate_asap=asap,
             timeout=duration_from_seconds(timeout),
         )
