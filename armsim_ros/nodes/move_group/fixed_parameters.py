@@ -18,6 +18,7 @@ from armsim_ros.config.robot_settings import RobotSettings
 from armsim_ros.errors import ConfigError, Problem
 from armsim_ros.model.robot_model import RobotModel
 from armsim_ros.nodes.parameters import reason
+from armsim_ros.planning.pilz.commands import PIPELINE as PILZ
 
 #: Fields of PlanningParameters that stand in a group of their own -> the parameter's name.
 NAMES = {
@@ -141,33 +142,30 @@ def _robot(settings: RobotSettings) -> Iterator[tuple[str, Any]]:
 
 def _pipeline(settings: RobotSettings, pipeline: str) -> Iterator[tuple[str, Any]]:
     ompl = settings.ompl
-    own = {} if pipeline == 'ompl' else default_pipeline(pipeline)
-    yield from (
-        (f'{pipeline}.{name}', value)
-        for name, value in {
-            'planning_plugins': ompl.planning_plugins,
-            'request_adapters': ompl.request_adapters,
-            'response_adapters': ompl.response_adapters,
-            'progress_topic': ompl.progress_topic,
-            'display_path_topic': ompl.display_path_topic,
-            'display_contacts_topic': ompl.display_contacts_topic,
-            'fix_start_state': ompl.fix_start_state,
-            'default_workspace_bounds': ompl.default_workspace_bounds,
-            'start_state_max_bounds_error': ompl.start_state_max_bounds_error,
-            'jiggle_fraction': ompl.jiggle_fraction,
-            'totg.path_tolerance': ompl.path_tolerance,
-            'totg.resample_dt': ompl.resample_dt,
-            'totg.min_angle_change': ompl.min_angle_change,
-            **own,
-        }.items()
-    )
-    if own:
-        return
-    for name, config in ompl.planner_configs.items():
-        yield f'{pipeline}.planner_configs.{name}.type', config.type
-        yield from _flat(f'{pipeline}.planner_configs.{name}', config.parameters)
-    for group, each in ompl.groups.items():
-        yield from _flat(f'{pipeline}.{group}', each.model_dump())
+    values = {
+        'progress_topic': ompl.progress_topic,
+        'display_path_topic': 'display_planned_path',
+        'display_contacts_topic': ompl.display_contacts_topic,
+        'fix_start_state': ompl.fix_start_state,
+        'default_workspace_bounds': ompl.default_workspace_bounds,
+        'start_state_max_bounds_error': ompl.start_state_max_bounds_error,
+        'jiggle_fraction': ompl.jiggle_fraction,
+        'totg.path_tolerance': ompl.path_tolerance,
+        'totg.resample_dt': ompl.resample_dt,
+        'totg.min_angle_change': ompl.min_angle_change,
+        **default_pipeline(pipeline),
+    }
+    if pipeline != PILZ:
+        given = ompl.model_dump(
+            include={'planning_plugins', 'request_adapters', 'response_adapters',
+                     'display_path_topic'}, exclude_none=True)
+        planners = {
+            name: {'type': config.type, **config.parameters}
+            for name, config in ompl.planner_configs.items()
+        }
+        groups = {group: each.model_dump() for group, each in ompl.groups.items()}
+        values = {**values, **given, 'planner_configs': planners, **groups}
+    yield from _flat(pipeline, values)
 
 
 def _flat(prefix: str, values: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:

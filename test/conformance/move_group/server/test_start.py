@@ -197,7 +197,8 @@ def test_a_wrong_value_is_refused(played: PlayedArm) -> None:
     'planning_pipelines', 'default_planning_pipeline', 'ompl.planning_plugins',
     'ompl.progress_topic', 'ompl.fix_start_state', 'ompl.default_workspace_bounds',
     'ompl.totg.path_tolerance', 'ompl.totg.resample_dt', 'ompl.totg.min_angle_change',
-    'ompl.display_path_topic', 'ompl.display_contacts_topic',
+    'ompl.display_path_topic', 'ompl.display_contacts_topic', 'ompl.request_adapters',
+    'ompl.response_adapters',
     'ompl.planner_configs.RRTConnect.type', 'ompl.manipulator.default_planner_config',
     'allow_trajectory_execution', 'moveit_manage_controllers', 'moveit_controller_manager',
     'trajectory_execution.execution_duration_monitoring',
@@ -214,6 +215,20 @@ def test_a_wrong_value_is_refused(played: PlayedArm) -> None:
 def test_parameters_are_declared(started: LoneServer, played: PlayedArm, name: str) -> None:
     """The parameter exists and has a value."""
     assert played.arm.parameters.get(name) is not None
+
+
+@pytest.mark.statement('R25')
+def test_parameters_of_pilz(started: LoneServer, played: PlayedArm) -> None:
+    """
+    The command planner's pipeline has its own plugin and adapters, which add no times.
+
+    Upstream: moveit_configs_utils, pilz_industrial_motion_planner_planning.yaml.
+    """
+    pilz = 'pilz_industrial_motion_planner'
+    assert played.arm.parameters.get(f'{pilz}.planning_plugins') == [f'{pilz}/CommandPlanner']
+    assert played.arm.parameters.get(f'{pilz}.response_adapters') == [
+        f'default_planning_response_adapters/{name}'
+        for name in ('ValidateSolution', 'DisplayMotionPath')]
 
 
 # ---------------------------------------------------------------- the state monitor
