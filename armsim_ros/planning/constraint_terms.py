@@ -131,8 +131,8 @@ class PositionTerm:
     weight: float
 
     @property
-    def room(self) -> float:
-        """A measure of the regions' volume."""
+    def volume(self) -> float:
+        """A measure of the volume of the regions."""
         return sum(region.size ** 3 for region in self.regions)
 
     def point(self, poses: Poses) -> Vector:
@@ -186,7 +186,7 @@ class OrientationTerm:
     weight: float
 
     @property
-    def room(self) -> float:
+    def volume(self) -> float:
         """The volume [rad^3] that the tolerances leave."""
         return float(np.prod(np.minimum(self.tolerances, math.pi)))
 

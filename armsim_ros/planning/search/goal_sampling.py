@@ -286,9 +286,9 @@ Constrained = TypeVar('Constrained', PositionTerm, OrientationTerm)
 
 
 def _narrowest(terms: Sequence[Constrained], link: str) -> Constrained | None:
-    """Return the constraint of a link that leaves least room; None where it has none."""
+    """Return the constraint of a link with the smallest volume; None where it has none."""
     return min((term for term in terms if term.target.link == link),
-               key=lambda term: term.room, default=None)
+               key=lambda term: term.volume, default=None)
 
 
 def _nearest_turn(value: float, reference: float) -> float:
