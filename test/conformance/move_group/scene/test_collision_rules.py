@@ -14,6 +14,7 @@ from moveit_msgs.msg import (
     PlanningSceneComponents,
 )
 import pytest
+from shape_msgs.msg import Plane
 from wire import at, box, quiet_diff, thing
 
 Part = PlanningSceneComponents
@@ -92,3 +93,14 @@ def test_padding_counts_against_the_world(arm: Any) -> None:
     assert blocked(arm)
     paddings = {one.link_name: one.padding for one in arm.scene().link_padding}
     assert paddings[arm.tip] == pytest.approx(0.4)
+
+
+@pytest.mark.statement('M12')
+def test_a_plane_is_infinitely_thin(arm: Any) -> None:
+    """A plane collides with what crosses it, and with nothing on either side."""
+    tip = arm.pose().pose.position.z
+    for height, crosses in ((tip, True), (50.0, False), (-50.0, False)):
+        sheet = thing('sheet', arm.frame)
+        sheet.planes, sheet.plane_poses = [Plane(coef=[0.0, 0.0, 1.0, -height])], [at()]
+        assert arm.add(sheet)
+        assert blocked(arm) == crosses, height
