@@ -12,8 +12,12 @@ from shape_msgs.msg import SolidPrimitive
 
 from armsim_ros.config.loading import load_robot_settings
 from armsim_ros.kinematics.kinematic_model import KinematicModel
+from armsim_ros.model.geometry import Sphere
 from armsim_ros.model.loading import load_robot_model
+from armsim_ros.nodes.conversions.planning_scene import scene_to_message
 from armsim_ros.nodes.servo.scene import SceneFollower
+from armsim_ros.planning.scene.objects import AttachedObject, ObjectShape
+from armsim_ros.planning.scene.objects import CollisionObject as WorldObject
 from armsim_ros.planning.scene.planning_scene import PlanningScene
 
 
@@ -115,3 +119,23 @@ def test_followed_anew(scene):
     looks(graph, 1)
     assert graph.asked == 2
     assert 'shelf' in scene.objects
+
+
+def test_a_full_scene_brings_what_is_attached_and_no_joints(scene):
+    """
+    Attached objects are those of the message; joint states report positions sooner.
+
+    moveit_core conversions.cpp, robotStateMsgToRobotStateHelper.
+    """
+    graph = Graph()
+    SceneFollower(graph, scene, '/monitored_planning_scene', serves=False)
+    other = PlanningScene(scene.kinematic_model)
+    other.apply_attached(AttachedObject('link_6', WorldObject(
+        'tool', shapes=(ObjectShape(Sphere(0.01)),))))
+    other.set_positions({'joint_1': 0.5})
+    graph.receive(scene_to_message(other))
+    assert set(scene.attached) == {'tool'}
+    other.clear()
+    graph.receive(scene_to_message(other))
+    assert not scene.attached
+    assert scene.kinematic_model.positions(scene.q)['joint_1'] == 0.0

@@ -68,7 +68,7 @@ class GeometryFiles:
         return path
 
     async def _done(self, source: str, work: Callable[[], None]) -> bool:
-        """Do all of it or nothing in the scene's worker, and log why it was refused."""
+        """Do the work in the scene's worker, and log why it was refused."""
         def attempt() -> bool:
             with reported(self._context.logger, source, None):
                 try:
