@@ -42,7 +42,7 @@ from armsim_ros.planning.scene.objects import (
     ObjectType,
 )
 from armsim_ros.planning.scene.planning_scene import PlanningScene
-from armsim_ros.planning.scene.update import SceneUpdate
+from armsim_ros.planning.scene.update import joined, SceneUpdate
 
 
 def initial_scene(
@@ -139,7 +139,7 @@ class WorldOwnership:
 
         :raises PlanningError: an object cannot be what it tells; the others are done.
         """
-        problems = []
+        problems = [*update.unreadable, *update.robot_state.unreadable]
         self._telling.active = True
         try:
             for item in update.objects:
@@ -155,7 +155,7 @@ class WorldOwnership:
         finally:
             self._telling.active = False
         if problems:
-            raise problems[0]
+            raise joined(problems)
 
     def _tell(self, item: CollisionObject, update: SceneUpdate) -> None:
         self._begin_epoch(item.type, update)

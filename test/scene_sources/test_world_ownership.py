@@ -7,6 +7,7 @@ import random
 import numpy as np
 import pytest
 
+from armsim_ros.errors import PlanningError
 from armsim_ros.model.geometry import Box
 from armsim_ros.model.transforms import pose_matrix
 from armsim_ros.model.world_objects import WORLD_TYPE
@@ -219,3 +220,14 @@ def test_random_edits_of_both_sides_end_as_the_rules_say(story, seed):
                                if state == 'world'}}
         assert story.heights() == pytest.approx(expected)
     assert np.isfinite(height)
+
+
+def test_objects_that_cannot_be_had_are_named_and_the_others_are_there(story):
+    """What a message of the world refuses is reported; its other objects are added."""
+    kind = ObjectType(WORLD_TYPE, '1')
+    with pytest.raises(PlanningError, match=r'2 parts.*unreadable.*no shape'):
+        story.ownership.apply(SceneUpdate(
+            objects=(CollisionObject('flat', type=kind), item('a', ADD, 1.0, kind)),
+            unreadable=(PlanningError(-19, 'unreadable'),)))
+    assert set(story.scene.objects) == {'a'}
+    assert not of_world(SceneUpdate(objects=(item('a', ADD, 1.0, kind),), replaces_world=True))
