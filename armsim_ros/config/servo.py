@@ -44,7 +44,7 @@ class Scale(Settings):
     linear: float = parameter(0.4, 'translation [m/s]; with speed_units 0 is no bound', ge=0.0)
     rotational: float = parameter(0.8, 'rotation [rad/s]; with speed_units 0 is no bound', ge=0.0)
     joint: float = parameter(
-        0.5, 'a joint [rad/s or m/s]; with speed_units 0 is no bound', ge=0.0
+        0.5, 'a joint [rad/s or m/s]; it has no effect with speed_units', ge=0.0
     )
 
 
@@ -81,7 +81,7 @@ class ServoParameters(Settings):
     joint_command_in_topic: str = parameter('~/delta_joint_cmds', 'joint jogs', read_only=True)
     status_topic: str = parameter('~/status', 'status', read_only=True)
     command_in_type: Literal['unitless', 'speed_units'] = parameter(
-        'unitless', 'unitless: -1 to 1 times the scale; speed_units: m/s and rad/s'
+        'unitless', 'unitless: times the scale; speed_units: m/s and rad/s'
     )
     scale: Scale = parameter(Scale(), 'how fast commands move the arm at most')
     incoming_command_timeout: float = parameter(
@@ -150,7 +150,7 @@ class ServoParameters(Settings):
         (0.1,), 'kept from the bounds, one for all joints or one for each [rad or m]', min_length=1
     )
     override_velocity_scaling_factor: float = parameter(
-        0.0, 'share of the velocity limits; below 0.01 it is off', ge=0.0, le=1.0
+        0.0, 'factor of the joint velocities; below 0.01 it is off', ge=0.0, le=1.0
     )
 
     @field_validator('joint_limit_margins')

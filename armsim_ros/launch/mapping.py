@@ -34,6 +34,7 @@ _PACKAGE = re.compile(r'(?:(?:package|model)://|\$\(find(?:-pkg-share)?\s+)([^/"
 _FILE = re.compile(r'file://+(/[^"\'<>\n]+?)/[^/"\']*["\']')
 _PROGRAMS = {
     ProgramRole.SIMULATION: 'ros2_control_node', ProgramRole.MOVE_GROUP: 'move_group',
+    ProgramRole.SERVO: 'servo_node',
     ProgramRole.SPAWNER: 'spawner', ProgramRole.UNSPAWNER: 'unspawner',
     ProgramRole.HARDWARE_SPAWNER: 'hardware_spawner',
     ProgramRole.DESCRIPTION: 'robot_state_publisher',
@@ -132,7 +133,7 @@ class Mapping:
                 extra[_DESCRIPTION] = text
             if self._tells_joints:
                 extra[JOINT_STATES] = True
-        elif role is ProgramRole.MOVE_GROUP:
+        elif role in (ProgramRole.MOVE_GROUP, ProgramRole.SERVO):
             extra = self._own_parameters(str(node.merged().get(_DESCRIPTION) or ''))
         command = program_command('original', [
             _PROGRAMS[role], *words, *self._ros_args(node, extra)])

@@ -22,6 +22,7 @@ class ProgramRole(Enum):
     UNSPAWNER = 'deactivates and unloads controllers'
     HARDWARE_SPAWNER = 'configures or activates hardware components'
     MOVE_GROUP = 'planning and execution'
+    SERVO = 'commands of joints, twists and poses to joint commands'
     DESCRIPTION = 'publishes the robot description and transforms'
     JOINT_STATES = 'publishes joint states'
     STATIC_TRANSFORM = 'publishes a fixed transform'
@@ -36,6 +37,8 @@ NODES: dict[tuple[str, str], ProgramRole] = {
     ('controller_manager', 'unspawner.py'): ProgramRole.UNSPAWNER,
     ('controller_manager', 'hardware_spawner'): ProgramRole.HARDWARE_SPAWNER,
     ('moveit_ros_move_group', 'move_group'): ProgramRole.MOVE_GROUP,
+    ('moveit_servo', 'servo_node'): ProgramRole.SERVO,
+    ('moveit_servo', 'servo_node_main'): ProgramRole.SERVO,
     ('robot_state_publisher', 'robot_state_publisher'): ProgramRole.DESCRIPTION,
     ('joint_state_publisher', 'joint_state_publisher'): ProgramRole.JOINT_STATES,
     ('joint_state_publisher_gui', 'joint_state_publisher_gui'): ProgramRole.JOINT_STATES,
@@ -49,6 +52,10 @@ NODES: dict[tuple[str, str], ProgramRole] = {
     ('ros_gz_bridge', 'parameter_bridge'): ProgramRole.BRIDGE,
     ('ros_gz_bridge', 'bridge_node'): ProgramRole.BRIDGE,
     ('ros_ign_bridge', 'parameter_bridge'): ProgramRole.BRIDGE,
+}
+#: Class of a component -> the program that does its work in a process of its own.
+COMPONENTS: dict[str, tuple[str, str]] = {
+    'moveit_servo::ServoNode': ('moveit_servo', 'servo_node'),
 }
 #: First words of commands that are no nodes.
 COMMANDS: dict[tuple[str, ...], ProgramRole] = {

@@ -32,7 +32,8 @@ class JointJog:
     Velocities of some joints.
 
     :param names: (k,).
-    :param velocities: (k,) in -1 to 1, or [rad/s or m/s].
+    :param velocities: (k,) times the scale, or [rad/s or m/s]; of a name that is given twice the
+        last one counts.
     """
 
     names: tuple[str, ...]
@@ -52,8 +53,8 @@ class Twist:
     Velocity of the tip.
 
     :param frame: whose axes are meant.
-    :param linear: (3,) in -1 to 1, or [m/s].
-    :param angular: (3,) in -1 to 1, or [rad/s].
+    :param linear: (3,) times the scale, or [m/s].
+    :param angular: (3,) times the scale, or [rad/s].
     """
 
     frame: str

@@ -62,7 +62,8 @@ class CommandInbox:
         """
         refusal = self._refusal(kind, stamp_ns, now_ns)
         if refusal:
-            self.complain(refusal, now_ns)
+            if self.command(now_ns) is None:  # else a stream is followed, and the status is its
+                self.complain(refusal, now_ns)
             return
         try:
             command = read()

@@ -32,15 +32,16 @@ class JointBounds:
     velocity: Vector
     acceleration: Vector
 
-    def limit_speed(self, velocity: Vector, share: float) -> Vector:
+    def limit_speed(self, velocity: Vector, override: float) -> Vector:
         """
         Return velocities (m,) that no joint's limit forbids; one factor for all.
 
-        :param share: of the velocity limits; below 0.01 all of them.
+        :param override: factor of all velocities; below 0.01 it is off. The limits may make the
+            common factor smaller.
         """
-        bound = self.velocity * (share if share >= 0.01 else 1.0)
-        excess = _greatest(np.abs(velocity) / bound)
-        return velocity / excess if excess > 1.0 else velocity
+        excess = _greatest(np.abs(velocity) / self.velocity)
+        factor = min(override if override >= 0.01 else 1.0, 1.0 / max(excess, 1.0))
+        return velocity * factor if factor < 1.0 else velocity
 
     def limit_position(
         self, q: Vector, velocity: Vector, period: float, *, all_halt: bool

@@ -119,6 +119,12 @@ class ServoStream:
         self._sent = state.sent
         self._smoothing.restore(state.filter)
 
+    def take_over(self, other: ServoStream) -> None:
+        """Go on from where a stream of other parameters is, with the same joints and filter."""
+        self.start(other.state.sent)
+        self.restore(other.state)
+        self._halting, self.streaming = other._halting, other.streaming
+
     def turns(self, command: Command | None) -> bool:
         """Return whether a command ends the motion, or resumes it, unlike the one before."""
         before, self._halting = self._halting, command is None or not command.moves

@@ -148,19 +148,17 @@ class TargetVelocity:
                     f"joint_names: '{name}' is no joint of '{self._moving}' "
                     f'({", ".join(known)}) {nearest(name, known)}'.rstrip()
                 )
-            velocity[self.names.index(name)] += value
+            velocity[self.names.index(name)] = value
         if parameters.command_in_type == 'unitless':
-            velocity = _within_one(velocity) * parameters.scale.joint
-        elif parameters.scale.joint > 0.0:
-            velocity = np.clip(velocity, -parameters.scale.joint, parameters.scale.joint)
+            velocity *= parameters.scale.joint
         return Wanted(velocity, False)
 
     def _twist(self, command: Twist, q: Vector, parameters: ServoParameters) -> Vector:
         """Return the velocity (6,) of the tip in the axes of the model frame."""
         scale = parameters.scale
         if parameters.command_in_type == 'unitless':
-            linear = _within_one(command.linear) * scale.linear
-            angular = _within_one(command.angular) * scale.rotational
+            linear = command.linear * scale.linear
+            angular = command.angular * scale.rotational
         else:
             linear = _capped(command.linear, scale.linear)
             angular = _capped(command.angular, scale.rotational)
@@ -244,11 +242,6 @@ def _reach(kinematics: KinematicModel, base: str, tip: str) -> float:
         lengths += float(np.linalg.norm(joint.origin[:3, 3]))
         link = joint.parent
     return reach
-
-
-def _within_one(values: Vector) -> Vector:
-    """Return values cut to -1 to 1; what np.clip does, at a third of its price."""
-    return np.minimum(np.maximum(values, -1.0), 1.0)
 
 
 def _capped(vector: Vector, bound: float) -> Vector:

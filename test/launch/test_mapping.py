@@ -91,3 +91,19 @@ def test_a_package_is_known_by_the_files_of_its_meshes(decided, workspace):
                                 parameters=[{'robot_description': MESH.format(mesh)}]))
         (found,) = [one['armsim.packages_path'] for one in texts if 'armsim.packages_path' in one]
         assert found == str(workspace)
+
+
+@pytest.mark.parametrize('executable', ['servo_node', 'servo_node_main'])
+def test_servo_is_ours(decided, executable):
+    """
+    Servo of a launch file is servo_node of this package, by Humble's name too.
+
+    Upstream: moveit_servo/CMakeLists.txt and moveit_servo/launch/demo_ros_api.launch.py.
+    """
+    servo = Node(package='moveit_servo', executable=executable, name='my_servo',
+                 parameters=[{'moveit_servo.scale.linear': 0.2, 'robot_description': '<robot/>'}])
+    (start,), texts = decided(servo)
+    assert (start.kind, start.is_ours) == (Kind.RUN, True)
+    assert 'servo_node' in start.command
+    assert '__node:=my_servo' in start.command
+    assert texts[0]['moveit_servo.scale.linear'] == 0.2

@@ -126,6 +126,24 @@ def test_components_are_named(entities):
         'unknown: rclcpp_components/component_container is not installed and not started']
 
 
+def test_servo_as_a_component(entities):
+    """
+    Servo that a launch file loads into a container is a process of its own.
+
+    Upstream: moveit_servo/launch/demo_ros_api.launch.py.
+    """
+    said = entities("""
+        ComposableNodeContainer(
+            name='box', namespace='', package='rclcpp_components',
+            executable='component_container', composable_node_descriptions=[
+                ComposableNode(package='moveit_servo', plugin='moveit_servo::ServoNode',
+                               name='servo_node', parameters=[{'moveit_servo.a': 1}])]),
+    """)
+    assert 'process: moveit_servo/servo_node name=servo_node ns=/ parameters=moveit_servo' \
+        in said.plan
+
+
+
 def test_nothing_to_start(entities):
     """P41: a file that starts nothing says so."""
     assert entities("DeclareLaunchArgument('a', default_value='b'),").plan == ['nothing to start']

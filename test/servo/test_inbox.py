@@ -74,14 +74,30 @@ def test_topic_chooses():
     command = send(inbox)
     send(inbox, jog(joint_1=1.0))
     assert inbox.command(NOW) is command
-    assert 'JOINT_JOG' in inbox.complaint(NOW)
+    send(inbox, jog(joint_1=1.0), NOW + TIMEOUT, NOW + TIMEOUT)
+    assert 'JOINT_JOG' in inbox.complaint(NOW + TIMEOUT)
 
 
-def test_another_type_leaves_the_command(inbox):
-    """A command of a type not chosen is told of and changes nothing."""
+@pytest.mark.parametrize('kind', ['type', 'stamp'])
+def test_a_stream_that_is_followed_keeps_its_status(inbox, kind):
+    """
+    Beside fresh commands one of another type, or with a stale stamp, changes nothing.
+
+    Upstream: servo_node.cpp, servoLoop and processTwistCommand.
+    """
     command = send(inbox)
-    send(inbox, jog(joint_1=1.0))
+    if kind == 'type':
+        send(inbox, jog(joint_1=1.0))
+    else:
+        send(inbox, stamp=NOW - 3 * TIMEOUT)
     assert inbox.command(NOW) is command
+    assert inbox.complaint(NOW) == ''
+
+
+def test_another_type_alone_is_reported(inbox):
+    """Where no command is followed the service is named."""
+    send(inbox, jog(joint_1=1.0))
+    assert inbox.command(NOW) is None
     assert 'TWIST is chosen' in inbox.complaint(NOW)
 
 

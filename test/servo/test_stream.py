@@ -7,7 +7,7 @@ import pytest
 from servo_streams import jog, twist
 
 from armsim_ros.model.transforms import matrix_from_axis_angle, pose_from_parts, rotation_angle
-from armsim_ros.servo.commands import InvalidCommandError, PoseTarget
+from armsim_ros.servo.commands import InvalidCommandError, JointJog, PoseTarget
 from armsim_ros.servo.status import ServoStatus
 
 SPEED = {'command_in_type': 'speed_units'}
@@ -75,10 +75,83 @@ def test_speed_of_a_joint_scales_all(streamer):
 
 
 def test_override_of_the_velocity(streamer):
-    """A share of the velocity limits bounds all."""
-    made = streamer(override_velocity_scaling_factor=0.05)
+    """
+    The factor multiplies what is commanded; it is no share of the limits, which may be lower.
+
+    Upstream: utils/common.cpp, jointLimitVelocityScalingFactor.
+    """
+    made = streamer(override_velocity_scaling_factor=0.05, check_collisions=False)
+    made.run(jog(joint_1=1.0, joint_6=-0.5), 0.5)
+    assert made.steps()[0][[0, 5]] == pytest.approx(0.05 * 0.5 * 0.01 * np.array([1.0, 0.5]))
+    fast = streamer(override_velocity_scaling_factor=0.5, check_collisions=False, **SPEED)
+    fast.run(jog(joint_6=100.0), 1.0)
+    assert fast.steps()[0].max() == pytest.approx(3.14 * 0.01, rel=1e-3)
+    off = streamer(override_velocity_scaling_factor=0.009, check_collisions=False)
+    off.run(jog(joint_1=1.0), 0.5)
+    assert off.steps()[0].max() == pytest.approx(0.5 * 0.01)
+
+
+def test_scales_of_joints(streamer):
+    """
+    The scale of joints counts without units alone, and values beyond 1 are not cut.
+
+    Upstream: utils/command.cpp, jointDeltaFromJointJog.
+    """
+    made = streamer(check_collisions=False)
+    made.run(jog(joint_6=3.0), 1.0)
+    assert made.steps()[0].max() == pytest.approx(3.0 * 0.5 * 0.01)
+    units = streamer(check_collisions=False, scale={'joint': 0.1}, **SPEED)
+    units.run(jog(joint_6=1.0), 1.0)
+    assert units.steps()[0].max() == pytest.approx(0.01)
+
+
+def test_scales_of_the_tip(streamer):
+    """
+    Twists without units are not cut; with units their norms are, unless the scale is 0.
+
+    Upstream: utils/command.cpp, jointDeltaFromTwist.
+    """
+    def speed(value, **parameters):
+        made = streamer(check_collisions=False, **parameters)
+        made.run(twist((0.0, 0.0, -value)), 0.4)
+        before = made.tip[2, 3]
+        made.run(twist((0.0, 0.0, -value)), 0.01)
+        return (before - made.tip[2, 3]) / 0.01
+
+    assert speed(2.0, scale={'linear': 0.05}) == pytest.approx(0.1, rel=0.02)
+    assert speed(0.2, scale={'linear': 0.05}, **SPEED) == pytest.approx(0.05, rel=0.02)
+    assert speed(0.1, scale={'linear': 0.0}, **SPEED) == pytest.approx(0.1, rel=0.02)
+
+
+def test_jogs_without_names_and_with_one_twice(streamer):
+    """
+    The first is valid and holds; of the second the last value counts.
+
+    Upstream: utils/command.cpp, jointDeltaFromJointJog.
+    """
+    made = streamer(check_collisions=False)
+    made.run(jog(), 0.1)
+    assert made.codes() <= {ServoStatus.NO_WARNING}
+    np.testing.assert_array_equal(made.positions[-1], made.positions[0])
+    made.run(JointJog(('joint_1', 'joint_1'), np.array([1.0, -1.0])), 0.3)
+    assert made.positions[-1][0] < made.positions[0][0]
+
+
+def test_parameters_change_while_it_moves(streamer):
+    """
+    A stream of other parameters goes on where the one before was, without a step.
+
+    Upstream: servo.cpp, getNextJointState and updateParams.
+    """
+    made, other = streamer(check_collisions=False), streamer(
+        check_collisions=False, scale={'joint': 0.2})
     made.run(jog(joint_1=1.0), 0.5)
-    assert made.steps()[0].max() == pytest.approx(0.05 * 3.14 * 0.01, rel=1e-3)
+    before = made.stream
+    made.stream, made.parameters = other.stream, other.parameters
+    made.stream.take_over(before)
+    made.run(jog(joint_1=1.0), 0.5)
+    assert made.steps()[1].max() <= 5.0 * 0.01 * 0.01 + 1e-9
+    assert made.positions[-1][0] - made.positions[-2][0] == pytest.approx(0.2 * 0.01)
 
 
 def test_jog_moves_only_what_it_names(streamer):

@@ -12,6 +12,7 @@ from armsim_ros.launch.api.entity import Action, Placed, SomeText
 from armsim_ros.launch.api.ros_node import make_namespace, NAMESPACE_KEY, Node
 from armsim_ros.launch.api.ros_parameters import evaluate_parameters
 from armsim_ros.launch.api.utilities import perform_text
+from armsim_ros.launch.originals import COMPONENTS
 from armsim_ros.launch.process_spec import ProcessSpec, RosNode
 
 
@@ -54,6 +55,13 @@ class ComposableNode(Placed):
         )
 
 
+    def process(self, package: str, executable: str) -> Node:
+        """Return a program that does the component's work in a process of its own."""
+        return Node(package=package, executable=executable, name=self.node_name,
+                    namespace=self.node_namespace, parameters=self.parameters,
+                    remappings=self.remappings, output='screen')
+
+
 class ComposableLifecycleNode(ComposableNode):
     """A component with a lifecycle."""
 
@@ -80,7 +88,11 @@ class LoadComposableNodes(Action):
             return
         for one in _flat(self._nodes):
             node = one.node(context)
-            if node is not None:
+            if node is None:
+                continue
+            if node.executable in COMPONENTS:
+                context.engine.visit(one.process(*COMPONENTS[node.executable]))
+            else:
                 context.engine.load_component(node, self._container(context))
 
     def _container(self, context: LaunchContext) -> str:

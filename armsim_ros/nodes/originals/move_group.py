@@ -12,9 +12,12 @@ from tempfile import TemporaryDirectory
 from armsim_ros.cli.arguments import split_ros_args
 from armsim_ros.errors import ArmsimError, USAGE_STATUS
 from armsim_ros.nodes.originals.node_parameters import NodeArguments, read_node_arguments
-from armsim_ros.nodes.originals.robot_package import PREFIX, RobotPackage
-
-_URDF, _SRDF = 'robot_description', 'robot_description_semantic'
+from armsim_ros.nodes.originals.robot_package import (
+    described_package,
+    PREFIX,
+    SEMANTIC,
+    URDF,
+)
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -44,17 +47,8 @@ def move_group_words(arguments: NodeArguments, folder: Path) -> list[str]:
     :raises ConfigError: where a description is none.
     """
     values = arguments.values
-    missing = [name for name in (_URDF, _SRDF) if not values.get(name)]
-    if missing:
-        from armsim_ros.nodes.originals.description_topic import wait_for_descriptions
-
-        values.update(wait_for_descriptions(arguments, missing, missing))
     values.setdefault('moveit_manage_controllers', False)
-    package = RobotPackage(folder, str(values[_URDF]), str(values[_SRDF]))
-    package.add_move_group(values)
-    words = [f'robot:={package.folder}', f'urdf:={package.urdf}']
-    arguments.rest += [word for name in (_URDF, _SRDF) if values.get(f'publish_{name}') is True
+    words = described_package(arguments, folder)
+    arguments.rest += [word for name in (URDF, SEMANTIC) if values.get(f'publish_{name}') is True
                        for word in ('-p', f'publish_{name}:=true')]
-    if values.get('armsim.packages_path'):
-        words.append(f"packages_path:={values['armsim.packages_path']}")
     return [*words, *arguments.ros_args(with_name=arguments.namespace != '/')]

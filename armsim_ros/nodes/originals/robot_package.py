@@ -13,13 +13,15 @@ import yaml
 
 from armsim_ros.config.blocks import BLOCKS
 from armsim_ros.errors import ConfigError, Location, Problem
+from armsim_ros.nodes.originals.node_parameters import NodeArguments
 
+URDF, SEMANTIC = 'robot_description', 'robot_description_semantic'
 _DUMPER = getattr(yaml, 'CSafeDumper', yaml.SafeDumper)
 _KINEMATICS = 'robot_description_kinematics'
 _PLANNING = 'robot_description_planning'
 _CONTROLLERS = ('moveit_simple_controller_manager', 'moveit_controller_manager')
 #: Parameters that stand in files of their own, or that the robot's text is.
-_ELSEWHERE = ('robot_description', 'robot_description_semantic', _KINEMATICS, _PLANNING,
+_ELSEWHERE = (URDF, SEMANTIC, _KINEMATICS, _PLANNING,
               *_CONTROLLERS, 'planning_pipelines', 'use_sim_time')
 #: How the folder begins that a program makes for it, and takes away at its end.
 PREFIX = 'armsim_robot_'
@@ -109,6 +111,27 @@ class RobotPackage:
         path = self._config / name
         path.write_text(text, encoding='utf-8')
         return path
+
+
+def described_package(arguments: NodeArguments, folder: Path) -> list[str]:
+    """
+    Write the package of the robot that parameters or topics describe; return the words for it.
+
+    :param folder: where it is made.
+    :raises ConfigError: where a description is none.
+    """
+    values = arguments.values
+    missing = [name for name in (URDF, SEMANTIC) if not values.get(name)]
+    if missing:
+        from armsim_ros.nodes.originals.description_topic import wait_for_descriptions
+
+        values.update(wait_for_descriptions(arguments, missing, missing))
+    package = RobotPackage(folder, str(values[URDF]), str(values[SEMANTIC]))
+    package.add_move_group(values)
+    words = [f'robot:={package.folder}', f'urdf:={package.urdf}']
+    if values.get('armsim.packages_path'):
+        words.append(f"packages_path:={values['armsim.packages_path']}")
+    return words
 
 
 def unflattened(values: Mapping[str, Any]) -> dict[str, Any]:

@@ -68,15 +68,12 @@ class ServoNode:
         )
         for text in warnings:
             node.get_logger().warning(text)
-        topic = parameters.command_out_topic or _command_topic(
-            cell.settings, stream.target.names, parameters.command_out_type
-        )
+        topic = parameters.command_out_topic
         clock = StreamClock(node)
         inbox = CommandInbox(round(parameters.incoming_command_timeout * 1e9))
-        topics = (parameters.joint_topic,) if parameters.joint_topic else dict.fromkeys(
-            cell.settings.planning_parameters.joint_state_topics
-            or (cell.settings.joint_states_topic, DEFAULT_JOINT_STATES)
-        )  # fmt: skip
+        # Where no topic is given, the parameter is the first of the robot's own.
+        own = _joint_topics(cell.settings)
+        topics = own if parameters.joint_topic == own[0] else (parameters.joint_topic,)
         self._frames = Transforms(self, moving=False)
         self._follower = SceneFollower(
             node, self.scene, parameters.monitored_planning_scene_topic,
@@ -89,7 +86,7 @@ class ServoNode:
             inbox=inbox,
             commands=CommandTopics(
                 node, inbox, parameters, clock.now_ns, self._frame_named),
-            states=JointPositions(node, kinematics, tuple(topics)),
+            states=JointPositions(node, kinematics, topics, stream.target.names),
             controller=controller,
             stream=stream,
             output=JointCommands(node, topic, stream.target.names, parameters),
@@ -137,21 +134,34 @@ class ServoNode:
         """Declare all parameters and return their values."""
         moved = [one.joints for one in robot.moveit_controllers
                  if one.type == 'FollowJointTrajectory']  # fmt: skip
-        default = arm_group(kinematics, moved)
+        own = robot.servo.moveit_servo
+
+        def given(name: str) -> str:
+            return _override(node, f'moveit_servo.{name}') or str(getattr(own, name))
 
         def objection(settings: ServoNodeSettings) -> str:
             block = settings.moveit_servo
-            return '; '.join(check_parameters(kinematics, block.move_group_name or default, block))
+            return '; '.join(check_parameters(kinematics, block.move_group_name, block))
 
+        # What is empty in the files is looked up, so that nobody reads back an empty text.
+        group = given('move_group_name') or arm_group(kinematics, moved)
+        known = group in kinematics.robot.semantic.groups
+        joints = kinematics.robot.semantic.groups[group].active_joints if known else ()
+        start = robot.servo.model_copy(update={'moveit_servo': own.model_copy(update={
+            'move_group_name': group,
+            'command_out_topic': given('command_out_topic') or (
+                _command_topic(robot, joints, given('command_out_type')) if known else ''),
+            'joint_topic': given('joint_topic') or _joint_topics(robot)[0],
+        })})
         try:
-            self._parameters = SettingsParameters(node, robot.servo, self._changed, objection)
+            self._parameters = SettingsParameters(node, start, self._changed, objection)
         except ValidationError as error:
             raise ServoSettingsError(f'servo: {reason(error)}') from None
         settings: ServoNodeSettings = self._parameters.settings
         wrong = objection(settings)
         if wrong:
             raise ServoSettingsError(f'servo: {wrong}')
-        self._group = settings.moveit_servo.move_group_name or default
+        self._group = settings.moveit_servo.move_group_name
         return settings
 
     def _changed(self, settings: ServoNodeSettings) -> None:
@@ -160,6 +170,20 @@ class ServoNode:
                 self._kinematics, self.scene, CollisionChecker(self.scene), settings, self._group
             )
             self._streaming.change(settings.moveit_servo, stream)
+
+
+def _override(node: PollingNode, name: str) -> str:
+    """Return what ``--ros-args`` give a parameter that is yet to be declared, '' for nothing."""
+    value = node.declare_parameter(name, '').value
+    node.undeclare_parameter(name)
+    return str(value or '')
+
+
+def _joint_topics(robot: RobotSettings) -> tuple[str, ...]:
+    """Return the topics on which the robot's joint states may come."""
+    return tuple(dict.fromkeys(
+        robot.planning_parameters.joint_state_topics
+        or (robot.joint_states_topic, DEFAULT_JOINT_STATES)))
 
 
 def _command_topic(robot: RobotSettings, joints: tuple[str, ...], kind: str) -> str:

@@ -162,8 +162,6 @@ def _read_twist(message: TwistStamped) -> Twist:
 
 def _read_jog(message: JointJogMessage) -> JointJog:
     names, velocities = tuple(message.joint_names), message.velocities
-    if not names:
-        raise InvalidCommandError('joint_names is empty')
     if len(names) != len(velocities):
         raise InvalidCommandError(
             f'joint_names has {len(names)} entries, velocities has {len(velocities)}; both '

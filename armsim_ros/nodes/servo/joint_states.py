@@ -22,14 +22,17 @@ class JointPositions:
     The newest position of every joint.
 
     :param topics: joint states; several robots may have one each.
+    :param needed: joints without which no command is followed; others keep their default until
+        a message has them.
     """
 
     def __init__(
-        self, node: PollingNode, kinematics: KinematicModel, topics: Sequence[str]
+        self, node: PollingNode, kinematics: KinematicModel, topics: Sequence[str],
+        needed: Sequence[str],
     ) -> None:
         self._kinematics = kinematics
         self._places = {name: place for place, name in enumerate(kinematics.names)}
-        self._missing = set(kinematics.robot.active_joints)
+        self._missing = set(needed)
         #: (n,) [rad or m].
         self.q: Vector = kinematics.default()
         #: Of the newest message [ns].
@@ -41,7 +44,7 @@ class JointPositions:
 
     @property
     def missing(self) -> tuple[str, ...]:
-        """Joints that no message has told of yet."""
+        """Needed joints that no message has had yet."""
         return tuple(sorted(self._missing))
 
     def _receive(self, message: JointState) -> None:

@@ -4,8 +4,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
 from typing import Any
 
+from moveit_msgs.msg import AttachedCollisionObject, CollisionObject, PlanningSceneWorld
 from moveit_msgs.msg import PlanningScene as PlanningSceneMessage
 from moveit_msgs.srv import GetPlanningScene
 from rclpy.clock import Clock, ClockType
@@ -13,10 +16,15 @@ from rclpy.qos import QoSProfile
 from sensor_msgs.msg import JointState
 
 from armsim_ros.errors import PlanningError
+from armsim_ros.nodes.conversions.collision_object import (
+    attached_from_message,
+    object_from_message,
+)
 from armsim_ros.nodes.conversions.planning_scene import (
     Component,
     scene_to_message,
     update_from_message,
+    world_from_message,
 )
 from armsim_ros.nodes.polling_node import PollingNode
 from armsim_ros.planning.scene.planning_scene import PlanningScene
@@ -50,6 +58,17 @@ class SceneFollower:
         node.create_subscription(
             PlanningSceneMessage, topic, self._receive, QoSProfile(depth=100)
         )
+        # MoveIt's own topics of changes, the only sources where nobody serves a scene.
+        for kind, name, take in (
+            (CollisionObject, 'collision_object',
+             lambda message: scene.apply_object(object_from_message(message))),
+            (AttachedCollisionObject, 'attached_collision_object',
+             lambda message: scene.apply_attached(attached_from_message(message))),
+            (PlanningSceneWorld, 'planning_scene_world',
+             lambda message: scene.apply(world_from_message(message))),
+        ):
+            node.create_subscription(
+                kind, name, partial(self._change, name, take), QoSProfile(depth=100))
         self._timer = node.create_timer(
             _LOOK, self._look, clock=Clock(clock_type=ClockType.STEADY_TIME)
         )
@@ -91,6 +110,12 @@ class SceneFollower:
         except PlanningError as error:
             self._node.get_logger().error(f'planning scene: {error}; asking for all of it')
             self._following = False
+
+    def _change(self, topic: str, take: Callable[[Any], object], message: Any) -> None:
+        try:
+            take(message)
+        except PlanningError as error:
+            self._node.get_logger().error(f'{topic}: {error}')
 
     def _answer(
         self, request: GetPlanningScene.Request, response: GetPlanningScene.Response

@@ -32,8 +32,6 @@ _LOOKS = 10.0
 #: While the arm is streamed to, once in so many cycles: the joints that others move, and what
 #: may end the stream in favour of others or is only to be complained about.
 _JOINTS_EVERY, _OTHERS_EVERY = 2, 4
-#: A stream that stands for so long looks again where the controller is [s].
-_PATIENCE = 0.3
 #: So many cycles that were missed are made up for; more make the motion slower for a moment.
 _MADE_UP = 3.0
 
@@ -86,7 +84,7 @@ class Streaming:
         self._paused = paused
 
     def change(self, parameters: ServoParameters, stream: ServoStream) -> None:
-        """Work with other parameters from the next rest on; from any thread."""
+        """Work with other parameters from the next cycle on; from any thread."""
         self._changes.append((parameters, stream))
 
     def _run(self) -> None:
@@ -169,8 +167,11 @@ class Streaming:
             self._is_ready = True
             self.ready()
         now = self.clock.now_ns()
-        if self._changes and not self.stream.streaming:
-            self.parameters, self.stream = self._changes[-1]
+        if self._changes:
+            self.parameters, stream = self._changes[-1]
+            if self.stream.streaming:
+                stream.take_over(self.stream)
+            self.stream = stream
             self.inbox.timeout_ns = round(self.parameters.incoming_command_timeout * 1e9)
             self._changes.clear()
         findings = self._findings(now)
@@ -231,7 +232,7 @@ class Streaming:
         return None
 
     def _begin(self, command: Command | None, now: int, findings: list[Finding]) -> bool:
-        """Start to stream where a command wants motion and there is somebody to move."""
+        """Start to stream where there is a command, and a controller that takes what is sent."""
         if command is None:
             return False
         obstacle = self.controller.inactive
@@ -240,7 +241,7 @@ class Streaming:
         if obstacle:
             findings.append(Finding(ServoStatus.INVALID, obstacle))
             return False
-        if not self._moves(command, now):
+        if not self._is_valid(command, now):
             return False
         reference = self.controller.reference(now)
         if reference is None:
@@ -254,14 +255,14 @@ class Streaming:
         self._quiet = 0
         return True
 
-    def _moves(self, command: Command, now: int) -> bool:
-        """Return whether a command wants anything to move, from rest."""
+    def _is_valid(self, command: Command, now: int) -> bool:
+        """Return whether a command can be followed."""
         try:
-            wanted = self.stream.target.wanted(command, self.states.q, self.parameters)
+            self.stream.target.wanted(command, self.states.q, self.parameters)
         except InvalidCommandError as error:
             self.inbox.reject(str(error), now)
             return False
-        return bool(wanted.velocity.any() or wanted.findings)
+        return True
 
     def _step(self, command: Command | None, now: int) -> list[Finding]:
         try:
@@ -276,14 +277,11 @@ class Streaming:
                                     f'{self.inbox.timeout_ns * 1e-9:g} s; the arm comes to rest'))
         self._quiet = self._quiet + 1 if cycle.at_rest else 0
         # The last point must have gone out, and not only as the newest.
-        if self._quiet <= 2:
+        if command is not None or self._quiet <= 2:
             self.output.publish(self._stream_ns, cycle, self.stream, self.parameters)
-        elif command is None:
-            # The arm is not at rest before the points that were sent are behind it.
-            if self._quiet * self.parameters.publish_period > self.parameters.max_expected_latency:
-                self.stream.stop()
-        elif self._quiet * self.parameters.publish_period > _PATIENCE:
-            self._begin_anew(command, now)
+        # The arm is not at rest before the points that were sent are behind it.
+        elif self._quiet * self.parameters.publish_period > self.parameters.max_expected_latency:
+            self.stream.stop()
         if not self.output.heard:
             findings.append(
                 Finding(ServoStatus.INVALID, f"nobody subscribes to '{self.output.topic}'")
@@ -298,9 +296,3 @@ class Streaming:
         if self.stream.turns(command):
             self.output.replan(now, self._stream_ns, self.stream, step)
         return step()
-
-    def _begin_anew(self, command: Command, now: int) -> None:
-        """Follow the controller, which others may have moved while the stream stood."""
-        self.stream.stop()
-        if self._begin(command, now, []):
-            self._quiet = 3

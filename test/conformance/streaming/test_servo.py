@@ -15,6 +15,9 @@ import pytest
 from shape_msgs.msg import SolidPrimitive
 from std_srvs.srv import SetBool, Trigger
 from streaming_bench import ARM, Streamed
+from trajectory_msgs.msg import JointTrajectory
+
+from armsim_ros.testing.clients.parameter_client import ParameterClient
 
 statement = pytest.mark.statement
 
@@ -32,6 +35,35 @@ def test_names(arm: Streamed) -> None:
     assert topics['/servo_node/status'] == ['moveit_msgs/msg/ServoStatus']
     assert services['/servo_node/switch_command_type'] == ['moveit_msgs/srv/ServoCommandType']
     assert services['/servo_node/pause_servo'] == ['std_srvs/srv/SetBool']
+
+
+@statement('S5')
+def test_parameters_are_resolved(arm: Streamed) -> None:
+    """
+    Group and topics that the files leave to the robot are read back as they are used.
+
+    Upstream: servo_parameters.yaml: none of them is ever empty.
+    """
+    parameters = ParameterClient(arm.client, '/servo_node')
+    assert parameters.get('moveit_servo.move_group_name') == 'manipulator'
+    topic = parameters.get('moveit_servo.command_out_topic')
+    assert topic == '/sunday/arm_joint_controller/joint_trajectory'
+    assert parameters.get('moveit_servo.joint_topic') == '/sunday/joint_states'
+    wrong = parameters.set('moveit_servo.active_subgroup', 'nowhere')
+    assert "'nowhere' is no planning group" in wrong
+
+
+@statement('S9')
+def test_commands_of_zero_are_answered(arm: Streamed) -> None:
+    """
+    A fresh twist of zero sends a message each period.
+
+    Upstream: servo_node.cpp, servoLoop.
+    """
+    arm.choose(TWIST)
+    sent = arm.client.collect('/sunday/arm_joint_controller/joint_trajectory', JointTrajectory)
+    arm.stream_until(arm.twist, arm.make_twist(), lambda: len(sent.messages) > 20, 'messages come')
+    arm.rest()
 
 
 @statement('SRV-3')

@@ -5,7 +5,7 @@
 from types import SimpleNamespace
 
 from geometry_msgs.msg import Pose
-from moveit_msgs.msg import CollisionObject
+from moveit_msgs.msg import AttachedCollisionObject, CollisionObject, PlanningSceneWorld
 from moveit_msgs.srv import GetPlanningScene
 import pytest
 from shape_msgs.msg import SolidPrimitive
@@ -26,6 +26,7 @@ class Graph:
 
     def __init__(self):
         self.others, self.own, self.asked, self.wall = 0, [], 0, ''
+        self.receive, self.errors = {}, []
 
     def count_services(self, name):
         return self.others + len(self.own)
@@ -34,7 +35,7 @@ class Graph:
         return SimpleNamespace(service_is_ready=lambda: bool(self.others), call_async=self._ask)
 
     def create_subscription(self, kind, topic, receive, qos):
-        self.receive = receive
+        self.receive[topic] = receive
 
     def create_timer(self, period, look, clock):
         self.look = look
@@ -47,7 +48,7 @@ class Graph:
         self.own.remove(service)
 
     def get_logger(self):
-        return SimpleNamespace(info=lambda text: None, error=lambda text: None)
+        return SimpleNamespace(info=lambda text: None, error=self.errors.append)
 
     def _ask(self, request):
         self.asked += 1
@@ -58,7 +59,7 @@ class Graph:
         box.primitive_poses, box.pose.orientation.w = [Pose()], 1.0
         response.scene.world.collision_objects = [box]
         future = SimpleNamespace(result=lambda: response)
-        return SimpleNamespace(add_done_callback=lambda take: take(future))
+        return SimpleNamespace(message=box, add_done_callback=lambda take: take(future))
 
 
 @pytest.fixture
@@ -133,9 +134,33 @@ def test_a_full_scene_brings_what_is_attached_and_no_joints(scene):
     other.apply_attached(AttachedObject('link_6', WorldObject(
         'tool', shapes=(ObjectShape(Sphere(0.01)),))))
     other.set_positions({'joint_1': 0.5})
-    graph.receive(scene_to_message(other))
+    graph.receive['/monitored_planning_scene'](scene_to_message(other))
     assert set(scene.attached) == {'tool'}
     other.clear()
-    graph.receive(scene_to_message(other))
+    graph.receive['/monitored_planning_scene'](scene_to_message(other))
     assert not scene.attached
     assert scene.kinematic_model.positions(scene.q)['joint_1'] == 0.0
+
+
+def test_topics_of_changes(scene):
+    """
+    Alone, servo knows of obstacles what MoveIt's topics bring.
+
+    Upstream: utils/common.cpp, createPlanningSceneMonitor.
+    """
+    graph = Graph()
+    SceneFollower(graph, scene, '/planning_scene', serves=True)
+    graph.wall = 'wall'
+    box = graph._ask(None).message
+    graph.receive['collision_object'](box)
+    attached = AttachedCollisionObject(link_name='link_6')
+    attached.object.id, attached.object.operation = 'wall', CollisionObject.ADD
+    assert 'wall' in scene.objects
+    graph.receive['attached_collision_object'](attached)
+    assert 'wall' in scene.attached
+    box.id = 'table'
+    graph.receive['planning_scene_world'](PlanningSceneWorld(collision_objects=[box]))
+    assert 'table' in scene.objects
+    attached.object.id = 'ghost'
+    graph.receive['attached_collision_object'](attached)
+    assert 'ghost' in graph.errors[0]

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from servo_streams import ELBOW_UP, Streamer, twist
+from servo_streams import ELBOW_UP, jog, Streamer, twist
 
 from armsim_ros.config.loading import load_robot_settings
 from armsim_ros.kinematics.kinematic_model import KinematicModel
@@ -184,17 +184,50 @@ def test_rest(cycles):
     assert not cycles.streaming._rests()
 
 
-def test_nothing_is_sent_at_rest(cycles):
-    """A twist of 0 sends nothing, so that plans can run."""
-    cycles.run(twist(), 50)
-    assert not cycles.sent
+@pytest.mark.parametrize('command', [twist(), jog(), jog(joint_1=0.0)], ids=['twist', 'no', 'jog'])
+def test_commands_of_zero(cycles, command):
+    """
+    While a command is fresh, a message goes out each period, though nothing moves.
+
+    Upstream: servo_node.cpp, servoLoop; test_integration.cpp.
+    """
+    cycles.inbox.choose(command.type)
+    cycles.run(command, 80)
+    assert len(cycles.sent) == 80
+    assert np.ptp(cycles.sent, axis=0).max() == 0.0
+    cycles.run(None, 40)
+    assert len(cycles.sent) < 15
+    assert not cycles.streaming.stream.streaming
 
 
 def test_pose_that_is_reached_already(cycles):
-    """It is told of, and held."""
+    """
+    It is reported and held, with a message each period.
+
+    Upstream: servo_node.cpp, processPoseCommand.
+    """
     cycles.inbox.choose(CommandType.POSE)
-    cycles.run(PoseTarget('link_6', np.eye(4)), 20)
+    cycles.run(PoseTarget('link_6', np.eye(4)), 60)
     assert 'No warnings: pose reached' in cycles.messages
+    assert len(cycles.sent) == 60
+
+
+def test_parameters_hold_from_the_next_cycle_on(cycles):
+    """
+    A change while commands stream takes effect at once, without a step.
+
+    Upstream: servo.cpp, updateParams.
+    """
+    down = twist((0, 0, -0.3))
+    cycles.run(down, 40)
+    before = cycles.sent[-1]
+    faster = Streamer(cycles.kinematics, scale={'linear': 0.8})
+    cycles.streaming.change(faster.parameters, faster.stream)
+    slow = np.abs(np.diff(cycles.sent, axis=0)[-1]).max()
+    cycles.run(down, 30)
+    steps = np.abs(np.diff([before, *cycles.sent], axis=0)).max(axis=1)
+    assert steps[0] == pytest.approx(slow, rel=0.2)
+    assert steps[-1] > 1.5 * slow
 
 
 def test_the_controller_is_asked_first(cycles):
