@@ -229,6 +229,21 @@ def test_singularity(streamer):
     assert made.tip[2, 3] < there - 0.05
 
 
+def test_leaving_a_singularity(streamer):
+    """
+    Between the thresholds motion away is slowed down less than motion towards, and is reported.
+
+    Upstream: test_utils.cpp, LeavingSingularityScaling.
+    """
+    made = streamer(start=(0.0, 0.5, 0.9, 0.9, 1.2, 0.0), check_collisions=False, **SPEED)
+    while ServoStatus.DECELERATE_FOR_APPROACHING_SINGULARITY not in made.codes():
+        made.run(twist((0.0, 0.0, 0.1)), 0.05)
+    made.run(twist((0.0, 0.0, 0.1)), 0.1)
+    made.cycles.clear()
+    made.run(twist((0.0, 0.0, -0.1)), 0.02)
+    assert made.codes() == {ServoStatus.DECELERATE_FOR_LEAVING_SINGULARITY}
+
+
 def test_obstacle(streamer):
     """The arm comes to rest before a wall, names it, and goes away from it at full speed."""
     made = streamer(**SPEED)

@@ -6,7 +6,10 @@ from contextlib import ExitStack
 import re
 from textwrap import dedent
 
+from control_msgs.msg import JointJog
+from moveit_msgs.srv import ServoCommandType
 import pytest
+from sensor_msgs.msg import JointState
 
 from armsim_ros.testing.clients.client_node import ClientNode
 from armsim_ros.testing.clients.move_group_client import SUCCESS
@@ -54,12 +57,30 @@ from moveit_configs_utils.launches import generate_move_group_launch
 def generate_launch_description():
     return generate_move_group_launch(MoveItConfigsBuilder('small').to_moveit_configs())
 """
+SERVO = """
+from launch import LaunchDescription
+from launch_ros.actions import ComposableNodeContainer
+from launch_ros.descriptions import ComposableNode
+from moveit_configs_utils import MoveItConfigsBuilder
+
+
+def generate_launch_description():
+    config = MoveItConfigsBuilder('small').to_moveit_configs()
+    return LaunchDescription([ComposableNodeContainer(
+        name='container', namespace='/', package='rclcpp_components',
+        executable='component_container_mt', composable_node_descriptions=[ComposableNode(
+            package='moveit_servo', plugin='moveit_servo::ServoNode', name='servo_node',
+            parameters=[
+                {'moveit_servo.move_group_name': 'arm', 'moveit_servo.check_collisions': False,
+                 'moveit_servo.command_out_topic': '/arm_controller/joint_trajectory'},
+                config.robot_description, config.robot_description_semantic])])])
+"""
 
 
 @pytest.fixture
 def launched(small_package, monkeypatch):
     """Return a function that launches a file of the package, and the user of what runs."""
-    for name, text in (('control', CONTROL), ('planning', PLANNING)):
+    for name, text in (('control', CONTROL), ('planning', PLANNING), ('servo', SERVO)):
         small_package.write(f'launch/{name}.launch.py', dedent(text))
     monkeypatch.chdir(small_package.src)
     with ExitStack() as stack:
@@ -112,3 +133,27 @@ def test_a_manager_that_asks_finds_the_controllers_of_another_launch(launched, s
     bent = user.move_group.named_states()['arm', 'bent']
     assert user.move_group.move('arm', bent).error_code.val == SUCCESS
     assert user.distance(bent) < 0.01
+
+
+@pytest.mark.statement('S1', 'S2')
+def test_servo_of_a_launch_file(launched):
+    """
+    A launch file that loads moveit_servo starts ours, which moves the arm of another launch.
+
+    Upstream: moveit_servo/launch/demo_ros_api.launch.py; test_ros_integration.cpp, testJointJog.
+    """
+    launch, client = launched
+    control, servo = launch('control'), launch('servo')
+    control.wait_for_line(r'\[spawner-\d+\] .*active: arm_controller', 60.0)
+    servo.wait_for_line('Servo initialized successfully', 60.0)
+    client.call('/servo_node/switch_command_type', ServoCommandType,
+                ServoCommandType.Request(command_type=ServoCommandType.Request.JOINT_JOG))
+    publisher = client.node.create_publisher(JointJog, '/servo_node/delta_joint_cmds', 10)
+    states = client.collect('/joint_states', JointState)
+
+    def turned(message):
+        publisher.publish(JointJog(joint_names=['elbow'], velocities=[-1.0]))
+        return dict(zip(message.name, message.position, strict=True)).get('elbow', 0.0) < -0.05
+
+    states.wait_for(turned, 30.0)
+    assert servo.stop(15.0) == 0
