@@ -8,29 +8,27 @@ from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from armsim_ros.config.move_group.moveit_controllers import MoveItControllerSettings
-from armsim_ros.config.move_group.trajectory_execution import TrajectoryExecutionSettings
 from armsim_ros.errors import MoveItErrorCode, PlanningError
-from armsim_ros.execution.controller_selection import (
-    controlled_joints,
-    select_controllers,
-    split_trajectory,
-)
+from armsim_ros.execution.controller_selection import split_trajectory
 from armsim_ros.execution.multi_dof import MultiDofTrajectory
 from armsim_ros.execution.ros2_control import controllers_to_switch
 from armsim_ros.execution.rules import (
     allowed_duration,
     begin,
-    check_points,
     check_start,
     settled,
     STATES_AT_REST,
-    Tolerances,
     unwound,
 )
 from armsim_ros.nodes.move_group.context import Context
 from armsim_ros.nodes.move_group.execution.controller_handles import ControllerRun
 from armsim_ros.nodes.move_group.execution.controller_managers import SimpleControllerManager
+from armsim_ros.nodes.move_group.execution.parts import (
+    multi_dof_part,
+    Part,
+    selected_controllers,
+    start_tolerances,
+)
 from armsim_ros.trajectory import JointTrajectory
 
 SOURCE = 'trajectory_execution'
@@ -44,10 +42,6 @@ LATE_RESULT = 2.0
 REPLACED = 'replaced by a newer trajectory for the same controller'
 #: Wall time for a result that was sent when simulated time jumped [s].
 LEAP_TIME = 0.5
-
-
-#: What one controller gets.
-Part = tuple[MoveItControllerSettings, JointTrajectory, MultiDofTrajectory | None]
 
 
 @dataclass(frozen=True, slots=True)
@@ -180,7 +174,7 @@ class Execution:
         await self._activate([controller.name for controller in selected])
         whole = unwound(trajectory, context.states.positions, context.robot)
         return [
-            (controller, part, _multi_dof_part(controller, multi_dof, settings))
+            (controller, part, multi_dof_part(controller, multi_dof, settings))
             for controller, part in split_trajectory(
                 whole, selected, settings.execution_velocity_scaling)
         ]
@@ -372,41 +366,3 @@ class Execution:
         measured = self._context.states.positions
         ends = zip(trajectory.joint_names, trajectory.positions[-1], strict=True)
         return all(abs(measured.get(name, float('inf')) - end) < ARRIVED for name, end in ends)
-
-
-def start_tolerances(context: Context) -> Tolerances:
-    """Return how far a trajectory may begin from where the robot is."""
-    settings = context.execution_settings
-    return Tolerances(settings.allowed_start_tolerance, settings.allowed_start_tolerance_joints)
-
-
-def selected_controllers(
-    context: Context, controllers: SimpleControllerManager, trajectory: JointTrajectory,
-    names: Sequence[str], multi_dof: MultiDofTrajectory | None = None,
-) -> tuple[MoveItControllerSettings, ...]:
-    """
-    Return the controllers of a trajectory; none where it has no points.
-
-    :raises PlanningError: CONTROL_FAILED where it cannot be executed.
-    """
-    check_points(trajectory)
-    joints = [*(trajectory.joint_names if len(trajectory) else ()),
-              *(multi_dof.joint_names if multi_dof is not None else ())]
-    if not len(trajectory) and multi_dof is None:
-        return ()
-    return select_controllers(
-        controlled_joints(joints, context.robot), controllers.controllers, names=tuple(names),
-        active=controllers.active,
-        manages=context.execution_settings.moveit_manage_controllers)
-
-
-def _multi_dof_part(
-    controller: MoveItControllerSettings, multi_dof: MultiDofTrajectory | None,
-    settings: TrajectoryExecutionSettings,
-) -> MultiDofTrajectory | None:
-    """Return what the multi-DOF joints of a controller do, None where it has none."""
-    names = [name for name in (multi_dof.joint_names if multi_dof is not None else ())
-             if name in controller.joints]
-    if multi_dof is None or not names:
-        return None
-    return multi_dof.of_joints(sorted(names), settings.execution_velocity_scaling)

@@ -20,9 +20,8 @@ from armsim_ros.nodes.move_group.execution.execution import (
     Execution,
     ExecutionOutcome,
     ExecutionWatch,
-    selected_controllers,
-    start_tolerances,
 )
+from armsim_ros.nodes.move_group.execution.parts import selected_controllers, start_tolerances
 from armsim_ros.planning.collision.collision_model import CollisionChecker
 from armsim_ros.planning.scene.planning_scene import PlanningScene
 from armsim_ros.trajectory import JointTrajectory
