@@ -135,7 +135,6 @@ def test_a_manager_that_asks_finds_the_controllers_of_another_launch(launched, s
     assert user.distance(bent) < 0.01
 
 
-@pytest.mark.statement('S1', 'S2')
 def test_servo_of_a_launch_file(launched):
     """
     A launch file that loads moveit_servo starts ours, which moves the arm of another launch.
