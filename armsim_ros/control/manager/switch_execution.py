@@ -126,6 +126,8 @@ class SwitchExecution:
         except ControllerError as refusal:
             starting, failures = (), [str(refusal)]
         failures += self._switch(controllers, starting, stopping, time_ns, strict=True)
+        if failed.active:  # the hardware refuses the interfaces of the fallback controllers
+            failures += self._switch(controllers, (), stopping, time_ns, strict=True)
         if fallbacks or failures:
             result = '; '.join(failures) or f'active: {", ".join(starting)}'
             self._events.add(time_ns, 'warning', 'state', f'fallback: {result}')

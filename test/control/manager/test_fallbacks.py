@@ -12,7 +12,7 @@ from types import SimpleNamespace
 import pytest
 
 from armsim_ros.control.manager.switching import Strictness
-from armsim_ros.errors import ControllerError
+from armsim_ros.errors import ControllerError, SimulationError
 
 ARM = 'joint_trajectory_controller/JointTrajectoryController'
 FORWARD = 'forward_command_controller/ForwardCommandController'
@@ -111,6 +111,26 @@ def test_a_failure_whose_fallback_is_gone(rig, monkeypatch):
     r.step(2)
     assert states(r) == {'arm': 'inactive'}
     assert any("'spare'" in text for text in r.texts())
+
+
+def test_a_failure_whose_fallback_the_hardware_refuses(rig, monkeypatch):
+    """The failed controller is deactivated even if the hardware cannot follow its fallback."""
+    r = rig()
+    r.load('spare', FORWARD, joints=['a'], interface_name='velocity')
+    arm = load(r, 'arm', ARM, ['spare'], joints=['a'])
+    assert r.manager.switch(['arm']).ok
+    accept = r.hardware.perform_command_mode_switch
+
+    def refuse_velocity(claimed):
+        if any('velocity' in kinds for kinds in claimed.values()):
+            raise SimulationError('no such mode')
+        accept(claimed)
+
+    monkeypatch.setattr(r.hardware, 'perform_command_mode_switch', refuse_velocity)
+    break_it(monkeypatch, arm)
+    r.step(2)
+    assert states(r) == {'spare': 'inactive', 'arm': 'inactive'}
+    assert any('no such mode' in text for text in r.texts())
 
 
 def test_a_failure_stops_the_whole_chain(rig, monkeypatch):
