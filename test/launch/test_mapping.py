@@ -107,3 +107,20 @@ def test_servo_is_ours(decided, executable):
     assert 'servo_node' in start.command
     assert '__node:=my_servo' in start.command
     assert texts[0]['moveit_servo.scale.linear'] == 0.2
+
+
+def test_the_hardware_spawner_is_ours(decided):
+    """hardware_spawner keeps its words."""
+    (made,), _ = decided(Node(package='controller_manager', executable='hardware_spawner',
+                              arguments=['Arm', '--configure']))
+    place = made.command.index('hardware_spawner')
+    assert made.command[place:place + 3] == ['hardware_spawner', 'Arm', '--configure']
+
+
+def test_a_shell_splits_the_words_of_a_node(decided):
+    """With shell=True, words are split at blanks, and empty ones are dropped."""
+    (made,), _ = decided(Node(package='controller_manager', executable='spawner', shell=True,
+                              arguments=['arm', '', "--controller-ros-args '-r a:=b'"]))
+    place = made.command.index('spawner')
+    assert made.command[place:place + 4] == [
+        'spawner', 'arm', '--controller-ros-args', '-r a:=b']

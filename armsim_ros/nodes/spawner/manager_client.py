@@ -31,7 +31,7 @@ from armsim_ros.nodes.conversions.time import duration_from_seconds
 
 #: How often a call is made that is not answered.
 TRIES = 3
-#: How often it is looked whether a service is there [s]; rclpy looks every quarter of a second.
+#: Period at which a service is waited for [s]; that of rclpy is a quarter of a second.
 _LOOK = 0.02
 
 
@@ -39,7 +39,7 @@ class ManagerClient:
     """
     A manager by its name.
 
-    :param node: the program's node; nobody else may spin it.
+    :param node: the program's node; nothing else may spin it.
     :param manager: the manager's name, absolute or relative to the namespace.
     :param call_timeout: [s] for one answer.
     :param namespace: '' is that of the node.
@@ -150,7 +150,7 @@ class ManagerClient:
 
     def _do(self, service: str, kind: type, name: str, done: str) -> None:
         if not self._call(service, kind, kind.Request(name=name)).ok:
-            raise ControllerError(f"'{name}' could not be {done}; the manager's log tells why")
+            raise ControllerError(f"'{name}' could not be {done}; see the manager's log")
 
     def _call(self, service: str, kind: type, request: Any) -> Any:
         client = self._node.create_client(kind, f'{self.name}/{service}')

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What the spawner reads in parameter files: whether they are of a controller, and its type."""
+"""The entries of parameter files that the spawner reads for a controller."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from armsim_ros.config.yaml.source import read_yaml_file
 @dataclass(frozen=True)
 class FileEntries:
     """
-    What parameter files say of a controller.
+    The entries of parameter files for a controller.
 
     :param files: those that have a block for it.
     :param type: '' where they give none.
@@ -35,7 +35,7 @@ class FileEntries:
 
 def entries_of(name: str, namespace: str, files: Sequence[str]) -> FileEntries:
     """
-    Read what parameter files say of a controller; the first file that has a value wins.
+    Read the entries of parameter files for a controller; the first file that has a value wins.
 
     :param namespace: of the controller, such as ``/sunday``; ``/`` is none.
     :raises ConfigError: a file cannot be read.

@@ -38,7 +38,7 @@ def test_blocks_have_options_of_their_own():
 
 
 def test_words_of_no_block_are_ignored():
-    """Options of a controller before the first block mean nothing; the user hears of it."""
+    """Options of a controller before the first block are ignored with a warning."""
     request = parse_spawner_arguments(['-p', 'x.yaml', '--controller', 'a', '--typo'])
     assert request.controllers == (ControllerRequest('a'),)
     assert request.ignored == ('-p', 'x.yaml', '--typo')

@@ -301,16 +301,21 @@ def test_several_as_a_group(bench: Bench, start: Start) -> None:
     assert states['arm'] == states['velocity_drives'] == 'active'
 
 
-@statement('P11', 'P13')
-@upstream('unload_on_kill', 'unload_on_kill_activate_as_group')
+@statement('P11', 'P13', 'C15')
+@upstream('unload_on_kill', 'unload_on_kill_activate_as_group', 'unload_on_kill_with_sigterm',
+          'advanced_spawner_unload_on_kill_only_active')
 def test_unload_on_kill(
     bench: Bench, start: Start, file: Callable[[str], str]
 ) -> None:
-    """With -u it stays; at its end the controller is deactivated and unloaded."""
-    path = file(ROS_2.format(key='/**/spawned_lent', joint='axis_1'))
-    program = start('spawned_lent', '-u', '-p', path)
+    """With -u it stays; at its end what was not spawned inactive is deactivated and unloaded."""
+    path = file(ROS_2.format(key='/**', joint='axis_1'))
+    program = start('-u', '--controller', 'spawned_lent', '-p', path,
+                    '--controller', 'spawned_kept', '-p', path, '--inactive')
     program.wait_for_line('(?i)wait', TIMEOUT)
-    assert bench.manager.states()['spawned_lent'] == 'active'
+    states = bench.manager.states()
+    assert (states['spawned_lent'], states['spawned_kept']) == ('active', 'inactive')
     program.signal(signal.SIGINT)
     assert program.wait(TIMEOUT) == 0
-    assert 'spawned_lent' not in bench.manager.states()
+    states = bench.manager.states()
+    assert 'spawned_lent' not in states
+    assert states['spawned_kept'] == 'inactive'
