@@ -104,6 +104,8 @@ class Resources:
         self._allow_inactive = (
             parameters.defaults.allow_controller_activation_with_inactive_hardware)
         self._held: tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]] | None = None
+        #: Command of a gpio of hardware that is not active -> the last value that reached it.
+        self._held_others: dict[str, float] = {}
         initial = parameters.hardware_components_initial_state
         for state, names in (('unconfigured', initial.unconfigured),
                              ('inactive', initial.inactive)):
@@ -123,11 +125,12 @@ class Resources:
 
     @property
     def holds(self) -> bool:
-        """Whether there are such joints."""
-        return self._held is not None
+        """Whether there are such joints, or gpios."""
+        return self._held is not None or bool(self._held_others)
 
     def hold_idle_joints(self) -> None:
-        """Let no command reach joints of hardware that is not active; once per update."""
+        """Let no command reach hardware that is not active; once per update."""
+        self.hardware.other_commands.update(self._held_others)
         if self._held is None:
             return
         places, positions = self._held
@@ -226,3 +229,7 @@ class Resources:
         places = [hardware.index[name] for name in self.idle_joints]
         values = [positions.get(place, hardware.state.position[place]) for place in places]
         self._held = (np.array(places), np.array(values)) if places else None
+        others = {name for one in self.components if not one.active and one.system is not None
+                  for name in one.system.other_commands}
+        now = {**hardware.other_commands, **self._held_others}
+        self._held_others = {name: now[name] for name in others if name in now}

@@ -239,6 +239,21 @@ def test_the_state_of_a_gpio_mirrors_its_command(small_package):
     assert ('speed', ('target', 'factor'), (0.5, 1.0)) in sample.dynamic
 
 
+def test_a_gpio_of_inactive_hardware_keeps_its_command(small_package):
+    """A command reaches a gpio only while its hardware is active (system.cpp, System::write)."""
+    small_package.ros2_control(joint('shoulder', 'position'), joint('elbow', 'position'), GPIO)
+    simulation, manager = forwarding(small_package, 'target')
+    (name,) = (one.name for one in manager.list_hardware_components())
+    controller = manager.controllers['speed_controller']
+    manager.set_hardware_component_state(name, 'inactive')
+    assert controller.receive([0.9]) == ''
+    manager.update(simulation.time_ns + 10**8, 0.002)
+    assert simulation.other_states['speed/target'] == 0.5
+    manager.set_hardware_component_state(name, 'active')
+    manager.update(simulation.time_ns + 2 * 10**8, 0.002)
+    assert simulation.other_states['speed/target'] == 0.9
+
+
 def test_mock_hardware_lets_states_of_gpios_be_commanded(small_package):
     """mock_gpio_commands makes a command interface of each state."""
     small_package.ros2_control(
