@@ -17,7 +17,7 @@ import threading
 
 import numpy as np
 
-from armsim_ros.arrays import Matrix
+from armsim_ros.arrays import Matrix, Vector
 from armsim_ros.config.move_group.planning_parameters import PlanningParameters
 from armsim_ros.config.robot_settings import RobotSettings
 from armsim_ros.config.world import WorldSettings
@@ -33,6 +33,8 @@ from armsim_ros.model.world_objects import (
     WORLD_TYPE,
     WorldObject,
 )
+from armsim_ros.planning.collision.collision_model import CollisionChecker
+from armsim_ros.planning.collision.contacts import BodyType
 from armsim_ros.planning.scene.content import SceneContent
 from armsim_ros.planning.scene.objects import (
     AttachedObject,
@@ -43,6 +45,11 @@ from armsim_ros.planning.scene.objects import (
 )
 from armsim_ros.planning.scene.planning_scene import PlanningScene
 from armsim_ros.planning.scene.update import joined, SceneUpdate
+
+#: A held object that rests this deep at most in another is lifted out of it when attached [m].
+RESTING_DEPTH = 1e-3
+#: How far it is lifted beyond the contact [m], and how often at most.
+LIFT, MOST_LIFTS = 2e-5, 3
 
 
 def initial_scene(
@@ -220,6 +227,30 @@ class WorldOwnership:
                 self._detach(id_)
         elif id_ in self._scene.objects:
             self._scene.apply_attached(item)
+            for _ in range(MOST_LIFTS):
+                way = self._way_out(id_)
+                if not way.any():
+                    return
+                self._detach(id_)
+                pose = self._scene.objects[id_].pose.copy()
+                pose[:3, 3] += way
+                self._move(CollisionObject(id_, pose=pose))
+                self._scene.apply_attached(item)
+
+    def _way_out(self, id_: str) -> Vector:
+        """
+        Return the way (3,) [m] by which an attached object leaves what it rests on.
+
+        In the physics it rests a few micrometres deep; a plan could not begin there.
+        """
+        way = np.zeros(3)
+        for contact in CollisionChecker(self._scene).contacts(self._scene.q):
+            types = {contact.body1: contact.type1, contact.body2: contact.type2}
+            if types.get(id_) is BodyType.ROBOT_ATTACHED and contact.depth < RESTING_DEPTH \
+                    and BodyType.WORLD_OBJECT in types.values():
+                outwards = 1.0 if contact.body2 == id_ else -1.0
+                way += outwards * (contact.depth + LIFT) * contact.normal
+        return way
 
     def _detach(self, id_: str) -> None:
         self._scene.apply_attached(AttachedObject(
