@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 import re
 
 from controller_bench import Bench, duration, point, Result, tolerance, TrajectoryController
@@ -256,6 +257,35 @@ def test_a_violation_without_a_goal_holds_too(constrained: TrajectoryController)
             lambda s: 0.0 < abs(s.reference.positions[0]) < 1.0
             and set(s.reference.velocities) == {0.0}
         )
+    finally:
+        assert parameters.set('constraints.axis_1.trajectory', 0.2) == ''
+
+
+@statement('C24')
+def test_a_topic_trajectory_is_given_up_later(
+    constrained: TrajectoryController, bias: Callable[[float], None]
+) -> None:
+    """
+    Long after its end a joint outside the goal tolerance is held where it is measured.
+
+    joint_trajectory_controller.cpp, update.
+    """
+    constrained.watch(1)
+    constrained.publish(constrained.to([0.2, 0.2], 0.2))
+    constrained.reaches([0.2, 0.2])
+    constrained.watch(30)
+    bias(0.3)
+    constrained.next_state(lambda s: s.reference.positions[0] > 0.25)
+    bias(0.0)
+
+
+@statement('C22')
+def test_negative_tolerances_are_unchecked(constrained: TrajectoryController) -> None:
+    """A tolerance parameter below 0 is as 0 (tolerances.hpp, check_state_tolerance_per_joint)."""
+    parameters = constrained.parameters
+    assert parameters.set('constraints.axis_1.trajectory', -1.0) == ''
+    try:
+        assert constrained.run(constrained.to([0.1, 0.1], 0.1)).status == SUCCEEDED
     finally:
         assert parameters.set('constraints.axis_1.trajectory', 0.2) == ''
 
