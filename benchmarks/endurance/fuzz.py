@@ -4,8 +4,9 @@
 Random messages to every service, topic and action that the graph of a running stack shows.
 
 ``--messages N`` are sent in all, ``--seed`` draws others. Each request has to be answered, the
-arm stands still meanwhile, what is refused leaves the planning scene byte for byte as it was,
-and afterwards the stack plans and moves as before.
+arm stands still meanwhile, a refused file leaves the planning scene byte for byte as it was (a
+scene message is applied part by part), the first scene can be put back after every edit, and
+afterwards the stack plans and moves as before.
 
 Left out is what is no garbage: a time on ``/clock``, the wish that the simulation ends or unloads
 its world, and commands to servo that a robot can follow.
@@ -14,6 +15,7 @@ its world, and commands to servo that a robot can follow.
 from __future__ import annotations
 
 from collections import Counter
+import copy
 import math
 import os
 from tempfile import TemporaryDirectory
@@ -194,11 +196,13 @@ class Fuzz:
         return self._client.call(name, self._kinds[name], message, ANSWERED)
 
     def _edit(self, endpoint: Endpoint, message: Any) -> None:
-        """Ask for an edit; one that is refused leaves the scene as it was."""
+        """Ask for an edit; a file that is refused leaves the scene as it was."""
         before = self._current_scene()
         if self._ask(endpoint.name, message).success:
             return
         self.sent['refused edits'] += 1
+        if endpoint.name.endswith('/apply_planning_scene'):
+            return
         now = self._current_scene()
         if repr(now) != repr(before):
             self.faults[f'{endpoint.name}: refused, and yet {_difference(before, now)}, asked '
@@ -230,11 +234,14 @@ class Fuzz:
         """Return the whole scene without what time changes."""
         name = f'{self._namespace}/get_planning_scene'
         scene = self._client.call(name, GetPlanningScene).scene
+        self._joints = scene.robot_state.joint_state
         scene.robot_state.joint_state = JointState()
         return scene
 
     def _apply(self, scene: PlanningScene) -> bool:
-        request = ApplyPlanningScene.Request(scene=scene)
+        request = ApplyPlanningScene.Request(scene=copy.deepcopy(scene))
+        # Without joints a scene keeps what is attached.
+        request.scene.robot_state.joint_state = self._joints
         name = f'{self._namespace}/apply_planning_scene'
         return bool(self._client.call(name, ApplyPlanningScene, request).success)
 

@@ -24,13 +24,6 @@ def test_it_settles_within_what_moveit_allows(
     assert arm.newest().feedback.positions == pytest.approx(target, abs=0.01)
 
 
-@statement('O6')
-def test_commands_stay_within_limits(arm: TrajectoryController) -> None:
-    """What lies beyond a joint's limits never reaches it."""
-    assert not arm.goal(arm.to([7.0, 0.0], 2.0)).accepted()
-    assert max(map(abs, arm.newest().output.positions)) < 0.01
-
-
 @statement('O8', 'O9')
 def test_joints_without_a_controller_hold(bench: Bench) -> None:
     """Joints that nobody commands stay where they are."""
