@@ -7,8 +7,6 @@ from __future__ import annotations
 from typing import Any
 
 from control_msgs.msg import (
-    DynamicInterfaceGroupValues,
-    InterfaceValue,
     JointJog,
     MultiDOFCommand,
 )
@@ -41,25 +39,12 @@ def pose(*values: float, frame: str = 'base_link') -> PoseStamped:
     return message
 
 
-def gpio(*groups: tuple[str, list[str], list[float]]) -> DynamicInterfaceGroupValues:
-    """Return a command of gpios: (gpio, interface names, values)."""
-    return DynamicInterfaceGroupValues(
-        interface_groups=[name for name, _, _ in groups],
-        interface_values=[InterfaceValue(interface_names=names, values=values)
-                          for _, names, values in groups])
-
-
 CONTROLLERS = [
     pytest.param(name, topic, message, words, id=f'{topic}-{words}', marks=statement(number))
     for number, name, topic, message, words in (
         ('FWD-6', 'velocity_stream', 'commands', Float64MultiArray(data=[INF] * 6), 'inf for'),
         ('FWD-6', 'effort_stream', 'commands', Float64MultiArray(data=[1.0]), '1 values'),
         ('FWD-6', 'named_stream', 'commands', Float64MultiArray(data=[NAN, 0.0]), 'nan for'),
-        ('BRO-3', 'lamps', 'commands', gpio(('wrist', ['a', 'b'], [1.0])), '2 interface names'),
-        ('BRO-3', 'lamps', 'commands', gpio(('wrist', ['lamp'], [NAN])), 'nan for wrist/lamp'),
-        ('BRO-3', 'lamps', 'commands', gpio(('nobody', ['x'], [1.0])), "'nobody/x' is not"),
-        ('BRO-3', 'lamps', 'commands',
-         DynamicInterfaceGroupValues(interface_groups=['wrist']), '0 interface_values'),
         ('CHN-2', 'loop', 'reference',
          MultiDOFCommand(dof_names=['nobody'], values=[1.0]), "'nobody' is not controlled"),
         ('CHN-2', 'loop', 'reference', MultiDOFCommand(values=[1.0]), '1 values for 6 names'),
@@ -77,8 +62,7 @@ CONTROLLERS = [
 @pytest.mark.parametrize(('name', 'topic', 'message', 'words'), CONTROLLERS)
 def test_controllers(arm: Streamed, name: str, topic: str, message: Any, words: str) -> None:
     """A controller that takes commands drops garbage with a warning, and stays active."""
-    if name != 'lamps':  # it runs beside the others
-        arm.use(name)
+    arm.use(name)
     before, marker = arm.positions, len(arm.program.text)
     with arm.publisher(type(message), f'{NAMESPACE}/{name}/{topic}') as publisher:
         arm.stream_until(publisher, message, lambda: words in arm.program.text[marker:],
