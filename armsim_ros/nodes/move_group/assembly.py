@@ -96,6 +96,7 @@ class MoveGroup:
         executor.add_node(self._manager.node)
         self._endpoints = endpoints(context)
         declare_fixed(node, settings, parameters, robot)
+        self._parameters.warn_from_now_on()
         if self.execution.controllers.active is None:
             for line in coverage_report(robot, settings.moveit_controllers):
                 context.logger.warning(line)

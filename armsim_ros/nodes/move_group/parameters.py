@@ -73,8 +73,11 @@ class MoveGroupParameters:
             raise ConfigError(Problem(f'parameter of move_group: {reason(error)}')) from None
         except ParameterException as error:
             raise ConfigError(Problem(f'parameter of move_group: {error}')) from None
-        context.node.add_post_set_parameters_callback(self._warn)
         self._changed(self._live.settings)
+
+    def warn_from_now_on(self) -> None:
+        """Warn of parameters of other nodes that are set here; declaring them is no such thing."""
+        self._context.node.add_post_set_parameters_callback(self._warn)
 
     def _warn(self, parameters: Sequence[Parameter]) -> None:
         """Warn of parameters that take effect on another node."""

@@ -56,6 +56,7 @@ def test_a_stack_comes_up_alone_in_its_domain_and_goes_down_without_a_trace(doma
         assert first.wait(10) == 0
         assert not any(runs(pid) for pid in children.values())
         assert 'Traceback' not in first.text
+        assert 'WARN' not in first.text  # the default robot has nothing to warn of
 
 
 @pytest.mark.parametrize(('victim', 'other'), [
