@@ -43,6 +43,9 @@ from armsim_ros.control.trajectory.tolerances import SegmentTolerances, Toleranc
 LOOK_AHEAD = 40
 #: Checks of the goal tolerance after a trajectory from the topic has ended [Hz].
 LATE_CHECKS = 100.0
+#: A trajectory from the topic whose stamp is less than this ahead begins at once where it replaces
+#: one that still waits: the client's clock is ahead, and none of its stream would ever begin [ns].
+STREAM_AHEAD_NS = 1_000_000_000
 
 
 class Phase(Enum):
@@ -180,8 +183,10 @@ class TrajectoryExecution:
             self.end_goals(GoalStatus.CANCELED, 'a trajectory from the topic replaced the goal')
         else:
             self.goal = self.active_goal
+        replaces = self.scheduled is not None and self.scheduled.goal is None
+        streams = replaces and request.stamp_ns - time_ns < STREAM_AHEAD_NS
         self.scheduled = None
-        if request.stamp_ns > time_ns:
+        if request.stamp_ns > time_ns and not (streams and request.goal is None):
             self.scheduled = request
         else:
             self._begin(request, record, time_ns)

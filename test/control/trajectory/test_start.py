@@ -55,6 +55,24 @@ def test_future_stamp_keeps_the_old_motion(rig, trajectory):
     np.testing.assert_allclose(r.hardware.state.position, [0.0, 0.0], atol=1e-12)
 
 
+def test_a_stream_whose_clock_is_ahead_moves_the_arm(rig, trajectory):
+    """
+    Short trajectories from the topic, each replaced before its stamp, still move the arm.
+
+    So upstream's does, which begins at once whatever the stamp (joint_trajectory_controller.cpp,
+    update; trajectory.cpp, sample before the first point).
+    """
+    r = rig()
+    arm = r.arm()
+    for k in range(200):
+        arm.set_trajectory(trajectory(
+            (0.05, [0.001 * k, 0.0]), stamp_ns=r.now_ns + 500_000_000))
+        r.run(0.01)
+    assert 0.05 < arm.snapshot().reference.positions[0] < 0.2
+    r.run(1.0)
+    np.testing.assert_allclose(r.hardware.state.position, [0.199, 0.0], atol=1e-9)
+
+
 def test_canceled_while_it_waits(rig, trajectory):
     """I1: a goal that waits for its stamp can be canceled."""
     r = rig()
