@@ -89,12 +89,15 @@ def _places(data: bytes, mark: bytes, count: int, size: int) -> list[int]:
     """
     Return where a mark is that is there so many times, the header's 4 bytes taken as 8.
 
+    Behind the message the middleware may leave bytes of earlier ones, with marks of those.
+
     :param size: of what is counted and aligned [bytes].
     """
     begins, begin = [], data.find(mark)
     while begin >= 0:
         begins.append(begin + 4)
         begin = data.find(mark, begin + 1)
+    del begins[count:]
     if len(begins) != count or any(begin % size for begin in begins):
         raise ValueError(
             f'the middleware serializes {count} equal fields so that {len(begins)} are found, '

@@ -67,3 +67,24 @@ def test_a_field_that_is_not_sent_is_told() -> None:
     message, other = PoseStamped(), PoseStamped()
     with pytest.raises(ValueError, match='2 equal fields'):
         SerializedMessage(message, [message.header.stamp, other.header.stamp], [])
+
+
+def test_messages_of_many_lengths_one_after_the_other():
+    """What the middleware leaves behind a message, of earlier ones, is no part of it."""
+    for count in range(1, 60):
+        numbers = array('d', [0.0] * 6)
+        points = [JointTrajectoryPoint(positions=numbers, velocities=numbers)
+                  for _ in range(count)]
+        message = JointTrajectory(joint_names=list('abcdef'), points=points)
+        serialized = SerializedMessage(
+            message, [message.header.stamp],
+            [(point, name) for point in points for name in ('positions', 'velocities')],
+            [point.time_from_start for point in points])
+        serialized.set_numbers(np.arange(12.0 * count))
+        serialized.set_durations(np.arange(count) * 10_000_000)
+        found = deserialize_message(serialized.at(5_000_000_007), JointTrajectory)
+        assert (found.header.stamp.sec, found.header.stamp.nanosec) == (5, 7)
+        assert np.hstack([[*point.positions, *point.velocities] for point in found.points]
+                         ).tolist() == list(range(12 * count))
+        assert [point.time_from_start.nanosec for point in found.points] == [
+            10_000_000 * (k % 100) for k in range(count)]

@@ -6,8 +6,10 @@ from contextlib import ExitStack
 import re
 from textwrap import dedent
 
+from control_msgs.msg import JointJog
 from moveit_msgs.srv import ServoCommandType
 import pytest
+from sensor_msgs.msg import JointState
 
 from armsim_ros.testing.clients.client_node import ClientNode
 from armsim_ros.testing.clients.move_group_client import SUCCESS
@@ -135,9 +137,9 @@ def test_a_manager_that_asks_finds_the_controllers_of_another_launch(launched, s
 
 def test_servo_of_a_launch_file(launched):
     """
-    A launch file that loads moveit_servo starts ours, for the robot of another launch.
+    A launch file that loads moveit_servo starts ours, which moves the arm of another launch.
 
-    Upstream: moveit_servo/launch/demo_ros_api.launch.py; test_ros_integration.cpp.
+    Upstream: moveit_servo/launch/demo_ros_api.launch.py; test_ros_integration.cpp, testJointJog.
     """
     launch, client = launched
     control, servo = launch('control'), launch('servo')
@@ -145,3 +147,13 @@ def test_servo_of_a_launch_file(launched):
     servo.wait_for_line('Servo initialized successfully', 60.0)
     jog = ServoCommandType.Request(command_type=ServoCommandType.Request.JOINT_JOG)
     assert client.call('/servo_node/switch_command_type', ServoCommandType, jog).success
+    publisher = client.node.create_publisher(JointJog, '/servo_node/delta_joint_cmds', 10)
+    states = client.collect('/joint_states', JointState)
+
+    def turned(message):
+        command = JointJog(joint_names=['elbow'], velocities=[-1.0])
+        command.header.stamp = client.node.get_clock().now().to_msg()
+        publisher.publish(command)
+        return dict(zip(message.name, message.position, strict=True)).get('elbow', 0.0) < -0.05
+
+    states.wait_for(turned, 30.0)
