@@ -64,6 +64,9 @@ PICTURES = _profile(QoSReliabilityPolicy.RELIABLE, QoSDurabilityPolicy.VOLATILE,
 COMMAND = _profile(QoSReliabilityPolicy.BEST_EFFORT, QoSDurabilityPolicy.VOLATILE, 10)
 """Subscriptions to commands: match every publisher."""
 
+STREAM = _profile(QoSReliabilityPolicy.BEST_EFFORT, QoSDurabilityPolicy.VOLATILE, 1)
+"""Subscriptions of which the newest message alone counts, as Fast DDS's default is upstream."""
+
 SERVICES = _profile(
     QoSReliabilityPolicy.RELIABLE,
     QoSDurabilityPolicy.VOLATILE,
