@@ -11,7 +11,7 @@ from typing import Any
 from armsim_ros.cli.launch_answers import HARMLESS_VALUES, REPLACED_ARGUMENTS, SPAWNER_FLAGS
 from armsim_ros.errors import ArmsimError, nearest
 
-#: What names an argument of the robot's xacro that is called as one of the program's own.
+#: Prefix of an argument of the robot's xacro whose name the program uses, too.
 XACRO = 'xacro:'
 TRUE_WORDS = ('true', '1', 'yes', 'on')
 FALSE_WORDS = ('false', '0', 'no', 'off')
@@ -119,8 +119,8 @@ def parse_arguments(argv: Sequence[str], *, xacro: bool = False) -> ProgramArgum
     ``name:=value`` (as in ros2 launch), ``--name value`` and ``--name=value`` say the same;
     ``--name`` alone switches a true/false argument on. The last of several wins.
 
-    ``xacro:name:=value`` is an argument of the robot's xacro even where the program has one of
-    that name.
+    ``xacro:name:=value`` is an argument of the robot's xacro even where the program has
+    an argument of that name.
 
     :param argv: the words after the program's name.
     :param xacro: whether ``name:=value`` may be an argument of the robot's xacro; it is kept for
@@ -190,7 +190,7 @@ def shadowed_xacro_words(arguments: ProgramArguments, declared: Iterable[str]) -
     """
     given = dict(arguments.xacro)
     return [f"{entry.name}:={to_word(getattr(arguments, entry.name))} is the program's argument; "
-            f"the robot's xacro declares one of that name, which {XACRO}{entry.name}:=VALUE sets"
+            f"the robot's xacro has an argument of that name, which {XACRO}{entry.name}:=VALUE sets"
             for entry in argument_table()
             if entry.name in declared and entry.name not in given
             and getattr(arguments, entry.name) != entry.default]

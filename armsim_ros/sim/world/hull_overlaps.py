@@ -5,7 +5,8 @@ Links that would press on each other only because the physics takes a mesh for i
 
 Where hulls of a robot overlap at the start or in a named state, convex parts of the meshes take
 their place. Of what the joints reach elsewhere, random states are a sample: links whose hulls
-overlap there though their meshes are apart pass through each other.
+overlap there though their meshes are apart pass through each other. Links of different arms on
+the root, such as two robots of a cell, always collide.
 """
 
 from __future__ import annotations
@@ -103,7 +104,8 @@ class _Resolver:
             return []
         before = list(self._only_hulls(np.array(states), names))
         self._decompose(body for overlap in before for body in overlap.pair)
-        left = [overlap.pair for overlap in self._only_hulls(np.array(states), names)]
+        left = [overlap.pair for overlap in self._only_hulls(np.array(states), names)
+                if self._are_of_one_arm(overlap.pair)]
         self._exclude(left)
         return [_passing_line([overlap.pair]) if overlap.pair in left
                 else self._parts_line(overlap) for overlap in before]
@@ -117,8 +119,9 @@ class _Resolver:
             pairs = [overlap.pair for overlap in self._only_hulls(states, [''] * STATES)]
             return [np.array(pairs, dtype=np.str_).reshape(-1, 2)]
 
-        pairs = [(str(first), str(second))
-                 for first, second in cached(self._content(), '.passing', search)[0]]
+        found = cached(self._content(), '.passing', search)[0]
+        pairs = [pair for pair in ((str(first), str(second)) for first, second in found)
+                 if self._are_of_one_arm(pair)]
         self._exclude(pairs)
         return [_passing_line(pairs)] if pairs else []
 
@@ -158,6 +161,18 @@ class _Resolver:
     def _are_links_with_mesh(self, pair: Pair) -> bool:
         return all(body in self._links for body in pair) and any(
             _is_mesh(self._model, self._links[body]) for body in pair)
+
+    def _are_of_one_arm(self, pair: Pair) -> bool:
+        """Return whether the same joint on the root carries both links, or one is the root."""
+        branches = {self._branch(self._links[body]) for body in pair}
+        return len(branches - {self._model.root_link}) < 2
+
+    def _branch(self, link: str) -> str:
+        """Return the link below the root that carries a link, the root itself for the root."""
+        root, parents = self._model.root_link, self._model.parent_joint
+        while link != root and (above := self._model.joints[parents[link]].parent) != root:
+            link = above
+        return link
 
     def _decompose(self, bodies: Iterable[str]) -> None:
         """Let links collide as the convex parts of their meshes."""

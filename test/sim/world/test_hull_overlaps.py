@@ -10,7 +10,13 @@ import trimesh
 
 from armsim_ros.config.world import WorldSettings
 from armsim_ros.model.geometry import Box, Mesh
-from armsim_ros.model.robot_model import LinkGeometry, SemanticModel
+from armsim_ros.model.robot_model import (
+    Joint,
+    JointType,
+    Link,
+    LinkGeometry,
+    SemanticModel,
+)
 from armsim_ros.model.transforms import pose_matrix
 from armsim_ros.sim.simulation import Simulation
 
@@ -126,6 +132,19 @@ def test_hulls_that_overlap_elsewhere_pass(walled, settings, claim):
     assert simulation.warnings == ()
     line, = simulation.remarks
     assert 'overlap where their meshes are apart, so they pass through each other' in line
+
+
+def test_hulls_of_two_arms_still_touch(walled, settings):
+    """Links that different joints on the root carry, as robots of a cell, are never let pass."""
+    model = walled()
+    base = model.links['base']
+    links = {'world': Link('world'), **model.links,
+             'base': replace(base, collisions=()), 'other': replace(base, name='other')}
+    mounts = {name: Joint(f'{name}_mount', JointType.FIXED, 'world', name, np.eye(4), np.eye(3)[2])
+              for name in ('base', 'other')}
+    joints = {'base_mount': mounts['base'], **model.joints, 'other_mount': mounts['other']}
+    two = replace(model, links=links, joints=joints, root_link='world')
+    assert Simulation(two, settings.model_copy(update=BENT)).remarks == []
 
 
 def test_what_was_found_is_kept(walled, settings, monkeypatch):
