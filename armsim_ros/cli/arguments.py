@@ -190,7 +190,7 @@ def shadowed_xacro_words(arguments: ProgramArguments, declared: Iterable[str]) -
     """
     given = dict(arguments.xacro)
     return [f"{entry.name}:={to_word(getattr(arguments, entry.name))} is the program's argument; "
-            f"the robot's xacro has an argument of that name, which {XACRO}{entry.name}:=VALUE sets"
+            f"the robot's xacro has an argument of that name, set by {XACRO}{entry.name}:=VALUE"
             for entry in argument_table()
             if entry.name in declared and entry.name not in given
             and getattr(arguments, entry.name) != entry.default]

@@ -53,7 +53,7 @@ def test_a_shadowed_argument_is_told(small_package):
         '<xacro:include filename="$(find small_description)/urdf/arm.urdf"/>' + MODE))
     words = [f'robot:={small_package.folder}', 'mode:=lockstep']
     warnings = cell_of(parse_arguments(words, xacro=True))[1]
-    assert any('xacro:mode:=VALUE sets' in line for line in warnings)
+    assert any('set by xacro:mode:=VALUE' in line for line in warnings)
     with pytest.raises(UsageError, match='xacro:mode:=mock'):
         cell(small_package, 'mode:=mock')
 
