@@ -13,6 +13,7 @@ import re
 import sys
 
 from armsim_ros.errors import nearest, ResourceError
+from armsim_ros.install_rules.view import installed_view
 
 MANIFEST = 'package.xml'
 #: Files that hide a folder and all below it from colcon.
@@ -152,10 +153,30 @@ class Packages:
         return found
 
     def find(self, name: str) -> Path | None:
-        """Return the folder with a package's files, None where no place has it."""
+        """
+        Return the folder with a package's files, None where no place has it.
+
+        Of sources it is a folder as their build would install it, see :meth:`installed`.
+        """
         if name not in self._found:
-            self._found[name] = next(self._candidates(name), None)
+            found = next(self._candidates(name), None)
+            self._found[name] = found  # the build of a package finds its sources
+            self._found[name] = found if found is None else self.installed(found)
         return self._found[name]
+
+    def installed(self, folder: Path) -> Path:
+        """
+        Return the folder of a package as its build would install it: mostly the same.
+
+        :raises ResourceError: the build makes files, and they cannot be kept.
+        """
+        name = package_name(folder)
+        if name is None or folder.parent.name == 'share':
+            return folder
+        workspace = workspace_of(folder)
+        around = folder.parent if workspace is None or not (workspace / 'src').is_dir() \
+            else workspace / 'src'
+        return installed_view(folder, name, around=around, find=self.folder)
 
     def folder(self, name: str) -> Path:
         """

@@ -114,10 +114,11 @@ def find_files(robot: str, *, config: Path | None = None, urdf: Path | None = No
         if file is not None and not file.is_file():
             raise ConfigError(Problem(f"{kind} '{file}' is no file"))
     packages = packages.beside(*named, folder)
-    package = _moveit_package(folder.resolve(), packages, named=bool(urdf or srdf))
+    own = packages.installed(folder.resolve())
+    package = _moveit_package(own, packages, named=bool(urdf or srdf))
     if package is not None and robots_file(folder) is None:
         found = PackageFiles(package, packages.beside(package), config=config)
-        if package != folder.resolve():
+        if package != own:
             found.problems.append(Problem(
                 f"the MoveIt package of '{folder.name}' is '{package}'", Location(str(package)),
                 severity=Severity.INFO))
@@ -181,7 +182,9 @@ def _moveit_package(folder: Path, packages: Packages, *, named: bool) -> Path | 
             f"{len(found)} MoveIt packages could be meant by '{folder}'",
             Location(str(folder)), ', '.join(sorted(found)),
             'name one of them: robot:=NAME packages_path:=' + str(folder)))
-    return next(iter(found.values()), folder if own else None)
+    for place in found.values():
+        return packages.installed(place)
+    return folder if own else None
 
 
 def _of_package(found: PackageFiles, urdf: Path | None, srdf: Path | None,

@@ -12,6 +12,7 @@ from pathlib import Path
 import sys
 
 from armsim_ros.errors import ResourceError
+from armsim_ros.install_rules.view import installed_programs
 from armsim_ros.launch.failures import MissingPackageError
 from armsim_ros.launch.python_sources import python_sources
 from armsim_ros.packages import Packages
@@ -83,8 +84,9 @@ class Lookup:
             installed = prefix / 'lib' / package / name
             if _is_program(installed):
                 return installed
-        return None if found is None else _source_program(found, name)
-
+        if found is None:
+            return None
+        return _source_program(found, name) or installed_programs(found, package).get(name)
 
     def console_script(self, package: str, name: str) -> str:
         """Return ``module:function`` of a program in the sources of a package, '' without one."""

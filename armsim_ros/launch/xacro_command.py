@@ -4,48 +4,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-import os
 from pathlib import Path
 
 from armsim_ros.errors import ConfigError, Location
+from armsim_ros.install_rules.xacro_run import XacroCommand
 from armsim_ros.launch.failures import MissingPackageError, SubstitutionFailure
 from armsim_ros.launch.lookup import check_not_missing, current_lookup
 from armsim_ros.model.description.xacro_text import read_description
-
-_WITH_VALUE = ('-o', '--verbosity')
-
-
-@dataclass(frozen=True)
-class XacroCommand:
-    """A file and its arguments."""
-
-    file: str
-    mappings: dict[str, str]
-
-
-def as_xacro(words: Sequence[str]) -> XacroCommand | None:
-    """Return the xacro command in these words, None for any other command."""
-    rest = list(words)
-    if rest[:3] == ['ros2', 'run', 'xacro']:
-        rest = rest[3:]
-    if os.path.basename(rest[0]) not in ('xacro', 'xacro.py'):
-        return None
-    file = ''
-    mappings: dict[str, str] = {}
-    skip = False
-    for word in rest[1:]:
-        name, sign, value = word.partition(':=')
-        if skip:
-            skip = False
-        elif word in _WITH_VALUE:
-            skip = True
-        elif sign:
-            mappings[name] = value
-        elif not word.startswith('-') and not file:
-            file = word
-    return XacroCommand(file, mappings)
 
 
 def run_xacro(command: XacroCommand, where: Location | None) -> str:

@@ -256,3 +256,24 @@ def test_a_file_by_package_and_name(write, capsys):
     write(XML, 'it.launch.xml')
     assert main(['mine', 'it.launch.xml', 'go:=false', '-n']) == 0
     assert capsys.readouterr().out.splitlines() == ['process: -/sh name=say ns=/ parameters=']
+
+
+def test_a_path_that_only_an_installation_has(dry, workspace, monkeypatch, tmp_path):
+    """Launch files, parameters and programs are found where the rules of CMake install them."""
+    monkeypatch.setenv('XDG_CACHE_HOME', str(tmp_path / 'cache'))
+    (workspace / 'CMakeLists.txt').write_text("""
+        project(mine)
+        install(DIRECTORY src/launch DESTINATION share/${PROJECT_NAME}/bringup)
+        install(FILES config/real.yaml DESTINATION share/${PROJECT_NAME}/config RENAME arm.yaml)
+        install(PROGRAMS src/deep/program.py DESTINATION lib/${PROJECT_NAME} RENAME renamed)
+    """)
+    for path, text in (('src/launch/inner.launch.xml', '<launch><node pkg="mine" exec="renamed">'
+                        '<param from="$(find-pkg-share mine)/config/arm.yaml"/></node></launch>'),
+                       ('config/real.yaml', '/**: {ros__parameters: {a: 1}}'),
+                       ('src/deep/program.py', '')):
+        (workspace / path).parent.mkdir(parents=True, exist_ok=True)
+        (workspace / path).write_text(text)
+    result = dry('<launch><include file="$(find-pkg-share mine)/bringup/launch/inner.launch.xml"/>'
+                 '</launch>', name='it.launch.xml')
+    assert result.status == 0, result.errors
+    assert result.plan == ['process: mine/renamed name=renamed ns=/ parameters=arm.yaml']

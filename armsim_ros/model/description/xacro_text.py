@@ -4,22 +4,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 import re
-import threading
 from typing import Any
 from xml.parsers import expat
 
 from armsim_ros.errors import Location, ModelError, Problem, ResourceError
+from armsim_ros.install_rules.xacro_run import xacro_finding
 from armsim_ros.model.description.xml_tree import LARGEST_TEXT, parse_xml
 from armsim_ros.packages import Packages
 from armsim_ros.resources import as_packages, share_folder
-
-#: xacro keeps its files, macros and arguments in module variables.
-_XACRO_LOCK = threading.Lock()
 
 _XACRO_MARK = re.compile(r'xmlns:xacro\s*=|<xacro:')
 
@@ -144,10 +140,7 @@ def source_line(source: str, name: str) -> int | None:
 
 
 def _run_xacro(file: Path, mappings: _Arguments, packages: Packages) -> str:
-    import xacro  # only robots in xacro pay for its import
-    from xacro import substitution_args
-
-    with _XACRO_LOCK, _finding_packages(substitution_args, packages):
+    with xacro_finding(lambda package: share_folder(package, packages)) as xacro:
         try:
             document = xacro.process_file(str(file), mappings=mappings, verbosity=0)
         except expat.ExpatError as error:
@@ -196,14 +189,3 @@ def _current_file(module: Any, file: Path) -> str:
     """Return the file that xacro was reading; an included one is named, not the first."""
     stack = [entry for entry in (module.filestack or []) if entry]
     return str(stack[-1]) if stack else str(file)
-
-
-@contextmanager
-def _finding_packages(arguments: Any, packages: Packages) -> Iterator[None]:
-    """Let ``$(find pkg)`` look where this package looks, ROS installed or not."""
-    before = arguments._eval_find
-    arguments._eval_find = lambda package: str(share_folder(package, packages))
-    try:
-        yield
-    finally:
-        arguments._eval_find = before

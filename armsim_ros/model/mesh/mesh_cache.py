@@ -16,16 +16,12 @@ import zipfile
 import numpy as np
 from numpy.typing import NDArray
 
+from armsim_ros.install_rules.view import cache_folder
+
 #: Changes when what is kept changes its meaning.
 _VERSION = 'v2'
 
 Arrays = Sequence[NDArray[Any]]
-
-
-def cache_folder() -> Path:
-    """Return where meshes are kept: below ``XDG_CACHE_HOME`` or ``~/.cache``."""
-    base = os.environ.get('XDG_CACHE_HOME') or os.path.expanduser('~/.cache')
-    return Path(base, 'armsim_ros', 'meshes')
 
 
 def cached(data: bytes, ending: str, make: Callable[[bytes], Arrays]) -> Arrays:
@@ -36,7 +32,7 @@ def cached(data: bytes, ending: str, make: Callable[[bytes], Arrays]) -> Arrays:
     :raises ValueError: where ``make`` does.
     """
     digest = hashlib.sha256(data).hexdigest()
-    kept = cache_folder() / f'{_VERSION}-{digest}{ending}.npz'
+    kept = cache_folder('meshes') / f'{_VERSION}-{digest}{ending}.npz'
     found = _load(kept)
     if found is None:
         found = make(data)

@@ -7,6 +7,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any
 
+from armsim_ros.install_rules.xacro_run import XacroCommand
 from armsim_ros.launch.api.actions.configuration import DeclareLaunchArgument
 from armsim_ros.launch.api.conditions import IfCondition, UnlessCondition
 from armsim_ros.launch.api.context import LaunchContext
@@ -15,7 +16,7 @@ from armsim_ros.launch.api.entity import SomeText, Substitution
 from armsim_ros.launch.api.ros_node import Node
 from armsim_ros.launch.api.substitutions.texts import LaunchConfiguration
 from armsim_ros.launch.api.utilities import perform_text
-from armsim_ros.launch.xacro_command import run_xacro, XacroCommand
+from armsim_ros.launch.xacro_command import run_xacro
 
 
 class Xacro(Substitution):

@@ -15,6 +15,7 @@ import subprocess
 import sys
 from typing import Any
 
+from armsim_ros.install_rules.xacro_run import as_xacro
 from armsim_ros.launch.api.context import LaunchContext
 from armsim_ros.launch.api.entity import SomeText, Substitution
 from armsim_ros.launch.api.utilities import (
@@ -24,7 +25,7 @@ from armsim_ros.launch.api.utilities import (
     perform_text,
 )
 from armsim_ros.launch.failures import SubstitutionFailure
-from armsim_ros.launch.xacro_command import as_xacro, run_xacro
+from armsim_ros.launch.xacro_command import run_xacro
 
 
 class FindExecutable(Substitution):

@@ -1,0 +1,172 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The folder of a package's sources as its build would install it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from functools import lru_cache
+import hashlib
+import logging
+import os
+from pathlib import Path
+import shutil
+import tempfile
+
+from armsim_ros.errors import ResourceError
+from armsim_ros.install_rules.cmake import cmake_targets, Source
+from armsim_ros.install_rules.data_files import data_file_targets
+from armsim_ros.install_rules.xacro_run import xacro_finding, XacroCommand
+
+#: Path below the package's share folder -> the file or folder to link, or the text of the file.
+Missing = dict[str, Path | str]
+
+
+def cache_folder(name: str) -> Path:
+    """Return a folder for what this package keeps: below ``XDG_CACHE_HOME`` or ``~/.cache``."""
+    base = os.environ.get('XDG_CACHE_HOME') or os.path.expanduser('~/.cache')
+    return Path(base, 'armsim_ros', name)
+
+
+@lru_cache(None)
+def install_targets(folder: Path, name: str) -> tuple[tuple[str, Source], ...]:
+    """
+    Return what the build of a package installs, as path below the prefix and its source.
+
+    :param folder: the package's sources.
+    :param name: the package's name.
+    """
+    return (*cmake_targets(folder, name), *data_file_targets(folder))
+
+
+def installed_programs(folder: Path, name: str) -> dict[str, Path]:
+    """Return name -> file of the programs that the install rules put into ``lib/NAME``."""
+    place = f'lib/{name}'
+    found: dict[str, Path] = {}
+    for target, source in install_targets(folder, name):
+        if isinstance(source, Path) and target == place and source.is_dir():
+            found.update((one.name, one) for one in source.iterdir() if one.is_file())
+        elif isinstance(source, Path) and os.path.dirname(target) == place and source.is_file():
+            found[os.path.basename(target)] = source
+    return found
+
+
+def installed_view(folder: Path, name: str, *, around: Path, find: Callable[[str], Path]) -> Path:
+    """
+    Return the folder of a package as its build would install it.
+
+    That is the folder itself, unless its install rules put something at a path where the sources
+    have nothing, or make a file with xacro. Then it is a folder of links in the user's cache,
+    named by its content.
+
+    :param folder: the package's sources.
+    :param name: the package's name.
+    :param around: where the other packages of the workspace are.
+    :param find: returns the folder of a package, for xacro.
+    :raises ResourceError: the cache cannot be written.
+    """
+    missing = _missing(folder, name, find)
+    if not missing:
+        return folder
+    cache = cache_folder('packages')
+    try:
+        cache.mkdir(parents=True, exist_ok=True)
+        (cache / 'COLCON_IGNORE').touch()
+        made = Path(tempfile.mkdtemp(prefix='new-', dir=cache))
+        try:
+            # Who is in this view finds the packages of the workspace from there, too.
+            (made / 'src').symlink_to(around)
+            view = made / folder.name
+            _open(view, folder)
+            for path, source in sorted(missing.items()):
+                _put(view, path, source)
+            final = cache / _digest(made)
+            if not final.exists():
+                os.replace(made, final)
+        finally:
+            shutil.rmtree(made, ignore_errors=True)
+    except OSError as error:
+        raise ResourceError(
+            f"package '{name}' has files that only its build makes; they cannot be kept in "
+            f"'{cache}': {error.strerror}; set XDG_CACHE_HOME to a folder of yours, or build the "
+            'package with colcon and source it') from None
+    return final / folder.name
+
+
+def _missing(folder: Path, name: str, find: Callable[[str], Path]) -> Missing:
+    """Return what an installation has and the sources have not."""
+    share = f'share/{name}'
+    found: Missing = {}
+
+    def add(path: str, source: Source) -> None:
+        place = folder / path
+        if isinstance(source, XacroCommand):
+            if not place.exists():
+                text = _xacro_text(source, find)
+                if text is not None:
+                    found[path] = text
+        elif source.exists() and not place.exists() and path not in found:
+            found[path] = source
+        elif source.is_dir() and not (place.exists() and source.samefile(place)):
+            for one in source.iterdir():
+                add(os.path.join(path, one.name), one)
+
+    for target, source in install_targets(folder, name):
+        if target == share or target.startswith(f'{share}/'):
+            add(target[len(share):].lstrip('/'), source)
+    return found
+
+
+def _xacro_text(command: XacroCommand, find: Callable[[str], Path]) -> str | None:
+    """Return what xacro makes; None, with a warning, where it fails."""
+    try:
+        with xacro_finding(find) as xacro:
+            document = xacro.process_file(command.file, mappings=dict(command.mappings),
+                                          verbosity=0)
+    except Exception as error:  # noqa: BLE001 - any error of the expressions in the file
+        logging.getLogger('armsim_ros').warning(
+            "%s: the build makes '%s' of this file, but xacro fails: %s", command.file,
+            command.output, ' '.join(str(error).split()))
+        return None
+    return str(document.toprettyxml(indent='  '))
+
+
+def _put(view: Path, path: str, source: Path | str) -> None:
+    """Put a link to a file or folder, or a text, into the view."""
+    parts = Path(path).parts
+    place = view
+    for part in parts[:-1]:
+        place = place / part
+        if place.is_symlink():
+            _open(place, place.resolve())
+        else:
+            place.mkdir(exist_ok=True)
+    place = view / path
+    if isinstance(source, str):
+        place.write_text(source, encoding='utf-8')
+    elif not place.exists():
+        place.symlink_to(source)
+
+
+def _open(place: Path, source: Path) -> None:
+    """Make a folder of links to what another folder has, in place of a link to that."""
+    place.unlink(missing_ok=True)
+    place.mkdir()
+    for one in source.iterdir():
+        (place / one.name).symlink_to(one)
+
+
+def _digest(folder: Path) -> str:
+    digest = hashlib.sha256()
+    for path in sorted(_entries(folder)):
+        content = os.readlink(path) if path.is_symlink() else path.read_text(encoding='utf-8')
+        digest.update(f'{path.relative_to(folder)}\0{content}\0'.encode())
+    return digest.hexdigest()[:16]
+
+
+def _entries(folder: Path) -> Iterable[Path]:
+    for one in folder.iterdir():
+        if one.is_dir() and not one.is_symlink():
+            yield from _entries(one)
+        else:
+            yield one
