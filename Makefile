@@ -3,8 +3,8 @@
 PYTHON ?= python3
 VENV ?= .venv
 ARGS ?=
-# Tests that run at a time, at most two of them with programs in real time; 0: one after the other.
-WORKERS ?= 3
+# Tests with programs in real time that run at a time.
+WORKERS ?= 2
 
 # An environment that exists keeps its Python unless one is named on the command line.
 this_python := $(if $(filter command environment,$(firstword $(origin PYTHON))),--this-python)
@@ -28,7 +28,7 @@ bringup: ## start simulation, move_group and the page: make bringup ARGS="robot:
 
 test: ## run the whole test suite: make test ARGS="-k name"
 	$(environment) --with test
-	@$(VENV)/bin/python -m pytest -n $(WORKERS) --dist loadfile --no-loadscope-reorder $(ARGS)
+	@$(VENV)/bin/python scripts/run_tests.py --workers $(WORKERS) $(ARGS)
 
 test-page: ## test the page in headless Chromium, which must be installed
 	$(environment) --with test

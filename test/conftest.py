@@ -4,16 +4,14 @@
 
 from contextlib import ExitStack
 import faulthandler
-from functools import cache
 import os
 from pathlib import Path
 
 from failures_at_once import FailuresAtOnce
-from machine import Machine
+from jobs import ByStack, ChosenJob, JOBS
+from pressure import Pressure
 import pytest
 from rendering import rendering_backend
-from silent_workers import SilentWorkers
-from spare_worker import Kind, SpareWorker
 
 from armsim_ros.cli.environment import FASTDDS_PROFILES
 from armsim_ros.cli.quiet_end import QuietEnd
@@ -23,25 +21,31 @@ _FIRST_DOMAIN, _LAST_DOMAIN = 40, 99
 
 
 _TESTS = Path(__file__).parent
-#: Folders whose tests run programs in real time, beside core tests that are none the worse.
+#: Folders and files whose tests run programs in real time, or join a ROS graph.
 _REAL_TIME = [
     _TESTS / name
-    for name in ('conformance', 'interfaces', 'launch', 'nodes', 'packaging', 'system')
+    for name in ('conformance', 'interfaces/test_between_processes.py', 'launch/test_running.py',
+                 'nodes', 'system')
 ]
-#: Those of them that look at what comes out, not at when.
-_PATIENT = [
+#: Folders each of which has one stack for most of its tests.
+_ONE_STACK = [
     _TESTS / name
-    for name in ('conformance/testing/test_xdist.py', 'system/examples/test_grasp_example.py',
-                 'system/packages')
+    for name in ('conformance/controllers', 'conformance/move_group', 'conformance/pymoveit2',
+                 'conformance/streaming', 'conformance/world', 'nodes/move_group',
+                 'system/simulation/running')
 ]
 #: How programs find each other; what forgets quickly who was killed is set where it is tested.
 _PROFILES = _TESTS / 'support/fastdds_profiles.xml'
 #: How long a stack may take to end after the last test [s].
 _PATIENCE_AT_END = 120
-_MACHINE = pytest.StashKey()
 _END = pytest.StashKey()
 #: Folder -> what its tests share.
 _SHARED = pytest.StashKey()
+
+
+def pytest_addoption(parser):
+    """Add the choice of a job, see scripts/run_tests.py."""
+    parser.addoption('--job', choices=JOBS, help='run the tests of this job only')
 
 
 def pytest_configure(config):
@@ -61,8 +65,10 @@ def pytest_configure(config):
     config.stash[_SHARED] = {}
     config.stash[_END] = QuietEnd()
     config.pluginmanager.register(FailuresAtOnce(config))
-    config.pluginmanager.register(SilentWorkers())
-    config.pluginmanager.register(SpareWorker(config, _kind_of))
+    config.pluginmanager.register(Pressure())
+    config.pluginmanager.register(ByStack(_ONE_STACK))
+    if config.option.job:
+        config.pluginmanager.register(ChosenJob(config.option.job, _REAL_TIME))
 
 
 @pytest.hookimpl(trylast=True)
@@ -75,44 +81,12 @@ def pytest_sessionfinish(session, exitstatus):
     session.config.stash[_END].status = int(exitstatus)
 
 
-@pytest.hookimpl(trylast=True)
-def pytest_collection_modifyitems(items):
-    """
-    Put tests of real-time programs first: they wait long, and core tests fill the gaps later.
-
-    Before all others come those that take longest. Tests of real-time programs run again after a
-    failure where the host kept the processors to itself.
-    """
-    machine = Machine()
-    for item in items:
-        if _kind_of(item.path) is not Kind.CORE:
-            item.add_marker(pytest.mark.flaky(reruns=3, condition=machine.was_starved))
-            item.stash[_MACHINE] = machine
-    items.sort(reverse=True, key=lambda item: (
-        item.get_closest_marker('first') is not None, _kind_of(item.path) is not Kind.CORE))
-
-
-@cache
-def _kind_of(path):
-    places = {path, *path.parents}
-    if not places.isdisjoint(_PATIENT):
-        return Kind.PATIENT
-    return Kind.CORE if places.isdisjoint(_REAL_TIME) else Kind.REAL_TIME
-
-
 @pytest.hookimpl(tryfirst=True)
 def pytest_runtest_setup(item):
-    """
-    Leave what tests of other folders shared; measure what the host takes from now on.
-
-    Not after the last test of a folder: that one may run again.
-    """
+    """Leave what tests of other folders shared."""
     shared = item.config.stash[_SHARED]
-    for folder in [one for one in shared if not item.path.is_relative_to(one)]:
+    for folder in [folder for folder in shared if not item.path.is_relative_to(folder)]:
         shared.pop(folder).close()
-    machine = item.stash.get(_MACHINE, None)
-    if machine:
-        machine.begin()
 
 
 @pytest.fixture(scope='session')

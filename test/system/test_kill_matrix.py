@@ -38,15 +38,13 @@ from armsim_ros.testing.clients.trajectory_client import trajectory_message
 from armsim_ros.testing.programs.domain import private_domain
 from armsim_ros.testing.programs.program import Program, start_program
 
-pytestmark = pytest.mark.first
+pytestmark = pytest.mark.alone
 
 PROGRAMS = ('bringup', 'simulation', 'move_group')
 READY = 'You can start planning now!'
 JOINTS = tuple(f'joint_{number}' for number in range(1, 7))
 #: A client knows within this time what became of its goal [s].
 KNOWN = 3.0
-#: What is added where other tests take the processors [s].
-BUSY = 10.0 if 'PYTEST_XDIST_WORKER' in os.environ else 0.0
 #: A program that is stopped for longer than its lease is taken for gone [s].
 STOPPED = 3.0
 
@@ -265,7 +263,7 @@ def test_a_program_that_was_stopped_works_when_it_goes_on(victim: str, stack: St
     try:
         if victim == 'move_group':
             wait_until(lambda: not any(actions.server_is_ready() for actions in goals),
-                       KNOWN + BUSY, 'the stopped program is taken for gone')
+                       KNOWN, 'the stopped program is taken for gone')
         else:
             threading.Event().wait(STOPPED)
     finally:
@@ -290,7 +288,7 @@ def test_who_waits_learns_of_the_end(victim: str, number: int, stack: Stack) -> 
     wait_until(
         lambda: all(result.done() or not actions.server_is_ready()
                     for actions, result in pending.items()),
-        KNOWN + BUSY, 'every client knows')
+        KNOWN, 'every client knows')
     status = stack.program.wait(10.0)
     if victim == 'bringup':
         assert status == (0 if number == signal.SIGTERM else -signal.SIGKILL)

@@ -39,7 +39,7 @@ ABORTED = GoalStatus.STATUS_ABORTED
 KEEP_ALL = QoSProfile(history=QoSHistoryPolicy.KEEP_ALL)
 TIMEOUT = 60.0
 #: Goals of the burst, and the clients that send them at the same time.
-BURST, CLIENTS = 500, 4
+BURST, CLIENTS = 200, 4
 
 
 class Client(Node):
@@ -247,7 +247,7 @@ def deactivation_while_moving(client: Client) -> None:
 
 
 def burst(client: Client) -> None:
-    """Check that 500 goals of four clients have one end each and refused ones move nothing."""
+    """Check that 200 goals of four clients have one end each and refused ones move nothing."""
     client.there([0.0, 0.0])
     client.farthest = 0.0
     context = multiprocessing.get_context('forkserver')

@@ -23,12 +23,14 @@ from armsim_ros.testing.clients.client_node import ClientNode, LATCHED
 from armsim_ros.testing.programs.domain import private_domain
 from armsim_ros.testing.programs.program import start_program
 
+#: Pictures are drawn only when nothing else wants the processor.
+pytestmark = pytest.mark.alone
 statement = pytest.mark.statement
 OPTICAL = 'camera_color_optical_frame'
 FRONT = ('{simulation.cameras.front: {link: world, xyz: [2.0, 0.0, 1.5], rpy: [0.0, 0.1, 3.1416], '
          'width: 160, height: 120, rate: 5}}')
 BALL = 'armsim://sphere?radius=0.02&color=1,0,1'
-#: Pictures are drawn only when nothing else wants the processor [s].
+#: For a picture drawn at the lowest priority [s].
 PATIENCE = 120.0
 
 

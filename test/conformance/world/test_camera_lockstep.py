@@ -16,6 +16,8 @@ from armsim_ros.testing.clients.client_node import ClientNode
 from armsim_ros.testing.programs.domain import private_domain
 from armsim_ros.testing.programs.program import start_program
 
+#: Pictures are drawn only when nothing else wants the processor.
+pytestmark = pytest.mark.alone
 statement = pytest.mark.statement
 PATIENCE = 120.0
 PERIOD_NS = 100_000_000

@@ -62,6 +62,7 @@ def test_managers_in_several_namespaces(client: ClientNode) -> None:
     assert other.states()['arm_joint_controller'] == 'inactive'
 
 
+@pytest.mark.alone
 @pytest.mark.parametrize(
     ('namespace', 'number'), [('left', signal.SIGINT), ('right', signal.SIGTERM)])
 def test_a_signal_ends_it_with_status_0(
@@ -71,7 +72,7 @@ def test_a_signal_ends_it_with_status_0(
     program = two[namespace]
     assert program.process.poll() is None
     program.signal(number)
-    assert program.wait(1.5) == 0
+    assert program.wait(1.0) == 0
     assert 'Traceback' not in program.text
 
 

@@ -125,6 +125,7 @@ def test_inverse_kinematics_without_end_delays_nobody(arm: Any) -> None:
     arm.client.in_executor(lambda: arm.client.node.destroy_client(client))
 
 
+@pytest.mark.alone
 @pytest.mark.statement('SCN-1', 'SRV-51')
 def test_a_scene_of_ten_thousand_objects(arm: Any) -> None:
     """It is taken in seconds; meanwhile motions are watched and questions answered."""
