@@ -28,7 +28,7 @@ from environment.sources import content_hash, copy_files, PACKAGE_SOURCES, requi
 #: The pip that comes with Python 3.10 to 3.12 searches very long among our dependencies' versions;
 #: setuptools builds the package and the ros2 command inside the environment, without the network.
 _TOOLS = ('pip>=25', 'setuptools>=70.1')
-_ROS2_RUN = 'ros2_run'
+_ROS2_COMMAND = 'ros2'
 
 
 class EnvironmentBuilder:
@@ -129,16 +129,16 @@ class EnvironmentBuilder:
 
     def _install_sources(self) -> None:
         """Install the package and the ros2 command, from a copy that the build may litter."""
-        key = content_hash(self._root, [*PACKAGE_SOURCES, _ROS2_RUN])
+        key = content_hash(self._root, [*PACKAGE_SOURCES, _ROS2_COMMAND])
         if self._done.get('sources') == key:
             return
         self._say('installing armsim_ros')
         with tempfile.TemporaryDirectory(prefix='armsim_ros-') as name:
             copy = Path(name)
-            copy_files(self._root, [*PACKAGE_SOURCES, _ROS2_RUN], copy)
+            copy_files(self._root, [*PACKAGE_SOURCES, _ROS2_COMMAND], copy)
             self._installer.pip('install armsim_ros', [
                 '--no-deps', '--no-build-isolation', '--no-index', str(copy),
-                str(copy / _ROS2_RUN)])
+                str(copy / _ROS2_COMMAND)])
         self._note('sources', key)
 
     def _note(self, stage: str, key: str) -> None:

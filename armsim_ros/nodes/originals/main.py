@@ -15,7 +15,6 @@ from armsim_ros.errors import nearest
 PROGRAMS = {
     'ros2_control_node': 'armsim_ros.nodes.originals.ros2_control_node',
     'move_group': 'armsim_ros.nodes.originals.move_group',
-    'ros2_control': 'armsim_ros.nodes.originals.ros2_control',
     'servo_node': 'armsim_ros.nodes.originals.servo_node',
     'robot_state_publisher': 'armsim_ros.nodes.originals.robot_state_publisher',
     'joint_state_publisher': 'armsim_ros.nodes.originals.joint_state_publisher',

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The verbs of ``ros2 control`` that launch files execute, by ros2controlcli's verbs."""
+"""The verbs of ``ros2 control``, as launch files execute them, by ros2controlcli's verbs."""
 
 from __future__ import annotations
 
@@ -22,6 +22,7 @@ YAML = """
     command_interfaces: [position]
     state_interfaces: [position, velocity]
 """
+SOURCES = Path(__file__).parents[4] / 'ros2'
 Verb = Callable[..., tuple[int, str]]
 
 
@@ -31,9 +32,10 @@ def verb(bench: Bench) -> Iterator[Verb]:
     before = bench.manager.states()
 
     def run(*words: str) -> tuple[int, str]:
-        command = [sys.executable, '-m', 'armsim_ros', 'original', 'ros2_control', *words,
+        command = [sys.executable, '-m', 'armsim_ros2', 'control', *words,
                    '-c', bench.name('controller_manager')]
-        with Program(command, environment=ros_environment(bench.domain)) as program:
+        environment = ros_environment(bench.domain) | {'PYTHONPATH': str(SOURCES)}
+        with Program(command, environment=environment) as program:
             return program.wait(60.0), program.text
 
     yield run

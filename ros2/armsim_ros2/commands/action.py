@@ -1,0 +1,141 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""``ros2 action``."""
+
+from __future__ import annotations
+
+from argparse import Namespace
+from collections.abc import Callable
+import sys
+from typing import Any
+
+from armsim_ros2.errors import CliError, hint
+from armsim_ros2.interfaces import load
+from armsim_ros2.parsing import argument, flag, node_options, Verb, yaml_argument
+from armsim_ros2.session import Session
+from armsim_ros2.values import fill, parse, to_yaml
+
+_STATUSES = ('UNKNOWN', 'ACCEPTED', 'EXECUTING', 'CANCELING', 'SUCCEEDED', 'CANCELED', 'ABORTED')
+
+
+def _list(options: Namespace) -> None:
+    with Session(options) as session:
+        session.settle()
+        actions = session.actions()
+    if options.count_actions:
+        print(len(actions))
+        return
+    for name, types in actions.items():
+        print(f'{name} [{", ".join(types)}]' if options.show_types else name)
+
+
+def _type(options: Namespace) -> None:
+    with Session(options) as session:
+        print(*session.types_of(options.action_name, session.actions, "Unknown action '{}'"),
+              sep='\n')
+
+
+def _info(options: Namespace) -> None:
+    from rclpy import action
+
+    with Session(options) as session:
+        name = session.absolute(options.action_name)
+        session.find(lambda: session.actions().get(name))
+        session.settle()
+        print(f'Action: {options.action_name}')
+        for title, names_and_types in (
+                ('clients', action.get_action_client_names_and_types_by_node),
+                ('servers', action.get_action_server_names_and_types_by_node)):
+            found = _endpoints(session, name, names_and_types)
+            print(f'Action {title}: {len(found)}')
+            for node, types in () if options.count else found:
+                print(f'    {node} [{", ".join(types)}]' if options.show_types else f'    {node}')
+        if name not in session.actions():
+            print(f"'{name}' is not in the graph{hint(name, session.actions())}", file=sys.stderr)
+
+
+def _endpoints(session: Session, action: str, names_and_types: Callable[..., Any]
+               ) -> list[tuple[str, list[str]]]:
+    return [(f'{namespace.rstrip("/")}/{name}', types)
+            for name, namespace in session.node.get_node_names_and_namespaces()
+            for found, types in names_and_types(session.node, name, namespace) if found == action]
+
+
+def _send_goal(options: Namespace) -> None:
+    from rclpy.action import ActionClient
+
+    kind = load(options.action_type, 'action', "The passed action type is invalid: '{}'")
+    goal = kind.Goal()
+    fill(goal, parse(sys.stdin.read() if options.stdin else options.goal),
+         prefix='Failed to populate message fields')
+
+    def print_feedback(feedback: Any) -> None:
+        print(f'Feedback:\n    {to_yaml(feedback.feedback)}')
+
+    with Session(options) as session:
+        client = ActionClient(session.node, kind, session.absolute(options.action_name))
+        print('Waiting for an action server to become available...')
+        if not session.find(client.server_is_ready):
+            _explain(session, session.absolute(options.action_name), options.action_type)
+            session.spin(client.server_is_ready)
+        print(f'Sending goal:\n     {to_yaml(goal)}')
+        accepted = client.send_goal_async(goal, print_feedback if options.feedback else None)
+        session.spin(accepted.done)
+        handle = accepted.result()
+        if not handle.accepted:
+            print('Goal was rejected.')
+            return
+        print(f'Goal accepted with ID: {bytes(handle.goal_id.uuid).hex()}\n')
+        result = handle.get_result_async()
+        try:
+            session.spin(result.done)
+        except (KeyboardInterrupt, SystemExit):
+            _cancel(session, handle, result)
+            raise
+        _print_result(result.result())
+
+
+def _explain(session: Session, name: str, kind: str) -> None:
+    """Report why the server is not available, or fail if it never will be."""
+    types = session.actions().get(name)
+    if types and kind not in types:
+        raise CliError(f"The passed action type is invalid: '{name}' has the type "
+                       f"'{', '.join(types)}', not '{kind}'")
+    if not types:
+        print(f"'{name}' is not in the graph{hint(name, session.actions())}", file=sys.stderr)
+
+
+def _cancel(session: Session, handle: Any, result: Any) -> None:
+    """Cancel a goal and wait for its result."""
+    print('Canceling goal...')
+    canceled = handle.cancel_goal_async()
+    session.spin(canceled.done)
+    if not canceled.result().goals_canceling:
+        raise CliError('Failed to cancel goal')
+    session.spin(result.done, 10.0)
+    print('Goal canceled.')
+    if result.done():
+        _print_result(result.result())
+
+
+def _print_result(response: Any) -> None:
+    print(f'Result:\n    {to_yaml(response.result)}')
+    print(f'Goal finished with status: {_STATUSES[response.status]}')
+
+
+_action = argument('action_name', help='name of the action')
+_show_types = flag('-t', '--show-types', about='print types, too')
+
+VERBS = {
+    'info': Verb('print the clients and servers of an action', _info, [
+        _action, _show_types, flag('-c', '--count', about='print only the numbers'),
+        node_options]),
+    'list': Verb('print the actions of the graph', _list, [
+        _show_types, flag('-c', '--count-actions', about='print only the number of actions'),
+        node_options]),
+    'send_goal': Verb('send a goal and wait for its result; Ctrl-C cancels it', _send_goal, [
+        _action, argument('action_type', help='such as control_msgs/action/GripperCommand'),
+        yaml_argument('goal', 'fields of the goal as YAML'),
+        flag('-f', '--feedback', about='print feedback'), node_options]),
+    'type': Verb('print the type of an action', _type, [_action, node_options]),
+}

@@ -1,0 +1,150 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""``ros2 topic echo``."""
+
+from __future__ import annotations
+
+from argparse import Namespace
+from typing import Any
+
+from armsim_ros2.errors import CliError, hint
+from armsim_ros2.interfaces import load
+from armsim_ros2.parsing import (
+    argument,
+    Arguments,
+    flag,
+    hidden_topics,
+    natural_int,
+    node_options,
+    positive_float,
+    Verb,
+)
+from armsim_ros2.qos import compatible_profile, qos_options
+from armsim_ros2.session import Session
+from armsim_ros2.values import dump, field_of, predicate, to_csv, to_yaml
+
+#: Options of how messages are printed; ``service echo`` has them, too.
+PRINTING: list[Arguments] = [
+    flag('--csv', about='print the values separated by commas'),
+    flag('-f', '--full-length', about='print arrays and texts in full'),
+    argument('-l', '--truncate-length', type=natural_int, default=128, metavar='N',
+             help='cut arrays and texts to this length (default: %(default)s)'),
+    flag('--no-arr', about='print the types and lengths of arrays instead of their elements'),
+    flag('--no-str', about='print the lengths of texts instead of the texts'),
+    flag('--flow-style', about='print each list in one line'),
+]
+
+
+def text_of(message: Any, options: Namespace) -> str:
+    """Return the text of a message."""
+    most = None if options.full_length else options.truncate_length
+    if options.csv:
+        return to_csv(message, most, options.no_arr, options.no_str) + '\n'
+    return to_yaml(message, most, options.no_arr, options.no_str, options.flow_style) + '---\n'
+
+
+def topic_class(session: Session, topic: str) -> Any | None:
+    """
+    Return the class of a topic's messages, None if it is not in the graph.
+
+    :raises CliError: it has several types, or its type is not installed.
+    """
+    types = session.topics().get(session.absolute(topic))
+    if types and len(types) > 1:
+        raise CliError(f"Cannot echo topic '{topic}', as it contains more than one type: "
+                       f'[{", ".join(types)}]')
+    return load(types[0], 'msg', "The message type '{}' is invalid") if types else None
+
+
+class _Echo:
+    """
+    Prints messages as they arrive.
+
+    :param options: of the command line.
+    """
+
+    def __init__(self, options: Namespace) -> None:
+        self._options = options
+        self._field = field_of(options.field) if options.field is not None else None
+        self._filter = predicate(options.filter_expr) if options.filter_expr else None
+        self.done = False
+
+    def receive(self, message: Any, info: dict[str, Any]) -> None:
+        """Print a message."""
+        if self.done:
+            return
+        value = self._field(message) if self._field else message
+        if self._filter is not None and not self._filter(value):
+            return
+        self.done = self._options.once
+        if not hasattr(value, 'SLOT_TYPES'):
+            if self._options.include_message_info:
+                print(f'---Got new message, message info:---\n{info}\n---Message data:---')
+            print(f'{value}\n---')
+            return
+        text = text_of(value, self._options)
+        if self._options.include_message_info:
+            text = (f'{",".join(map(str, info.values()))},{text}' if self._options.csv
+                    else f'{dump(info)}---\n{text}')
+        print(text, end='')
+
+
+def _lost(status: Any) -> None:
+    print(f'A message was lost!!!\n\ttotal count change:{status.total_count_change}\n'
+          f'\ttotal count: {status.total_count}', end='---\n')
+
+
+def _echo(options: Namespace) -> None:
+    echo = _Echo(options)
+    kind = None
+    if options.message_type is not None:
+        kind = load(options.message_type, 'msg', "The passed message type is invalid: '{}'")
+    with Session(options) as session:
+        topic = session.absolute(options.topic_name)
+        found = session.find(lambda: topic_class(session, topic)) if kind is None else None
+        kind = kind or found
+        if kind is None:
+            print(f'WARNING: topic [{options.topic_name}] does not appear to be published yet')
+            raise CliError(f"Could not determine the type for the passed topic: '{topic}'"
+                           f'{hint(topic, session.topics())}')
+        session.settle()
+        publishers = session.node.get_publishers_info_by_topic(topic)
+        _subscribe(session, kind, topic, echo, options,
+                   compatible_profile(options, publishers))
+        session.spin(lambda: echo.done, options.timeout or float('inf'))
+
+
+def _subscribe(session: Session, kind: Any, topic: str, echo: _Echo, options: Namespace,
+               profile: Any) -> None:
+    from rclpy.event_handler import SubscriptionEventCallbacks, UnsupportedEventTypeError
+
+    def receive(message: Any, info: dict[str, Any]) -> None:
+        echo.receive(message, info)
+
+    def subscribe(events: Any) -> None:
+        session.node.create_subscription(kind, topic, receive, profile, event_callbacks=events,
+                                         raw=options.raw)
+
+    if options.no_lost_messages:
+        subscribe(None)
+        return
+    try:
+        subscribe(SubscriptionEventCallbacks(message_lost=_lost))
+    except UnsupportedEventTypeError:
+        subscribe(None)
+
+
+ECHO = Verb('print the messages of a topic', _echo, [
+    argument('topic_name', help='name of the topic'),
+    argument('message_type', nargs='?', help='such as std_msgs/msg/String; by default the '
+                                             "publishers'"),
+    flag('--once', about='end after the first message'),
+    argument('--field', help='print only this part, such as pose.position or points[0]'),
+    argument('--filter', dest='filter_expr', metavar='EXPR',
+             help='print only messages for which this Python expression of m is true'),
+    argument('--timeout', type=positive_float, metavar='S', help='end after this time'),
+    *PRINTING,
+    flag('--raw', about='print the serialized bytes'),
+    flag('--no-lost-messages', about='do not report lost messages'),
+    flag('-i', '--include-message-info', about='print time stamps of the transport, too'),
+    qos_options('sensor_data'), hidden_topics, node_options])

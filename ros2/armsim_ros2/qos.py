@@ -1,0 +1,83 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Quality of service: options, profiles, and what fits the publishers of a topic."""
+
+from __future__ import annotations
+
+from argparse import Namespace
+from typing import Any
+
+from armsim_ros2.parsing import Arguments, Parser
+
+_PROFILES = ('unknown', 'default', 'system_default', 'sensor_data', 'services_default',
+             'parameters', 'parameter_events', 'action_status_default', 'best_available')
+_CHOICES = {
+    'history': ('system_default', 'keep_last', 'keep_all', 'unknown'),
+    'reliability': ('system_default', 'reliable', 'best_effort', 'unknown', 'best_available'),
+    'durability': ('system_default', 'transient_local', 'volatile', 'unknown', 'best_available'),
+    'liveliness': ('system_default', 'automatic', 'manual_by_topic', 'unknown', 'best_available'),
+}
+
+
+def qos_options(default: str) -> Arguments:
+    """
+    Return a function that adds the options.
+
+    :param default: name of the profile that they change.
+    """
+    def add(parser: Parser) -> None:
+        parser.add_argument('--qos-profile', choices=_PROFILES, default=default,
+                            help='profile to begin with (default: %(default)s)')
+        parser.add_argument('--qos-depth', type=int, metavar='N', help='length of the queue')
+        for name, choices in _CHOICES.items():
+            parser.add_argument(f'--qos-{name}', choices=choices, help=f'{name} of the profile')
+        parser.add_argument('--qos-liveliness-lease-duration-seconds', type=float, metavar='S',
+                            help='lease of the liveliness')
+
+    return add
+
+
+def profile_of(options: Namespace) -> Any:
+    """Return the profile that the options describe."""
+    from rclpy import qos
+    from rclpy.duration import Duration
+
+    profile = qos.QoSPresetProfiles.get_from_short_key(options.qos_profile)
+    for name in _CHOICES:
+        key = getattr(options, f'qos_{name}')
+        if key:
+            policy = getattr(qos, f'QoS{name.capitalize()}Policy')
+            setattr(profile, name, policy.get_from_short_key(key))
+    lease = options.qos_liveliness_lease_duration_seconds
+    if lease is not None and lease >= 0:
+        profile.liveliness_lease_duration = Duration(seconds=lease)
+    if options.qos_depth is not None and options.qos_depth >= 0:
+        profile.depth = options.qos_depth
+    elif profile.durability == qos.QoSDurabilityPolicy.TRANSIENT_LOCAL and profile.depth == 0:
+        profile.depth = 1
+    return profile
+
+
+def compatible_profile(options: Namespace, publishers: list[Any]) -> Any:
+    """
+    Return the profile of the options, completed to one that all publishers match.
+
+    :param publishers: what the graph reports about the publishers of the topic.
+    """
+    from rclpy.qos import QoSDurabilityPolicy, QoSReliabilityPolicy
+
+    profile = profile_of(options)
+    given = [options.qos_depth, options.qos_liveliness_lease_duration_seconds,
+             *(getattr(options, f'qos_{name}') for name in _CHOICES)]
+    if not publishers or any(value is not None for value in given):
+        return profile
+    for name, strong, weak in (
+            ('reliability', QoSReliabilityPolicy.RELIABLE, QoSReliabilityPolicy.BEST_EFFORT),
+            ('durability', QoSDurabilityPolicy.TRANSIENT_LOCAL, QoSDurabilityPolicy.VOLATILE)):
+        offers = [getattr(info.qos_profile, name) == strong for info in publishers]
+        if any(offers) and not all(offers):
+            kind = type(strong).__name__
+            print(f'Some, but not all, publishers are offering {kind}.{strong.name}. Falling back '
+                  f'to {kind}.{weak.name} as it will connect to all publishers')
+        setattr(profile, name, strong if all(offers) else weak)
+    return profile
