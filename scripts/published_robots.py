@@ -40,7 +40,12 @@ SEARCH_DEPTH = 8
 #: How long a robot may take [s]: until the first joint state, until it can be planned for.
 READY_TIMEOUT = 90.0
 MOVE_TIMEOUT = 60.0
-COLUMNS = ('robot', 'check', 'first state', 'ready', 'moved', 'planned', 'pymoveit2', 'reason')
+MOST_STATES = 6
+#: What counts as at rest, as arrived, as a step of a gripper's finger [rad or m].
+TOLERANCE = 0.005
+HOLD_TIME = 3.0
+COLUMNS = ('robot', 'check', 'first state', 'ready', 'held', 'start state', 'controllers moved',
+           'named states', 'gripper', 'reason')
 
 
 @dataclass
@@ -52,16 +57,18 @@ class Row:
     check: str = ''
     first_state: str = ''
     ready: str = ''
+    held: str = ''
+    start: str = ''
     moved: str = ''
     planned: str = ''
-    pymoveit2: str = ''
+    gripper: str = ''
     reason: str = ''
     lines: list[str] = field(default_factory=list)
 
     def cells(self) -> tuple[str, ...]:
         """Return the texts of the columns."""
-        return (self.robot, self.check, self.first_state, self.ready, self.moved, self.planned,
-                self.pymoveit2, self.reason)
+        return (self.robot, self.check, self.first_state, self.ready, self.held, self.start,
+                self.moved, self.planned, self.gripper, self.reason)
 
 
 def main() -> int:
@@ -83,7 +90,7 @@ def main() -> int:
         if options.verbose:
             print('\n'.join(f'    {line}' for line in row.lines), flush=True)
     good = [row for row in rows if row.check in ('0', '1')
-            and (options.check or (row.moved and row.planned))]
+            and (options.check or not row.reason)]
     print(f'\n{len(good)} of {len(rows)}')
     return 0 if len(good) == len(rows) else 1
 
@@ -168,12 +175,16 @@ def _bring_up(row: Row) -> None:
                     row.first_state = f'{time.monotonic() - begun:.1f} s'
             programs[-1].wait_for_line(re.escape(READY), READY_TIMEOUT)
             row.ready = f'{time.monotonic() - begun:.1f} s'
-            row.moved = _move(client)
-            row.planned = _plan(client)
-            row.pymoveit2 = _pymoveit2(client, row.planned)
+            for column, check in (('held', _hold), ('start', _start), ('moved', _move),
+                                  ('planned', _plan), ('gripper', _grip)):
+                try:
+                    setattr(row, column, check(client))
+                except AssertionError as error:
+                    setattr(row, column, 'no')
+                    row.reason += _short(f'{column}: {str(error).splitlines()[0]}; ')
         except AssertionError as error:
             row.reason = _short(str(error).splitlines()[0])
-            row.lines = [line for one in programs for line in one.text.splitlines()[-15:]]
+        row.lines = [line for one in programs for line in one.text.splitlines()]
         for program in reversed(programs):
             with suppress(AssertionError):
                 program.stop()
@@ -244,48 +255,103 @@ def _description(client: ClientNode) -> Element:
     return ElementTree.fromstring(client.latched('/robot_description', String).data)
 
 
+def _hold(client: ClientNode) -> str:
+    """Watch the joints at rest; return how far any of them moves."""
+    from sensor_msgs.msg import JointState
+
+    states = client.collect('/joint_states', JointState)
+    first = states.wait(1, MOVE_TIMEOUT)[0]
+    start = dict(zip(first.name, first.position, strict=True))
+    deadline = time.monotonic() + HOLD_TIME
+    time.sleep(HOLD_TIME)
+    worst, joint = max((abs(position - start.get(name, position)), name)
+                       for message in states.wait(1, deadline - time.monotonic() + MOVE_TIMEOUT)
+                       for name, position in zip(message.name, message.position, strict=True))
+    assert worst < TOLERANCE, f'{joint} moves by {1e3 * worst:.1f} mrad or mm at rest'
+    return f'{1e3 * worst:.2f}'
+
+
+def _start(client: ClientNode) -> str:
+    """Return whether move_group takes the state that the robot starts in."""
+    from moveit_msgs.srv import GetStateValidity
+
+    request = GetStateValidity.Request()
+    request.robot_state.is_diff = True
+    answer = client.call('/check_state_validity', GetStateValidity, request)
+    pairs = sorted({f'{one.contact_body_1} and {one.contact_body_2}' for one in answer.contacts})
+    return 'valid' if answer.valid else f'touches: {", ".join(pairs[:3])}'
+
+
 def _plan(client: ClientNode) -> str:
-    """Plan to and execute the first named state that can be; return its name."""
+    """Plan to and execute every named state; return how many are reached, and how closely."""
     from armsim_ros.testing.clients.move_group_client import MoveGroupClient, SUCCESS
 
     move_group = MoveGroupClient(client)
-    reasons = []
     states = move_group.named_states()
-    for (group, state), target in sorted(states.items(), key=lambda item: -len(item[1])):
+    reached, worst, reasons = 0, 0.0, []
+    for (group, state), target in list(states.items())[:MOST_STATES]:
         result = move_group.move(group, target)
-        if result.error_code.val == SUCCESS:
-            return f'{group}/{state}'
-        reasons.append(f'{group}/{state}: {result.error_code.message}')
-    assert not reasons, reasons[0]
-    return 'the SRDF has no named state'
+        if result.error_code.val != SUCCESS:
+            reasons.append(f'{group}/{state}: {result.error_code.message}')
+            continue
+        now = _positions(client)
+        error, joint = max((abs(now.get(name, value) - value), name)
+                           for name, value in target.items())
+        worst = max(worst, error)
+        if error < TOLERANCE:
+            reached += 1
+        else:
+            reasons.append(f'{group}/{state}: {joint} is {1e3 * error:.1f} mrad or mm away')
+    if not states:
+        return 'none in the SRDF'
+    text = f'{reached} of {min(len(states), MOST_STATES)}, {1e3 * worst:.2f}'
+    assert not reasons, f'{text}; ' + '; '.join(reasons)
+    return text
 
 
-def _pymoveit2(client: ClientNode, state: str) -> str:
-    """Move the first joint of a group through pymoveit2, where it is installed."""
-    try:
-        from pymoveit2 import MoveIt2
-    except ImportError:
-        return 'not installed'
-    from armsim_ros.testing.clients.move_group_client import MoveGroupClient
+def _grip(client: ClientNode) -> str:
+    """Open and close every active gripper controller; return how many follow."""
+    from control_msgs.action import GripperCommand, ParallelGripperCommand
+    from controller_manager_msgs.srv import ListControllers
 
-    name, _, _ = state.partition('/')
-    known = MoveGroupClient(client).named_states()
-    goal = next((target for (group, _), target in known.items() if group == name), {})
-    if not goal:
-        return ''
-    links = [link.get('name') for link in _description(client).findall('link')]
-    arm = MoveIt2(client.node, list(goal), links[0], links[-1], name)
-    assert arm.wait_for_joint_state(MOVE_TIMEOUT), 'pymoveit2 has seen no joint state'
+    from armsim_ros.testing.clients.patient_action_client import PatientActionClient
+
+    listed = client.call('/controller_manager/list_controllers', ListControllers)
     limits = _limits(client)
-    first = next(iter(goal))
-    target = {**goal, first: _near(goal[first], *limits.get(first, (-1e3, 1e3)))}
-    arm.move_to_configuration(list(target.values()))
-    assert arm.wait_until_executed(), 'pymoveit2 could not move the arm'
-    return 'moved'
+    grippers = [one for one in listed.controller if one.state == 'active'
+                and one.type.endswith('GripperActionController')]
+    for one in grippers:
+        joint = one.claimed_interfaces[0].rpartition('/')[0]
+        parallel = one.type.startswith('parallel')
+        action = ParallelGripperCommand if parallel else GripperCommand
+        gripper = PatientActionClient(client.node, action, f'/{one.name}/gripper_cmd')
+        lower, upper = limits.get(joint, (0.0, 0.5))
+        assert gripper.wait_for_server(MOVE_TIMEOUT), f'{one.name} has no action server'
+        for position in (upper, lower):
+            goal = action.Goal()
+            if parallel:
+                goal.command.name, goal.command.position = [joint], [position]
+            else:
+                goal.command.position, goal.command.max_effort = position, 100.0
+            sent = client.in_executor(lambda gripper=gripper, goal=goal: gripper.send_goal_async(
+                goal))
+            handle = client.result(sent, MOVE_TIMEOUT)
+            client.result(client.in_executor(handle.get_result_async), MOVE_TIMEOUT)
+            error = abs(_positions(client)[joint] - position)
+            assert error < TOLERANCE, f'{one.name}: {joint} is {1e3 * error:.1f} mrad or mm away'
+    return f'{len(grippers)} of {len(grippers)}' if grippers else ''
+
+
+def _positions(client: ClientNode) -> dict[str, float]:
+    """Return the joints' positions [rad or m]."""
+    from sensor_msgs.msg import JointState
+
+    message = client.collect('/joint_states', JointState).wait(1, MOVE_TIMEOUT)[-1]
+    return dict(zip(message.name, message.position, strict=True))
 
 
 def _short(text: str) -> str:
-    return text[:160].replace('|', '/')
+    return text[:300].replace('|', '/')
 
 
 if __name__ == '__main__':

@@ -96,6 +96,22 @@ def test_arguments_of_a_controller_of_the_robots_files():
     assert (parameters.frame_id, parameters.use_local_topics) == ('b', True)
 
 
+def test_files_of_a_spawner_add_to_the_robots_files(file):
+    """
+    A parameter file of the spawner wins over the robot's files, which count as well.
+
+    Upstream passes the manager's own parameter files to every controller, and then those of the
+    spawner, such as the use_sim_time of a launch file's node.
+    """
+    own = file('/**/arm: {ros__parameters: {joints: [a], constraints: {goal_time: 1.0}}}')
+    settings = robot(found(arm__type=TRAJECTORY, arm__params_file=own))
+    clock = file('/**: {ros__parameters: {use_sim_time: true}}')
+    assert found(settings, arm__params_file=clock).parameters.joints == ('a',)
+    later = file('/left/arm: {ros__parameters: {joints: [b]}}')
+    parameters = found(settings, arm__type=TRAJECTORY, arm__params_file=[clock, later]).parameters
+    assert (parameters.joints, parameters.constraints.goal_time) == (('b',), 1.0)
+
+
 def test_remappings_are_arguments_of_the_node():
     """Remappings alone change no parameter; they are passed to the controller's node."""
     node = Parameters(arm__type=BROADCASTER, arm__node_options_args=['-r', 'joint_states:=/b'])

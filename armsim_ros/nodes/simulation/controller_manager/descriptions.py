@@ -23,7 +23,7 @@ from armsim_ros.nodes.originals.node_parameters import read_node_arguments
 
 class ControllerDescriptions:
     """
-    Finds a controller by the manager's parameters, else among the robot's files.
+    Finds a controller among the robot's files and by the manager's parameters, which win.
 
     The parameters are those of a controller in ``controller_manager``, which the spawner sets:
     ``<name>.type``, ``<name>.params_file``, ``<name>.node_options_args`` and
@@ -48,15 +48,14 @@ class ControllerDescriptions:
         files = [*self._texts(name, 'params_file'), *map(str, options.files)]
         kind = ''.join(self._texts(name, 'type')[:1])
         known = self._settings.controller(name)
-        if known is not None and not files and kind in ('', known.type, known.source_type):
-            if not options.values:
+        block = read_parameters(name, self._node.get_namespace(), files)
+        if known is not None and kind in ('', known.type, known.source_type):
+            if not files and not options.values:
                 return known
-            block = node_of(known.parameters.model_dump(exclude_unset=True, by_alias=True),
-                            Location(f"controller '{name}'"))
-            kind = known.type
-        elif kind or files:
-            block = read_parameters(name, self._node.get_namespace(), files)
-        else:
+            own = node_of(known.parameters.model_dump(exclude_unset=True, by_alias=True),
+                          Location(f"controller '{name}'"))
+            block, kind = merge_nodes(own, block)[0], known.type
+        elif not kind and not files:
             names = tuple(one.name for one in self._settings.controllers)
             hint = nearest(name, names) or f'known: {", ".join(names) or "none"}'
             raise ControllerError(
@@ -124,7 +123,7 @@ def read_description(
     if kind:
         block = block.with_value({**block.entries, 'type': node_of(kind, block.where)})
     draft = ConfigDraft()
-    settings = read_controller(name, block, draft.problems)
+    settings = read_controller(name, block, draft.problems, published=True)
     mistakes = [one for one in draft.problems if one.severity is Severity.ERROR]
     if mistakes or settings is None:
         raise ConfigError(mistakes)
