@@ -29,6 +29,8 @@ _DUMPER = getattr(yaml, 'CSafeDumper', yaml.SafeDumper)
 _DESCRIPTION = 'robot_description'
 #: Parameter of ours: the simulation's own broadcaster publishes, which no spawner starts.
 JOINT_STATES = 'armsim.joint_states'
+#: Parameter of ours: the robot is in the world of a simulator, which has a floor.
+FLOOR = 'armsim.floor'
 #: Packages and files that a robot description names.
 _PACKAGE = re.compile(r'(?:(?:package|model)://|\$\(find(?:-pkg-share)?\s+)([^/"\'\s)]+)')
 _FILE = re.compile(r'file://+(/[^"\'<>\n]+?)/[^/"\']*["\']')
@@ -152,7 +154,7 @@ class Mapping:
         if self._simulated:
             return Start(action, spec, Kind.DONE, note='the simulation has its robot already')
         self._simulated.add('/')
-        parameters: dict[str, Any] = {**self._own_parameters(str(text or '')), **{
+        parameters: dict[str, Any] = {**self._own_parameters(str(text or '')), FLOOR: True, **{
             f'armsim.{key}': value for key, value in given.placement().items()}}
         if text:
             parameters[_DESCRIPTION] = str(text)
@@ -236,9 +238,10 @@ class Mapping:
 
 def _words(spec: ProcessSpec) -> list[str]:
     """Return a program's arguments, of ``ros2 run PACKAGE PROGRAM ...`` too."""
-    words = list(spec.node.arguments if spec.node is not None else spec.command[4:])
-    # A shell splits words at blanks, and drops empty ones.
-    return shlex.split(' '.join(words)) if spec.shell and spec.node is not None else words
+    words = list(spec.node.arguments if spec.node is not None else spec.command)
+    if spec.shell:  # it splits words at blanks, and drops empty ones
+        words = shlex.split(' '.join(words))
+    return words if spec.node is not None else words[4:]
 
 
 def _run_by_ros2(spec: ProcessSpec) -> RosNode | None:

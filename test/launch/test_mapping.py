@@ -6,8 +6,9 @@ import pytest
 import yaml
 
 from armsim_ros.launch.api.context import LaunchContext
+from armsim_ros.launch.api.process import ExecuteProcess
 from armsim_ros.launch.api.ros_node import Node
-from armsim_ros.launch.mapping import JOINT_STATES, Kind, Mapping
+from armsim_ros.launch.mapping import FLOOR, JOINT_STATES, Kind, Mapping
 
 CONTROL = Node(package='controller_manager', executable='ros2_control_node',
                parameters=[{'robot_description': '<robot name="r"/>'}])
@@ -64,6 +65,26 @@ def test_a_spawned_broadcaster_is_enough(decided):
     """Where a spawner starts the broadcaster, the simulation waits for it."""
     _, texts = decided(CONTROL, publisher(), spawner('joint_state_broadcaster'))
     assert not tells_joints(texts)
+
+
+@pytest.mark.parametrize(('words', 'shell'), [
+    (['ros2', 'run', 'controller_manager', 'spawner', 'arm', '--inactive'], False),
+    (['ros2 run controller_manager spawner arm ', '--inactive'], True),
+])
+def test_a_spawner_by_ros2_run_keeps_its_arguments(decided, words, shell):
+    """A command may be a list of words or, for a shell, texts of several words."""
+    ((_, one), _) = decided(CONTROL, ExecuteProcess(cmd=words, shell=shell))
+    at = one.command.index('spawner')
+    assert one.command[at + 1:at + 3] == ['arm', '--inactive']
+
+
+def test_a_robot_that_is_spawned_stands_in_a_simulators_world(decided):
+    """Only there is a floor under it; ros2_control_node alone has none."""
+    _, texts = decided(Node(package='ros_gz_sim', executable='create',
+                            arguments=['-string', '<robot name="r"/>']), spawner('arm'))
+    assert any(one.get(FLOOR) for one in texts)
+    _, texts = decided(CONTROL, spawner('arm'))
+    assert not any(FLOOR in one for one in texts)
 
 
 def test_state_publishers_run_beside_the_simulation(decided, tmp_path):

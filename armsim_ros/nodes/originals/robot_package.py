@@ -77,6 +77,10 @@ class RobotPackage:
         name = f'parameters_{number}.yaml'
         return self._dump(name, {'controller_manager': {'ros__parameters': dict(values)}})
 
+    def add_empty_world(self) -> Path:
+        """Add a world without a floor: what a real robot or mock components know of none."""
+        return self._write('../world.yaml', 'floor: false\n')
+
     def add_move_group(self, values: Mapping[str, Any]) -> None:
         """
         Add the parameters of move_group.

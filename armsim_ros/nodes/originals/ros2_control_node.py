@@ -75,6 +75,8 @@ def simulation_words(urdf: str, arguments: NodeArguments, folder: Path) -> list[
         words.append(f"packages_path:={own['packages_path']}")
     if own.get('world'):
         words.append(f"world:={own['world']}")
+    elif not own.get('floor'):
+        words.append(f'world:={package.add_empty_world()}')
     if arguments.namespace != '/':
         words.append(f'namespace:={arguments.namespace}')
     return [*words, *arguments.ros_args()]

@@ -94,6 +94,8 @@ def test_a_manager_that_asks_knows_all_trajectory_controllers(small_package):
 @pytest.mark.parametrize(('kind', 'runs_as'), [
     ('scaled_controllers/ScaledJointTrajectoryController',
      'joint_trajectory_controller/JointTrajectoryController'),
+    ('vendor/VendorJointTrajectoryController',
+     'joint_trajectory_controller/JointTrajectoryController'),
     ('joint_state_controller/JointStateController',
      'joint_state_broadcaster/JointStateBroadcaster'),
     ('vendor/ForceTorqueSensorBroadcaster', 'vendor/ForceTorqueSensorBroadcaster'),

@@ -37,6 +37,18 @@ def test_the_broadcaster_that_no_spawner_starts_is_active_at_once(tmp_path, told
     assert content['spawn'] == spawned
 
 
+@pytest.mark.parametrize(('arguments', 'floor'), [
+    ([], False), (['-p', 'armsim.floor:=true'], True)])
+def test_only_a_simulators_world_has_a_floor(small_package, tmp_path, arguments, floor):
+    """ros2_control_node alone knows nothing around the robot; a launch file's Gazebo does."""
+    urdf = survey_cell(str(small_package.folder)).checked().model.urdf
+    words = dict(word.split(':=') for word in simulation_words(
+        urdf, read_node_arguments(arguments, 'controller_manager'), tmp_path / 'launched')
+        if ':=' in word)
+    launched = survey_cell(words['robot'], urdf=Path(words['urdf']), world=words.get('world'))
+    assert launched.checked().settings.world.floor is floor
+
+
 LIMITED = """
 joint_limits:
   elbow: {min_position: -1.0, max_position: 1.0, has_velocity_limits: true, max_velocity: 0.5}
