@@ -19,6 +19,7 @@ from typing import Any, TYPE_CHECKING
 from armsim_ros.cli.child_process import child_environment, die_with_parent
 from armsim_ros.launch.api.process import ExecuteLocal
 from armsim_ros.launch.failures import missing_module_text
+from armsim_ros.launch.lost_controllers import LostControllers
 from armsim_ros.launch.mapping import Kind, Mapping, Start
 from armsim_ros.launch.process_spec import ProcessSpec
 from armsim_ros.launch.report import Report
@@ -67,6 +68,7 @@ class ProcessRunner:
         self._starting: set[asyncio.Task[Any]] = set()
         self._stopping = False
         self._interrupts = 0
+        self._lost = LostControllers(report)
 
     def open(self, engine: Engine) -> None:
         """Install the signal handlers."""
@@ -92,6 +94,7 @@ class ProcessRunner:
             name = f'{one.spec.name}-{self._count}'
             if one.kind is Kind.UNKNOWN:
                 self._report.not_installed(one.spec)
+                self._lost.not_started(one.action, one.spec)
                 self._engine.process_ended(one.action, name, 0, one.spec, 0, was_run=False)
             elif one.kind is Kind.RUN:
                 self._run(one, name, 0)
@@ -140,6 +143,7 @@ class ProcessRunner:
 
     async def close(self) -> None:
         """Kill the remaining processes."""
+        self._lost.report()
         for number in _STOP_SIGNALS:
             self._loop.remove_signal_handler(number)
         for one in self._running.values():
@@ -186,6 +190,7 @@ class ProcessRunner:
         one = _Process(start, name, process, retries=retries)
         self._running[name] = one
         self._report.log('INFO', f'process started with pid [{process.pid}]', name)
+        self._lost.started(spec, name)
         if not (start.is_simulation and start.spec.label.endswith('create')):
             self._engine.process_started(start.action, name, process.pid, spec)
         for fd, stream in ((1, process.stdout), (2, process.stderr)):
@@ -207,6 +212,7 @@ class ProcessRunner:
             text = line.decode(errors='replace').rstrip('\r\n')
             with contextlib.suppress(BrokenPipeError):
                 print(f'[{one.name}] {text}', file=sink, flush=True)
+            self._lost.printed(one.name, text)
             if fd == 2 and (missing := _MISSING_MODULE.match(text)):
                 one.missing_module = missing[1]
             self._engine.printed(one.start.action, one.name, one.pid, line, fd)
@@ -230,6 +236,8 @@ class ProcessRunner:
                              f"'{words}']", one.name)
             if one.missing_module:
                 self._report.log('ERROR', missing_module_text(one.missing_module), one.name)
+        if not self._stopping:
+            self._lost.ended(one.start.action, spec, one.name, status)
         if one.start.is_simulation:
             self._simulation_ended(status)
         if not (one.start.is_simulation and spec.label.endswith('create')):

@@ -3,6 +3,7 @@
 """Launch files that run: what is printed, what ends them, exit statuses. No ROS is needed."""
 
 import os
+import re
 import signal
 from textwrap import dedent
 
@@ -165,3 +166,29 @@ def test_a_window_that_is_not_there_does_not_end_the_launch(launch, ends):
     program.wait_for_line(r'\[next-\d\]: process has finished cleanly')
     assert program.stop(20.0) == 0
     assert '[work-2] stopped' in program.text
+
+
+def test_lost_controllers_are_named_again_at_the_end_of_the_start(launch):
+    """What should have loaded controllers and did not is named once more, with file and line."""
+    program = launch(f"""
+        Node(package='no_one', executable='controller_spawner', arguments=['arm']),
+        Node(package='no_one', executable='driver'),
+        ExecuteProcess(cmd=['false', 'ros2', 'control', 'load_controller', 'x'], name='f'),
+        sh("sleep 0.5; echo 'You can start planning now!'; " + {FOREVER!r}, 'work'),
+    """)
+    program.wait_for_line(r'controllers may be missing')
+    program.wait_for_line(r'it\.launch\.py:\d+: false has failed with status 1')
+    program.stop(20.0)
+    text = program.text.partition('You can start planning now!')[2]
+    assert re.search(r'it\.launch\.py:\d+: no_one/controller_spawner is not installed', text)
+    assert 'driver' not in text
+
+
+def test_no_word_of_controllers_where_none_is_lost(launch):
+    """A launch whose commands did what they say ends its start without a further line."""
+    program = launch("""
+        ExecuteProcess(cmd=['true', 'ros2', 'control', 'load_controller', 'x']),
+        Node(package='no_one', executable='driver'),
+    """)
+    assert program.wait(40.0) == 0
+    assert 'controllers may be missing' not in program.text
