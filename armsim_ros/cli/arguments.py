@@ -171,15 +171,18 @@ def check_xacro_words(arguments: ProgramArguments, declared: Iterable[str]) -> N
     names = tuple(declared)
     table = tuple(entry.name for entry in argument_table())
     for name, text in arguments.xacro:
-        if name in names:
-            continue
-        if name in HARMLESS_VALUES and text.lower() in TRUE_WORDS + FALSE_WORDS and _to_flag(
-                name, text) is HARMLESS_VALUES[name]:
+        if name in names or is_harmless(name, text):
             continue
         hint = _unknown(f'{name}:={text}', name, (*table, *names))
         if names and 'known: ' in hint:
             hint += f"; the robot's xacro declares: {', '.join(names)}"
         raise UsageError(hint)
+
+
+def is_harmless(name: str, text: str) -> bool:
+    """Return whether an argument of other launch files asks for what is the case here anyway."""
+    return (name in HARMLESS_VALUES and text.lower() in TRUE_WORDS + FALSE_WORDS
+            and _to_flag(name, text) is HARMLESS_VALUES[name])
 
 
 def shadowed_xacro_words(arguments: ProgramArguments, declared: Iterable[str]) -> list[str]:

@@ -24,7 +24,7 @@ from armsim_ros.config.robot_folder import FileOptions, find_files
 from armsim_ros.config.robot_settings import RobotSettings
 from armsim_ros.errors import Severity
 from armsim_ros.model.cell import Cell
-from armsim_ros.model.cell_loading import survey_cell
+from armsim_ros.model.cell_loading import survey_cell, SurveyOptions
 from armsim_ros.model.default_floor import with_default_floor
 from armsim_ros.model.description.xacro_text import declared_arguments
 from armsim_ros.packages import split_path
@@ -83,24 +83,38 @@ def cell_of(arguments: ProgramArguments) -> tuple[Cell, list[str]]:
     :raises ConfigError: with every mistake of all files.
     :raises ResourceError: where the robot, its world or a named file is not there.
     """
-    survey = survey_cell(
-        arguments.robot,
-        **_sources(arguments, dict(arguments.xacro)),
-        world=arguments.world or None,
-        namespace=arguments.namespace or None,
-        overrides=_overrides(arguments),
-    )
+    survey = survey_cell(arguments.robot, **survey_options(arguments))
     check_xacro_words(arguments, survey.declared)
     cell = survey.checked()
     warnings = [str(one) for one in survey.problems if one.severity is Severity.WARNING]
     warnings += shadowed_xacro_words(arguments, survey.declared)
-    moved = {axis: _number(axis, getattr(arguments, axis))
-             for axis in 'xyz' if getattr(arguments, axis)}
+    moved = _moved(arguments)
     if moved:
         settings, remarks = with_default_floor(_placed(cell.settings, moved), cell.model)
         cell = replace(cell, settings=settings)
         warnings += map(str, remarks)
     return cell, list(dict.fromkeys(warnings))
+
+
+def survey_options(arguments: ProgramArguments) -> SurveyOptions:
+    """
+    Return what the arguments mean in the robot's settings, but for its name.
+
+    :raises UsageError: where a value cannot be read.
+    """
+    _moved(arguments)
+    return {
+        **_sources(arguments, dict(arguments.xacro)),
+        'world': arguments.world or None,
+        'namespace': arguments.namespace or None,
+        'overrides': _overrides(arguments),
+    }
+
+
+def _moved(arguments: ProgramArguments) -> dict[str, float]:
+    """Return where the robot is placed [m], of the axes that are given."""
+    return {axis: _number(axis, getattr(arguments, axis))
+            for axis in 'xyz' if getattr(arguments, axis)}
 
 
 def _overrides(arguments: ProgramArguments) -> dict[str, object]:

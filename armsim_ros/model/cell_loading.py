@@ -61,6 +61,14 @@ def load_cell(
     return survey_cell(robot, world=world, overrides=overrides).checked()
 
 
+class SurveyOptions(FileOptions, total=False):
+    """Keyword arguments of :func:`survey_cell`, for those that pass them on."""
+
+    world: str | Path | None
+    namespace: str | None
+    overrides: Mapping[str, object] | None
+
+
 def survey_cell(
     robot: str = 'sunday',
     *,

@@ -10,10 +10,10 @@ from pathlib import Path
 
 from typing_extensions import Unpack
 
+from armsim_ros.cli.arguments import is_harmless
 from armsim_ros.config.cell import read_cell
 from armsim_ros.config.draft import ConfigDraft
 from armsim_ros.config.layout import LayoutReader
-from armsim_ros.config.robot_folder import FileOptions
 from armsim_ros.config.robot_settings import RobotSettings
 from armsim_ros.config.sections import read_sections
 from armsim_ros.config.yaml.source import read_yaml_file
@@ -27,7 +27,7 @@ from armsim_ros.errors import (
     strictly,
 )
 from armsim_ros.model.cell import Cell
-from armsim_ros.model.cell_loading import survey_cell
+from armsim_ros.model.cell_loading import survey_cell, SurveyOptions
 from armsim_ros.model.description.urdf import parse_urdf
 from armsim_ros.model.description.xacro_text import read_description
 from armsim_ros.model.mesh.meshes import load_mesh
@@ -62,25 +62,25 @@ class RobotCheck:
         return [one for one in self.problems if one.severity is severity]
 
 
-def check_robot(robot: str, *, world: str | None = None, strict: bool = False,
-                **sources: Unpack[FileOptions]) -> RobotCheck:
+def check_robot(robot: str, *, strict: bool = False, **options: Unpack[SurveyOptions]
+                ) -> RobotCheck:
     """
     Check a robot's folder, or that of a cell and those of its robots.
 
     :param robot: a name under ``config/``, or a path to a folder.
-    :param world: another world.
     :param strict: whether what the original stack silently ignores is a mistake.
-    :param sources: those of :func:`find_files`.
+    :param options: those of :func:`survey_cell`.
     """
     try:
-        survey = survey_cell(robot, world=world, strict=strict, **sources)
+        survey = survey_cell(robot, strict=strict, **options)
     except ConfigError as error:
-        return RobotCheck(_sorted([*error.problems, *_files_alone(robot, sources.get('config'))]))
+        return RobotCheck(_sorted([*error.problems, *_files_alone(robot, options.get('config'))]))
     found = list(survey.problems)
     found += [Problem(f"no xacro of the robot declares the argument '{name}'",
                       Location(str(survey.settings.urdf_file)), ', '.join(survey.declared),
                       nearest(name, tuple(survey.declared)))
-              for name in sources.get('arguments') or {} if name not in survey.declared]
+              for name, text in (options.get('arguments') or {}).items()
+              if name not in survey.declared and not is_harmless(name, text)]
     for one in survey.robots or (survey.settings,):
         names = [controller.name for controller in one.controllers]
         read = [file.name for file in one.files]

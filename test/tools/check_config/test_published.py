@@ -4,6 +4,7 @@
 
 import pytest
 
+from armsim_ros.cli.arguments import argument_table, UsageError
 from armsim_ros.tools.check_config.main import main
 
 
@@ -41,3 +42,36 @@ def test_a_package_without_an_srdf_is_told_that_nothing_can_be_planned(small_pac
     assert main([str(small_package.folder)]) == 1
     text = capsys.readouterr().out
     assert 'the package has no SRDF: nothing can be planned; name one: srdf:=FILE' in text
+
+
+@pytest.mark.parametrize('entry', argument_table(), ids=lambda entry: entry.name)
+@pytest.mark.parametrize('form', ['{}:={}', '--{}={}'])
+def test_every_argument_of_bringup_is_taken(small_package, capsys, entry, form):
+    """A command line of bringup is checked as it is."""
+    folder = small_package.folder
+    values = {'robot': folder, 'config': folder / 'config', 'srdf': folder / 'config/small.srdf',
+              'urdf': small_package.description / 'urdf/arm.urdf',
+              'controllers': folder / 'config/ros2_controllers.yaml', 'packages_path': folder,
+              'scene_from_world': 'fixed', 'world': 'empty', 'x': '1', 'y': '-1.5', 'z': '0.5',
+              'initial_positions': '', 'overrides': '{simulation.gravity: [0, 0, 0]}',
+              'mode': 'lockstep', 'seed': '3', 'record': folder / 'run.mcap', 'namespace': 'arm'}
+    name = entry.name if ':=' in form else entry.name.replace('_', '-')
+    words = [form.format(name, values.get(entry.name, 'false'))]
+    if entry.name != 'robot':
+        words.append(str(folder))
+    assert main(words) < 2, capsys.readouterr().out
+    assert 'result: ' in capsys.readouterr().out
+
+
+def test_arguments_are_checked_as_bringup_checks_them(small_package, capsys):
+    """A joint that is not there, a path that is no setting, a flag of another launch file."""
+    folder = str(small_package.folder)
+    assert main([folder, 'initial_positions:=joint_9=1']) == 2
+    assert 'joint_9' in capsys.readouterr().out
+    assert main([folder, 'overrides:={simulation.gravty: [0, 0, 0]}']) == 2
+    assert 'gravty' in capsys.readouterr().out
+    assert main([folder, 'use_rviz:=false']) < 2
+    with pytest.raises(UsageError, match="'fast' is not a mode"):
+        main([folder, 'mode:=fast'])
+    with pytest.raises(UsageError, match="x is 'left'"):
+        main([folder, 'x:=left'])
