@@ -10,7 +10,7 @@ from armsim_ros.config.draft import ConfigDraft, empty_node
 from armsim_ros.config.move_group.planning_parameters import PlanningParameters
 from armsim_ros.config.move_group.trajectory_execution import KEYS_BESIDE
 from armsim_ros.config.validation import known_keys
-from armsim_ros.config.yaml.node import node_of, YamlNode
+from armsim_ros.config.yaml.node import merge_nodes, node_of, split_keys, YamlNode
 from armsim_ros.errors import ignored, Problem, Severity
 
 Take = Callable[[ConfigDraft, str, YamlNode], None]
@@ -91,6 +91,7 @@ def _take_moveit_manager(draft: ConfigDraft, key: str, node: YamlNode) -> None:
     """Take ROS 2's form: a list of names, and a block for each."""
     names = node.get('controller_names')
     listed = [str(item.value) for item in names.items] if names else []
+    node = _undotted(node, listed)
     if names is None and node.get('controller_list') is None:
         draft.problems.append(ignored(Problem(
             f"'{key}' has no 'controller_names': no controller is known", node.place,
@@ -117,6 +118,27 @@ def _take_moveit_manager(draft: ConfigDraft, key: str, node: YamlNode) -> None:
                 f"'controller_names' lists '{name}', but '{key}' has no such block",
                 names.items[position].where,
                 remedy=f"add a block '{name}:' with type, action_ns and joints")))
+
+
+def _undotted(node: YamlNode, names: list[str]) -> YamlNode:
+    """
+    Return a block in which ``name.key: value`` is ``name: {key: value}``.
+
+    :param names: of blocks; they may have dots of their own.
+    """
+    found = node.without(*(key for key in node.entries if _head(key, names)))
+    for key, inner in node.entries.items():
+        head = _head(key, names)
+        if head:
+            rest = node.with_value({key[len(head) + 1:]: inner})
+            found = merge_nodes(found, node.with_value({head: split_keys(rest, '.')}))[0]
+    return found
+
+
+def _head(key: str, names: list[str]) -> str:
+    """Return the name that begins a dotted key, '' where none does."""
+    fitting = [name for name in names if key.startswith(f'{name}.')]
+    return max(fitting, key=len) if fitting and key not in names else ''
 
 
 def _take_robot_description_planning(draft: ConfigDraft, key: str, node: YamlNode) -> None:

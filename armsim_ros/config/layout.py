@@ -31,6 +31,9 @@ _ANY = ('**', '*')
 _SERVO_NODES = ('servo_node', 'servo_server', 'moveit_servo')
 _SERVO_KEYS = frozenset(known_keys(ServoNodeSettings))
 _WORLD_KEYS = frozenset(known_keys(WorldSettings))
+#: Blocks that may be written ``block.key``, as in the parameters that MoveIt gets.
+_DOTTED = (*KEEP_KEYS, 'trajectory_execution', 'planning_scene_monitor', 'plan_execution',
+           'robot_description_kinematics', 'robot_description_planning')
 _NODES_OF_MOVEIT = frozenset({
     'move_group', 'moveit_simple_controller_manager', 'planning_scene_monitor', 'rviz', 'rviz2',
     _ANY_NODE,
@@ -249,7 +252,13 @@ def _is_controller(node: YamlNode) -> bool:
 
 
 def _split_known_heads(block: YamlNode) -> YamlNode:
-    """Return the block with ROS 1 names such as ``trajectory_execution/x`` taken apart."""
+    """Return the block with names such as ``trajectory_execution/x`` or ``.x`` taken apart."""
+    for head in _DOTTED:
+        dotted = {key: node for key, node in block.entries.items() if key.startswith(f'{head}.')}
+        if dotted:
+            inner = block.with_value({key[len(head) + 1:]: node for key, node in dotted.items()})
+            inner = inner if head in KEEP_KEYS else split_keys(inner, '.', keep=KEEP_KEYS)
+            block = merge_nodes(block.without(*dotted), block.with_value({head: inner}))[0]
     heads = ('trajectory_execution/', 'move_group/', 'planning_scene_monitor/',
              'robot_description_')
     entries = block.entries

@@ -86,3 +86,43 @@ def test_a_manager_that_asks(files):
         'ros_control_namespace: /left\ncontroller_service_call_timeout: 5.0\n'))
     found = files.load().trajectory_execution
     assert (found.ros_control_namespace, found.controller_service_call_timeout) == ('/left', 5.0)
+
+
+JOINTS = '[joint_1, joint_2, joint_3, joint_4, joint_5, joint_6]'
+
+
+@pytest.mark.parametrize('text', [
+    f"""
+moveit_simple_controller_manager:
+  controller_names: [sunday/arm.controller]
+  sunday/arm.controller.action_ns: follow_joint_trajectory
+  sunday/arm.controller.type: FollowJointTrajectory
+  sunday/arm.controller: {{joints: {JOINTS}}}
+trajectory_execution.allowed_start_tolerance: 0.07
+""", f"""
+moveit_simple_controller_manager.controller_names: [sunday/arm.controller]
+moveit_simple_controller_manager.sunday/arm.controller.action_ns: follow_joint_trajectory
+moveit_simple_controller_manager.sunday/arm.controller.type: FollowJointTrajectory
+moveit_simple_controller_manager.sunday/arm.controller.joints: {JOINTS}
+trajectory_execution:
+  allowed_goal_duration_margin: 0.3
+trajectory_execution.allowed_start_tolerance: 0.07
+""", f"""
+moveit_simple_controller_manager:
+  controller_names: [sunday/arm.controller]
+moveit_simple_controller_manager.sunday/arm.controller:
+  action_ns: follow_joint_trajectory
+  type: FollowJointTrajectory
+  joints: {JOINTS}
+trajectory_execution: {{allowed_start_tolerance: 0.07}}
+"""])
+def test_dotted_keys(files, text):
+    """A dot in a key is a block in a block, as in the parameters that MoveIt gets."""
+    files.remove('controllers_gazebo.yaml')
+    files.remove('trajectory_execution.yaml')
+    files.write('moveit_controllers.yaml', text)
+    settings = files.load()
+    [controller] = settings.moveit_controllers
+    assert (controller.name, len(controller.joints)) == ('sunday/arm.controller', 6)
+    assert controller.action_name == 'sunday/arm.controller/follow_joint_trajectory'
+    assert settings.trajectory_execution.allowed_start_tolerance == 0.07
