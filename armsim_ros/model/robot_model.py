@@ -282,6 +282,15 @@ class HardwareSystem:
         words = self.plugin.partition('/')[0].split('_')
         return not _SIMULATORS.isdisjoint(words)
 
+    @property
+    def reads_efforts(self) -> bool:
+        """
+        Whether effort limits bound position commands, too.
+
+        Gazebo Classic sets the positions themselves (gazebo_system.cpp: write).
+        """
+        return self.of_simulator and not self.plugin.startswith('gazebo_ros2_control/')
+
 
 @dataclass(frozen=True, eq=False)
 class RobotModel:
@@ -319,8 +328,14 @@ class RobotModel:
 
     @cached_property
     def externally_driven_joints(self) -> frozenset[str]:
-        """Joints of mock components or of a vendor's driver, which follow positions ideally."""
+        """Joints of mock components or of a vendor's driver, which compensates gravity."""
         return frozenset(joint.name for system in self.hardware if not system.of_simulator
+                         for joint in system.joints)
+
+    @cached_property
+    def ideally_positioned_joints(self) -> frozenset[str]:
+        """Joints whose hardware follows positions whatever their effort limits are."""
+        return frozenset(joint.name for system in self.hardware if not system.reads_efforts
                          for joint in system.joints)
 
     @cached_property

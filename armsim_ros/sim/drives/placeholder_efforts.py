@@ -3,8 +3,9 @@
 """
 Effort limits that cannot hold the robot, in packages whose hardware never reads them.
 
-A vendor's driver and the mock components follow positions whatever the URDF's effort is, so many
-published URDFs have a placeholder there. A simulator's plugin reads it, so there it counts.
+A vendor's driver, the mock components and Gazebo Classic follow positions whatever the URDF's
+effort is, so many published URDFs have a placeholder there. Other simulators' plugins read it, so
+there it counts.
 """
 
 from __future__ import annotations
@@ -42,7 +43,7 @@ def with_sufficient_efforts(
     :param start: joint -> position at the start [rad or m].
     :returns: the robot, and a line for each effort limit that was replaced.
     """
-    if model.externally_driven_joints.isdisjoint(model.active_joints):
+    if model.ideally_positioned_joints.isdisjoint(model.active_joints):
         return model, ()
     dynamics = InverseDynamics(model, settings)
     random = np.random.default_rng(0)
@@ -55,15 +56,15 @@ def with_sufficient_efforts(
     for name, weight, most in zip(
             model.active_joints, weights, np.abs(moving).max(axis=0), strict=True):
         joint, declared = joints[name], joints[name].limits.effort
-        if (name not in model.externally_driven_joints
+        if (name not in model.ideally_positioned_joints
                 or bound_or_infinite(declared) >= LEAST_SHARE * weight):
             continue
         needed = HEADROOM * most
         joints[name] = replace(joint, limits=replace(joint.limits, effort=float(needed)))
         lines.append(
             f"joint '{name}': the URDF's effort limit {declared:g} cannot hold the robot, whose "
-            f'weight needs {weight:.3g}; its drive gets {needed:.3g}, as the driver of the real '
-            'robot does not read the limit')
+            f'weight needs {weight:.3g}; its drive gets {needed:.3g}, as its hardware does not '
+            'read the limit')
     return replace(model, joints=joints), tuple(lines)
 
 

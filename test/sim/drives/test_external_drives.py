@@ -11,8 +11,9 @@ from armsim_ros.model.robot_model import HardwareJoint, HardwareSystem, JointLim
 from armsim_ros.sim.simulation import Simulation
 
 MOCK, VENDOR = 'mock_components/GenericSystem', 'franka_hardware/FrankaHardwareInterface'
-SIMULATORS = ('gz_ros2_control/GazeboSimSystem', 'gazebo_ros2_control/GazeboSystem',
-              'ign_ros2_control/IgnitionSystem', 'mujoco_ros2_control/MujocoSystem')
+CLASSIC = 'gazebo_ros2_control/GazeboSystem'
+SIMULATORS = ('gz_ros2_control/GazeboSimSystem', 'ign_ros2_control/IgnitionSystem',
+              'mujoco_ros2_control/MujocoSystem')
 
 
 @pytest.fixture
@@ -38,9 +39,13 @@ def run(simulation, seconds):
     return np.abs(simulation.state.position - before).max()
 
 
-@pytest.mark.parametrize('plugin', [MOCK, VENDOR])
+@pytest.mark.parametrize('plugin', [MOCK, VENDOR, CLASSIC])
 def test_a_placeholder_effort_holds_the_robot(driven, claim, plugin):
-    """A drive holds and moves the robot though the URDF's effort limit is a placeholder."""
+    """
+    A drive holds and moves the robot though the URDF's effort limit is a placeholder.
+
+    So does Gazebo Classic, which sets positions (gazebo_system.cpp: write).
+    """
     simulation = Simulation(driven(plugin, effort=0.01))
     claim(simulation, 'position')
     simulation.command.position[:] = (1.2, 0.3, -0.4)
@@ -84,9 +89,10 @@ def test_a_vendors_effort_interface_compensates_gravity(driven, claim):
     assert run(simulation, 1.0) < 1e-3
 
 
-def test_a_simulators_effort_interface_is_the_torque_itself(driven, claim):
+@pytest.mark.parametrize('plugin', [SIMULATORS[0], CLASSIC])
+def test_a_simulators_effort_interface_is_the_torque_itself(driven, claim, plugin):
     """With a simulator's plugin, zero effort lets a tilted arm fall."""
-    simulation = Simulation(driven(SIMULATORS[0]))
+    simulation = Simulation(driven(plugin))
     claim(simulation, 'position')
     simulation.command.position[:] = (1.2, 0.3, -0.4)
     run(simulation, 2.0)
