@@ -34,7 +34,7 @@ test-page: ## test the page in headless Chromium, which must be installed
 	$(environment) --with test
 	@$(VENV)/bin/python -m pytest -m browser test/nodes/web $(ARGS)
 
-lint: ## style, types of the core, and who may import whom
+lint: ## style, types, and who may import whom
 	$(environment) --with test --with lint
 	@$(VENV)/bin/ruff check .
 	@$(VENV)/bin/mypy

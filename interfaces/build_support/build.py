@@ -16,6 +16,7 @@ import sysconfig
 from build_support.compiler import find_toolchain, link_inputs, run, units
 from build_support.errors import BuildError
 from build_support.packages import InterfacePackage, SELECTION_VARIABLE
+from build_support.stubs import write_stubs
 
 INDEX = 'share/ament_index/resource_index'
 
@@ -55,6 +56,7 @@ def build(
         folder = target / 'python' / package.name
         shutil.copytree(
             work / 'python' / package.name, folder, ignore=shutil.ignore_patterns('*.c'))
+        write_stubs(package.name, package.folder, folder)
         library = folder / f'{package.name}_s__rosidl_typesupport_c{suffix}'
         toolchain.link(
             library, [unit.object for unit in compiled[package.name]],

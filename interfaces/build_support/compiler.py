@@ -98,7 +98,7 @@ def find_toolchain(
     """
     import numpy
 
-    compilers = []
+    compilers: list[tuple[str, ...]] = []
     for variable, names in (('CC', ('gcc', 'cc', 'clang')), ('CXX', ('g++', 'c++', 'clang++'))):
         given = shlex.split(environ.get(variable, ''))
         candidates = [given] if given else [[name] for name in names]
@@ -121,7 +121,8 @@ def find_toolchain(
     includes += [root / 'include' / name for name, root in provided.items()]
     includes += [*python, Path(numpy.get_include())]
     libraries = dict.fromkeys([prefix / 'lib', *(root / 'lib' for root in provided.values())])
-    return Toolchain(*compilers, tuple(dict.fromkeys(includes)), tuple(libraries), generated)
+    cc, cxx = compilers
+    return Toolchain(cc, cxx, tuple(dict.fromkeys(includes)), tuple(libraries), generated)
 
 
 def units(package: InterfacePackage, generated: Path, objects: Path) -> list[Unit]:
