@@ -10,13 +10,13 @@ import math
 
 import numpy as np
 
+from armsim_ros.arrays import Matrix
 from armsim_ros.model.description.srdf import parse_srdf
 from armsim_ros.model.description.urdf import parse_urdf
 from armsim_ros.model.description.urdf_geometry import Scale
 from armsim_ros.model.geometry import Mesh
 from armsim_ros.model.robot_model import Joint, JointType, PlanningGroup, RobotModel, SemanticModel
 from armsim_ros.model.transforms import (
-    Matrix,
     matrix_from_axis_angle,
     matrix_from_quat_xyzw,
     pose_from_parts,
@@ -42,7 +42,7 @@ def describe(urdf: str, srdf: str = '') -> RobotModel:
             root_link=content.root_link, links=content.links, joints=content.joints,
         ).semantic
     return RobotModel(content.name, content.links, content.joints, content.root_link, semantic,
-                      urdf, srdf)
+                      urdf=urdf, srdf=srdf)
 
 
 def with_limits(robot: RobotModel, overrides: Mapping[str, Mapping[str, float]]) -> RobotModel:

@@ -47,6 +47,11 @@ def test_meshes_are_named_not_read(robot):
     assert (mesh.uri, mesh.vertices.tolist()) == ('package://p/m.dae', [[2.0, 2.0, 2.0]])
 
 
+def test_the_texts_are_kept(robot):
+    """The description is that of the topics, and declares no hardware of its own."""
+    assert (robot.urdf, robot.srdf, robot.hardware) == (URDF, SRDF, ())
+
+
 def test_links_stand_where_the_joints_put_them(robot):
     """The chain of the joints' poses."""
     positions = {'turn': 0.4, 'spin': -2.0, 'push': 0.2}
