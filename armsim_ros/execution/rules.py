@@ -12,6 +12,7 @@ import math
 import numpy as np
 
 from armsim_ros.errors import MoveItErrorCode, PlanningError
+from armsim_ros.execution.multi_dof import MultiDofTrajectory
 from armsim_ros.model.robot_model import Joint, JointType, RobotModel
 from armsim_ros.trajectory import JointTrajectory
 
@@ -134,13 +135,14 @@ def unwound(
     return replace(trajectory, positions=positions)
 
 
-def begin(trajectory: JointTrajectory, now_ns: int) -> float:
+def begin(trajectory: JointTrajectory | MultiDofTrajectory, now_ns: int) -> float:
     """Return how far ahead the start of a trajectory is by its header [s], 0 where it is not."""
     return max(trajectory.stamp_ns - now_ns, 0) * 1e-9 if trajectory.stamp_ns else 0.0
 
 
 def allowed_duration(
-    trajectory: JointTrajectory, scaling: float, margin: float, now_ns: int = 0
+    trajectory: JointTrajectory | MultiDofTrajectory, scaling: float, margin: float,
+    now_ns: int = 0,
 ) -> float:
     """
     Return how long the execution may take from now on [s].

@@ -84,7 +84,7 @@ class ExecutorProgram(ABC):
 
     @abstractmethod
     def _serve(
-        self, executor: SingleThreadedExecutor, node: Node, afterwards: ExitStack
+        self, executor: SingleThreadedExecutor, node: PollingNode, afterwards: ExitStack
     ) -> int:
         """
         Make the endpoints and run callbacks until a stop is wanted.

@@ -55,8 +55,8 @@ class GuardedNode(Node):
         """Take all endpoints down; those of actions, too, which rclpy leaves to their makers."""
         for waitable in list(self.waitables):
             if isinstance(waitable, (ActionServer, ActionClient)):
-                waitable.destroy()
-        super().destroy_node()
+                waitable.destroy()  # type: ignore[no-untyped-call] # rclpy's
+        super().destroy_node()  # type: ignore[no-untyped-call] # rclpy's
 
     def _guarded(self, kind: Any, callback: Answer) -> Answer:
         if inspect.iscoroutinefunction(callback):

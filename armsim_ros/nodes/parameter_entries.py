@@ -147,7 +147,8 @@ def _descriptor(info: FieldInfo, kind: Parameter.Type, read_only: bool) -> Param
 
 
 def _bounds(info: FieldInfo) -> tuple[Any, Any]:
-    lower = upper = None
+    lower: Any = None
+    upper: Any = None
     for item in info.metadata:
         if isinstance(item, annotated_types.Ge):
             lower = item.ge

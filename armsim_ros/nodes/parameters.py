@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from typing import Any, Generic, TypeVar
 
 from pydantic import BaseModel, ValidationError
 from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
@@ -14,8 +14,10 @@ from rclpy.parameter import Parameter
 
 from armsim_ros.nodes.parameter_entries import entries, Entry
 
+SettingsT = TypeVar('SettingsT', bound=BaseModel)
 
-class SettingsParameters:
+
+class SettingsParameters(Generic[SettingsT]):
     """
     Declares settings on a node and keeps the two equal.
 
@@ -31,9 +33,9 @@ class SettingsParameters:
     def __init__(
         self,
         node: Node,
-        settings: BaseModel,
-        changed: Callable[[Any], None] | None = None,
-        objection: Callable[[Any], str] | None = None,
+        settings: SettingsT,
+        changed: Callable[[SettingsT], None] | None = None,
+        objection: Callable[[SettingsT], str] | None = None,
     ) -> None:
         """Declare all parameters; values from ``--ros-args`` win over the settings'."""
         self.settings = settings
@@ -68,7 +70,7 @@ class SettingsParameters:
         if self._changed is not None:
             self._changed(self.settings)
 
-    def _merged(self, parameters: Sequence[Parameter]) -> BaseModel:
+    def _merged(self, parameters: Sequence[Parameter]) -> SettingsT:
         # Only what was given: settings may treat a default otherwise than the same value given.
         content = self.settings.model_dump(by_alias=True, exclude_unset=True)
         for parameter in parameters:
@@ -80,6 +82,12 @@ class SettingsParameters:
                 value = list(value)
             _put(content, self.settings, entry.path, value)
         return type(self.settings).model_validate(content)
+
+
+def parameters_by_prefix(node: Node, prefix: str) -> dict[str, Parameter]:
+    """Return the parameters below a prefix; rclpy's own annotation takes them for values."""
+    found: dict[str, Any] = dict(node.get_parameters_by_prefix(prefix))
+    return found
 
 
 def reason(error: ValidationError) -> str:

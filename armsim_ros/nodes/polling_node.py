@@ -78,7 +78,8 @@ class PollingNode(GuardedNode):
         self._polled = (*self._polled, subscription)
         return subscription
 
-    def create_subscription(
+    # None is returned for /clock alone, to the node's own time source.
+    def create_subscription(  # type: ignore[override]
         self, msg_type: Any, topic: str, callback: Any, qos_profile: Any, **options: Any
     ) -> Subscription | None:
         """Subscribe; to ``/clock``, as the node's time source does, without waking anybody."""
@@ -101,8 +102,10 @@ class PollingNode(GuardedNode):
         It takes the longest time to wait [s], and returns whether there is a message; only from
         one and the same thread.
         """
-        with self.context.handle:
-            wait_set = _rclpy.WaitSet(len(subscriptions), 0, 0, 0, 0, 0, self.context.handle)
+        context = self.context.handle
+        assert context is not None  # the node was made in it
+        with context:
+            wait_set = _rclpy.WaitSet(len(subscriptions), 0, 0, 0, 0, 0, context)
 
         def wait(longest: float) -> bool:
             with ExitStack() as alive:

@@ -18,7 +18,8 @@ from moveit_msgs.msg import (
 )
 from sensor_msgs.msg import JointState
 
-from armsim_ros.model.transforms import Matrix, quat_xyzw_from_matrix
+from armsim_ros.arrays import Matrix
+from armsim_ros.model.transforms import quat_xyzw_from_matrix
 
 SUCCESS = MoveItErrorCodes.SUCCESS
 #: How near to its goal a joint must come to count as there [rad or m].

@@ -62,11 +62,11 @@ class RosClient:
         self._thread = threading.Thread(target=self._spin, name='ros_client', daemon=True)
         self._thread.start()
 
-    def prepare(self, kind: type, name: str, *, action: bool = False) -> None:
+    def prepare(self, kind: type[Any], name: str, *, action: bool = False) -> None:
         """Make a client now, so that its server has found it when it is needed."""
         self.in_thread(lambda: (self._action if action else self._service)(kind, name))
 
-    def serves(self, kind: type, name: str, *, action: bool = False) -> bool:
+    def serves(self, kind: type[Any], name: str, *, action: bool = False) -> bool:
         """Return whether a server of a prepared client is in the graph."""
         if action:
             client = self._actions.get((kind, name))
@@ -74,7 +74,7 @@ class RosClient:
         service = self._services.get((kind, name))
         return service is not None and service.service_is_ready()
 
-    def call(self, kind: type, name: str, request: Any = None) -> Future[Any]:
+    def call(self, kind: type[Any], name: str, request: Any = None) -> Future[Any]:
         """
         Call a service.
 
@@ -96,7 +96,7 @@ class RosClient:
         self._guarded(send, answer)
         return answer
 
-    def goal(self, kind: type, name: str, goal: Any,
+    def goal(self, kind: type[Any], name: str, goal: Any,
              feedback: Callable[[Any], None] | None = None) -> GoalRun:
         """
         Send a goal to an action server.
@@ -116,12 +116,12 @@ class RosClient:
         self._guarded(send, run.result)
         return run
 
-    def subscribe(self, kind: type, topic: str, profile: QoSProfile | int,
+    def subscribe(self, kind: type[Any], topic: str, profile: QoSProfile | int,
                   callback: Callable[[Any], None]) -> None:
         """Call a function, in the client's thread, with each message of a topic."""
         self.in_thread(lambda: self.node.create_subscription(kind, topic, callback, profile))
 
-    def poll(self, kind: type, topic: str, profile: QoSProfile | int) -> Polled:
+    def poll(self, kind: type[Any], topic: str, profile: QoSProfile | int) -> Polled:
         """Subscribe without waking anybody: the messages wait until they are taken."""
         return Polled(self, kind, topic, profile, self._aside)
 
@@ -161,12 +161,12 @@ class RosClient:
 
         self._executor.create_task(run)
 
-    def _service(self, kind: type, name: str) -> Any:
+    def _service(self, kind: type[Any], name: str) -> Any:
         if (kind, name) not in self._services:
             self._services[kind, name] = self.node.create_client(kind, name)
         return self._services[kind, name]
 
-    def _action(self, kind: type, name: str) -> ActionClient:
+    def _action(self, kind: type[Any], name: str) -> ActionClient:
         if (kind, name) not in self._actions:
             self._actions[kind, name] = ActionClient(self.node, kind, name)
         return self._actions[kind, name]
@@ -224,7 +224,7 @@ class GoalRun:
 class Polled:
     """A subscription that wakes nobody."""
 
-    def __init__(self, client: RosClient, kind: type, topic: str, profile: QoSProfile | int,
+    def __init__(self, client: RosClient, kind: type[Any], topic: str, profile: QoSProfile | int,
                  group: CallbackGroup) -> None:
         self._kind = kind
         self._client = client
@@ -233,7 +233,7 @@ class Polled:
 
     def take(self, most: int = 100) -> list[Any]:
         """Return what has come since the last call, oldest first."""
-        taken = []
+        taken: list[Any] = []
         with suppress(InvalidHandle), self._subscription.handle:
             while len(taken) < most:
                 pair = self._subscription.handle.take_message(self._kind, False)

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from geometry_msgs.msg import Pose
 from moveit_msgs.msg import AttachedCollisionObject
 from moveit_msgs.msg import CollisionObject as CollisionObjectMessage
 import numpy as np
@@ -50,14 +51,12 @@ def object_from_message(message: CollisionObjectMessage) -> CollisionObject:
 
 def _object(message: CollisionObjectMessage) -> CollisionObject:
     operation = message.operation[0]
-    given: list[tuple[list[Geometry], tuple[Matrix, ...]]] = [
-        (list(map(convert, shapes)), tuple(map(pose_from_message, poses)))
-        for convert, shapes, poses in (
-            (primitive_from_message, message.primitives, message.primitive_poses),
-            (mesh_from_message, message.meshes, message.mesh_poses),
-            (plane_from_message, message.planes, message.plane_poses),
-        )
-    ]
+    shapes: tuple[tuple[Sequence[Geometry], Sequence[Pose]], ...] = (
+        ([*map(primitive_from_message, message.primitives)], message.primitive_poses),
+        ([*map(mesh_from_message, message.meshes)], message.mesh_poses),
+        ([*map(plane_from_message, message.planes)], message.plane_poses),
+    )
+    given = [(of_kind, tuple(map(pose_from_message, poses))) for of_kind, poses in shapes]
     moves = operation == ObjectOperation.MOVE
     made = operation in (ObjectOperation.ADD, ObjectOperation.APPEND)
     return CollisionObject(
@@ -66,7 +65,7 @@ def _object(message: CollisionObjectMessage) -> CollisionObject:
         frame_id=message.header.frame_id,
         pose=pose_from_message(message.pose),
         shapes=tuple(
-            shape for shapes, poses in given if made for shape in _placed(shapes, poses)
+            shape for of_kind, poses in given if made for shape in _placed(of_kind, poses)
         ),
         subframes={
             name: pose_from_message(pose)

@@ -4,13 +4,16 @@
 
 from __future__ import annotations
 
-from itertools import zip_longest
+from collections.abc import Callable, Iterator, Sequence
+from typing import TypeVar
 
+from geometry_msgs.msg import Pose
 from moveit_msgs.msg import Constraints as ConstraintsMessage
 from moveit_msgs.msg import OrientationConstraint as OrientationConstraintMessage
 from moveit_msgs.msg import PositionConstraint as PositionConstraintMessage
 from shape_msgs.msg import Mesh
 
+from armsim_ros.model.geometry import Geometry
 from armsim_ros.nodes.conversions.geometry import (
     mesh_from_message,
     missing_primitive,
@@ -25,6 +28,8 @@ from armsim_ros.planning.request import (
     Region,
     VisibilityConstraint,
 )
+
+Shape = TypeVar('Shape')
 
 
 def constraints_from_message(message: ConstraintsMessage) -> Constraints:
@@ -61,17 +66,12 @@ def constraints_from_message(message: ConstraintsMessage) -> Constraints:
 
 
 def _position(message: PositionConstraintMessage) -> PositionConstraint:
-    volume, regions, left_out = message.constraint_region, [], []
-    for shapes, poses, missing, converted in (
-        (volume.primitives, volume.primitive_poses, missing_primitive, primitive_from_message),
-        (volume.meshes, volume.mesh_poses, _missing_mesh, mesh_from_message),
-    ):
-        for shape, pose in zip_longest(shapes, poses[:len(shapes)]):
-            reason = missing(shape) or ('' if pose is not None else 'a shape has no pose')
-            if reason:
-                left_out.append(reason)
-            else:
-                regions.append(Region(converted(shape), pose_from_message(pose)))
+    volume = message.constraint_region
+    left_out: list[str] = []
+    regions = [
+        *_regions(volume.primitives, volume.primitive_poses, missing_primitive,
+                  primitive_from_message, left_out),
+        *_regions(volume.meshes, volume.mesh_poses, _missing_mesh, mesh_from_message, left_out)]
     offset = message.target_point_offset
     return PositionConstraint(
         link_name=message.link_name,
@@ -82,6 +82,19 @@ def _position(message: PositionConstraintMessage) -> PositionConstraint:
         left_out=tuple(left_out),
         primitive_poses=tuple(pose_from_message(pose) for pose in volume.primitive_poses),
     )
+
+
+def _regions(
+    shapes: Sequence[Shape], poses: Sequence[Pose], missing: Callable[[Shape], str],
+    converted: Callable[[Shape], Geometry], left_out: list[str],
+) -> Iterator[Region]:
+    """Yield the shapes that have a pose, and note why the others are left out."""
+    for index, shape in enumerate(shapes):
+        reason = missing(shape) or ('' if index < len(poses) else 'a shape has no pose')
+        if reason:
+            left_out.append(reason)
+        else:
+            yield Region(converted(shape), pose_from_message(poses[index]))
 
 
 def _missing_mesh(message: Mesh) -> str:

@@ -21,7 +21,7 @@ def time_from_ns(ns: int) -> Time:
     return Time(sec=sec, nanosec=nanosec)
 
 
-def fill_time(message: Time, ns: int) -> None:
+def fill_time(message: Time | Duration, ns: int) -> None:
     """
     Write a time into an existing stamp.
 

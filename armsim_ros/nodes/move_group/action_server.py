@@ -31,7 +31,7 @@ class MoveGroupActionServer(ActionServer):
         self, context: Context, kind: Any, name: str,
         execute: Callable[[ServerGoalHandle], Awaitable[Any]],
     ) -> None:
-        super().__init__(
+        super().__init__(  # type: ignore[no-untyped-call] # rclpy's
             context.node,
             kind,
             name,

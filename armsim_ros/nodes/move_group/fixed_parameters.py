@@ -17,7 +17,7 @@ from armsim_ros.config.moveit_config.default_pipelines import default_pipeline
 from armsim_ros.config.robot_settings import RobotSettings
 from armsim_ros.errors import ConfigError, Problem
 from armsim_ros.model.robot_model import RobotModel
-from armsim_ros.nodes.parameters import reason
+from armsim_ros.nodes.parameters import parameters_by_prefix, reason
 from armsim_ros.planning.pilz.commands import PIPELINE as PILZ
 
 #: Fields of PlanningParameters that stand in a group of their own -> the parameter's name.
@@ -57,7 +57,7 @@ def planning_parameters(node: Node, settings: RobotSettings) -> PlanningParamete
     if node.has_parameter(_MONITORED):
         shown = bool(node.get_parameter(_MONITORED).value)
         values.update({name: shown for name in _PUBLISHED if not node.has_parameter(name)})
-    tool = node.get_parameters_by_prefix(_CARTESIAN_LIMITS)
+    tool = parameters_by_prefix(node, _CARTESIAN_LIMITS)
     values['cartesian_limits'] = {
         **files.cartesian_limits.model_dump(), **{name: one.value for name, one in tool.items()}
     }
@@ -86,7 +86,7 @@ def declare_fixed(
         if isinstance(value, (bool, int, float, str)) or value:
             node.declare_parameter(name, value, _READ_ONLY)
     # Those of trajectory execution can be set, as on upstream's node, and have no effect there.
-    inside = settings.trajectory_execution.model_dump(exclude=KEYS_BESIDE)
+    inside = settings.trajectory_execution.model_dump(exclude=set(KEYS_BESIDE))
     for name, value in _flat('trajectory_execution', inside):
         if not node.has_parameter(name):
             node.declare_parameter(name, value)

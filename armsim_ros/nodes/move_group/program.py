@@ -18,6 +18,8 @@ from rclpy.task import Future
 
 from armsim_ros.nodes.executor_program import ExecutorProgram, failures_logged
 from armsim_ros.nodes.move_group.assembly import MoveGroup
+from armsim_ros.nodes.parameters import parameters_by_prefix
+from armsim_ros.nodes.polling_node import PollingNode
 
 #: Time for goals to be aborted at shutdown, and for answers to leave the process [s].
 _END_TIME, _ANSWER_TIME = 1.0, 0.02
@@ -39,7 +41,7 @@ class MoveGroupProgram(ExecutorProgram):
     }
 
     def _serve(
-        self, executor: SingleThreadedExecutor, node: Node, afterwards: ExitStack
+        self, executor: SingleThreadedExecutor, node: PollingNode, afterwards: ExitStack
     ) -> int:
         sys.setswitchinterval(_SWITCH_INTERVAL)
         name_with_dots(node)
@@ -87,7 +89,7 @@ class MoveGroupProgram(ExecutorProgram):
 
 def name_with_dots(node: Node) -> None:
     """Give parameters of ``--ros-args`` whose names have the slashes of ROS 1 their own names."""
-    for name, parameter in node.get_parameters_by_prefix('').items():
+    for name, parameter in parameters_by_prefix(node, '').items():
         dotted = name.strip('/').replace('/', '.')
         if dotted != name and not node.has_parameter(dotted):
             node.declare_parameter(

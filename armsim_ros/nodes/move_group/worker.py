@@ -22,7 +22,7 @@ class Job(Future):
     """
 
     def __init__(self, work: Callable[[], Any]) -> None:
-        super().__init__()
+        super().__init__()  # type: ignore[no-untyped-call] # rclpy's
         self.work: Callable[[], Any] | None = work
         self.turns: Generator[None, None, Any] | None = None
         #: Whether the worker has begun it.

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
@@ -35,8 +36,7 @@ def wait_for_descriptions(
                     enable_rosout=False, start_parameter_services=False)
         for topic in topics:
             node.create_subscription(
-                String, topic, lambda message, topic=topic: found.setdefault(
-                    topic, message.data), qos.LATCHED)
+                String, topic, partial(_note, found, topic), qos.LATCHED)
         node.create_timer(_REMINDER, lambda: node.get_logger().info(
             f"waiting for the topic {' or '.join(topics)}"))
         executor = SingleThreadedExecutor(context=context)
@@ -47,3 +47,7 @@ def wait_for_descriptions(
     finally:
         context.try_shutdown()
     return found
+
+
+def _note(found: dict[str, str], topic: str, message: String) -> None:
+    found.setdefault(topic, message.data)

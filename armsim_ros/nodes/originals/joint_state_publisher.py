@@ -19,6 +19,7 @@ from armsim_ros.cli.arguments import split_ros_args, UsageError
 from armsim_ros.errors import ArmsimError, ModelError, USAGE_STATUS
 from armsim_ros.nodes import qos
 from armsim_ros.nodes.originals.spinning import spin
+from armsim_ros.nodes.parameters import parameters_by_prefix
 from armsim_ros.nodes.state_publishers.joint_states import (
     DependentJointError,
     FIELDS,
@@ -73,7 +74,7 @@ class JointStatePublisher:
             use_mimic_tags=bool(given['use_mimic_tags']),
             use_smallest_joint_limits=bool(given['use_smallest_joint_limits']),
             zeros={name: _number(f'zeros.{name}', one.value)
-                   for name, one in node.get_parameters_by_prefix('zeros').items()},
+                   for name, one in parameters_by_prefix(node, 'zeros').items()},
             defaults=[kind for kind, key in zip(
                 FIELDS, ('positions', 'velocities', 'efforts'), strict=True)
                 if given[f'publish_default_{key}']])
@@ -106,7 +107,8 @@ class JointStatePublisher:
             return
         if self._delta > 0.0:
             self._joints.step(self._delta)
-        message = JointState(name=self._joints.names, **self._joints.state())
+        state: dict[str, Any] = self._joints.state()
+        message = JointState(name=self._joints.names, **state)
         message.header.stamp = self._node.get_clock().now().to_msg()
         self._publisher.publish(message)
 
@@ -136,7 +138,7 @@ def _check_dependent(node: Node) -> None:
     :raises UsageError: a key is unknown, or a joint has no parent.
     """
     joints: dict[str, set[str]] = {}
-    for name in node.get_parameters_by_prefix('dependent_joints'):
+    for name in parameters_by_prefix(node, 'dependent_joints'):
         joint, _, key = name.partition('.')
         if key not in _OF_DEPENDENT:
             raise UsageError(f"unknown parameter 'dependent_joints.{name}'; allowed: "

@@ -49,9 +49,12 @@ def _publish(node: Node, urdf: str) -> RobotStatePublisher:
         node.get_logger().warning(
             f"no parameter '{DESCRIPTION}': the first argument is taken as a URDF file")
     publisher = RobotStatePublisher(node, urdf)
+
+    def take(message: JointState) -> None:
+        publisher.take(message.name, message.position, ns_from_time(message.header.stamp))
+
     node.create_subscription(
-        JointState, 'joint_states', lambda message: publisher.take(
-            message.name, message.position, ns_from_time(message.header.stamp)),
+        JointState, 'joint_states', take,
         qos_profile_sensor_data,
         qos_overriding_options=QoSOverridingOptions.with_default_policies())
     return publisher

@@ -5,13 +5,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import rclpy
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 
 
-def spin(name: str, ros_args: Sequence[str], make: Callable[[Node], object], **options: bool
+def spin(name: str, ros_args: Sequence[str], make: Callable[[Node], object], **options: Any
          ) -> int:
     """
     Run a node until SIGINT or SIGTERM.

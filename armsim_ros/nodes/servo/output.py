@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from array import array
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from std_msgs.msg import Float64MultiArray
@@ -98,9 +99,8 @@ class JointCommands:
 
     def _make(self, fields: tuple[str, ...], count: int) -> SerializedMessage:
         numbers = array('d', [0.0] * len(self._names))
-        points = [
-            JointTrajectoryPoint(**dict.fromkeys(fields, numbers)) for _ in range(count)
-        ]
+        filled: dict[str, Any] = dict.fromkeys(fields, numbers)
+        points = [JointTrajectoryPoint(**filled) for _ in range(count)]
         message = JointTrajectory(joint_names=list(self._names), points=points)
         return SerializedMessage(
             message, [message.header.stamp],

@@ -9,9 +9,9 @@ from typing import Any, ClassVar
 
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
-from rclpy.node import Node
 
 from armsim_ros.nodes.executor_program import ExecutorProgram, failures_logged
+from armsim_ros.nodes.polling_node import PollingNode
 from armsim_ros.nodes.servo.assembly import ServoNode
 
 
@@ -22,7 +22,7 @@ class ServoProgram(ExecutorProgram):
     NODE_OPTIONS: ClassVar[dict[str, Any]] = {'clock_when_asked': True}
 
     def _serve(
-        self, executor: SingleThreadedExecutor, node: Node, afterwards: ExitStack
+        self, executor: SingleThreadedExecutor, node: PollingNode, afterwards: ExitStack
     ) -> int:
         servo = ServoNode(node, self._cell)
         try:

@@ -10,10 +10,12 @@ and rclpy keeps the interpreter's lock meanwhile, which would stop the control l
 
 from __future__ import annotations
 
+from functools import partial
+
 from rclpy.node import Node
 from rclpy.task import Future
 
-from armsim_ros.nodes.simulation.dispatcher import Dispatcher
+from armsim_ros.nodes.simulation.dispatcher import Dispatcher, wake
 
 #: How often discovery is checked [s], and how many times at most.
 _PERIOD, _TRIES = 0.005, 100
@@ -40,7 +42,7 @@ class ClientDiscovery:
             if self._unanswerable() <= self._tolerated:
                 return
             later = Future()
-            self._dispatcher.post_later(_PERIOD, lambda later=later: self._resume(later))
+            self._dispatcher.post_later(_PERIOD, partial(self._resume, later))
             await later
         # Something that only writes requests, such as a recorder's player: not to be waited for.
         self._tolerated = self._unanswerable()
@@ -53,4 +55,4 @@ class ClientDiscovery:
 
     def _resume(self, later: Future) -> None:
         later.set_result(None)
-        self._node.executor.wake()
+        wake(self._node)

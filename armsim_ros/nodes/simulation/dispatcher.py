@@ -8,6 +8,8 @@ from collections import deque
 from collections.abc import Callable
 import time
 
+from rclpy.node import Node
+
 from armsim_ros.nodes.simulation.duty_limit import DutyLimit
 from armsim_ros.sim.pacer import Bell
 
@@ -25,13 +27,13 @@ class _Bounded:
     its call is, so that a call never stays without one; a turn that finds none is none.
     """
 
-    def __init__(self, queue: deque[Callable[[], None]], depth: int) -> None:
+    def __init__(self, queue: deque[Callable[[], object]], depth: int) -> None:
         self._queue = queue
         self._depth = depth
-        self._waiting: deque[Callable[[], None]] = deque(maxlen=depth)
+        self._waiting: deque[Callable[[], object]] = deque(maxlen=depth)
         self._given = self._taken = 0
 
-    def post(self, work: Callable[[], None]) -> None:
+    def post(self, work: Callable[[], object]) -> None:
         self._waiting.append(work)
         if self._given - self._taken < self._depth:
             self._given += 1
@@ -60,17 +62,17 @@ class Dispatcher:
 
     def __init__(self, *, leaves_out: bool = True) -> None:
         self._leaves_out = leaves_out
-        self._queue: deque[Callable[[], None]] = deque()
+        self._queue: deque[Callable[[], object]] = deque()
         self._bell = Bell()
-        self._deadlines: list[tuple[float, Callable[[], None]]] = []
+        self._deadlines: list[tuple[float, Callable[[], object]]] = []
         self._stopped = False
 
-    def post(self, work: Callable[[], None]) -> None:
+    def post(self, work: Callable[[], object]) -> None:
         """Queue a call, in order; never blocks, from any thread."""
         self._queue.append(work)
         self._bell.set()
 
-    def bounded(self, depth: int = MOST_WAITING) -> Callable[[Callable[[], None]], None]:
+    def bounded(self, depth: int = MOST_WAITING) -> Callable[[Callable[[], object]], None]:
         """
         Return what posts the calls of one source, of which so many wait at most.
 
@@ -85,12 +87,12 @@ class Dispatcher:
         if self._queue:
             self._bell.set()
 
-    def post_later(self, delay: float, work: Callable[[], None]) -> None:
+    def post_later(self, delay: float, work: Callable[[], object]) -> None:
         """Queue a call after ``delay`` [s] of wall time; from any thread."""
         deadline = time.monotonic() + delay
         self.post(lambda: self._deadlines.append((deadline, work)))
 
-    def every(self, period: float, work: Callable[[], None]) -> None:
+    def every(self, period: float, work: Callable[[], object]) -> None:
         """Repeat a call every ``period`` [s] of wall time."""
 
         def once() -> None:
@@ -112,7 +114,7 @@ class Dispatcher:
             self._bell.wait(_LONGEST_WAIT)
             for _ in range(len(self._queue)):
                 if self._stopped:
-                    return
+                    return  # type: ignore[unreachable] # set by another thread meanwhile
                 self._queue.popleft()()
             self._call_due()
 
@@ -125,3 +127,9 @@ class Dispatcher:
             self._deadlines = [entry for entry in self._deadlines if entry[0] > now]
         for work in due:
             work()
+
+
+def wake(node: Node) -> None:
+    """Let the executor of a node go on with its coroutines; a node without has none waiting."""
+    if node.executor is not None:
+        node.executor.wake()

@@ -25,7 +25,7 @@ class WantedPublisher:
     :param kind: the message type.
     """
 
-    def __init__(self, node: Node, kind: type, topic: str, profile: QoSProfile) -> None:
+    def __init__(self, node: Node, kind: type[Any], topic: str, profile: QoSProfile) -> None:
         self._publisher = node.create_publisher(kind, topic, profile)
         self._latched = profile.durability == QoSDurabilityPolicy.TRANSIENT_LOCAL
         self._published_ns: int | None = None

@@ -139,7 +139,7 @@ class ManagerClient:
             reason = response.message or 'the manager refuses to switch'
             raise ControllerError(f'{names}: {reason}')
 
-    def _appears(self, client: Client[Any, Any], timeout: float) -> bool:
+    def _appears(self, client: Client, timeout: float) -> bool:
         """Return whether a service is there within a time [s]."""
         deadline = time.monotonic() + timeout
         while not client.service_is_ready():
@@ -148,11 +148,11 @@ class ManagerClient:
             time.sleep(_LOOK)
         return True
 
-    def _do(self, service: str, kind: type, name: str, done: str) -> None:
+    def _do(self, service: str, kind: type[Any], name: str, done: str) -> None:
         if not self._call(service, kind, kind.Request(name=name)).ok:
             raise ControllerError(f"'{name}' could not be {done}; see the manager's log")
 
-    def _call(self, service: str, kind: type, request: Any) -> Any:
+    def _call(self, service: str, kind: type[Any], request: Any) -> Any:
         client = self._node.create_client(kind, f'{self.name}/{service}')
         try:
             for _ in range(TRIES):

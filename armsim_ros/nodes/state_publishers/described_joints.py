@@ -77,7 +77,7 @@ def _joint_of_sdf(element: XmlElement) -> DescribedJoint:
     if element.get('type') == 'continuous':
         return DescribedJoint(name, -math.pi, math.pi, continuous=True)
     limit = _inside(element, 'limit')
-    return DescribedJoint(name, *(_content(limit, key, name) for key in ('lower', 'upper')))
+    return DescribedJoint(name, _content(limit, 'lower', name), _content(limit, 'upper', name))
 
 
 def _joints_of_collada(root: XmlElement) -> Iterator[DescribedJoint]:

@@ -10,9 +10,10 @@ from geometry_msgs.msg import TransformStamped
 import numpy as np
 from tf2_msgs.msg import TFMessage
 
+from armsim_ros.arrays import Matrix, Vector
 from armsim_ros.log import Log
 from armsim_ros.model.robot_model import Joint, JointType, RobotModel
-from armsim_ros.model.transforms import Matrix, quat_xyzw_from_matrix
+from armsim_ros.model.transforms import quat_xyzw_from_matrix
 from armsim_ros.nodes.conversions.serialized import SerializedMessage
 from armsim_ros.nodes.conversions.time import time_from_ns
 
@@ -45,8 +46,8 @@ class JointTransforms:
         self._published, self._last_call_ns = other._published, other._last_call_ns
 
     def message(
-        self, names: Sequence[str], positions: Sequence[float], stamp_ns: int, now_ns: int, *,
-        frequency: float, prefix: str = '', ignore_timestamp: bool = False,
+        self, names: Sequence[str], positions: Sequence[float] | Vector, stamp_ns: int,
+        now_ns: int, *, frequency: float, prefix: str = '', ignore_timestamp: bool = False,
     ) -> bytes | None:
         """
         Return the serialized message for a joint state, None where none is due.
@@ -87,8 +88,9 @@ class JointTransforms:
         return [transform(prefix + joint.parent, prefix + joint.child, joint.origin, now_ns)
                 for _, joint in sorted(joints.items()) if joint.type in _STATIC]
 
-    def _transforms(self, names: Sequence[str], positions: Sequence[float], prefix: str
-                    ) -> _MovingTransforms:
+    def _transforms(
+        self, names: Sequence[str], positions: Sequence[float] | Vector, prefix: str
+    ) -> _MovingTransforms:
         values: dict[str, float] = {}
         for name, value in zip(names, positions, strict=True):
             values.setdefault(name, value)

@@ -14,6 +14,7 @@ from rclpy.parameter import Parameter
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
+from armsim_ros.arrays import Vector
 from armsim_ros.errors import ConfigError, ModelError, Problem
 from armsim_ros.model.description.urdf import parse_urdf
 from armsim_ros.model.robot_model import RobotModel
@@ -65,7 +66,7 @@ class RobotStatePublisher:
         node.add_on_set_parameters_callback(self._check)
         node.add_post_set_parameters_callback(self._apply)
 
-    def take(self, names: Sequence[str], positions: Sequence[float], stamp_ns: int, *,
+    def take(self, names: Sequence[str], positions: Sequence[float] | Vector, stamp_ns: int, *,
              now_ns: int | None = None) -> None:
         """
         Publish the transforms of a joint state, if they are due.

@@ -67,7 +67,7 @@ def until(look: Callable[[], T | None], patience: float, what: str) -> T:
         time.sleep(_LOOK)
 
 
-def call(client: RosClient, kind: type, name: str, request: Any, patience: float) -> Any:
+def call(client: RosClient, kind: type[Any], name: str, request: Any, patience: float) -> Any:
     """
     Call a service that may not be there yet, and return its response.
 

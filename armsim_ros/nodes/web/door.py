@@ -118,11 +118,11 @@ class Door:
             options.update(max_size=LARGEST_MESSAGE, logger=_silent_logger())
             return usual(self._serve, host, port, process_request=self._admit, **options)
 
-        websocket_server.serve = serve  # type: ignore[assignment]
+        websocket_server.serve = serve  # type: ignore[assignment,misc] # a class, to be called
         try:
             server = viser.ViserServer(host=self.host, port=self.port, verbose=False)
         finally:
-            websocket_server.serve = usual
+            websocket_server.serve = usual  # type: ignore[misc] # as above
         if self._scene is None:
             server.stop()
             raise DoorError(f'viser {viser.__version__} opens its port in a way that the page '

@@ -174,8 +174,8 @@ class Page:
         except (asyncio.TimeoutError, TimeoutError):
             raise ArmsimError(f'no answer within {patience:.0f} s') from None
 
-    async def call(self, kind: type, name: str, request: Any = None, patience: float = PATIENCE
-                   ) -> Any:
+    async def call(self, kind: type[Any], name: str, request: Any = None,
+                   patience: float = PATIENCE) -> Any:
         """
         Call a service and return its response.
 

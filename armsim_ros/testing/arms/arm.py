@@ -185,9 +185,10 @@ class Arm(ABC):
         """
         x, y, z = size
         box = BoxSettings(type='box', size=(x, y, z))
+        (px, py, pz), (roll, pitch, yaw) = xyz, rpy
         self._spawn(name, WorldObjectSettings(
             parts=[PartSettings(shape=shape or box)],
-            xyz=tuple(xyz), rpy=tuple(rpy), mass=mass, friction=friction,
+            xyz=(px, py, pz), rpy=(roll, pitch, yaw), mass=mass, friction=friction,
         ))
 
     @abstractmethod

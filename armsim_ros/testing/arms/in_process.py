@@ -6,10 +6,11 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterator, Mapping
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Any
 
+from armsim_ros.arrays import Matrix
 from armsim_ros.config.joint_fault import JointFault
 from armsim_ros.config.world import WorldObjectSettings
 from armsim_ros.control.events import ControllerEvent
@@ -21,7 +22,7 @@ from armsim_ros.model.world_objects import object_from_settings
 from armsim_ros.recording.flight_recorder import FlightRecorder
 from armsim_ros.sim.grippers.vacuum_control import VacuumControl
 from armsim_ros.stack import ArmSim
-from armsim_ros.testing.arms.arm import Arm, BUILT_WITHOUT_FAULTS, Matrix, Points, Target, Touch
+from armsim_ros.testing.arms.arm import Arm, BUILT_WITHOUT_FAULTS, Points, Target, Touch
 from armsim_ros.testing.arms.contact_log import ContactLog
 
 #: Time between two looks at the contacts [ns]; a touch of stiff bodies lasts several times that.
@@ -151,7 +152,7 @@ class InProcessArm(Arm):
             if goal is None:
                 raise ControllerError(
                     f"controller '{gripper.name}' refuses: {response.reason}")
-            self.sim.run_until(lambda goal=goal: goal.done)
+            self.sim.run_until(partial(getattr, goal, 'done'))
 
     def touches(self, since: float | None = None) -> tuple[Touch, ...]:
         """Return what touched what after a simulated time [s], oldest first; None: ever."""

@@ -142,7 +142,8 @@ class RosArm(Arm):
         """Activate or deactivate a controller."""
         manager = ControllerManagerClient(
             self.robot.client, f'{self.robot.namespace}/controller_manager')
-        response = manager.switch(**{'activate' if active else 'deactivate': [controller]})
+        named = [controller]
+        response = manager.switch(activate=named) if active else manager.switch(deactivate=named)
         if not response.ok:
             raise ControllerError(response.message)
 

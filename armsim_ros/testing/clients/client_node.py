@@ -73,7 +73,7 @@ class ClientNode:
         self._thread.start()
 
     def call(
-        self, service: str, kind: type, request: Any = None, timeout: float = PATIENCE
+        self, service: str, kind: type[Any], request: Any = None, timeout: float = PATIENCE
     ) -> Any:
         """
         Call a service and return the response.
@@ -148,11 +148,11 @@ class ClientNode:
         """
         return self.result(self._executor.create_task(work), timeout, 'turn of the executor')
 
-    def collect(self, topic: str, kind: type, qos: QoSProfile | int = 10) -> Collector:
+    def collect(self, topic: str, kind: type[Any], qos: QoSProfile | int = 10) -> Collector:
         """Subscribe to a topic and keep what arrives."""
         return Collector(self, topic, kind, qos)
 
-    def latched(self, topic: str, kind: type, timeout: float = PATIENCE) -> Any:
+    def latched(self, topic: str, kind: type[Any], timeout: float = PATIENCE) -> Any:
         """Return the last value of a latched topic."""
         return self.collect(topic, kind, LATCHED).wait(1, timeout)[-1]
 
@@ -199,7 +199,9 @@ class Collector:
     :param qos: profile of the subscription.
     """
 
-    def __init__(self, client: ClientNode, topic: str, kind: type, qos: QoSProfile | int) -> None:
+    def __init__(
+        self, client: ClientNode, topic: str, kind: type[Any], qos: QoSProfile | int
+    ) -> None:
         self.topic = topic
         self._messages: list[Any] = []
         self._condition = threading.Condition()

@@ -93,8 +93,8 @@ class ControllerManagerClient:
         """Unload a controller."""
         return self._named('unload_controller', UnloadController, name)
 
-    def _named(self, service: str, kind: type, name: str) -> bool:
+    def _named(self, service: str, kind: type[Any], name: str) -> bool:
         return bool(self._call(service, kind, kind.Request(name=name)).ok)
 
-    def _call(self, service: str, kind: type, request: Any = None) -> Any:
+    def _call(self, service: str, kind: type[Any], request: Any = None) -> Any:
         return self._client.call(f'{self._manager}/{service}', kind, request)

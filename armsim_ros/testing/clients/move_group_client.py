@@ -13,7 +13,7 @@ from moveit_msgs.msg import Constraints, JointConstraint, MoveItErrorCodes, Robo
 from moveit_msgs.srv import GetPositionFK, GetStateValidity
 from rclpy.action import ActionClient
 
-from armsim_ros.model.transforms import Matrix
+from armsim_ros.arrays import Matrix
 from armsim_ros.nodes.client.motion import robot_state
 from armsim_ros.nodes.conversions.geometry import pose_from_message
 from armsim_ros.testing.clients.client_node import ClientNode

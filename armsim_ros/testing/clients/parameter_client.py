@@ -47,7 +47,8 @@ class ParameterClient:
         response = self._client.call(
             f'{self._node}/describe_parameters', DescribeParameters, request
         )
-        return response.descriptors[0]
+        descriptor: ParameterDescriptor = response.descriptors[0]
+        return descriptor
 
     def set(self, name: str, value: Any) -> str:
         """Set a value; return the reason of a refusal, or '' where it was taken."""

@@ -20,23 +20,23 @@ class PatientActionClient(ActionClient):
 
     def __init__(self, *args: Any, **options: Any) -> None:
         self._sending = threading.RLock()
-        super().__init__(*args, **options)
+        super().__init__(*args, **options)  # type: ignore[no-untyped-call] # rclpy's
 
     def send_goal_async(self, *args: Any, **options: Any) -> Any:
         """Send a goal."""
         with self._sending:
-            return super().send_goal_async(*args, **options)
+            return super().send_goal_async(*args, **options)  # type: ignore[no-untyped-call] # rclpy's
 
     def _cancel_goal_async(self, goal_handle: Any) -> Any:
         with self._sending:
-            return super()._cancel_goal_async(goal_handle)
+            return super()._cancel_goal_async(goal_handle)  # type: ignore[no-untyped-call] # rclpy's
 
     def _get_result_async(self, goal_handle: Any) -> Any:
         with self._sending:
-            return super()._get_result_async(goal_handle)
+            return super()._get_result_async(goal_handle)  # type: ignore[no-untyped-call] # rclpy's
 
     async def execute(self, taken_data: Any) -> None:
         """Take answers once nobody is about to note a request."""
         with self._sending:
             pass
-        await super().execute(taken_data)
+        await super().execute(taken_data)  # type: ignore[no-untyped-call] # rclpy's

@@ -39,7 +39,7 @@ class TopicRelay:
         client: ClientNode,
         source: str,
         target: str,
-        kind: type,
+        kind: type[Any],
         *,
         drops: Callable[[int, Any], bool] = lambda number, message: False,
         qos: QoSProfile | int = 10,
@@ -96,7 +96,7 @@ class ServiceRelay:
     """
 
     def __init__(
-        self, client: ClientNode, source: str, target: str, kind: type, *, delay: float
+        self, client: ClientNode, source: str, target: str, kind: type[Any], *, delay: float
     ) -> None:
         self.delay = delay
         self._client, self._source, self._kind = client, source, kind

@@ -122,8 +122,9 @@ def _subscribe(session: Session, kind: Any, topic: str, echo: _Echo, options: Na
         echo.receive(message, info)
 
     def subscribe(events: Any) -> None:
-        session.node.create_subscription(kind, topic, receive, profile, event_callbacks=events,
-                                         raw=options.raw)
+        session.node.create_subscription(
+            kind, topic, receive,  # type: ignore[arg-type] # rclpy annotates no info
+            profile, event_callbacks=events, raw=options.raw)
 
     if options.no_lost_messages:
         subscribe(None)

@@ -7,6 +7,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 from armsim_ros.errors import MoveItErrorCode, PlanningError
 from armsim_ros.execution.controller_selection import split_trajectory
@@ -196,7 +197,7 @@ class Execution:
     async def _start(self, parts: Sequence[Part]) -> None:
         for info, _, _ in parts:
             handle = self._controllers.handle(info.name)
-            if not await self._wait(lambda handle=handle: handle.connected, CONNECT_TIMEOUT):
+            if not await self._wait(partial(getattr, handle, 'connected'), CONNECT_TIMEOUT):
                 raise PlanningError(
                     MoveItErrorCode.CONTROL_FAILED,
                     f"action '{info.action_name}' of controller '{info.name}' is not connected; "

@@ -22,7 +22,7 @@ from armsim_ros.errors import ConfigError, Problem
 from armsim_ros.nodes.guarded_node import GuardedNode
 from armsim_ros.nodes.move_group.context import Context
 from armsim_ros.nodes.move_group.fixed_parameters import controller_parameters
-from armsim_ros.nodes.parameters import reason, SettingsParameters
+from armsim_ros.nodes.parameters import parameters_by_prefix, reason, SettingsParameters
 
 NAME = 'moveit_simple_controller_manager'
 GROUP = 'trajectory_execution'
@@ -33,10 +33,10 @@ _READ_ONLY = ParameterDescriptor(read_only=True, dynamic_typing=True)
 _FIXED = ('control_multi_dof_joint_variables',)
 
 _FIELDS = TrajectoryExecutionSettings.model_fields
-_INSIDE: Any = create_model(
-    'TrajectoryExecutionParameters', __base__=Settings,
-    **{name: (info.annotation, info) for name, info in _FIELDS.items()
-       if name not in KEYS_BESIDE and name not in _FIXED})
+_OWN_FIELDS: dict[str, Any] = {
+    name: (info.annotation, info) for name, info in _FIELDS.items()
+    if name not in KEYS_BESIDE and name not in _FIXED}
+_INSIDE: Any = create_model('TrajectoryExecutionParameters', __base__=Settings, **_OWN_FIELDS)
 
 
 class ExecutionParameters(Settings):
@@ -99,7 +99,7 @@ class ControllerManagerNode:
             self._changed(self._live.settings)
 
     def _changed(self, live: ExecutionParameters) -> None:
-        joints = self.node.get_parameters_by_prefix(_OF_JOINTS.rstrip('.'))
+        joints = parameters_by_prefix(self.node, _OF_JOINTS.rstrip('.'))
         self._context.execution_settings = self._context.execution_settings.model_copy(update={
             **live.trajectory_execution.model_dump(exclude={_JOINTS}),
             _JOINTS: {joint: float(one.value) for joint, one in joints.items()},
@@ -110,7 +110,7 @@ class ControllerManagerNode:
 def _given(node: Node) -> dict[str, Any]:
     """Return what ``--ros-args`` gives move_group for the start."""
     values: dict[str, Any] = {}
-    for name, one in node.get_parameters_by_prefix(GROUP).items():
+    for name, one in parameters_by_prefix(node, GROUP).items():
         field, _, joint = name.partition('.')
         if field == _JOINTS and joint:
             values.setdefault(_JOINTS, {})[joint] = one.value

@@ -65,7 +65,7 @@ class SequenceJob:
         if scene_diff is not None:
             scene = overlay(scene, scene_diff)
             log_refused(scene, context.logger)
-        response = await self._job.in_planner(
+        response: SequenceResponse = await self._job.in_planner(
             lambda: context.planner.plan_sequence(
                 items, scene, clock=context.planning_clock(), cancelled=cancelled,
                 pipeline=pipeline,

@@ -69,6 +69,8 @@ def contact_message(contact: Contact, frame: str, stamp: Any) -> ContactInformat
         body_type_2=int(contact.type2),
     )
     message.header.frame_id, message.header.stamp = frame, stamp
-    message.position = Point(**dict(zip('xyz', map(float, contact.position), strict=False)))
-    message.normal = Vector3(**dict(zip('xyz', map(float, contact.normal), strict=False)))
+    x, y, z = map(float, contact.position)
+    message.position = Point(x=x, y=y, z=z)
+    x, y, z = map(float, contact.normal)
+    message.normal = Vector3(x=x, y=y, z=z)
     return message

@@ -70,13 +70,14 @@ class GeometryFiles:
     async def _done(self, source: str, work: Callable[[], None]) -> bool:
         """Do the work in the scene's worker, and log why it was refused."""
         def attempt() -> bool:
+            done = False
             with reported(self._context.logger, source, None):
                 try:
                     work()
                 except (OSError, ValueError) as error:
                     raise PlanningError(MoveItErrorCode.FAILURE, str(error)) from None
-                return True
-            return False
+                done = True
+            return done
 
         return bool(await self._context.edits.submit(attempt))
 

@@ -55,14 +55,15 @@ def _apply(
         context.warn_once(f'{source}: octomaps are not supported; the rest of the scene is used')
 
     def edit() -> bool:
+        done = False
         with reported(context.logger, source, None):
             update = read()
             if of_world(update):
                 context.ownership.apply(update)
             else:
                 context.scene.apply(update)
-            return True
-        return False
+            done = True
+        return done
 
     context.states.update_scene()
     return context.edits.submit(edit)

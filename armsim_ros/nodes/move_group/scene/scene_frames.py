@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from builtin_interfaces.msg import Time
 from geometry_msgs.msg import TransformStamped
 from rclpy.clock import Clock, ClockType
@@ -59,7 +61,7 @@ class SceneFrames:
         self._publisher.publish(TFMessage(transforms=[made]))
 
 
-def _parameter(context: Context, name: str, default: object) -> object:
+def _parameter(context: Context, name: str, default: Any) -> Any:
     """Return a parameter of the node, or its default."""
     node = context.node
     if not node.has_parameter(name):

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from typing import Any
 
 from rclpy.executors import Executor
 
@@ -65,7 +66,7 @@ class ControllerRegistry(Mapping[str, ControllerNode]):
             raise
         side.declare_parameters()
 
-    def add(self, controller: Controller) -> ControllerNode:
+    def add(self, controller: Controller[Any]) -> ControllerNode:
         """
         Give a loaded controller a node; its parameters are declared by the caller.
 

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 import traceback
 from typing import Any, Protocol
 
@@ -24,7 +25,7 @@ from armsim_ros.control.manager.controller_manager import ControllerManager
 from armsim_ros.control.manager.switching import Strictness
 from armsim_ros.errors import ArmsimError
 from armsim_ros.nodes.conversions.time import seconds_from_duration
-from armsim_ros.nodes.simulation.dispatcher import Dispatcher
+from armsim_ros.nodes.simulation.dispatcher import Dispatcher, wake
 
 #: Timeout of a switch if the request gives none [s].
 DEFAULT_SWITCH_TIMEOUT = 1.0
@@ -35,6 +36,12 @@ class ControllerLoader(Protocol):
 
     def load(self, name: str) -> None:
         """Load a controller that the parameters or the robot's files describe."""
+
+    def configure(self, name: str) -> None:
+        """Configure a controller."""
+
+    def open_due(self) -> None:
+        """Create the endpoints of controllers that have come so far."""
 
     def unload(self, name: str) -> None:
         """Unload a controller."""
@@ -71,7 +78,7 @@ class ControllerManagerServices:
         )
         self._create('switch_controller', SwitchController, self._switch, waiting)
 
-    def _create(self, name: str, kind: type, answer: Any, group: Any = None) -> None:
+    def _create(self, name: str, kind: type[Any], answer: Any, group: Any = None) -> None:
         self._node.create_service(kind, f'~/{name}', answer, callback_group=group)
 
     def _named(self, work: Callable[[str], object]) -> Callable[[Any, Any], Any]:
@@ -105,7 +112,7 @@ class ControllerManagerServices:
             return response
         switched, _ = await self._switched((), active, Strictness.STRICT, DEFAULT_SWITCH_TIMEOUT)
         names = [info.name for info in self._manager.list_controllers()]
-        unloaded = [self._try(lambda name=name: self._loader.unload(name)) for name in names]
+        unloaded = [self._try(partial(self._loader.unload, name)) for name in names]
         response.ok = switched and all(unloaded)
         return response
 
@@ -131,7 +138,7 @@ class ControllerManagerServices:
         def resume() -> None:
             if not done.done():
                 done.set_result(None)
-                self._node.executor.wake()
+                wake(self._node)
 
         switch.add_done_callback(lambda _: self._dispatcher.post(resume))
         self._dispatcher.post_later(timeout, resume)

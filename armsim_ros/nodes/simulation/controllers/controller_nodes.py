@@ -52,6 +52,7 @@ from armsim_ros.nodes.simulation.controllers.rejected_goals import RejectedGoals
 from armsim_ros.nodes.simulation.controllers.sensor_topics import TOPICS
 from armsim_ros.nodes.simulation.controllers.speed_scaling_input import SpeedScalingInput
 from armsim_ros.nodes.simulation.dispatcher import Dispatcher
+from armsim_ros.nodes.simulation.sim_time import ToldNode
 
 #: The speed scaling of a robot at full speed [%].
 FULL_SPEED = 100.0
@@ -71,13 +72,15 @@ class ControllerNode:
     opening_states: ClassVar[tuple[LifecycleState, ...]] = (
         LifecycleState.INACTIVE, LifecycleState.ACTIVE)
 
-    def __init__(self, controller: Controller, node: Node, dispatcher: Dispatcher) -> None:
+    def __init__(
+        self, controller: Controller[Any], node: ToldNode, dispatcher: Dispatcher
+    ) -> None:
         """Parameters are declared later, by ``declare_parameters``."""
         self.controller = controller
         self.node = node
         self.dispatcher = dispatcher
         self.opened = False
-        self._parameters: SettingsParameters | None = None
+        self._parameters: SettingsParameters[Any] | None = None
 
     @property
     def due(self) -> bool:
@@ -205,6 +208,7 @@ class TrajectoryControllerNode(ActionControllerNode):
     """The joint trajectory controller: action, topics, query."""
 
     controller: JointTrajectoryController
+    _action: FollowJointTrajectoryServer
 
     def _open(self, node: Node) -> None:
         super()._open(node)
@@ -301,7 +305,7 @@ class StandInNode(ControllerNode):
             self._scaling.publish(Float64(data=FULL_SPEED))
 
 
-_KINDS: tuple[tuple[type[Controller], Callable[..., ControllerNode]], ...] = (
+_KINDS: tuple[tuple[type[Controller[Any]], Callable[..., ControllerNode]], ...] = (
     (JointTrajectoryController, TrajectoryControllerNode),
     (JointStateBroadcaster, JointStateBroadcasterNode),
     (GripperController, GripperNode),
@@ -315,7 +319,7 @@ _KINDS: tuple[tuple[type[Controller], Callable[..., ControllerNode]], ...] = (
 
 
 def create_controller_node(
-    controller: Controller, node: Node, dispatcher: Dispatcher
+    controller: Controller[Any], node: ToldNode, dispatcher: Dispatcher
 ) -> ControllerNode:
     """Return the ROS side of a controller, by its kind."""
     for kind, side in _KINDS:

@@ -17,7 +17,7 @@ from armsim_ros.control.action_goal import GoalStatus
 from armsim_ros.nodes import qos
 from armsim_ros.nodes.kept_results import KeptResults
 from armsim_ros.nodes.simulation.client_discovery import ClientDiscovery
-from armsim_ros.nodes.simulation.dispatcher import Dispatcher
+from armsim_ros.nodes.simulation.dispatcher import Dispatcher, wake
 
 #: How long a result waits for a client that asks late, in a time that may run a hundred times
 #: faster than the client's [s], and how many: a burst of goals ends all of them but one.
@@ -52,7 +52,7 @@ class GoalServer(ABC):
     :param name: the action's name.
     """
 
-    def __init__(self, node: Node, dispatcher: Dispatcher, kind: type, name: str) -> None:
+    def __init__(self, node: Node, dispatcher: Dispatcher, kind: type[Any], name: str) -> None:
         self._node = node
         self._dispatcher = dispatcher
         self._taken: tuple[Any, Any] | None = None
@@ -131,7 +131,7 @@ class GoalServer(ABC):
     def _end(self, running: RunningGoal) -> None:
         if not running.done.done():
             running.done.set_result(None)
-        self._node.executor.wake()
+        wake(self._node)
 
     def _cancel(self, handle: ServerGoalHandle) -> CancelResponse:
         running = self._running.get(bytes(handle.goal_id.uuid))

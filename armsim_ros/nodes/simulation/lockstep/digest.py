@@ -28,7 +28,7 @@ class Digest:
     ) -> None:
         self._work = work
         self._digest = digest
-        node.create_service(
+        node.create_service(  # type: ignore[misc] # rclpy annotates no coroutine
             Trigger, '/simulation/digest', self._answer,
             callback_group=ReentrantCallbackGroup(),
         )  # fmt: skip

@@ -13,7 +13,6 @@ from typing import Any
 
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.node import Node
-from rclpy.task import Future
 from std_srvs.srv import Trigger
 
 from armsim_ros.config.simulation import RecorderSettings
@@ -46,7 +45,7 @@ class Dump:
         self._settings = settings
         self._events = events
         self._writer = ThreadPoolExecutor(1, 'recording')
-        node.create_service(
+        node.create_service(  # type: ignore[misc] # rclpy annotates no coroutine
             Trigger, '/simulation/dump', self._answer,
             callback_group=ReentrantCallbackGroup(),
         )  # fmt: skip
@@ -68,15 +67,8 @@ class Dump:
         except SimulationError as error:
             response.message = str(error)
             return response
-        written: Future = Future()
         job = self._writer.submit(self._write, recorder, 'a request')
-
-        def finish() -> None:
-            written.set_result(None)
-
-        job.add_done_callback(lambda _: self._node.executor.create_task(finish))
-        await written
-        response.message, response.success = job.result()
+        response.message, response.success = await self._work.finished(job)
         return response
 
     def _write(

@@ -32,7 +32,7 @@ class Sync:
     ) -> None:
         self._work = work
         self._publish = publish
-        node.create_service(
+        node.create_service(  # type: ignore[misc] # rclpy annotates no coroutine
             Trigger, '/simulation/sync', self._answer,
             callback_group=ReentrantCallbackGroup(),
         )  # fmt: skip

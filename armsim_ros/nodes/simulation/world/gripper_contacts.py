@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import re
+from typing import Any
 
 from moveit_msgs.msg import ContactInformation
 from rclpy.event_handler import PublisherEventCallbacks
@@ -49,8 +50,11 @@ class GripperContacts:
         self._publisher = node.create_publisher(
             ContactInformation, f'{namespace}/{name}/contacts', QoSProfile(depth=DEPTH),
             event_callbacks=PublisherEventCallbacks(
-                matched=lambda _: loop.call(self._look_where_wanted)),
+                matched=self._match),
         )
+
+    def _match(self, _: Any) -> None:
+        self._loop.call(self._look_where_wanted)
 
     def _look_where_wanted(self) -> None:
         """Start or stop watching the fingers; in the loop's thread."""

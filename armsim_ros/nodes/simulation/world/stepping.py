@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 import time
 from typing import Any
 
@@ -96,7 +97,7 @@ class Stepping:
             return 0
         while True:
             count = min(size, steps - done)
-            moved, stable, wall = await self._work.in_loop(lambda n=count: self._advance(n))
+            moved, stable, wall = await self._work.in_loop(partial(self._advance, count))
             done += moved
             if not stable:
                 refuse(result, Result.RESULT_OPERATION_FAILED,

@@ -14,7 +14,7 @@ from rclpy.node import Node
 from rclpy.task import Future
 
 from armsim_ros.errors import SimulationError
-from armsim_ros.nodes.simulation.dispatcher import Dispatcher
+from armsim_ros.nodes.simulation.dispatcher import Dispatcher, wake
 from armsim_ros.sim.control_loop import ControlLoop
 
 Result = TypeVar('Result')
@@ -43,7 +43,7 @@ class Work:
 
         :raises SimulationError: the simulation ends.
         """
-        return await self._finished(self.loop.call(function))
+        return await self.finished(self.loop.call(function))
 
     async def beside(self, change: Callable[[], Result]) -> Result:
         """
@@ -58,13 +58,18 @@ class Work:
         if self._thread is None:
             self._thread = threading.Thread(target=self._run, name='world', daemon=True)
             self._thread.start()
-        return await self._finished(future)
+        return await self.finished(future)
 
     def wait_for_loop(self, function: Callable[[], Result]) -> Result:
         """Return the result of a function that runs between two ticks; only within a change."""
         return _result(self.loop.call(function))
 
-    async def _finished(self, future: LoopFuture[Result]) -> Result:
+    async def finished(self, future: LoopFuture[Result]) -> Result:
+        """
+        Return the result of work in another thread.
+
+        :raises SimulationError: the simulation ends.
+        """
         done = Future()
         future.add_done_callback(lambda _: self._dispatcher.post(lambda: self._resume(done)))
         await done
@@ -72,7 +77,7 @@ class Work:
 
     def _resume(self, done: Future) -> None:
         done.set_result(None)
-        self._node.executor.wake()
+        wake(self._node)
 
     def _run(self) -> None:
         while True:

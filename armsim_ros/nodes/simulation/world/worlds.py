@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -86,7 +87,7 @@ class Worlds:
         found, problems = dict(shipped), []
         for folder in folders:
             try:
-                found.update(await self._work.beside(lambda one=folder: self._only(one)))
+                found.update(await self._work.beside(partial(self._only, folder)))
             except ResourceError as error:
                 problems.append(str(error))
         if problems and not request.continue_on_error:

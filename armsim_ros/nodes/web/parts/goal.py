@@ -13,9 +13,9 @@ from weakref import WeakKeyDictionary
 from moveit_msgs.msg import PlanningSceneComponents
 from moveit_msgs.srv import GetPlanningScene
 
+from armsim_ros.arrays import Matrix
 from armsim_ros.errors import ArmsimError
 from armsim_ros.model.robot_model import RobotModel
-from armsim_ros.model.transforms import Matrix
 from armsim_ros.nodes.client.description import (
     bounds,
     link_pose,
@@ -293,8 +293,10 @@ class GoalPart(Part):
     def _others(self) -> dict[str, float]:
         """Return where all joints stand, read off tf [rad or m]."""
         robot, edges = self.page.robot, self._robot_part.edges
-        found = {}
-        for name in robot.active_joints if robot else ():
+        found: dict[str, float] = {}
+        if robot is None:
+            return found
+        for name in robot.active_joints:
             joint = robot.joints[name]
             if joint.child in edges:
                 _, xyz, xyzw = edges[joint.child]

@@ -259,7 +259,7 @@ class MotionPart(Part):
         await asyncio.gather(*(self.page.answer(answer, 2.0) for answer in self._stopper.stop()),
                              return_exceptions=True)
 
-    async def _run(self, visitor: Visitor, kind: type, name: str, goal: Any,
+    async def _run(self, visitor: Visitor, kind: type[Any], name: str, goal: Any,
                    patience: float | None) -> Any:
         """Send a goal and return its wrapped result."""
         run = self.page.link.goal(kind, name, goal)

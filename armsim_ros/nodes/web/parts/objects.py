@@ -69,7 +69,7 @@ class Change(Ask):
     id: str
     xyz: Three | None = None
     turn: Four | None = None
-    size: list[float] | None = Field(None, max_length=3)
+    size: list[float] | None = Field(default=None, max_length=3)
 
 
 class Named(Ask):
@@ -341,8 +341,7 @@ class ObjectsPart(Part):
             disable_sliders=True, position=item.node.position, wxyz=item.node.wxyz)
         moving = asyncio.Lock()
 
-        @handle.on_update
-        async def _(_event: Any) -> None:
+        async def moved(_event: Any) -> None:
             if moving.locked():
                 return
             async with moving:
@@ -358,6 +357,8 @@ class ObjectsPart(Part):
                     self._goals.look_again()
                     if (tuple(handle.position), tuple(handle.wxyz)) == (xyz, wxyz):
                         return
+
+        handle.on_update(moved)
 
     def _clicked(self, name: str, client: Any) -> None:
         """Choose an object that was clicked at; called in a thread of viser's."""

@@ -9,8 +9,8 @@ from typing import Any
 
 from moveit_msgs.srv import GetPositionIK, GetStateValidity
 
+from armsim_ros.arrays import Matrix
 from armsim_ros.model.robot_model import RobotModel
-from armsim_ros.model.transforms import Matrix
 from armsim_ros.nodes.client.description import tip_of
 from armsim_ros.nodes.client.motion import robot_state, stamped_pose, SUCCESS
 from armsim_ros.nodes.web.page import Page

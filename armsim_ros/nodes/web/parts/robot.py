@@ -7,6 +7,7 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Iterable
 from contextlib import suppress
+from functools import partial
 import math
 from typing import Any
 from weakref import WeakKeyDictionary
@@ -17,9 +18,10 @@ from rclpy.qos import QoSDurabilityPolicy, QoSProfile, QoSReliabilityPolicy
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
+from armsim_ros.arrays import Matrix
 from armsim_ros.errors import ArmsimError
 from armsim_ros.model.robot_model import RobotModel
-from armsim_ros.model.transforms import Matrix, pose_from_quat_xyzw
+from armsim_ros.model.transforms import pose_from_quat_xyzw
 from armsim_ros.nodes import qos
 from armsim_ros.nodes.client.description import bounds, describe, tip_of, with_limits
 from armsim_ros.nodes.web.page import Ask, Page, Part
@@ -89,8 +91,11 @@ class RobotPart(Part):
                             ('/robot_description_semantic', 'srdf')):
             page.link.subscribe(
                 String, topic, qos.DESCRIPTION,
-                lambda message, kind=kind: page.soon(lambda: self._take(kind, message.data)))
+                partial(self._heard, kind))
         page.link.prepare(GetParameters, '/move_group/get_parameters')
+
+    def _heard(self, kind: str, message: String) -> None:
+        self.page.soon(lambda: self._take(kind, message.data))
 
     def handlers(self) -> dict[str, Any]:
         """Return what it answers."""
@@ -154,7 +159,8 @@ class RobotPart(Part):
     def place_before(self) -> Matrix:
         """Return a place before the robot that it can reach, (3,) [m]."""
         centre, radius = self._extent()
-        return centre + np.array((0.45 * radius / _ROOM, 0.0, 0.0))
+        place: Matrix = centre + np.array((0.45 * radius / _ROOM, 0.0, 0.0))
+        return place
 
     def look_at_robot(self, visitor: Visitor) -> None:
         """Turn a visitor's camera so that the robot fills his view."""

@@ -185,7 +185,8 @@ class SimulationPart(Part):
 
     async def _control(self, _visitor: Visitor, ask: Control) -> None:
         if ask.what == 'step':
-            kind, name = StepSimulation, '/step_simulation'
+            kind: type[Any] = StepSimulation
+            name = '/step_simulation'
             request: Any = StepSimulation.Request(steps=1)
         elif ask.what == 'reset':
             kind, name, request = ResetSimulation, '/reset_simulation', ResetSimulation.Request()
@@ -231,7 +232,7 @@ def picture_url(message: Any) -> str:
     :raises ValueError: its encoding is none that is shown, or its bytes do not fit.
     """
     if isinstance(message, CompressedImage):
-        picture = Picture.open(io.BytesIO(bytes(message.data)))
+        picture: Picture.Image = Picture.open(io.BytesIO(bytes(message.data)))
     elif message.encoding == '32FC1':
         depths = np.frombuffer(bytes(message.data), np.float32).reshape(message.height, -1)
         picture = Picture.fromarray(_shades(depths[:, :message.width]))

@@ -10,7 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from armsim_ros.model.transforms import Matrix, quat_wxyz_from_matrix
+from armsim_ros.arrays import Matrix
+from armsim_ros.model.transforms import quat_wxyz_from_matrix
 from armsim_ros.nodes.web.scene.objects_drawing import pose_of
 from armsim_ros.nodes.web.view.shapes import Color
 

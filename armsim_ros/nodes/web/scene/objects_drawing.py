@@ -10,13 +10,10 @@ from typing import Any
 from moveit_msgs.msg import CollisionObject
 import numpy as np
 
+from armsim_ros.arrays import Matrix
 from armsim_ros.errors import ResourceError
 from armsim_ros.model.geometry import Box, Cone, Cylinder, Geometry, Mesh, Plane, Sphere
-from armsim_ros.model.transforms import (
-    Matrix,
-    pose_from_quat_xyzw,
-    quat_wxyz_from_matrix,
-)
+from armsim_ros.model.transforms import pose_from_quat_xyzw, quat_wxyz_from_matrix
 from armsim_ros.nodes.web.view.shapes import (
     Color,
     PLANE_SIZE,

@@ -10,8 +10,9 @@ from typing import Any
 
 import numpy as np
 
+from armsim_ros.arrays import Matrix
 from armsim_ros.model.robot_model import RobotModel
-from armsim_ros.model.transforms import Matrix, quat_wxyz_from_matrix
+from armsim_ros.model.transforms import quat_wxyz_from_matrix
 from armsim_ros.nodes.client.description import joint_pose
 from armsim_ros.nodes.web.view.shapes import Color, PLAIN, ShapeReader
 

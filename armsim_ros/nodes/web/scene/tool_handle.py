@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
+from armsim_ros.arrays import Matrix
 from armsim_ros.model.transforms import (
-    Matrix,
     matrix_from_quat_wxyz,
     pose_from_parts,
     quat_wxyz_from_matrix,
@@ -33,10 +33,11 @@ class ToolHandle:
         handle = self._handle = scene.add_transform_controls(
             '/goal/handle', scale=_SIZE, line_width=3.0, depth_test=False, disable_sliders=True)
 
-        @handle.on_update
-        async def _(_event: Any) -> None:
+        async def moved(_event: Any) -> None:
             await pulled(pose_from_parts(
                 np.asarray(handle.position), matrix_from_quat_wxyz(handle.wxyz)))
+
+        handle.on_update(moved)
 
     def place(self, xyz: Matrix, wxyz: Matrix) -> None:
         """Put the robot's root link somewhere; (3,) [m] and (4,)."""

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 import trimesh
+from trimesh.visual import ColorVisuals
 
 from armsim_ros.errors import ResourceError
 from armsim_ros.model.geometry import (
@@ -185,8 +186,10 @@ def _primitive(geometry: Geometry) -> Surface:
 def _plane(plane: Plane) -> trimesh.Trimesh:
     normal = np.array([plane.a, plane.b, plane.c])
     length = float(np.linalg.norm(normal)) or 1.0
-    sheet = trimesh.creation.box((PLANE_SIZE, PLANE_SIZE, 1e-4))
-    sheet.apply_transform(trimesh.geometry.align_vectors((0.0, 0.0, 1.0), normal / length))
+    sheet: trimesh.Trimesh = trimesh.creation.box((PLANE_SIZE, PLANE_SIZE, 1e-4))
+    turn = trimesh.geometry.align_vectors(  # type: ignore[no-untyped-call] # trimesh's
+        (0.0, 0.0, 1.0), normal / length)
+    sheet.apply_transform(turn)
     sheet.apply_translation(-plane.d / length**2 * normal)
     return sheet
 
@@ -197,7 +200,8 @@ def _material_color(mesh: trimesh.Trimesh) -> Color | None:
     if material is not None and getattr(material, 'main_color', None) is not None:
         r, g, b = (int(part) for part in material.main_color[:3])
         return r, g, b
-    if mesh.visual.defined and mesh.visual.kind in ('vertex', 'face'):
-        r, g, b = (int(part) for part in mesh.visual.main_color[:3])
+    visual = mesh.visual
+    if isinstance(visual, ColorVisuals) and visual.defined and visual.kind in ('vertex', 'face'):
+        r, g, b = (int(part) for part in visual.main_color[:3])
         return r, g, b
     return None
