@@ -7,12 +7,15 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeAlias
+from typing import Any, TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
 from armsim_ros.arrays import Matrix
 from armsim_ros.control.action_goal import GoalStatus
+from armsim_ros.control.gripper.base import GripperBase
+from armsim_ros.control.gripper.goal import GripperGoal, GripperResponse
+from armsim_ros.control.gripper.gripper_controller import ParallelGripperController
 from armsim_ros.control.manager.controller_manager import ControllerManager
 from armsim_ros.control.trajectory.goal import TrajectoryGoal
 from armsim_ros.control.trajectory.joint_trajectory_controller import JointTrajectoryController
@@ -35,6 +38,7 @@ from armsim_ros.sim.grippers.finger_contacts import FingerContacts
 from armsim_ros.trajectory import JointTrajectory
 
 if TYPE_CHECKING:
+    from armsim_ros.config.move_group.moveit_controllers import MoveItControllerSettings
     from armsim_ros.planning.planner import MotionPlanner
     from armsim_ros.planning.request import Constraints
     from armsim_ros.planning.scene.planning_scene import PlanningScene
@@ -172,14 +176,17 @@ class ArmSim:
             raise PlanningError(response.error_code, response.message, response.source)
         return response.trajectory
 
-    def send_trajectory(self, trajectory: JointTrajectory) -> tuple[TrajectoryGoal, ...]:
+    def send_trajectory(
+        self, trajectory: JointTrajectory
+    ) -> tuple[TrajectoryGoal | GripperGoal, ...]:
         """
         Give a trajectory to the controllers that have its joints; they start at the next step.
+
+        A gripper's controller gets the last point, as from move_group.
 
         :returns: one goal for each controller.
         :raises ControllerError: no controller has the joints, or one refuses; the text says why.
         """
-        from armsim_ros.config.move_group.moveit_controllers import MoveItControllerSettings
         from armsim_ros.execution.controller_selection import select_controllers, split_trajectory
 
         several = len(self.managers) > 1
@@ -187,23 +194,45 @@ class ArmSim:
             f'{robot}/{name}' if several else name: controller
             for robot, manager in self.managers.items()
             for name, controller in manager.controllers.items()
-            if isinstance(controller, JointTrajectoryController) and controller.active
+            if isinstance(controller, JointTrajectoryController | GripperBase)
+            and controller.active
         }
-        known = [
-            MoveItControllerSettings(name=name, joints=controller.parameters.joints)
-            for name, controller in usable.items()
-        ]
+        known = [self._known_controller(name, one) for name, one in usable.items()]
         try:
             chosen = select_controllers(trajectory.joint_names, known)
         except PlanningError as error:
             raise ControllerError(str(error)) from None
         parts = split_trajectory(trajectory, chosen)
-        for controller, part in parts:
-            reason = usable[controller.name].check_goal(part)
+        for settings, part in parts:
+            controller = usable[settings.name]
+            reason = '' if isinstance(controller, GripperBase) else controller.check_goal(part)
             if reason:
-                raise ControllerError(f"controller '{controller.name}' refuses: {reason}")
-        goals = (usable[controller.name].send_goal(part).goal for controller, part in parts)
-        return tuple(goal for goal in goals if goal is not None)
+                raise ControllerError(f"controller '{settings.name}' refuses: {reason}")
+        goals: list[TrajectoryGoal | GripperGoal] = []
+        for settings, part in parts:
+            controller = usable[settings.name]
+            sent = _close(controller, settings, part) if isinstance(controller, GripperBase) \
+                else controller.send_goal(part)
+            if sent.goal is None:
+                raise ControllerError(f"controller '{settings.name}' refuses: {sent.reason}")
+            goals.append(sent.goal)
+        return tuple(goals)
+
+    def _known_controller(
+        self, name: str, controller: JointTrajectoryController | GripperBase[Any]
+    ) -> MoveItControllerSettings:
+        """Return a controller as move_group knows it, under the name that it has here."""
+        from armsim_ros.config.move_group.moveit_controllers import MoveItControllerSettings
+
+        if isinstance(controller, JointTrajectoryController):
+            return MoveItControllerSettings(name=name, joints=controller.parameters.joints)
+        for one in self.settings.moveit_controllers:
+            if f'/{one.name}'.endswith(f'/{name}') and one.type != 'FollowJointTrajectory':
+                return one.model_copy(update={'name': name})
+        parallel = isinstance(controller, ParallelGripperController)
+        return MoveItControllerSettings(
+            name=name, joints=(controller.parameters.joint,),
+            type='ParallelGripperCommand' if parallel else 'GripperCommand')
 
     def execute(self, trajectory: JointTrajectory) -> None:
         """
@@ -228,7 +257,7 @@ class ArmSim:
                     f'the trajectory did not end within {allowed:g} s of simulated time'
                 )
             if goal.status is not GoalStatus.SUCCEEDED:
-                message = goal.result.message if goal.result else ''
+                message = getattr(goal.result, 'message', 'the gripper stalled')
                 raise ControllerError(f'the trajectory was {goal.status.name.lower()}: {message}')
 
     @cached_property
@@ -345,3 +374,15 @@ class ArmSim:
                 )
             )
         return states[name]
+
+
+def _close(
+    gripper: GripperBase[Any], settings: MoveItControllerSettings, part: JointTrajectory
+) -> GripperResponse:
+    """Give a gripper's controller the goal that move_group would send."""
+    from armsim_ros.execution.gripper_commands import gripper_target, parallel_gripper_target
+
+    parallel = settings.type == 'ParallelGripperCommand'
+    target = (parallel_gripper_target if parallel else gripper_target)(part, settings)
+    effort = settings.max_effort if target.effort is None else target.effort
+    return gripper.close_to(target.position, effort)

@@ -53,6 +53,14 @@ def test_starts_at_zero_and_moves_only_by_steps(sim):
     np.testing.assert_allclose(list(sim.joint_positions.values()), 0.0, atol=1e-6)
 
 
+def test_a_grippers_named_states_are_executed():
+    """A gripper's controller gets the last point of the plan, as from move_group."""
+    hand = ArmSim('panda')
+    for state, position in (('open', 0.035), ('close', 0.0)):
+        hand.execute(hand.plan(state, 'hand'))
+        assert hand.joint_positions['panda_finger_joint1'] == pytest.approx(position, abs=0.005)
+
+
 def test_plans_and_executes_a_named_state(sim):
     """After plan and execute the arm is at scan_food, within a milliradian."""
     sim.execute(sim.plan('scan_food'))
