@@ -117,8 +117,7 @@ class RobotNodes:
 
     def watch(self, time_ns: int) -> None:
         """Check what rarely changes, also while time [ns] stands still."""
-        if any(side.due for side in self._registry.sides):
-            self._dispatcher.post(self._registry.open_due)
+        self._registry.open_due_soon()
         self._events.drain()
         self._activity.publish_if_changed(time_ns)
         self._watch_domain.look()

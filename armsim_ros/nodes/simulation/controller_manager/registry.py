@@ -102,6 +102,15 @@ class ControllerRegistry(Mapping[str, ControllerNode]):
             if side.due:
                 side.open()
 
+    def open_due_soon(self) -> None:
+        """
+        Have the executor's thread create the endpoints that are due; from any thread.
+
+        Two threads at once would give a controller two action servers.
+        """
+        if any(side.due for side in self.sides):
+            self._executor.create_task(self.open_due)
+
     def unload(self, name: str) -> None:
         """
         Unload a controller and destroy its node.
