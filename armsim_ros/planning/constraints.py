@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
 import math
 import sys
 
@@ -31,10 +33,12 @@ from armsim_ros.planning.request import (
     OrientationConstraint,
     Parameterization,
     PositionConstraint,
+    VisibilityConstraint,
 )
 from armsim_ros.planning.scene.planning_scene import PlanningScene
+from armsim_ros.planning.visibility import enabled, link_shapes, VisibilityTerm
 
-Term = JointTerm | PositionTerm | OrientationTerm | FixedTerm
+Term = JointTerm | PositionTerm | OrientationTerm | VisibilityTerm | FixedTerm
 
 _FREE = 3.14  # [rad] from which on a tolerance leaves its axis free
 
@@ -62,10 +66,8 @@ class ConstraintSet:
             *map(self._joint, constraints.joint_constraints),
             *map(self._position, constraints.position_constraints),
             *map(self._orientation, constraints.orientation_constraints),
+            *map(self._visibility, constraints.visibility_constraints),
         ]
-        terms += [self._never(
-            'visibility constraints are not supported; use a position and an orientation '
-            'constraint of the sensor link') for _ in constraints.visibility_constraints]
         self._terms = terms
         self.joints = [term for term in terms if isinstance(term, JointTerm)]
         self.positions = [term for term in terms if isinstance(term, PositionTerm)]
@@ -73,16 +75,21 @@ class ConstraintSet:
         self._pose_terms: list[PositionTerm | OrientationTerm] = [
             *self.positions, *self.orientations
         ]
+        #: States cannot be led towards these: they are only accepted or refused.
+        self._visibilities = [term for term in terms if isinstance(term, VisibilityTerm)]
         self._fixed = np.concatenate([
             np.empty(0), *(term.residual() for term in terms if isinstance(term, FixedTerm))])
         self._links = tuple(dict.fromkeys(
             link for term in self._pose_terms for link in (term.target.link, term.frame.link)
         ))
+        self._links_in_view = tuple(dict.fromkeys(
+            link for term in self._visibilities for link in term.links))
 
     @property
     def empty(self) -> bool:
         """Whether every state satisfies them, as none can be evaluated."""
-        return not (self.joints or self._pose_terms or len(self._fixed))
+        return not (
+            self.joints or self._pose_terms or self._visibilities or len(self._fixed))
 
     @property
     def satisfiable(self) -> bool:
@@ -91,11 +98,11 @@ class ConstraintSet:
 
     def evaluate(self, q: Vector) -> list[ConstraintResult]:
         """
-        Return one result for each given constraint: joints, positions, orientations.
+        Return one result for each constraint: joints, positions, orientations, visibilities.
 
         :param q: (n,) full robot state.
         """
-        poses = self.poses(q)
+        poses = {**self.poses(q), **self._poses(q, self._links_in_view)}
         return [
             term.evaluate(q) if isinstance(term, JointTerm)
             else term.result if isinstance(term, FixedTerm) else term.evaluate(poses)
@@ -104,11 +111,16 @@ class ConstraintSet:
 
     def satisfied(self, q: Vector) -> bool:
         """Return whether a full robot state (n,) satisfies all of them."""
-        return float(np.max(np.abs(self.residual(q)), initial=0.0)) <= EPSILON
+        if float(np.max(np.abs(self.residual(q)), initial=0.0)) > EPSILON:
+            return False
+        poses = self._poses(q, self._links_in_view)
+        return all(term.evaluate(poses).satisfied for term in self._visibilities)
 
     def residual(self, q: Vector, margin: float = 0.0) -> Vector:
         """
         Return by how much a full robot state (n,) violates each part of the constraints.
+
+        Visibility is no part of it.
 
         :param margin: share 0..1 by which all tolerances are made smaller.
         :returns: zeros where the state satisfies them [rad or m].
@@ -123,10 +135,11 @@ class ConstraintSet:
         return next((each.text for each in self.evaluate(q) if not each.satisfied), '')
 
     def poses(self, q: Vector) -> Poses:
-        """Return the pose of every link that is needed."""
-        if not self._links:
-            return {}
-        return dict(zip(self._links, self._model.link_poses(q, self._links), strict=True))
+        """Return the pose of every link that positions and orientations need."""
+        return self._poses(q, self._links)
+
+    def _poses(self, q: Vector, links: Sequence[str]) -> Poses:
+        return dict(zip(links, self._model.link_poses(q, links), strict=True)) if links else {}
 
     def _ignored(self, reason: str) -> FixedTerm:
         self.unusable.append(reason)
@@ -238,6 +251,33 @@ class ConstraintSet:
             given.link_name, target, self._frame(given.frame_id, given.link_name),
             matrix_from_quat_xyzw(quat), np.where(tolerances >= _FREE, math.inf, tolerances),
             given.parameterization == Parameterization.ROTATION_VECTOR, _weight(given.weight))
+
+    def _visibility(self, given: VisibilityConstraint) -> Term:
+        name = (f"visibility constraint of '{given.sensor_frame_id}' and "
+                f"'{given.target_frame_id}'")
+        angles = given.max_view_angle, given.max_range_angle
+        if given.sensor_view_direction not in (0, 1, 2):
+            return self._never(f'{name}: sensor_view_direction {given.sensor_view_direction} is '
+                               'not 0 (z), 1 (y) or 2 (x)')
+        if not (is_place(given.target_pose) and is_place(given.sensor_pose)
+                and np.isfinite((given.target_radius, *angles)).all()):
+            return self._never(f'{name}: a number is not finite or too large')
+        if not any(map(enabled, (abs(given.target_radius), *angles))):
+            return self._ignored(
+                f'{name}: target_radius, max_view_angle and max_range_angle are 0')
+        if given.cone_sides < 3:
+            self._log.warning(f'{name}: cone_sides is {given.cone_sides}: using 3')
+        sensor = self._frame(given.sensor_frame_id, name)
+        target = self._frame(given.target_frame_id, name)
+        root = self._model.robot.root_link
+        exempt = {frame.link if frame.link == root else frame_id.removeprefix('/')
+                  for frame, frame_id in ((sensor, given.sensor_frame_id),
+                                          (target, given.target_frame_id))}
+        return VisibilityTerm(
+            replace(given, target_radius=abs(given.target_radius)),
+            Frame(sensor.link, sensor.offset @ given.sensor_pose),
+            Frame(target.link, target.offset @ given.target_pose),
+            link_shapes(self._model, exempt))
 
 
 def _weight(weight: float) -> float:

@@ -161,13 +161,31 @@ class OrientationConstraint:
     weight: float = 1.0
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class VisibilityConstraint:
-    """A target stays visible to a sensor; named here so that it can be refused clearly."""
+    """
+    A disc is visible to a sensor: it faces the sensor, and no link is in the cone in between.
 
-    target_frame_id: str = ''
-    sensor_frame_id: str = ''
-    target_radius: float = 0.0
+    :param target_radius: of the disc in the x-y plane of its pose [m]; 0: the cone may be blocked.
+    :param target_pose: (4, 4) in ``target_frame_id``; z points to the sensor.
+    :param sensor_pose: (4, 4) in ``sensor_frame_id``.
+    :param cone_sides: number of sides of the cone, at least 3.
+    :param max_view_angle: largest angle between the view direction and -z of the disc [rad]; 0:
+        any.
+    :param max_range_angle: largest angle between the view direction and the way to the disc
+        [rad]; 0: any.
+    :param sensor_view_direction: the axis of view: 0 is z, 1 is y, 2 is x.
+    """
+
+    target_radius: float
+    target_pose: Matrix
+    target_frame_id: str
+    sensor_pose: Matrix
+    sensor_frame_id: str
+    cone_sides: int = 3
+    max_view_angle: float = 0.0
+    max_range_angle: float = 0.0
+    sensor_view_direction: int = 0
 
 
 @dataclass(frozen=True, slots=True)

@@ -56,9 +56,15 @@ def constraints_from_message(message: ConstraintsMessage) -> Constraints:
         ),
         visibility_constraints=tuple(
             VisibilityConstraint(
-                target_frame_id=item.target_pose.header.frame_id,
-                sensor_frame_id=item.sensor_pose.header.frame_id,
                 target_radius=float(item.target_radius),
+                target_pose=pose_from_message(item.target_pose.pose),
+                target_frame_id=item.target_pose.header.frame_id,
+                sensor_pose=pose_from_message(item.sensor_pose.pose),
+                sensor_frame_id=item.sensor_pose.header.frame_id,
+                cone_sides=int(item.cone_sides),
+                max_view_angle=float(item.max_view_angle),
+                max_range_angle=float(item.max_range_angle),
+                sensor_view_direction=int(item.sensor_view_direction),
             )
             for item in message.visibility_constraints
         ),

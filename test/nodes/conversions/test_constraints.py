@@ -3,7 +3,7 @@
 """Constraints as messages and as values."""
 
 from geometry_msgs.msg import Pose
-from moveit_msgs.msg import BoundingVolume, Constraints, PositionConstraint
+from moveit_msgs.msg import BoundingVolume, Constraints, PositionConstraint, VisibilityConstraint
 import pytest
 from shape_msgs.msg import Mesh, SolidPrimitive
 
@@ -67,3 +67,19 @@ def test_a_region_with_a_zero_quaternion_is_not_turned():
     nothing.orientation.w = 0.0
     (region,) = converted(primitives=[BALL], primitive_poses=[nothing]).regions
     assert region.pose.tolist() == [[float(i == k) for k in range(4)] for i in range(4)]
+
+
+def test_every_field_of_a_visibility_constraint_counts():
+    """Poses, their frames, radius, angles, sides and axis reach the planner."""
+    message = VisibilityConstraint(
+        target_radius=0.1, cone_sides=7, max_view_angle=0.2, max_range_angle=0.3,
+        sensor_view_direction=VisibilityConstraint.SENSOR_X)
+    message.target_pose.header.frame_id, message.sensor_pose.header.frame_id = 'disc', 'camera'
+    message.target_pose.pose.position.x, message.sensor_pose.pose.position.y = 1.0, 2.0
+    made, = constraints_from_message(
+        Constraints(visibility_constraints=[message])).visibility_constraints
+    assert (made.target_radius, made.cone_sides) == (0.1, 7)
+    assert (made.max_view_angle, made.max_range_angle) == (0.2, 0.3)
+    assert made.sensor_view_direction == 2
+    assert (made.target_frame_id, made.sensor_frame_id) == ('disc', 'camera')
+    assert (made.target_pose[0, 3], made.sensor_pose[1, 3]) == (1.0, 2.0)

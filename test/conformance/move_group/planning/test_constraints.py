@@ -4,12 +4,13 @@
 
 from __future__ import annotations
 
+from copy import deepcopy
 import math
 from typing import Any
 
 from geometry_msgs.msg import Quaternion
 from move_group_bench import name_of, turn, xyz
-from moveit_msgs.msg import Constraints
+from moveit_msgs.msg import Constraints, VisibilityConstraint
 import pytest
 from wire import (
     at,
@@ -275,6 +276,29 @@ def test_constraint_results(arm: Any) -> None:
     report = arm.validity(state, constraints=asked)
     assert [one.result for one in report.constraint_result] == [True, True, False, True]
     assert report.constraint_result[2].distance == pytest.approx(0.5, abs=0.01)
+    assert not report.valid
+
+
+@pytest.mark.statement('CON-8')
+def test_visibility_results(arm: Any) -> None:
+    """
+    A disc is visible past the link that carries it, and hidden where another link is between.
+
+    Upstream: kinematic_constraint.cpp, VisibilityConstraint::decide.
+    """
+    seen = VisibilityConstraint(target_radius=0.01, cone_sides=8)
+    seen.target_pose.header.frame_id = arm.tip
+    seen.sensor_pose.header.frame_id = arm.tip
+    seen.sensor_pose.pose.position.z = 0.2
+    hidden = deepcopy(seen)
+    hidden.sensor_pose.header.frame_id = arm.frame
+    hidden.sensor_pose.pose.position.z = -1.0
+    state = arm.positions()
+    report = arm.validity(
+        {name: state[name] for name in arm.group_joints},
+        constraints=Constraints(visibility_constraints=[seen, hidden]))
+    assert [one.result for one in report.constraint_result] == [True, False]
+    assert report.constraint_result[1].distance > 0.0
     assert not report.valid
 
 
