@@ -6,7 +6,7 @@ Quality-of-service profiles of every endpoint.
 A publisher offers as much as it can (reliable, and the last value kept where it is a state), a
 subscription asks for as little as it can, so that any client's choice matches. What Fast DDS
 makes of the "system default" profile was measured: reliable and transient-local for a
-publisher, best effort and volatile for a subscription.
+publisher, best effort, volatile and of depth 1 for a subscription.
 """
 
 from __future__ import annotations
@@ -61,11 +61,11 @@ DIAGNOSTICS = _profile(QoSReliabilityPolicy.RELIABLE, QoSDurabilityPolicy.VOLATI
 PICTURES = _profile(QoSReliabilityPolicy.RELIABLE, QoSDurabilityPolicy.VOLATILE, 2)
 """Publishers of camera pictures and of what belongs to them."""
 
-COMMAND = _profile(QoSReliabilityPolicy.BEST_EFFORT, QoSDurabilityPolicy.VOLATILE, 10)
-"""Subscriptions to commands: match every publisher."""
-
-STREAM = _profile(QoSReliabilityPolicy.BEST_EFFORT, QoSDurabilityPolicy.VOLATILE, 1)
-"""Subscriptions of which the newest message alone counts, as Fast DDS's default is upstream."""
+COMMAND = _profile(QoSReliabilityPolicy.BEST_EFFORT, QoSDurabilityPolicy.VOLATILE, 1)
+"""
+Subscriptions to commands: match every publisher, and only the newest message counts, as with
+upstream's "system default".
+"""
 
 SERVICES = _profile(
     QoSReliabilityPolicy.RELIABLE,

@@ -22,7 +22,7 @@ class JointTrajectorySubscription:
     def __init__(self, node: Node, controller: JointTrajectoryController) -> None:
         self._controller = controller
         self._subscription = node.create_subscription(
-            JointTrajectory, '~/joint_trajectory', self._receive, qos.STREAM
+            JointTrajectory, '~/joint_trajectory', self._receive, qos.COMMAND
         )
 
     def _receive(self, message: JointTrajectory) -> None:
