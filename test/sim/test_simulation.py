@@ -40,6 +40,22 @@ def test_two_runs_are_equal_to_the_bit(arm, claim):
     assert digests[0] == digests[1] != digests[2]
 
 
+@pytest.mark.parametrize('at_once', [2, 4])
+def test_steps_whose_inputs_are_not_known_yet_are_made_singly(arm, claim, at_once):
+    """Several steps in one call are the same as one by one, right after a command too."""
+    digests = []
+    for sizes in ([at_once], [1] * at_once):
+        simulation = Simulation(arm)
+        claim(simulation, 'position')
+        for number in range(1, 50):
+            simulation.command.position[:] = 1e-3 * number
+            simulation.write(at_once)
+            for size in sizes:
+                simulation.step(size)
+        digests.append(simulation.digest())
+    assert digests[0] == digests[1]
+
+
 def test_reset_repeats_the_start(simulation):
     """After a reset the robot is where it started and at rest; time has gone on."""
     move(simulation, 200)
