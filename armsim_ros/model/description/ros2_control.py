@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 import math
 import re
@@ -22,6 +22,8 @@ from armsim_ros.model.robot_model import (
 _PARAMETERS = re.compile(r'<parameters>\s*([^<]*?)\s*</parameters>')
 _TRUE, _FALSE = ('true', '1'), ('false', '0')
 _KINDS = ('system', 'actuator', 'sensor')
+#: What a tag may hold.
+_PARTS = ('hardware', 'joint', 'sensor', 'gpio', 'transmission', 'properties')
 #: What a joint here can be commanded by; a tag may name more, which nobody can claim.
 _QUANTITIES = ('position', 'velocity', 'acceleration', 'effort')
 #: What a sensor here can measure; others of its interfaces keep their initial value.
@@ -130,9 +132,16 @@ def _read_system(element: XmlElement, frames: Mapping[str, str], joints: Mapping
     if kind not in _KINDS:
         report.ignored(f"hardware '{name}' is of type '{kind}'", element.where,
                        'use one of ' + ', '.join(_KINDS))
+    for part in element.children:
+        if part.tag not in _PARTS:
+            report.ignored(f"hardware '{name}' has a <{part.tag}>, which ros2_control refuses",
+                           part.where, nearest(part.tag, _PARTS))
     hardware = element.first('hardware')
     holder = hardware.first('plugin') if hardware is not None else None
     plugin = holder.content if holder is not None else ''
+    if not plugin:
+        report.ignored(f"hardware '{name}' has no plugin, without which ros2_control refuses it",
+                       element.where, 'add <hardware><plugin>...</plugin></hardware>')
     read = [_read_joint(part, joints, report) for part in element.all('joint')]
     parameters = {} if hardware is None else {
         part.get('name'): part.content for part in hardware.all('param')}
@@ -143,6 +152,9 @@ def _read_system(element: XmlElement, frames: Mapping[str, str], joints: Mapping
     end = _end_of_chain([one.name for one in read if one is not None], joints)
     for part in (*element.all('sensor'), *element.all('gpio')):
         content, owner = _interfaces(part, report), part.get('name')
+        if not owner:
+            report.ignored(f"hardware '{name}': a <{part.tag}> has no name", part.where)
+            continue
         states.update({f'{owner}/{state}': content.initial.get(state, 0.0)
                        for state in content.states})
         commanded = content.states if part.tag in mock.commanded else content.commands
@@ -269,7 +281,7 @@ def _leader(element: XmlElement, joint: Joint, report: TextReport) -> Mimic | No
 
 def _interfaces(element: XmlElement, report: TextReport) -> _Interfaces:
     found = _Interfaces()
-    for part in element.all('command_interface'):
+    for part in _named(element, 'command_interface', report):
         kind = part.get('name')
         found.commands.append(kind)
         lower, upper = _parameter(part, 'min', report), _parameter(part, 'max', report)
@@ -283,7 +295,7 @@ def _interfaces(element: XmlElement, report: TextReport) -> _Interfaces:
         initial = _parameter(part, 'initial_value', report)
         if initial is not None:
             found.initial.setdefault(kind, initial)
-    for part in element.all('state_interface'):
+    for part in _named(element, 'state_interface', report):
         kind = part.get('name')
         found.states.append(kind)
         initial = _parameter(part, 'initial_value', report)
@@ -292,11 +304,24 @@ def _interfaces(element: XmlElement, report: TextReport) -> _Interfaces:
     return found
 
 
+def _named(element: XmlElement, tag: str, report: TextReport) -> Iterator[XmlElement]:
+    """Yield the children with a tag that have a name."""
+    for part in element.all(tag):
+        if part.get('name'):
+            yield part
+        else:
+            report.ignored(f"a <{tag}> of {element.tag} '{element.get('name')}' has no name",
+                           part.where)
+
+
 def _parameter(element: XmlElement, name: str, report: TextReport) -> float | None:
     """Return a ``<param>`` as a number, None where it is absent or none."""
     holder = next((part for part in element.all('param') if part.get('name') == name), None)
     if holder is None or not holder.content:
         return None
+    truth = holder.content.lower()
+    if truth in ('true', 'false'):  # the initial value of an interface of the type bool
+        return float(truth == 'true')
     try:
         value = float(holder.content)
     except ValueError:

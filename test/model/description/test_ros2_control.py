@@ -2,43 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """What ``<ros2_control>`` declares is what controllers find; each convention has one test."""
 
-from dataclasses import replace
-
 import pytest
+from ros2_control_tags import INITIAL, joint, mistakes, said, start, STATES
 
 from armsim_ros.errors import ConfigError, Severity
 from armsim_ros.model.cell_loading import survey_cell
-from armsim_ros.sim.assembly import build_managers, build_simulation
 from armsim_ros.sim.control_loop import ControlLoop
-
-STATES = '<state_interface name="position">{0}</state_interface><state_interface name="velocity"/>'
-INITIAL = '<param name="initial_value">{0}</param>'
-
-
-def joint(name, *commands, states=None, inside='', words=''):
-    """Return a joint of the tag."""
-    return (f'<joint name="{name}" {words}>'
-            + ''.join(f'<command_interface name="{one}"/>' for one in commands)
-            + (STATES.format('') if states is None else states) + inside + '</joint>')
-
-
-def start(package, **words):
-    """Return simulation, manager and messages of a package."""
-    survey = survey_cell(str(package.folder), **words)
-    cell = survey.checked()
-    simulation = build_simulation(cell.settings, cell.model)
-    (manager,) = build_managers(cell, simulation).values()
-    return simulation, manager, survey.problems
-
-
-def said(problems, severity=Severity.WARNING):
-    """Return the messages of one kind."""
-    return [str(one) for one in problems if one.severity is severity]
-
-
-def mistakes(package, **words):
-    """Return the mistakes of a package."""
-    return said(survey_cell(str(package.folder), **words).problems, Severity.ERROR)
 
 
 def test_each_tag_is_a_component(small_package):
@@ -190,159 +159,6 @@ def test_mimic_without_a_mimic_of_the_urdf_warns(small_package):
     assert any('no <mimic> in the URDF' in text for text in said(problems))
 
 
-def test_sensors_and_gpios_are_listed(small_package):
-    """Their states have the value that the tag gives, else 0."""
-    small_package.ros2_control(
-        joint('shoulder', 'position'), joint('elbow', 'position'),
-        '<sensor name="hot"><state_interface name="temperature"/></sensor>' + GPIO)
-    simulation, manager, _ = start(small_package)
-    command, state = manager.list_hardware_interfaces()
-    assert 'speed/target' in [one.name for one in command]
-    assert {'hot/temperature', 'speed/factor'} <= {one.name for one in state}
-    assert simulation.other_states == {
-        'hot/temperature': 0.0, 'speed/factor': 1.0, 'speed/target': 0.0}
-
-
-GPIO = ('<gpio name="speed"><command_interface name="target"/><state_interface name="target"/>'
-        '<state_interface name="factor">' + INITIAL.format(1) + '</state_interface></gpio>')
-FORWARD = ('speed_controller:\n  ros__parameters:\n'
-           '    type: forward_command_controller/ForwardCommandController\n'
-           '    joints: [speed]\n    interface_name: {0}\n')
-
-
-def forwarding(package, interface):
-    """Return simulation and manager with a forward controller of a gpio that has had 0.5."""
-    package.write('config/ros2_controllers.yaml',
-                  package.ROS2 + FORWARD.format(interface))
-    survey = survey_cell(str(package.folder))
-    cell = survey.checked()
-    cell = replace(cell, robots=tuple(replace(one, settings=one.settings.model_copy(
-        update={'spawn_only': False})) for one in cell.robots))
-    simulation = build_simulation(cell.settings, cell.model)
-    (manager,) = build_managers(cell, simulation).values()
-    assert manager.switch(activate=['speed_controller']).ok
-    manager.controllers['speed_controller'].receive([0.5])
-    manager.update(simulation.time_ns, 0.002)
-    return simulation, manager
-
-
-def test_the_state_of_a_gpio_mirrors_its_command(small_package):
-    """A forward controller commands it; the state of the same name follows, others stay."""
-    small_package.ros2_control(joint('shoulder', 'position'), joint('elbow', 'position'), GPIO)
-    simulation, manager = forwarding(small_package, 'target')
-    assert simulation.other_states == {'speed/factor': 1.0, 'speed/target': 0.5}
-    claimed = {one.name for one in manager.list_hardware_interfaces()[0] if one.is_claimed}
-    assert 'speed/target' in claimed
-    manager.update(simulation.time_ns + 10**8, 0.002)
-    broadcaster = manager.controllers['joint_state_broadcaster']
-    sample = [broadcaster.poll(), broadcaster.poll()][-1]
-    assert ('speed', ('target', 'factor'), (0.5, 1.0)) in sample.dynamic
-
-
-def test_a_gpio_of_inactive_hardware_keeps_its_command(small_package):
-    """A command reaches a gpio only while its hardware is active (system.cpp, System::write)."""
-    small_package.ros2_control(joint('shoulder', 'position'), joint('elbow', 'position'), GPIO)
-    simulation, manager = forwarding(small_package, 'target')
-    (name,) = (one.name for one in manager.list_hardware_components())
-    controller = manager.controllers['speed_controller']
-    manager.set_hardware_component_state(name, 'inactive')
-    assert controller.receive([0.9]) == ''
-    manager.update(simulation.time_ns + 10**8, 0.002)
-    assert simulation.other_states['speed/target'] == 0.5
-    manager.set_hardware_component_state(name, 'active')
-    manager.update(simulation.time_ns + 2 * 10**8, 0.002)
-    assert simulation.other_states['speed/target'] == 0.9
-
-
-def test_mock_hardware_lets_states_of_gpios_be_commanded(small_package):
-    """mock_gpio_commands makes a command interface of each state."""
-    small_package.ros2_control(
-        joint('shoulder', 'position'), joint('elbow', 'position'), GPIO,
-        '<hardware><param name="x"/></hardware>', plugin='mock_components/GenericSystem</plugin>'
-        '<param name="mock_gpio_commands">true</param><plugin>')
-    simulation, _ = forwarding(small_package, 'factor')
-    assert simulation.other_states == {'speed/factor': 0.5, 'speed/target': 0.0}
-
-
-WRIST = ('<sensor name="wrist">' + ''.join(
-    f'<state_interface name="{one}.{axis}"/>' for one in
-    ('force', 'torque', 'linear_acceleration', 'angular_velocity') for axis in 'xyz')
-    + '<state_interface name="orientation.w"/>{0}</sensor>')
-
-
-@pytest.mark.parametrize(('inside', 'more', 'weight'), [
-    ('<param name="frame_id">finger</param>', '', 9.81),
-    ('', '<gazebo reference="elbow"><sensor name="wrist" type="force_torque"/></gazebo>', 19.62),
-    ('', '', 9.81),
-])
-def test_a_sensor_measures_what_hangs_beyond_its_frame(small_package, inside, more, weight):
-    """Its frame is the tag's, else Gazebo's, else the end of the arm."""
-    small_package.ros2_control(
-        joint('shoulder', 'position'), joint('elbow', 'position'), joint('grip', 'position'),
-        WRIST.format(inside), more=more)
-    simulation, _, _ = start(small_package)
-    for _ in range(500):
-        simulation.write(1)
-        simulation.step()
-    measured = simulation.other_states
-    assert measured['wrist/force.z'] == pytest.approx(-weight, abs=0.05)
-    assert measured['wrist/linear_acceleration.z'] == pytest.approx(9.81, abs=0.05)
-    assert measured['wrist/orientation.w'] == pytest.approx(1.0, abs=1e-3)
-
-
-def test_a_sensor_feels_a_push(small_package):
-    """A force on the link beyond, and its torque about the frame."""
-    small_package.ros2_control(
-        joint('shoulder', 'position'), joint('elbow', 'position'), joint('grip', 'position'),
-        WRIST.format('<param name="frame_id">lower</param>'))
-    simulation, _, _ = start(small_package)
-    before = None
-    for force in (0.0, 5.0):
-        simulation.apply_wrench('finger', (0, force, 0))
-        for _ in range(1500):
-            simulation.write(1)
-            simulation.step()
-        if before is None:
-            before = simulation.other_states
-    after = simulation.other_states
-    change = {name: after[name] - before[name] for name in after}
-    assert change['wrist/force.y'] == pytest.approx(5.0, abs=0.02)
-    assert change['wrist/torque.x'] == pytest.approx(-1.0, abs=0.02)
-
-
-def mocked(parameter):
-    """Return the plugin of mock hardware with a parameter."""
-    name, value = parameter
-    return f'mock_components/GenericSystem</plugin><param name="{name}">{value}</param><plugin>'
-
-
-@pytest.mark.parametrize(('parameter', 'reached'), [
-    (('disable_commands', 'true'), 0.0),
-    (('position_state_following_offset', '0.1'), 0.4),
-    (('state_following_offset', '-0.1'), 0.2),
-    (('calculate_dynamics', 'true'), 0.3),
-])
-def test_parameters_of_mock_hardware(small_package, parameter, reached):
-    """They act as there: on what becomes of a command of 0.3 rad."""
-    small_package.ros2_control(joint('shoulder', 'position'), joint('elbow', 'position'),
-                               plugin=mocked(parameter))
-    simulation, _, _ = start(small_package)
-    shoulder = simulation.index['shoulder']
-    for step in range(1000):
-        simulation.command.position[shoulder] = 0.3 * min(1.0, step / 500)
-        simulation.write(1)
-        simulation.step()
-    assert simulation.state.position[shoulder] == pytest.approx(reached, abs=2e-3)
-
-
-def test_parameters_of_mock_hardware_mean_nothing_to_others(small_package):
-    """A vendor's plugin has parameters of its own."""
-    small_package.ros2_control(
-        joint('shoulder', 'position'), joint('elbow', 'position'),
-        plugin=mocked(('disable_commands', 'true')).replace('mock_components', 'vendor'))
-    assert not start(small_package)[0].model.hardware[0].deaf
-
-
 @pytest.mark.parametrize(('joints', 'message'), [
     ([joint('shouldr', 'position')], "a joint 'shouldr', which is not in the URDF"),
     ([joint('plate', 'position')], "the joint 'plate', which is fixed"),
@@ -461,3 +277,35 @@ def test_a_joint_follows_one_that_is_there(small_package):
         'grip', inside='<param name="mimic">elbw</param>'))
     with pytest.raises(ConfigError, match="'elbw'"):
         survey_cell(str(small_package.folder)).checked()
+
+
+@pytest.mark.parametrize(('part', 'text'), [
+    ('<joints name="elbow"/>', "has a <joints>, which ros2_control refuses; did you mean 'joint'"),
+    ('<gpio><state_interface name="level"/></gpio>', 'a <gpio> has no name'),
+    ('<sensor name="hot"><state_interface/></sensor>',
+     "a <state_interface> of sensor 'hot' has no name"),
+    ('<gpio name="out"><command_interface/></gpio>',
+     "a <command_interface> of gpio 'out' has no name"),
+])
+def test_parts_that_ros2_control_refuses_are_left_out(small_package, part, text):
+    """
+    A part of a wrong kind or without a name is left out with a warning; the rest counts.
+
+    Upstream: test_component_parser.cpp, invalid_child_throws_error,
+    missing_attribute_throws_error, component_interface_type_empty_throws_error.
+    """
+    small_package.ros2_control(joint('shoulder', 'position'), joint('elbow', 'position'), part)
+    _, manager, problems = start(small_package)
+    assert any(text in one for one in said(problems)), said(problems)
+    command, state = manager.list_hardware_interfaces()
+    assert [one.name for one in command] == ['shoulder/position', 'elbow/position']
+    assert {one.name.partition('/')[0] for one in state} == {'shoulder', 'elbow'}
+
+
+def test_hardware_without_a_plugin_is_simulated_with_a_warning(small_package):
+    """Upstream: test_component_parser.cpp, missing_hardware_plugin_tag_includes_component_name."""
+    small_package.ros2_control(joint('shoulder', 'position'), joint('elbow', 'position'),
+                               plugin='')
+    _, manager, problems = start(small_package)
+    assert any("hardware 'Arm' has no plugin" in text for text in said(problems))
+    assert len(manager.list_hardware_interfaces()[0]) == 2
