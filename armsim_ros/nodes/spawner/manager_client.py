@@ -33,6 +33,8 @@ from armsim_ros.nodes.conversions.time import duration_from_seconds
 TRIES = 3
 #: Period at which a service is waited for [s]; that of rclpy is a quarter of a second.
 _LOOK = 0.02
+#: A manager is discovered in this time; only a longer wait is reported [s].
+_SILENT_WAIT = 1.0
 
 
 class ManagerClient:
@@ -66,7 +68,11 @@ class ManagerClient:
         :raises ControllerError: it does not appear in time.
         """
         client = self._node.create_client(ListControllers, f'{self.name}/list_controllers')
-        if not self._appears(client, timeout or math.inf):
+        limit = timeout or math.inf
+        if self._appears(client, min(limit, _SILENT_WAIT)):
+            return
+        self._node.get_logger().info(f'waiting for {self.name} to become available')
+        if not self._appears(client, limit - _SILENT_WAIT):
             raise ControllerError(
                 f'no controller manager answers as {self.name} within {timeout:g} s; start the '
                 "simulation, or name the manager with '-c'"

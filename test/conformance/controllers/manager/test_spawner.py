@@ -311,7 +311,7 @@ def test_unload_on_kill(
     path = file(ROS_2.format(key='/**', joint='axis_1'))
     program = start('-u', '--controller', 'spawned_lent', '-p', path,
                     '--controller', 'spawned_kept', '-p', path, '--inactive')
-    program.wait_for_line('(?i)wait', TIMEOUT)
+    program.wait_for_line('(?i)waiting (for a signal|until interrupt)', TIMEOUT)
     states = bench.manager.states()
     assert (states['spawned_lent'], states['spawned_kept']) == ('active', 'inactive')
     program.signal(signal.SIGINT)
@@ -319,3 +319,16 @@ def test_unload_on_kill(
     states = bench.manager.states()
     assert 'spawned_lent' not in states
     assert states['spawned_kept'] == 'inactive'
+
+
+@statement('C15')
+def test_a_signal_before_the_manager_is_there(start: Start) -> None:
+    """
+    Without -u a signal ends it with status 0; before that it names what it waits for.
+
+    Upstream: spawner.py, main; controller_manager_services.py, service_caller.
+    """
+    program = start('arm', '-c', '/nowhere/controller_manager')
+    program.wait_for_line('(?i)waiting for .*/nowhere/controller_manager', TIMEOUT)
+    program.signal(signal.SIGINT)
+    assert program.wait(TIMEOUT) == 0, program.text
