@@ -43,19 +43,20 @@ from armsim_ros.config.yaml.node import node_of, YamlNode
 from armsim_ros.errors import ignored, nearest, Problem, Severity
 
 #: Parameters of the manager that others read -> why they have no effect here.
-_UNUSED_MANAGER_KEYS = {
+UNUSED_MANAGER_KEYS = {
     'robot_description': 'the URDF file is read',
     'use_sim_time': 'the programs are told once for all nodes',
     'hardware_components_not_used': '',
-    'overruns': 'late ticks are counted and reported',
     'cpu_affinity': '',
     'thread_priority': "simulation.yaml's pace has the priority",
     'lock_memory': '',
     'hardware_synchronization': 'simulated hardware is always in step',
-    'diagnostics': 'the control loop reports its own lateness',
     'handle_exceptions': 'a controller that raises is always deactivated',
     'qos_overrides': '',
 }
+#: Thresholds of diagnostics that have no effect, as the loop alone is measured.
+_UNUSED_THRESHOLDS = (('controllers',), ('hardware_components',),
+                      ('controller_manager', 'periodicity', 'standard_deviation'))
 
 
 def read_sections(draft: ConfigDraft, *, published: bool = False) -> dict[str, Any]:
@@ -114,15 +115,21 @@ def _controller_manager(draft: ConfigDraft, simulation: SimulationSettings,
         entry = entry.with_value({**entry.entries, 'type': kind})
         node = node.with_value({**node.entries, controller.name: entry})
     node = _with_fitting_rate(draft, node, simulation.timestep)
+    for path in _UNUSED_THRESHOLDS:
+        place, steps = node.find(('diagnostics', 'threshold', *path))
+        if steps == len(path) + 2:
+            draft.problems.append(Problem(
+                f"controller_manager: 'diagnostics.threshold.{'.'.join(path)}' is not used here: "
+                'the rate of the whole loop is measured', place.place, severity=Severity.INFO))
     return _checked(draft, node, ControllerManagerParameters, 'controller_manager',
-                    _UNUSED_MANAGER_KEYS)
+                    UNUSED_MANAGER_KEYS)
 
 
 def _without_strays(draft: ConfigDraft, node: YamlNode) -> YamlNode:
     """Return the manager's block without what is neither a parameter nor a controller."""
     known = known_keys(ControllerManagerParameters)
     strays = [key for key, inner in node.entries.items() if key not in known
-              and key not in _UNUSED_MANAGER_KEYS
+              and key not in UNUSED_MANAGER_KEYS
               and (not inner.is_mapping or (inner.get('type') is None
                    and draft.section('controllers').get(key) is None))]
     for key in strays:

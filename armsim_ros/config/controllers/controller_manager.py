@@ -61,6 +61,65 @@ class ManagerDefaults(Settings):
     )
 
 
+class Overruns(Settings):
+    """What is done where the loop cannot keep its rate."""
+
+    manage: bool = parameter(
+        True, 'whether time beyond catch_up is given up; else all of it is made up later',
+        read_only=True
+    )
+    print_warnings: bool | None = parameter(
+        None, 'whether time that was given up is a warning; by default without use_sim_time'
+    )
+
+
+class Bounds(Settings):
+    """From where on a deviation is a warning, and an error."""
+
+    warn: float = parameter(5.0, 'of a warning', gt=0.0)
+    error: float = parameter(10.0, 'of an error', gt=0.0)
+
+
+class Periodicity(Settings):
+    """Bounds of a rate [Hz]."""
+
+    mean_error: Bounds = parameter(Bounds(), 'of the mean')
+    standard_deviation: Bounds = parameter(Bounds(), 'has no effect: it is not measured')
+
+
+class ExecutionTime(Settings):
+    """Bounds of the time that an update takes [us]."""
+
+    mean_error: Bounds = parameter(Bounds(warn=1000.0, error=2000.0), 'has no effect')
+    standard_deviation: Bounds = parameter(Bounds(warn=100.0, error=200.0), 'has no effect')
+
+
+class LoopThresholds(Settings):
+    """Bounds of the whole loop."""
+
+    periodicity: Periodicity = parameter(Periodicity(), 'updates a second')
+
+
+class PartThresholds(LoopThresholds):
+    """Bounds of each controller or hardware component, which are not measured one by one."""
+
+    execution_time: ExecutionTime = parameter(ExecutionTime(), 'of an update')
+
+
+class Thresholds(Settings):
+    """From where on diagnostics warn."""
+
+    controller_manager: LoopThresholds = parameter(LoopThresholds(), 'the loop')
+    controllers: PartThresholds = parameter(PartThresholds(), 'has no effect')
+    hardware_components: PartThresholds = parameter(PartThresholds(), 'has no effect')
+
+
+class DiagnosticsParameters(Settings):
+    """Diagnostics."""
+
+    threshold: Thresholds = parameter(Thresholds(), 'from where on diagnostics warn')
+
+
 class ControllerManagerParameters(KeyedSettings):
     """Parameters of ``controller_manager``; besides its own keys one block a controller."""
 
@@ -77,6 +136,8 @@ class ControllerManagerParameters(KeyedSettings):
         InitialHardwareState(), 'hardware that does not start active', read_only=True
     )
     defaults: ManagerDefaults = parameter(ManagerDefaults(), 'defaults of requests')
+    overruns: Overruns = parameter(Overruns(), 'what is done where the loop is late')
+    diagnostics: DiagnosticsParameters = parameter(DiagnosticsParameters(), 'diagnostics')
 
     @property
     def controllers(self) -> dict[str, ControllerEntry]:

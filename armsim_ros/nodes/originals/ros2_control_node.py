@@ -14,6 +14,7 @@ from armsim_ros.config.controllers.controller_manager import (
     ControllerEntry,
     ControllerManagerParameters,
 )
+from armsim_ros.config.sections import UNUSED_MANAGER_KEYS
 from armsim_ros.errors import ArmsimError, USAGE_STATUS
 from armsim_ros.nodes.originals.node_parameters import NodeArguments, read_node_arguments
 from armsim_ros.nodes.originals.robot_package import PREFIX, RobotPackage
@@ -21,6 +22,7 @@ from armsim_ros.nodes.originals.robot_package import PREFIX, RobotPackage
 _DESCRIPTION = 'robot_description'
 #: Parameters that are no business of the controller manager.
 _NOT_THE_MANAGERS = (_DESCRIPTION, 'use_sim_time', 'robot_description_semantic')
+_OF_THE_MANAGER = {*ControllerManagerParameters.model_fields, *UNUSED_MANAGER_KEYS}
 #: Prefix of the parameters that say where the robot stands and begins; ours alone.
 PLACEMENT = 'armsim.'
 
@@ -64,7 +66,7 @@ def simulation_words(urdf: str, arguments: NodeArguments, folder: Path) -> list[
                    if not _is_of_the_launch(text)]
     manager = {name: value for name, value in values.items()
                if name not in _NOT_THE_MANAGERS and not name.startswith(PLACEMENT)
-               and (name.partition('.')[0] in ControllerManagerParameters.model_fields
+               and (name.partition('.')[0] in _OF_THE_MANAGER
                     or name.rpartition('.')[2] in ControllerEntry.model_fields)}
     if manager:
         controllers.append(package.add_manager(manager, len(texts)))

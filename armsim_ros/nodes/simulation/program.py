@@ -61,6 +61,8 @@ _WATCH_PERIOD = 0.1
 #: A slow start may hold up the loop so long without making simulated time late for good [ns].
 _LONGEST_START_NS = 3_000_000_000
 _DIAGNOSTICS_PERIOD = 1.0
+#: More time than any delay [ns].
+_ALL = 10**18
 
 
 class SimulationProgram:
@@ -105,7 +107,8 @@ class SimulationProgram:
             settings.controller_manager.update_rate,
             pacer=Pacer(
                 spin_ns=round(pace.spin * 1e9),
-                catch_up_ns=round(pace.catch_up * 1e9),
+                catch_up_ns=(round(pace.catch_up * 1e9)
+                             if settings.controller_manager.overruns.manage else _ALL),
                 catch_up_at_start_ns=_LONGEST_START_NS,
             ),
             priority=pace.priority,

@@ -95,14 +95,19 @@ class RobotNodes:
             side.declare_parameters()
         settings = self._robot.settings.controller_manager
         joints = self._robot.model.active_joints
-        SettingsParameters(node, settings)
+        if settings.overruns.print_warnings is None:
+            overruns = settings.overruns.model_copy(
+                update={'print_warnings': not node.get_parameter('use_sim_time').value})
+            settings = settings.model_copy(update={'overruns': overruns})
+        parameters = SettingsParameters(node, settings)
         if self._faults is not None:
             FaultParameters(node, self._faults, joints)
         ControllerManagerQueries(node, manager, settings.update_rate)
         ControllerManagerServices(node, manager, self._registry, self._dispatcher)
         self._activity = Activity(node, manager)
         self._watch_domain = DomainWatch(node, refuse)
-        self._diagnostics = Diagnostics(node, name, manager, self._loop, self._faults, joints)
+        self._diagnostics = Diagnostics(
+            node, name, manager, self._loop, lambda: parameters.settings, self._faults, joints)
 
     def controller_states(self) -> Sequence[tuple[str, str]]:
         """Return name and state of each controller."""

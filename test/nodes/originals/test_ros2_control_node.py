@@ -3,6 +3,7 @@
 """A simulation by the arguments of ros2_control_node."""
 
 from pathlib import Path
+import re
 
 import pytest
 import yaml
@@ -96,10 +97,11 @@ def test_parameters_of_the_manager_from_a_dictionary(tmp_path):
     file.write_text(CONTROLLERS)
     given = {'hardware_components_initial_state.inactive': ['hand'],
              'defaults.allow_controller_activation_with_inactive_hardware': True,
+             'overruns.manage': False, 'overruns.print_warnings': False,
+             'diagnostics.threshold.controller_manager.periodicity.mean_error.warn': 3.0,
              'enforce_command_limits': True, 'arm.fallback_controllers': ['hold'],
              'arm.node_options_args': ['-r', 'a:=b'], 'arm.params_file': ['arm.yaml']}
     ignored = {'thread_priority': 40, 'cpu_affinity': [1], 'lock_memory': False,
-               'overruns.manage': False, 'overruns.print_warnings': False,
                'handle_exceptions': False, 'hardware_synchronization.minimum_cycle_time': 0.1,
                'diagnostics.threshold.controllers.periodicity.mean_error.warn': 3.0}
     words = [word for key, value in {**given, **ignored}.items()
@@ -115,8 +117,13 @@ def test_parameters_of_the_manager_from_a_dictionary(tmp_path):
     assert manager.hardware_components_initial_state.inactive == ('hand',)
     assert manager.defaults.allow_controller_activation_with_inactive_hardware
     assert manager.enforce_command_limits
+    assert (manager.overruns.manage, manager.overruns.print_warnings) == (False, False)
+    assert manager.diagnostics.threshold.controller_manager.periodicity.mean_error.warn == 3.0
     arm = manager.controllers['arm']
     assert (arm.fallback_controllers, arm.node_options_args, arm.params_file) == (
         ('hold',), ('-r', 'a:=b'), ('arm.yaml',))
     wrong = [one for one in draft.problems if 'controller_manager' in one.what]
     assert all(one.severity is Severity.INFO for one in wrong), wrong
+    assert {re.search("'([^']+)'", one.what)[1] for one in wrong} == {
+        *(name.partition('.')[0] for name in ignored if 'diagnostics' not in name),
+        'diagnostics.threshold.controllers'}

@@ -6,7 +6,7 @@ from contextlib import ExitStack
 import re
 from textwrap import dedent
 
-from control_msgs.msg import JointJog
+from control_msgs.msg import JointJog, JointTrajectoryControllerState
 from moveit_msgs.srv import ServoCommandType
 import pytest
 from sensor_msgs.msg import JointState
@@ -38,7 +38,8 @@ def generate_launch_description():
                     PathJoinSubstitution([SHARE, 'config', 'small.urdf.xacro'])])
     control = Node(package='controller_manager', executable='ros2_control_node', parameters=[
         PathJoinSubstitution([SHARE, 'config', 'ros2_controllers.yaml'])],
-        remappings=[('~/robot_description', '/robot_description')])
+        remappings=[('~/robot_description', '/robot_description'),
+                    ('arm_controller/controller_state', 'arm_state')])
     states = spawner('joint_state_broadcaster')
     return LaunchDescription([
         control, states,
@@ -95,7 +96,12 @@ def launched(small_package, monkeypatch):
 
 
 def test_two_launch_files_make_one_robot(launched, tmp_path, monkeypatch):
-    """P44: a launch with move_group alone joins the simulation; a second one is refused."""
+    """
+    P44: a launch with move_group alone joins the simulation; a second one is refused.
+
+    Remappings of the manager hold for its controllers, as in upstream's controller_manager.cpp,
+    determine_controller_node_options.
+    """
     temporary = tmp_path / 'temporary'
     temporary.mkdir()
     monkeypatch.setenv('TMPDIR', str(temporary))
@@ -106,6 +112,7 @@ def test_two_launch_files_make_one_robot(launched, tmp_path, monkeypatch):
     second = launch('control')
     planning.wait_for_line(re.escape(READY), 60.0)
     user = RobotUser(client, control, '')
+    client.collect('/arm_state', JointTrajectoryControllerState).wait(1)
     bent = user.move_group.named_states()['arm', 'bent']
     assert user.move_group.move('arm', bent).error_code.val == SUCCESS
     assert user.distance(bent) < 0.01

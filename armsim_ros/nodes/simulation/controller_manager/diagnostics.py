@@ -4,19 +4,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Mapping
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.node import Node
 
+from armsim_ros.config.controllers.controller_manager import ControllerManagerParameters
 from armsim_ros.control.faults import FaultInjector
 from armsim_ros.control.manager.controller_manager import ControllerManager
 from armsim_ros.nodes import qos
 from armsim_ros.nodes.conversions.time import fill_time
 from armsim_ros.sim.control_loop import ControlLoop
 
-#: Real-time factor below which the loop is reported as slow.
-SLOW_PACE = 0.95
+_OK, _WARN, _ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
 
 
 class Diagnostics:
@@ -25,6 +25,7 @@ class Diagnostics:
 
     :param node: the manager's node.
     :param name: precedes every status.
+    :param parameters: the manager's, as they are now.
     :param faults: what makes joints fail on purpose, where that is possible.
     :param joints: those of the manager's robot.
     """
@@ -35,6 +36,7 @@ class Diagnostics:
         name: str,
         manager: ControllerManager,
         loop: ControlLoop,
+        parameters: Callable[[], ControllerManagerParameters],
         faults: FaultInjector | None,
         joints: Collection[str],
     ) -> None:
@@ -44,12 +46,15 @@ class Diagnostics:
         self._node = node
         self._manager = manager
         self._loop = loop
+        self._parameters = parameters
+        self._dropped_ns = 0
         self._publisher = node.create_publisher(
             DiagnosticArray, '/diagnostics', qos.DIAGNOSTICS
         )
 
     def publish(self) -> None:
-        """Publish the current state, if anybody subscribes."""
+        """Publish the current state, if anybody subscribes, and warn of lost time."""
+        self._warn_of_overruns()
         if not self._publisher.get_subscription_count():
             return
         message = DiagnosticArray(status=[self._controllers(), self._hardware(), self._pace()])
@@ -58,21 +63,37 @@ class Diagnostics:
         fill_time(message.header.stamp, self._loop.clock.now_ns)
         self._publisher.publish(message)
 
+    def _warn_of_overruns(self) -> None:
+        statistics, parameters = self._loop.statistics(), self._parameters()
+        if statistics is None:
+            return
+        lost_ns, self._dropped_ns = statistics.dropped_ns - self._dropped_ns, statistics.dropped_ns
+        if lost_ns > 0 and parameters.overruns.print_warnings:
+            self._node.get_logger().warning(
+                'Overrun detected! The controller manager missed its desired rate of '
+                f'{parameters.update_rate} Hz: {lost_ns * 1e-6:.1f} ms were given up')
+
     def _controllers(self) -> DiagnosticStatus:
         states = {info.name: info.state for info in self._manager.list_controllers()}
         idle = [name for name, state in states.items() if state != 'active']
-        if not states:
-            return self._status('Controllers Activity', 'No controllers are loaded', {}, True)
-        text = 'Not all controllers are active' if idle else 'All controllers are active'
-        return self._status('Controllers Activity', text, states)
+        level, text = _OK, 'Not all controllers are active' if idle else (
+            'All controllers are active')
+        if not any(info.state == 'active' for info in self._manager.list_hardware_components()):
+            level, text = _ERROR, (
+                'No hardware components are currently active to activate controllers')
+        elif not states:
+            level, text = _WARN, 'No controllers are currently loaded'
+        return self._status('Controllers Activity', text, states, level)
 
     def _hardware(self) -> DiagnosticStatus:
         states = {info.name: info.state for info in self._manager.list_hardware_components()}
-        idle = [name for name, state in states.items() if state != 'active']
-        text = 'Not all hardware components are active' if idle else (
-            'All hardware components are active'
-        )
-        return self._status('Hardware Components Activity', text, states, bool(idle))
+        active = [name for name, state in states.items() if state == 'active']
+        if not active:
+            return self._status('Hardware Components Activity',
+                                'No hardware components are currently active', states, _WARN)
+        text = 'All hardware components are active' if len(active) == len(states) else (
+            'Not all hardware components are active')
+        return self._status('Hardware Components Activity', text, states)
 
     def _injected(self, faults: FaultInjector) -> DiagnosticStatus:
         active = {
@@ -81,7 +102,7 @@ class Diagnostics:
         text = f'Joints fail on purpose: {", ".join(active)}' if active else (
             'Joints can be made to fail, none does'
         )
-        return self._status('Fault Injection', text, active, bool(active))
+        return self._status('Fault Injection', text, active, _WARN if active else _OK)
 
     def _pace(self) -> DiagnosticStatus:
         name = 'Controller Manager Activity'
@@ -90,7 +111,13 @@ class Diagnostics:
             return self._status(name, 'The control loop does not run in real time', {})
         clock = self._loop.clock
         factor = statistics.pace * clock.real_time_factor
+        parameters = self._parameters()
+        wanted, bounds = parameters.update_rate, (
+            parameters.diagnostics.threshold.controller_manager.periodicity.mean_error)
+        mean = wanted * statistics.pace
         values = {
+            'update_rate': str(wanted),
+            'periodicity.average': f'{mean:.3f}',
             'real_time_factor': f'{0.0 if clock.paused else factor:.4f}',
             'lateness_p50_us': f'{statistics.p50_ns / 1e3:.1f}',
             'lateness_p99_us': f'{statistics.p99_ns / 1e3:.1f}',
@@ -100,17 +127,18 @@ class Diagnostics:
             'priority': 'SCHED_FIFO' if self._loop.has_priority else 'normal',
             'paused': str(clock.paused).lower(),
         }
-        slow = statistics.pace < SLOW_PACE
-        text = 'The control loop is slower than asked for' if slow else (
-            'The control loop keeps its rate'
-        )
-        return self._status(name, text, values, slow)
+        error = abs(mean - wanted)
+        level = _ERROR if error > bounds.error else _WARN if error > bounds.warn else _OK
+        text = 'The control loop keeps its rate' if level == _OK else (
+            f'Controller Manager has bad periodicity : {mean:.1f} Hz. '
+            f'Expected consistent {wanted} Hz')
+        return self._status(name, text, values, level)
 
     def _status(
-        self, task: str, text: str, values: Mapping[str, str], warn: bool = False
+        self, task: str, text: str, values: Mapping[str, str], level: bytes = _OK
     ) -> DiagnosticStatus:
         return DiagnosticStatus(
-            level=DiagnosticStatus.WARN if warn else DiagnosticStatus.OK,
+            level=level,
             name=f'{self._name}: {task}',
             message=text,
             hardware_id=self._node.get_fully_qualified_name(),
