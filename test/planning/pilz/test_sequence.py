@@ -125,6 +125,48 @@ def test_commands_of_all_kinds_follow_each_other(bench: Any) -> None:
     assert 0.0 < distances(bench, answer.trajectories[0], CORNERS[0]).min() < RADIUS
 
 
+@pytest.mark.parametrize('radius', [0.0, 0.02])
+@pytest.mark.parametrize('rounds', [1, 2])
+def test_a_sequence_of_all_kinds(bench: Any, radius: float, rounds: int) -> None:
+    """
+    PTP, CIRC, LIN and PTP, with and without blends, once and repeated, are one trajectory.
+
+    Upstream: integrationtest_sequence_service_capability.cpp, TestComplexSequenceWithoutBlending,
+    TestComplexSequenceWithBlending, TestLargeRequest.
+    """
+    corners = [(0.0, 0.15, 0.0), (-0.08, 0.23, 0.0), (-0.08, 0.23, 0.1)]
+    slow = {'max_velocity_scaling_factor': 0.05}
+    first, second, third = (bench.at(bench.moved(*corner)) for corner in corners)
+    center = bench.at(bench.moved(0.0, 0.23, 0.0), name='center')
+    items = [
+        SequenceItem(bench.request('PTP', first), radius),
+        SequenceItem(bench.request('CIRC', second, path_constraints=center, **slow), radius),
+        SequenceItem(bench.request('LIN', third, **slow), radius),
+        SequenceItem(bench.request('PTP', bench.joints(START))),
+    ]
+    answer = bench.sequence(*items * rounds)
+    assert answer.error_code == MoveItErrorCode.SUCCESS, answer.message
+    (trajectory,) = answer.trajectories
+    assert trajectory.positions[-1] == pytest.approx(START, abs=1e-6)
+    for corner in corners:
+        nearest = distances(bench, trajectory, corner).min()
+        assert (1e-4 < nearest < radius) if radius else nearest < 2e-3
+
+
+def test_a_sequence_that_lacks_a_motion(bench: Any) -> None:
+    """
+    An arc whose centre does not fit where the motion before it ends fails the sequence.
+
+    Upstream: integrationtest_sequence_action.cpp, TestInvalidCmd.
+    """
+    center = bench.at(bench.moved(0.0, 0.23, 0.0), name='center')
+    answer = bench.sequence(line(bench, CORNERS[2]), SequenceItem(bench.request(
+        'CIRC', bench.at(bench.moved(-0.08, 0.23, 0.0)), path_constraints=center)))
+    assert answer.error_code == MoveItErrorCode.FAILURE
+    assert 'motion 1' in answer.message
+    assert not answer.trajectories
+
+
 @pytest.mark.parametrize(('radii', 'said'), [
     ((-0.1, 0.0, 0.0), 'motion 0 is -0.1'),
     ((math.nan, 0.0, 0.0), 'motion 0 is nan'),

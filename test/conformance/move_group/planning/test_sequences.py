@@ -8,7 +8,7 @@ import copy
 import math
 from typing import Any
 
-from move_group_bench import Feedback, name_of, SUCCEEDED, TIMEOUT, xyz
+from move_group_bench import CANCELED, Feedback, name_of, SUCCEEDED, TIMEOUT, xyz
 from moveit_msgs.action import MoveGroupSequence
 from moveit_msgs.msg import DisplayTrajectory, MotionSequenceItem, MotionSequenceRequest
 from moveit_msgs.srv import GetMotionSequence
@@ -192,3 +192,26 @@ def test_a_sequence_is_executed(arm: Any, action: Any, start: Any) -> None:
     goal = request.items[1].req.goal_constraints[0].position_constraints[0]
     wanted = goal.constraint_region.primitive_poses[0].position
     assert math.dist(xyz(arm.pose().pose.position), xyz(wanted)) < 5e-3
+
+
+@pytest.mark.statement('IF-3', 'ACT-5')
+def test_a_sequence_is_cancelled(arm: Any, action: Any, start: Any) -> None:
+    """
+    A cancel stops the motion between its start and its last goal: CANCELED with PREEMPTED.
+
+    Upstream: integrationtest_sequence_action_preemption.cpp, TestCancellingOfGoal.
+    """
+    assert arm.move(start).code == 'SUCCESS'
+    began = arm.positions()
+    client, feedback = action
+    goal = MoveGroupSequence.Goal(request=two_lines(arm, arm.pose(), 0.0))
+    goal.planning_options.planning_scene_diff = quiet_diff()
+    handle = arm.client.result(client.send_goal_async(goal), TIMEOUT, 'answer to a goal')
+    while arm.distance(began) < 5e-3:
+        pass
+    arm.cancel(handle)
+    ended = arm.ended(handle, feedback)
+    assert (ended.status, name_of(ended.result.response.error_code)) == (CANCELED, 'PREEMPTED')
+    wanted = goal.request.items[1].req.goal_constraints[0].position_constraints[0]
+    place = wanted.constraint_region.primitive_poses[0].position
+    assert math.dist(xyz(arm.pose().pose.position), xyz(place)) > 0.02
