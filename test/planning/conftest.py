@@ -12,7 +12,9 @@ from small_arms import planar_arm, six_axis_arm, turning_arm, two_six_axis_arms
 from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.model.geometry import Box
 from armsim_ros.model.transforms import pose_matrix
+from armsim_ros.planning.constraints import ConstraintSet
 from armsim_ros.planning.planner import MotionPlanner
+from armsim_ros.planning.request import Constraints
 from armsim_ros.planning.scene.objects import CollisionObject, ObjectShape
 from armsim_ros.planning.scene.planning_scene import PlanningScene
 
@@ -80,6 +82,15 @@ def pair_scene(pair):
 def planar_scene(planar):
     """Return an empty scene with the planar arm."""
     return PlanningScene(planar)
+
+
+@pytest.fixture
+def constraint_set(planar_scene, log):
+    """Return a function that prepares constraints for the planar arm."""
+    def build(*, joints=(), positions=(), orientations=(), visibilities=()):
+        return ConstraintSet(
+            Constraints(joints, positions, orientations, visibilities), planar_scene, log)
+    return build
 
 
 @pytest.fixture

@@ -11,7 +11,6 @@ from trajectory_judge import between
 
 from armsim_ros.model.geometry import Box
 from armsim_ros.model.transforms import pose_matrix
-from armsim_ros.planning.constraints import ConstraintSet
 from armsim_ros.planning.request import (
     Constraints,
     JointConstraint,
@@ -29,11 +28,10 @@ ABOVE = VisibilityConstraint(
 
 
 @pytest.fixture
-def evaluate(planar_scene, log):
+def evaluate(constraint_set):
     """Return a function that evaluates a visibility constraint in a state of the planar arm."""
     def at(given, q=ASIDE):
-        made = ConstraintSet(
-            Constraints(visibility_constraints=(given,)), planar_scene, log)
+        made = constraint_set(visibilities=(given,))
         result, = made.evaluate(q)
         assert made.satisfied(q) is result.satisfied
         assert bool(made.violation(q)) is not result.satisfied
@@ -118,7 +116,7 @@ def test_an_attached_object_does_not_block(planar_scene, evaluate):
     assert evaluate(ABOVE).satisfied
 
 
-def test_what_cannot_be_used(planar_scene, log):
+def test_what_cannot_be_used(constraint_set, log):
     """
     Without radius and angles it counts as satisfied; a number that is none never does.
 
@@ -129,16 +127,16 @@ def test_what_cannot_be_used(planar_scene, log):
         (replace(ABOVE, target_radius=math.nan), False, 'not finite'),
         (replace(ABOVE, sensor_view_direction=3), False, 'is not 0 (z)'),
     ):
-        made = ConstraintSet(Constraints(visibility_constraints=(given,)), planar_scene, log)
+        made = constraint_set(visibilities=(given,))
         assert made.satisfied(STRAIGHT) is kept
         assert text in made.unusable[0]
     few = replace(ABOVE, target_radius=-0.05, cone_sides=0)
-    made = ConstraintSet(Constraints(visibility_constraints=(few,)), planar_scene, log)
+    made = constraint_set(visibilities=(few,))
     assert 'using 3' in log.recorder.text()
     assert not made.satisfied(STRAIGHT)
 
 
-def test_a_plan_keeps_the_view_free(planar, planar_scene, plan_for, log, clock):
+def test_a_plan_keeps_the_view_free(planar, planar_scene, plan_for, constraint_set, clock):
     """A plan whose straight way crosses the view goes around it."""
     joints = ('axis1', 'axis2', 'axis3')
     start, end = (-0.6, 0.0, 0.0), (0.6, 0.0, 0.0)
@@ -150,7 +148,7 @@ def test_a_plan_keeps_the_view_free(planar, planar_scene, plan_for, log, clock):
         'arm', (goal,), StartState(joints, start), path_constraints=kept)
     response = plan_for(planar_scene).plan(request, planar_scene, clock=clock)
     assert response.success, response.message
-    made = ConstraintSet(kept, planar_scene, log)
+    made = constraint_set(visibilities=(ABOVE,))
     assert not made.satisfied(STRAIGHT)
     for t in np.linspace(0.0, response.trajectory.duration, 200):
         q = planar.vector(dict(zip(joints, between(response.trajectory, t), strict=True)))
