@@ -8,7 +8,12 @@ from collections.abc import Iterator
 from typing import Any
 
 from geometry_msgs.msg import Pose
-from moveit_msgs.msg import CollisionObject, PlanningSceneComponents
+from moveit_msgs.msg import (
+    AttachedCollisionObject,
+    CollisionObject,
+    PlanningScene,
+    PlanningSceneComponents,
+)
 from moveit_msgs.srv import GetPlanningScene
 from moveit_task_constructor_msgs.action import ExecuteTaskSolution
 from moveit_task_constructor_msgs.msg import Solution, SubTrajectory
@@ -23,6 +28,7 @@ from armsim_ros.testing.clients.patient_action_client import PatientActionClient
 statement = pytest.mark.statement
 
 SUCCESS, INVALID_MOTION_PLAN, CONTROL_FAILED, PREEMPTED = 1, -2, -4, -7
+TIP = 'link_6'
 
 
 @pytest.fixture(scope='module')
@@ -68,12 +74,23 @@ def run(arm: Streamed, action: PatientActionClient, *parts: SubTrajectory) -> An
     return result.error_code.val, result.error_code.message, seen
 
 
+def scene_of(arm: Streamed, components: int) -> PlanningScene:
+    """Return components of the scene."""
+    request = GetPlanningScene.Request()
+    request.components.components = components
+    return arm.client.call('/get_planning_scene', GetPlanningScene, request).scene
+
+
 def objects(arm: Streamed) -> set[str]:
     """Return the names of the objects in the scene."""
-    request = GetPlanningScene.Request()
-    request.components.components = PlanningSceneComponents.WORLD_OBJECT_NAMES
-    scene = arm.client.call('/get_planning_scene', GetPlanningScene, request).scene
+    scene = scene_of(arm, PlanningSceneComponents.WORLD_OBJECT_NAMES)
     return {one.id for one in scene.world.collision_objects}
+
+
+def attached(arm: Streamed) -> set[str]:
+    """Return the names of the objects that the arm carries."""
+    scene = scene_of(arm, PlanningSceneComponents.ROBOT_STATE_ATTACHED_OBJECTS)
+    return {one.object.id for one in scene.robot_state.attached_collision_objects}
 
 
 @statement('MTC-1', 'MTC-2', 'MTC-3')
@@ -86,6 +103,32 @@ def test_parts_in_order(arm: Streamed, action: PatientActionClient) -> None:
     assert code == SUCCESS, message
     assert seen == [(0, 3), (1, 3), (2, 3)]
     assert {'first', 'second'} <= objects(arm)
+
+
+@statement('MTC-2')
+def test_scene_differences_of_parts(arm: Streamed, action: PatientActionClient) -> None:
+    """
+    A default difference changes nothing; one that attaches keeps what is attached already.
+
+    Upstream: execute_task_solution_capability.cpp, constructMotionPlan (effect_on_success).
+    """
+    parts = [part(thing=name) for name in ('grasped', 'held')]
+    for one in parts:
+        (box,) = one.scene_diff.world.collision_objects
+        one.scene_diff.world.collision_objects = []
+        one.scene_diff.robot_state.is_diff = False
+        one.scene_diff.robot_state.attached_collision_objects = [
+            AttachedCollisionObject(link_name=TIP, object=box)]
+    before = objects(arm)
+    code, message, _ = run(arm, action, *parts, SubTrajectory())
+    assert code == SUCCESS, message
+    assert attached(arm) == {'grasped', 'held'}
+    assert objects(arm) == before
+    drop = part()
+    drop.scene_diff.robot_state.attached_collision_objects = [AttachedCollisionObject(
+        object=CollisionObject(operation=CollisionObject.REMOVE))]
+    assert run(arm, action, drop)[0] == SUCCESS
+    assert not attached(arm)
 
 
 @statement('MTC-3')

@@ -14,6 +14,7 @@ from sensor_msgs.msg import JointState, MultiDOFJointState
 
 from armsim_ros.errors import MoveItErrorCode, PlanningError
 from armsim_ros.execution.multi_dof import MultiDofTrajectory
+from armsim_ros.nodes.conversions.planning_scene import is_empty
 from armsim_ros.nodes.move_group.action_server import MoveGroupActionServer
 from armsim_ros.nodes.move_group.context import Context
 from armsim_ros.nodes.move_group.execution.execute_trajectory import robot_trajectory
@@ -124,11 +125,9 @@ class ExecuteTaskSolution:
         scene = part.scene_diff
         scene.robot_state.joint_state = JointState()
         scene.robot_state.multi_dof_joint_state = MultiDOFJointState()
-        if not (scene.is_diff or scene.world.collision_objects or scene.name
-                or scene.robot_model_name or scene.allowed_collision_matrix.entry_names
-                or scene.robot_state.attached_collision_objects):  # fmt: skip
-            return  # a default message means no change, not an empty scene
-        await apply_scene_message(self._context, scene, f'{SOURCE}: part {number}')
+        scene.robot_state.is_diff = True  # what is attached stays
+        if not is_empty(scene):
+            await apply_scene_message(self._context, scene, f'{SOURCE}: part {number}')
 
 
 def _in_part(
