@@ -55,8 +55,18 @@ UNUSED_MANAGER_KEYS = {
     'qos_overrides': '',
 }
 #: Thresholds of diagnostics that have no effect, as the loop alone is measured.
-_UNUSED_THRESHOLDS = (('controllers',), ('hardware_components',),
-                      ('controller_manager', 'periodicity', 'standard_deviation'))
+_UNUSED_THRESHOLDS = tuple(('diagnostics', 'threshold', *path) for path in (
+    ('controllers',), ('hardware_components',),
+    ('controller_manager', 'periodicity', 'standard_deviation')))
+#: Upstream's defaults of parameters without effect; other values are reported at the start.
+_DEFAULTS_WITHOUT_EFFECT: Mapping[str, Any] = {
+    'handle_exceptions': True,
+    'lock_memory': False,
+    'thread_priority': 50,
+    'cpu_affinity': None,
+    'hardware_synchronization': {
+        'expect_blocking_read_write': False, 'minimum_cycle_time': 0.0001},
+}
 
 
 def read_sections(draft: ConfigDraft, *, published: bool = False) -> dict[str, Any]:
@@ -115,14 +125,30 @@ def _controller_manager(draft: ConfigDraft, simulation: SimulationSettings,
         entry = entry.with_value({**entry.entries, 'type': kind})
         node = node.with_value({**node.entries, controller.name: entry})
     node = _with_fitting_rate(draft, node, simulation.timestep)
-    for path in _UNUSED_THRESHOLDS:
-        place, steps = node.find(('diagnostics', 'threshold', *path))
-        if steps == len(path) + 2:
-            draft.problems.append(Problem(
-                f"controller_manager: 'diagnostics.threshold.{'.'.join(path)}' is not used here: "
-                'the rate of the whole loop is measured', place.place, severity=Severity.INFO))
+    node = _without_effect(draft, node)
     return _checked(draft, node, ControllerManagerParameters, 'controller_manager',
                     UNUSED_MANAGER_KEYS)
+
+
+def _without_effect(draft: ConfigDraft, node: YamlNode) -> YamlNode:
+    """Return the manager's block without requests that have no effect; each is a warning."""
+    found = {}
+    for key, default in _DEFAULTS_WITHOUT_EFFECT.items():
+        given = node.get(key)
+        values = given.plain() if given is not None else default
+        if isinstance(default, Mapping) and isinstance(values, Mapping):
+            values = {**default, **values}
+        if given is not None and values != default:
+            found[key] = given, UNUSED_MANAGER_KEYS[key]
+    for path in _UNUSED_THRESHOLDS:
+        given, steps = node.find(path)
+        if steps == len(path):
+            found['.'.join(path)] = given, 'the rate of the whole loop is measured'
+    for key, (given, reason) in found.items():
+        draft.problems.append(Problem(
+            f"controller_manager: '{key}' has no effect here{': ' if reason else ''}{reason}",
+            given.place, severity=Severity.WARNING))
+    return node.without(*(key for key in found if key in node.entries))
 
 
 def _without_strays(draft: ConfigDraft, node: YamlNode) -> YamlNode:

@@ -91,6 +91,8 @@ def test_parameters_of_the_manager_from_a_dictionary(tmp_path):
     """
     Parameters of a launch file's dictionary reach the manager as those of a file do.
 
+    Those that have no effect here are reported, each once.
+
     controller_manager.cpp declares parameters from overrides, wherever they come from.
     """
     file = tmp_path / 'controllers.yaml'
@@ -101,7 +103,7 @@ def test_parameters_of_the_manager_from_a_dictionary(tmp_path):
              'diagnostics.threshold.controller_manager.periodicity.mean_error.warn': 3.0,
              'enforce_command_limits': True, 'arm.fallback_controllers': ['hold'],
              'arm.node_options_args': ['-r', 'a:=b'], 'arm.params_file': ['arm.yaml']}
-    ignored = {'thread_priority': 40, 'cpu_affinity': [1], 'lock_memory': False,
+    ignored = {'thread_priority': 40, 'cpu_affinity': [1], 'lock_memory': True,
                'handle_exceptions': False, 'hardware_synchronization.minimum_cycle_time': 0.1,
                'diagnostics.threshold.controllers.periodicity.mean_error.warn': 3.0}
     words = [word for key, value in {**given, **ignored}.items()
@@ -122,8 +124,8 @@ def test_parameters_of_the_manager_from_a_dictionary(tmp_path):
     arm = manager.controllers['arm']
     assert (arm.fallback_controllers, arm.node_options_args, arm.params_file) == (
         ('hold',), ('-r', 'a:=b'), ('arm.yaml',))
-    wrong = [one for one in draft.problems if 'controller_manager' in one.what]
-    assert all(one.severity is Severity.INFO for one in wrong), wrong
+    wrong = [one for one in draft.problems if 'has no effect here' in one.what]
+    assert all(one.severity is Severity.WARNING for one in wrong), wrong
     assert {re.search("'([^']+)'", one.what)[1] for one in wrong} == {
         *(name.partition('.')[0] for name in ignored if 'diagnostics' not in name),
         'diagnostics.threshold.controllers'}
