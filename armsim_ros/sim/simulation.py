@@ -295,7 +295,7 @@ class Simulation(SimulatedLinks, SavableSimulation, HardwareInterface):
             ``recover`` puts the plant back to where it was stable.
         """
         plant, servo = self._plant, self._servo
-        if count > max(1, self.ready_steps):
+        if count > 1 and count > self.ready_steps:
             for _ in range(count):
                 self.step()
             return
