@@ -29,6 +29,8 @@ from environment.sources import content_hash, copy_files, PACKAGE_SOURCES, requi
 #: setuptools builds the package and the ros2 command inside the environment, without the network.
 _TOOLS = ('pip>=25', 'setuptools>=70.1')
 _ROS2_COMMAND = 'ros2'
+#: Python packages of ROS that no index has; a ROS installation brings its own.
+_HELPERS = 'helpers'
 
 
 class EnvironmentBuilder:
@@ -92,7 +94,7 @@ class EnvironmentBuilder:
                 self._note('interfaces', wheel.key)
         finally:
             wheel.clean_up()
-        self._install_sources()
+        self._install_sources([_ROS2_COMMAND] if ros is not None else [_ROS2_COMMAND, _HELPERS])
 
     def _recorded_interpreter(self) -> Interpreter | None:
         text = self._done.get('interpreter')
@@ -127,18 +129,22 @@ class EnvironmentBuilder:
         install(f'install {stage}', lines)
         self._note(stage, _key(lines))
 
-    def _install_sources(self) -> None:
-        """Install the package and the ros2 command, from a copy that the build may litter."""
-        key = content_hash(self._root, [*PACKAGE_SOURCES, _ROS2_COMMAND])
+    def _install_sources(self, others: Sequence[str]) -> None:
+        """
+        Install the package and what belongs to it, from a copy that the build may litter.
+
+        :param others: folders of the tree that are distributions of their own.
+        """
+        key = content_hash(self._root, [*PACKAGE_SOURCES, *others])
         if self._done.get('sources') == key:
             return
         self._say('installing armsim_ros')
         with tempfile.TemporaryDirectory(prefix='armsim_ros-') as name:
             copy = Path(name)
-            copy_files(self._root, [*PACKAGE_SOURCES, _ROS2_COMMAND], copy)
+            copy_files(self._root, [*PACKAGE_SOURCES, *others], copy)
             self._installer.pip('install armsim_ros', [
                 '--no-deps', '--no-build-isolation', '--no-index', str(copy),
-                str(copy / _ROS2_COMMAND)])
+                *(str(copy / folder) for folder in others)])
         self._note('sources', key)
 
     def _note(self, stage: str, key: str) -> None:
