@@ -13,7 +13,7 @@ environment = @command -v $(PYTHON) > /dev/null \
 	$(PYTHON) scripts/env.py --venv $(VENV) $(this_python)
 
 .DEFAULT_GOAL := help
-.PHONY: help env bringup test test-page lint docs bench bench-planning bench-ik bench-timing bench-simulation clean
+.PHONY: help env bringup test test-page lint mutants docs bench bench-planning bench-ik bench-timing bench-simulation clean
 
 help: ## show this
 	@echo 'usage: make TARGET [ARGS="..."] [PYTHON=python3.12] [VENV=.venv]'
@@ -39,6 +39,10 @@ lint: ## style, types, and who may import whom
 	@$(VENV)/bin/ruff check .
 	@$(VENV)/bin/mypy
 	@$(VENV)/bin/lint-imports
+
+mutants: ## change the package in random places and report what no test notices; about two hours
+	$(environment) --with test --with mutants
+	@$(VENV)/bin/python scripts/mutants.py $(ARGS)
 
 docs: ## the documentation as HTML, with a reference of the library: build/docs/index.html
 	$(environment) --with docs

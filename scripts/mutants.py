@@ -1,0 +1,290 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""
+Change the package in random places and report the changes that no test notices.
+
+    make mutants ARGS="--count 300 --seed 1"
+    make mutants ARGS="--only control/trajectory --count 20"
+
+The tests run once with coverage, which takes a while and is repeated only when the tree has
+changed. Each mutant is tested in a copy of the tree below ``build/mutants`` by the tests that
+execute its line: first those of the mirrored folder, then the quickest, until one fails or the
+time is used up. The mutations are those of cosmic-ray.
+"""
+
+from __future__ import annotations
+
+import argparse
+import ast
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass
+import difflib
+from functools import cache
+import hashlib
+import json
+import os
+from pathlib import Path
+import random
+import shutil
+import subprocess
+import sys
+import time
+
+ROOT = Path(__file__).resolve().parent.parent
+PLACE = ROOT / 'build' / 'mutants'
+TREE = PLACE / 'tree'
+#: Written by the tests' run with coverage, see ``test_contexts.py``.
+DURATIONS = PLACE / 'durations.json'
+SETTINGS = f"""[run]
+source = {TREE}/armsim_ros
+data_file = {PLACE}/coverage
+parallel = true
+sigterm = true
+patch = _exit, execv
+context = ${{TEST_CONTEXT-}}
+"""
+#: Operators that need arguments, and a decorator is not a place where one errs.
+UNUSED = ('VariableInserter', 'VariableReplacer', 'RemoveDecorator')
+#: A mutant may make its tests so many times slower before it counts as found [-], [s].
+SLOWER, AT_LEAST = 3.0, 60.0
+
+
+@dataclass(frozen=True)
+class Place:
+    """A mutation: which operator of cosmic-ray, and its occurrence in the file."""
+
+    path: str
+    line: int
+    column: int
+    operator: str
+    occurrence: int
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What became of a mutant: ``killed``, ``survived`` or ``uncovered``."""
+
+    place: Place
+    outcome: str
+    difference: str
+    tests: int
+    seconds: float
+
+
+def main() -> int:
+    """Print a line per mutant and the survivors; return 0 where enough were killed."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument('--count', type=int, default=300, help='mutants [300]')
+    parser.add_argument('--seed', type=int, default=0, help='chooses the places [0]')
+    parser.add_argument('--only', nargs='*', default=[''], metavar='PATH',
+                        help='rooms or files below armsim_ros/')
+    parser.add_argument('--budget', type=float, default=120.0, metavar='S',
+                        help='undisturbed duration of the tests of a mutant [120 s]')
+    parser.add_argument('--tests', nargs='*', default=['test'], metavar='PATH',
+                        help='the tests that may kill a mutant [test]')
+    arguments = parser.parse_args()
+    _copy_tree()
+    covering = _coverage(arguments.tests)
+    outcomes = []
+    for place in _sample(arguments.only, arguments.count, arguments.seed):
+        outcome = _test(place, covering, arguments.budget)
+        outcomes.append(outcome)
+        print(f'{outcome.outcome:9} {outcome.seconds:5.0f} s {outcome.tests:4} tests  '
+              f'{place.path}:{place.line} {place.operator}', flush=True)
+    survivors = [outcome for outcome in outcomes if outcome.outcome != 'killed']
+    for outcome in survivors:
+        print(f'\n{outcome.outcome}: {outcome.place.path}:{outcome.place.line}'
+              f'\n{outcome.difference}')
+    (PLACE / 'outcomes.json').write_text(json.dumps([asdict(each) for each in outcomes], indent=1))
+    killed = len(outcomes) - len(survivors)
+    print(f'\n{killed} of {len(outcomes)} mutants were killed '
+          f'({100 * killed / max(len(outcomes), 1):.0f} %); all: {PLACE / "outcomes.json"}')
+    return 0 if killed >= 0.95 * len(outcomes) else 1
+
+
+def _files() -> list[str]:
+    command = ['git', 'ls-files', '-z', '--cached', '--others', '--exclude-standard']
+    listed = subprocess.run(command, cwd=ROOT, check=True, capture_output=True, text=True)
+    return [name for name in listed.stdout.split('\0') if name and (ROOT / name).is_file()]
+
+
+def _copy_tree() -> None:
+    """Bring the copy up to date; also after a mutant that was not put back."""
+    files = _files()
+    for name in files:
+        target = TREE / name
+        content = (ROOT / name).read_bytes()
+        if not target.is_file() or target.read_bytes() != content:
+            target.parent.mkdir(parents=True, exist_ok=True)
+            target.write_bytes(content)
+    for path in [*(TREE / 'armsim_ros').rglob('*.py'), *(TREE / 'test').rglob('*.py')]:
+        if str(path.relative_to(TREE)) not in set(files):
+            path.unlink()
+
+
+def _coverage(tests: Sequence[str]) -> Mapping[tuple[str, int], set[str]]:
+    """Return file and line -> tests, or whole files of tests whose programs execute it."""
+    import coverage
+
+    state = hashlib.sha256(repr(tests).encode())
+    for name in sorted(_files()):
+        if name.startswith(('armsim_ros/', 'test/')):
+            state.update(name.encode() + (ROOT / name).read_bytes())
+    known = PLACE / 'state'
+    if not known.is_file() or known.read_text() != state.hexdigest():
+        for old in PLACE.glob('coverage*'):
+            old.unlink()
+        settings = PLACE / 'coveragerc'
+        settings.write_text(SETTINGS)
+        python = [sys.executable, '-m', 'coverage']
+        run = subprocess.run([*python, 'run', f'--rcfile={settings}', '-m', 'pytest', '-q', '-p',
+                              'test_contexts', *tests], cwd=TREE, check=False,
+                             env={**_environment(), 'COVERAGE_PROCESS_START': str(settings)})
+        if run.returncode not in (0, 1):
+            sys.exit('mutants: the tests did not run with coverage; see above')
+        subprocess.run([*python, 'combine', '-q', f'--rcfile={settings}'], cwd=TREE, check=True)
+        known.write_text(state.hexdigest())
+    data = coverage.CoverageData(str(PLACE / 'coverage'))
+    data.read()
+    found: dict[tuple[str, int], set[str]] = {}
+    for file in data.measured_files():
+        name = str(Path(file).relative_to(TREE))
+        for line, contexts in data.contexts_by_lineno(file).items():
+            found[name, line] = {context for context in contexts if context}
+    return found
+
+
+def _environment() -> dict[str, str]:
+    """Return an environment in which the copy wins over the installed package."""
+    path = [str(TREE), str(TREE / 'scripts'), os.environ.get('PYTHONPATH', '')]
+    return {**os.environ, 'PYTHONPATH': os.pathsep.join(filter(None, path)),
+            'TEST_DURATIONS': str(DURATIONS), 'PYTHONDONTWRITEBYTECODE': '1'}
+
+
+def _sample(only: Sequence[str], count: int, seed: int) -> list[Place]:
+    """Choose places evenly over those that the core and the nodes have, an operator for each."""
+    paths = sorted(TREE.glob('armsim_ros/**/*.py'))
+    places: dict[tuple[str, int, int], list[Place]] = {}
+    for path in paths:
+        name = str(path.relative_to(TREE))
+        if name.startswith(tuple(f'armsim_ros/{each}' for each in only)):
+            for place in _places(name):
+                places.setdefault((place.path, place.line, place.column), []).append(place)
+    choice = random.Random(seed)
+    chosen = choice.sample(sorted(places), min(count, len(places)))
+    return [choice.choice(places[each]) for each in chosen]
+
+
+def _places(name: str) -> Iterator[Place]:
+    """Yield all mutations of a file but those of annotations, which nothing evaluates."""
+    from cosmic_ray.ast import get_ast_from_path, Visitor
+
+    skipped = _annotations(ast.parse((TREE / name).read_text()))
+
+    class Finder(Visitor):  # type: ignore[misc]  # cosmic-ray brings no types
+        def __init__(self) -> None:
+            self.places: list[Place] = []
+            self.counts = dict.fromkeys(_operators(), 0)
+
+        def visit(self, node: object) -> object:
+            for operator_name, operator in _operators().items():
+                for (line, column), _ in operator.mutation_positions(node):
+                    self.places.append(
+                        Place(name, line, column, operator_name, self.counts[operator_name]))
+                    self.counts[operator_name] += 1
+            return node
+
+    finder = Finder()
+    finder.walk(get_ast_from_path(TREE / name))
+    for place in finder.places:
+        at = place.line, place.column
+        if not any(begin <= at < end for begin, end in skipped):
+            yield place
+
+
+def _annotations(tree: ast.AST) -> list[tuple[tuple[int, int], tuple[int, int]]]:
+    """Return begin and end of all annotations and of what only type checkers execute."""
+    found: list[ast.AST | None] = []
+    for node in ast.walk(tree):
+        if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef)):
+            found.append(node.returns)
+        elif isinstance(node, (ast.arg, ast.AnnAssign)):
+            found.append(node.annotation)
+        elif (isinstance(node, ast.If) and ast.unparse(node.test).endswith('TYPE_CHECKING')) or (
+                isinstance(node, ast.Call) and ast.unparse(node.func) in ('TypeVar', 'cast')):
+            found.append(node)
+    return [((each.lineno, each.col_offset), (each.end_lineno or 0, each.end_col_offset or 0))
+            for each in found if isinstance(each, (ast.expr, ast.stmt))]
+
+
+@cache
+def _operators() -> Mapping[str, object]:
+    from cosmic_ray import plugins
+
+    return {name.removeprefix('core/'): plugins.get_operator(name)()
+            for name in sorted(plugins.operator_names())
+            if name.removeprefix('core/') not in UNUSED}
+
+
+def _test(place: Place, covering: Mapping[tuple[str, int], set[str]], budget: float) -> Outcome:
+    """Run the covering tests on a mutant."""
+    from cosmic_ray.mutating import mutate_code
+
+    path = TREE / place.path
+    source = path.read_text()
+    mutated = mutate_code(source, _operators()[place.operator], place.occurrence)
+    difference = '\n'.join(difflib.unified_diff(
+        source.splitlines(), mutated.splitlines(), lineterm='', n=2))
+    tests, duration = _ordered(covering.get((place.path, place.line), ()), place.path, budget)
+    if not tests:
+        return Outcome(place, 'uncovered', difference, 0, 0.0)
+    begin = time.monotonic()
+    path.write_text(mutated)
+    try:
+        survived = _pass(tests, max(AT_LEAST, SLOWER * duration))
+    finally:
+        path.write_text(source)
+    return Outcome(place, 'survived' if survived else 'killed', difference, len(tests),
+                   time.monotonic() - begin)
+
+
+def _ordered(contexts: Iterable[str], path: str, budget: float) -> tuple[list[str], float]:
+    """Return the tests to run, in order, and how long they take without a mutant [s]."""
+    durations: Mapping[str, float] = json.loads(DURATIONS.read_text())
+    mirrored = str(Path('test', *Path(path).parts[1:-1]))
+    # A program belongs to all tests of a file; those of one test to the others as well.
+    tests = {test for context in contexts for test in durations
+             if test == context or test.startswith(f'{context}::')}
+    order = sorted(tests, key=lambda test: (not test.startswith(mirrored), durations[test]))
+    chosen, total = [], 0.0
+    for test in order:
+        if chosen and total + durations[test] > budget:
+            continue
+        chosen.append(test)
+        total += durations[test]
+    return chosen, total
+
+
+def _pass(tests: Sequence[str], seconds: float) -> bool:
+    """Return whether all tests pass in time."""
+    names = PLACE / 'tests.txt'
+    names.write_text('\n'.join(tests))
+    process = subprocess.Popen(
+        [sys.executable, '-m', 'pytest', '-x', '-q', '-p', 'no:cacheprovider', f'@{names}'],
+        cwd=TREE, env=_environment(), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+        start_new_session=True)
+    try:
+        return process.wait(seconds) == 0
+    except subprocess.TimeoutExpired:
+        return False
+    finally:
+        if process.poll() is None:
+            os.killpg(process.pid, 9)
+            process.wait()
+
+
+if __name__ == '__main__':
+    if shutil.which('git') is None:
+        sys.exit('mutants: git is needed to list the files')
+    sys.exit(main())
