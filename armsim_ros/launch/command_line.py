@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
+import os
 from pathlib import Path
 
 from armsim_ros.cli.arguments import UsageError
@@ -128,7 +129,16 @@ def _find(places: Sequence[str], path: tuple[Path, ...]) -> tuple[Path, Lookup]:
 
 
 def _launch_files(folder: Path) -> Iterator[Path]:
-    for file in sorted(folder.rglob('*')):
+    # The folder of a package that is not built may be one of links.
+    found, seen = [], set()
+    for place, folders, names in os.walk(folder, followlinks=True):
+        real = os.path.realpath(place)
+        if real in seen:
+            folders.clear()
+            continue
+        seen.add(real)
+        found += [Path(place, name) for name in names]
+    for file in sorted(found):
         if file.is_file() and (file.name.endswith(ENDINGS) or (file.parent.name == 'launch'
                                and file.suffix in ('.py', '.xml', '.yaml'))):
             yield file

@@ -258,6 +258,18 @@ def test_a_file_by_package_and_name(write, capsys):
     assert capsys.readouterr().out.splitlines() == ['process: -/sh name=say ns=/ parameters=']
 
 
+def test_a_file_in_a_linked_folder(write, capsys, tmp_path):
+    """The folder of a package may be one of links, and links may go round in a loop."""
+    file = write(XML, 'it.launch.xml')
+    away = tmp_path / 'away'
+    away.mkdir()
+    file.rename(away / file.name)
+    (file.parent / 'launch').symlink_to(away)
+    (away / 'again').symlink_to(away)
+    assert main(['mine', 'it.launch.xml', 'go:=false', '-n']) == 0
+    assert capsys.readouterr().out
+
+
 def test_a_path_that_only_an_installation_has(dry, workspace, monkeypatch, tmp_path):
     """Launch files, parameters and programs are found where the rules of CMake install them."""
     monkeypatch.setenv('XDG_CACHE_HOME', str(tmp_path / 'cache'))
