@@ -12,7 +12,7 @@ from launch_ros.substitutions import FindPackagePrefix
 from armsim_ros.cli.arguments import argument_table, to_word
 
 
-def generate_launch_description():
+def generate_launch_description() -> LaunchDescription:
     """Return one process, bringup, with every argument that it has."""
     table = argument_table()
     declared = [

@@ -7,21 +7,24 @@ Each Python gets an environment of its own below ``build/digests``, with the ver
 libraries that the oldest of them takes, and runs ``examples/no_ros.py``.
 """
 
+from __future__ import annotations
+
 import argparse
 import os
 from pathlib import Path
 import shutil
 import subprocess
 import sys
+from typing import Any
 
 ROOT = Path(__file__).resolve().parent.parent
 PLACE = ROOT / 'build' / 'digests'
 MINORS = range(10, 14)
 
 
-def main():
+def main() -> int:
     """Print a line for each Python; return 0 where all of them say the same."""
-    parser = argparse.ArgumentParser(description=__doc__.strip().splitlines()[0])
+    parser = argparse.ArgumentParser(description='Compare the bytes of a run in every Python.')
     parser.add_argument('pythons', nargs='*', metavar='PYTHON', default=None,
                         help='interpreters, the oldest first; every one from 3.10 to 3.13 '
                              'that PATH or pyenv has')
@@ -32,7 +35,7 @@ def main():
                  'interpreters: python3 scripts/digests.py PYTHON PYTHON ...')
     versions = PLACE / 'versions.txt'
     versions.unlink(missing_ok=True)
-    digests = set()
+    digests: set[str] = set()
     for number, python in enumerate(pythons):
         interpreter = _environment(python, PLACE / str(number), versions)
         run = _run(interpreter, ROOT / 'examples' / 'no_ros.py', cwd=ROOT,
@@ -46,34 +49,37 @@ def main():
     return int(len(digests) != 1)
 
 
-def _found(minor):
+def _found(minor: int) -> str:
     """Return the Python of this minor version, an empty text where there is none."""
     pyenv = Path(os.environ.get('PYENV_ROOT', Path.home() / '.pyenv')) / 'versions'
     candidates = [shutil.which(f'python3.{minor}'),
                   *sorted(pyenv.glob(f'3.{minor}.*/bin/python'), reverse=True)]
-    for one in filter(None, candidates):
+    for one in candidates:
+        if one is None:
+            continue
         # A shim may stand for nothing.
         if not subprocess.run([one, '-V'], capture_output=True, check=False).returncode:
             return str(one)
     return ''
 
 
-def _environment(python, folder, versions):
+def _environment(python: str, folder: Path, versions: Path) -> Path:
     """Return the interpreter of an environment with all that the package needs."""
     subprocess.run([python, '-m', 'venv', '--clear', folder], check=True)
     interpreter = folder / 'bin' / 'python'
     # The pip of an old Python can look for versions that fit together for ever.
     _run(interpreter, '-m', 'pip', 'install', '-q', '-U', 'pip')
-    pinned = ['-c', versions] if versions.exists() else []
+    pinned: list[str | Path] = ['-c', versions] if versions.exists() else []
     _run(interpreter, '-m', 'pip', 'install', '-q', '-r', ROOT / 'requirements.txt', *pinned)
     if not pinned:
         versions.write_text(_run(interpreter, '-m', 'pip', 'freeze'))
     return interpreter
 
 
-def _run(*words, **options):
+def _run(*words: str | Path, **options: Any) -> str:
     """Return what a command prints; end with what it says where it fails."""
-    done = subprocess.run(words, capture_output=True, text=True, check=False, **options)
+    done: subprocess.CompletedProcess[str] = subprocess.run(
+        words, capture_output=True, text=True, check=False, **options)
     if done.returncode:
         sys.exit(f'digests: {" ".join(map(str, words))} failed:\n{done.stderr}')
     return done.stdout

@@ -13,6 +13,7 @@ OLDEST, NEWEST = (3, 10), (3, 13)
 
 
 def main():
+    # type: () -> int
     """Make or complete the environment; returns the exit status."""
     if not OLDEST <= sys.version_info[:2] <= NEWEST:
         sys.stderr.write(

@@ -29,6 +29,7 @@ import shutil
 import subprocess
 import sys
 import time
+from typing import Any
 
 ROOT = Path(__file__).resolve().parent.parent
 PLACE = ROOT / 'build' / 'mutants'
@@ -219,7 +220,7 @@ def _annotations(tree: ast.AST) -> list[tuple[tuple[int, int], tuple[int, int]]]
 
 
 @cache
-def _operators() -> Mapping[str, object]:
+def _operators() -> Mapping[str, Any]:
     from cosmic_ray import plugins
 
     return {name.removeprefix('core/'): plugins.get_operator(name)()
@@ -257,7 +258,8 @@ def _ordered(contexts: Iterable[str], path: str, budget: float) -> tuple[list[st
     tests = {test for context in contexts for test in durations
              if test == context or test.startswith(f'{context}::')}
     order = sorted(tests, key=lambda test: (not test.startswith(mirrored), durations[test]))
-    chosen, total = [], 0.0
+    chosen: list[str] = []
+    total = 0.0
     for test in order:
         if chosen and total + durations[test] > budget:
             continue

@@ -8,16 +8,20 @@ Makes the pictures of the page in docs/images from a robot that runs, in headles
 Ends with an error where the page does not come up or does not do what the picture shows.
 """
 
+from __future__ import annotations
+
 import argparse
+from collections.abc import Iterator
 from contextlib import contextmanager
 import io
 from pathlib import Path
 import re
 import sys
 import tempfile
+from typing import Any
 
 from PIL import Image
-from playwright.sync_api import sync_playwright
+from playwright.sync_api import Browser, sync_playwright, ViewportSize
 
 ROOT = Path(__file__).resolve().parent.parent
 sys.path[:0] = [str(ROOT), str(ROOT / 'test' / 'support')]
@@ -36,41 +40,41 @@ from armsim_ros.testing.programs.program import start_program  # noqa: E402
 from armsim_ros.tools.generate_config.generation import generate_config  # noqa: E402
 
 IMAGES = ROOT / 'docs' / 'images'
-SIZE = {'width': 1200, 'height': 760}
+SIZE: ViewportSize = {'width': 1200, 'height': 760}
 #: For what the page shows after a while [ms]; a machine without a graphics card is slow.
 PATIENCE = 120_000
 
 
-def main():
+def main() -> None:
     """Make the pictures that are named, or all."""
-    makers = {'first': first, 'collision': collision, 'path': path, 'two_arms': two_arms,
-              'panda': panda}
-    parser = argparse.ArgumentParser(description=__doc__.split('\n')[1])
+    of_sunday = {'first': first, 'collision': collision, 'path': path}
+    of_others = {'two_arms': two_arms, 'panda': panda}
+    parser = argparse.ArgumentParser(description='Make the pictures of the page in docs/images.')
     parser.add_argument('names', nargs='*', metavar='PICTURE')
-    wanted = parser.parse_args().names or list(makers)
+    wanted = parser.parse_args().names or [*of_sunday, *of_others]
     IMAGES.mkdir(parents=True, exist_ok=True)
     with sync_playwright() as playwright:
         browser = launch_chromium(playwright)
-        sunday = [makers[name] for name in wanted if name in ('first', 'collision', 'path')]
+        sunday = [of_sunday[name] for name in wanted if name in of_sunday]
         if sunday:
             with robot() as address:
                 for make in sunday:
                     scheme = 'dark' if make is path else 'light'
                     make(open_page(browser, address, color_scheme=scheme))
         for name in wanted:
-            if name in ('two_arms', 'panda'):
-                makers[name](browser)
+            if name in of_others:
+                of_others[name](browser)
         browser.close()
 
 
-def first(page):
+def first(page: PageUser) -> None:
     """Show what a newcomer sees, and a goal."""
     page.choose('Goal state', 'scan_food')
     page.wait_for_verdict('reachable')
     save(page, 'page_first')
 
 
-def collision(page):
+def collision(page: PageUser) -> None:
     """Show the arm folded into itself."""
     page.unfold('Joints')
     for joint, angle in (('joint_2', 88), ('joint_3', 155)):
@@ -79,7 +83,7 @@ def collision(page):
     save(page, 'page_collision')
 
 
-def path(page):
+def path(page: PageUser) -> None:
     """Show a planned path with its curves, on a dark system."""
     page.choose('Goal state', 'scan_face2')
     page.press('Plan')
@@ -91,7 +95,7 @@ def path(page):
     save(page, 'page_path')
 
 
-def two_arms(browser):
+def two_arms(browser: Browser) -> None:
     """Show a cell of two arms, the left one where it was sent."""
     with robot('robot:=two_bots') as address:
         page = open_page(browser, address)
@@ -99,7 +103,7 @@ def two_arms(browser):
         save(page, 'page_two_arms')
 
 
-def panda(browser):
+def panda(browser: Browser) -> None:
     """Show a Panda with the meshes and the colours of its maker."""
     with tempfile.TemporaryDirectory() as folder:
         generate_config(public_urdf('panda'), Path(folder, 'panda'))
@@ -110,7 +114,7 @@ def panda(browser):
 
 
 @contextmanager
-def robot(*arguments):
+def robot(*arguments: str) -> Iterator[str]:
     """Run a robot and its page as a newcomer does; the page's address."""
     with private_domain() as domain, \
             start_program('bringup', domain, 'web:=true', *arguments) as bringup:
@@ -119,7 +123,7 @@ def robot(*arguments):
         yield address
 
 
-def open_page(browser, address, **options):
+def open_page(browser: Browser, address: str, **options: Any) -> PageUser:
     """Open the page and wait until the robot is seen."""
     window = browser.new_context(viewport=SIZE, **options)
     window.set_default_timeout(PATIENCE)
@@ -129,7 +133,7 @@ def open_page(browser, address, **options):
     return page
 
 
-def save(page, name):
+def save(page: PageUser, name: str) -> None:
     """Save the picture as soon as nothing in it changes any more, and close the page."""
     page.resting_picture()
     data = page.tab.screenshot()

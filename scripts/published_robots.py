@@ -17,12 +17,13 @@ import argparse
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 import re
 import subprocess
 import sys
 import time
-from typing import TYPE_CHECKING
+from typing import Any, TYPE_CHECKING
 from xml.etree import ElementTree
 
 import yaml
@@ -192,6 +193,7 @@ def _bring_up(row: Row) -> None:
 
 def _move(client: ClientNode) -> str:
     """Move each active trajectory controller a little and back; return how many moved."""
+    from controller_manager_msgs.msg import ControllerState
     from controller_manager_msgs.srv import ListControllers
     from sensor_msgs.msg import JointState
 
@@ -203,7 +205,8 @@ def _move(client: ClientNode) -> str:
 
     states = client.collect('/joint_states', JointState)
     limits = _limits(client)
-    moved, arms = 0, []
+    moved = 0
+    arms: list[ControllerState] = []
     deadline = time.monotonic() + MOVE_TIMEOUT
     while not arms and time.monotonic() < deadline:  # a launch file's spawners come later
         states.clear()
@@ -240,11 +243,12 @@ def _near(value: float, lower: float, upper: float) -> float:
 
 
 def _limits(client: ClientNode) -> dict[str, tuple[float, float]]:
-    found = {}
+    found: dict[str, tuple[float, float]] = {}
     for joint in _description(client).findall('joint'):
         limit = joint.find('limit')
-        if limit is not None and limit.get('lower') is not None:
-            found[joint.get('name')] = (float(limit.get('lower')), float(limit.get('upper', 0)))
+        if limit is not None and 'lower' in limit.attrib:
+            found[joint.attrib['name']] = (
+                float(limit.attrib['lower']), float(limit.get('upper', 0)))
     return found
 
 
@@ -312,7 +316,9 @@ def _plan(client: ClientNode) -> str:
 def _grip(client: ClientNode) -> str:
     """Open and close every active gripper controller; return how many follow."""
     from control_msgs.action import GripperCommand, ParallelGripperCommand
+    from control_msgs.msg import GripperCommand as GripperCommandMessage
     from controller_manager_msgs.srv import ListControllers
+    from sensor_msgs.msg import JointState
 
     from armsim_ros.testing.clients.patient_action_client import PatientActionClient
 
@@ -328,13 +334,14 @@ def _grip(client: ClientNode) -> str:
         lower, upper = limits.get(joint, (0.0, 0.5))
         assert gripper.wait_for_server(MOVE_TIMEOUT), f'{one.name} has no action server'
         for position in (upper, lower):
-            goal = action.Goal()
+            goal: Any
             if parallel:
-                goal.command.name, goal.command.position = [joint], [position]
+                goal = ParallelGripperCommand.Goal(
+                    command=JointState(name=[joint], position=[position]))
             else:
-                goal.command.position, goal.command.max_effort = position, 100.0
-            sent = client.in_executor(lambda gripper=gripper, goal=goal: gripper.send_goal_async(
-                goal))
+                goal = GripperCommand.Goal(
+                    command=GripperCommandMessage(position=position, max_effort=100.0))
+            sent = client.in_executor(partial(gripper.send_goal_async, goal))
             handle = client.result(sent, MOVE_TIMEOUT)
             client.result(client.in_executor(handle.get_result_async), MOVE_TIMEOUT)
             error = abs(_positions(client)[joint] - position)

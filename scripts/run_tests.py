@@ -7,6 +7,8 @@ A test with programs in real time that failed while the machine was under pressu
 alone and once. JUnit reports of all jobs stay in build/tests.
 """
 
+from __future__ import annotations
+
 import argparse
 from collections import Counter
 from dataclasses import dataclass
@@ -49,12 +51,12 @@ class Case:
     steal: float
 
     @property
-    def starved(self):
+    def starved(self) -> bool:
         """Whether a failure says nothing about the test."""
         return self.pressure > PRESSURE or self.steal > STEAL
 
 
-def main():
+def main() -> int:
     """Run the jobs; return pytest's status of the worst."""
     parser = argparse.ArgumentParser(description=__doc__, allow_abbrev=False)
     parser.add_argument('--workers', default='2', help='tests with programs at a time')
@@ -62,7 +64,9 @@ def main():
     parser.add_argument('--no-reruns', action='store_true', help='one attempt, whatever happens')
     options, arguments = parser.parse_known_args()
     signal.signal(signal.SIGINT, lambda *_: None)  # pytest ends by it, and so this script
-    begin, cases, starved = time.monotonic(), [], []
+    begin = time.monotonic()
+    cases: list[Case] = []
+    starved: list[Case] = []
     for job in options.job or JOBS:
         print(f'\n== {job} tests', flush=True)
         status = run(job, JOBS[job] or options.workers, '--job', job, *arguments)
@@ -87,7 +91,7 @@ def main():
     return PASSED if cases else NOTHING
 
 
-def run(report, workers, *arguments):
+def run(report: str, workers: str, *arguments: str) -> int:
     """Run pytest with this number of workers; return its status."""
     file = REPORTS / f'{report}.xml'
     file.unlink(missing_ok=True)
@@ -96,11 +100,12 @@ def run(report, workers, *arguments):
         '--no-loadscope-reorder', f'--junit-xml={file}', *arguments]).wait()
 
 
-def read(report):
+def read(report: str) -> list[Case]:
     """Return the tests of a report; a test that failed twice over counts once."""
-    cases = {}
+    cases: dict[str, Case] = {}
     for element in ET.parse(REPORTS / f'{report}.xml').iter('testcase'):
-        properties = {each.get('name'): each.get('value') for each in element.iter('property')}
+        properties = {
+            each.attrib['name']: each.attrib['value'] for each in element.iter('property')}
         name = properties.get('id') or f"{element.get('classname')}::{element.get('name')}"
         result = next((each for each in element if each.tag in OUTCOMES), None)
         outcome, why = ('passed', '') if result is None else (
@@ -112,12 +117,12 @@ def read(report):
     return list(cases.values())
 
 
-def first_line(text):
+def first_line(text: str | None) -> str:
     """Return the first line that has something to say."""
     return next((line.strip() for line in (text or '').splitlines() if line.strip()), '')
 
 
-def show(starved, again):
+def show(starved: list[Case], again: dict[str, str]) -> None:
     """Print a table of what failed under pressure."""
     if starved:
         print(f'\nfailed under pressure: some program waited for a processor for more than '
@@ -129,7 +134,9 @@ def show(starved, again):
         print(f'{len(starved)} tests; up to {MOST_RERUNS} would have run again')
 
 
-def summarize(cases, failed, again, seconds):
+def summarize(
+    cases: list[Case], failed: set[str], again: dict[str, str], seconds: float
+) -> None:
     """Print how long it took, and what was skipped and why."""
     minutes, seconds = divmod(round(seconds), 60)
     skips = Counter(case.why for case in cases if case.outcome == 'skipped')

@@ -9,7 +9,7 @@ started them.
 
 from __future__ import annotations
 
-from collections import Counter
+from collections import defaultdict
 from collections.abc import Iterator
 import json
 import os
@@ -18,7 +18,7 @@ from pathlib import Path
 import coverage
 import pytest
 
-_DURATIONS: Counter[str] = Counter()
+_DURATIONS: defaultdict[str, float] = defaultdict(float)
 
 
 @pytest.hookimpl(wrapper=True, tryfirst=True)

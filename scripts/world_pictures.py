@@ -20,7 +20,7 @@ STATE = 'scan_food'
 SHADES = (0.37, 0.45)
 
 
-def main():
+def main() -> None:
     """Let the things come to rest below the camera, and draw."""
     os.environ[VARIABLE] = choose_backend(os.environ)
     # Only now: MuJoCo is imported, which looks once at what is to draw.

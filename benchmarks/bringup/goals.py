@@ -74,4 +74,6 @@ def go(stack: Stack, client: PatientActionClient, values: list[float]) -> MoveGr
         for i, value in enumerate(values)
     ])]
     handle = stack.client.result(client.send_goal_async(goal), 30.0, 'answer to the goal')
-    return stack.client.result(handle.get_result_async(), 120.0, 'result').result
+    result: MoveGroup.Result = stack.client.result(
+        handle.get_result_async(), 120.0, 'result').result
+    return result

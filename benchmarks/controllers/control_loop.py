@@ -9,22 +9,24 @@ go from the start to a named state and back, quintic from rest to rest.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 import time
 
 import mujoco
 import numpy as np
 
+from armsim_ros.arrays import Vector
 from armsim_ros.stack import ArmSim
 from armsim_ros.trajectory import JointTrajectory
 from benchmarks.options import Options
 
 
-def microseconds(samples):
+def microseconds(samples: list[int] | Vector) -> Vector:
     """Return median, 99th percentile and maximum of times in nanoseconds."""
-    return np.percentile(samples, (50, 99, 100)) / 1e3
+    return np.asarray(np.percentile(samples, (50, 99, 100))) / 1e3
 
 
-def timed(function, count):
+def timed(function: Callable[[], object], count: int) -> Vector:
     """Return the times [ns] of so many calls."""
     samples = np.empty(count)
     for i in range(count):
@@ -34,7 +36,7 @@ def timed(function, count):
     return samples
 
 
-def bare_physics(sim, count):
+def bare_physics(sim: ArmSim, count: int) -> Vector:
     """Return the times of mj_step on a model and state like the simulation's own."""
     plant = sim.simulation.mujoco_model
     data = mujoco.MjData(plant)
@@ -42,7 +44,9 @@ def bare_physics(sim, count):
     return timed(lambda: mujoco.mj_step(plant, data), count)
 
 
-def move(sim, joints, goal, duration):
+def move(
+    sim: ArmSim, joints: tuple[str, ...], goal: Vector, duration: float
+) -> tuple[float, float, list[int]]:
     """Run one quintic move; return the errors [rad] during it, after it, and tick times [ns]."""
     start = np.array([sim.joint_positions[name] for name in joints])
     zeros = np.zeros((2, len(joints)))
@@ -65,9 +69,9 @@ def move(sim, joints, goal, duration):
     return moving, holding, times
 
 
-def farthest_state(sim):
+def farthest_state(sim: ArmSim) -> tuple[tuple[str, ...], Vector]:
     """Return joints and positions of the named state that is farthest from the start."""
-    best = ((), np.zeros(0), -1.0)
+    best: tuple[tuple[str, ...], Vector, float] = ((), np.zeros(0), -1.0)
     for group, states in sim.model.semantic.named_states.items():
         joints = sim.model.group(group).active_joints
         home = np.array([sim.joint_positions[name] for name in joints])

@@ -233,7 +233,7 @@ class Fuzz:
     def _current_scene(self) -> PlanningScene:
         """Return the whole scene without what time changes."""
         name = f'{self._namespace}/get_planning_scene'
-        scene = self._client.call(name, GetPlanningScene).scene
+        scene: PlanningScene = self._client.call(name, GetPlanningScene).scene
         self._joints = scene.robot_state.joint_state
         scene.robot_state.joint_state = JointState()
         return scene

@@ -87,7 +87,7 @@ class RandomMessages:
         random = self._random
         if random.random() < 0.75:
             return random.choice((*self._names, *WORDS))
-        first, last = random.choice(ALPHABETS)
+        first, last = tuple(random.choice(ALPHABETS))
         return ''.join(
             chr(random.randint(ord(first), ord(last))) for _ in range(random.randint(0, 12))
         )

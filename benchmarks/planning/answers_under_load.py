@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 import time
 from typing import Any
 
@@ -20,6 +21,7 @@ from moveit_msgs.srv import (
 )
 from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
 from rcl_interfaces.srv import SetParameters
+from rclpy.action.client import ClientGoalHandle
 from sensor_msgs.msg import JointState
 from shape_msgs.msg import SolidPrimitive
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
@@ -28,6 +30,7 @@ from armsim_ros.config.loading import load_robot_settings
 from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.kinematics.planning_limits import planning_robot
 from armsim_ros.model.loading import load_robot_model
+from armsim_ros.testing.clients.client_node import ClientNode
 from armsim_ros.testing.clients.patient_action_client import PatientActionClient
 from benchmarks.options import Options
 from benchmarks.planning.planning_cancel import block, plan_goal
@@ -103,8 +106,7 @@ def _requests(stack: Stack, group: str, tip: str) -> dict[str, Callable[[], Any]
                                  GetStateValidity.Request(group_name=group, robot_state=state)),
     }
     return {
-        name: lambda kind=kind, service=service, request=request: client.call(
-            service, kind, request)
+        name: partial(client.call, service, kind, request)
         for name, (kind, service, request) in calls.items()
     }
 
@@ -135,13 +137,17 @@ def _cancelled(
         time.sleep(1.0)
         began = time.monotonic()
         answers.append(_took(
-            lambda handle=handle: client.result(client.in_executor(handle.cancel_goal_async))))
+            partial(_cancel, client, handle)))
         states.clear()
         while max(map(abs, states.wait(1)[-1].velocity)) > 0.01:
             states.clear()
         stops.append(1000.0 * (time.monotonic() - began))
         client.result(ended)
     return {'cancel of a motion, answer': answers, 'cancel of a motion, standstill': stops}
+
+
+def _cancel(client: ClientNode, handle: ClientGoalHandle) -> None:
+    client.result(client.in_executor(handle.cancel_goal_async))
 
 
 def _took(call: Callable[[], Any]) -> float:

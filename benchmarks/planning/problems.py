@@ -190,7 +190,9 @@ def _packaged_for(source: Path, robot: str) -> dict[str, Any]:
     with tarfile.open(source / 'resources' / robot / 'problems.tar.bz2') as archive:
         for member in archive:  # in the order of the file: going back means unpacking anew
             if member.name in wanted:
-                texts[wanted[member.name]] = archive.extractfile(member).read()
+                content = archive.extractfile(member)
+                assert content is not None, f'{member.name} is not a file'
+                texts[wanted[member.name]] = content.read()
     for scene in SCENES:
         complete = [index for index in range(1, 101) if {
             (scene, index, 'scene'), (scene, index, 'request')} <= texts.keys()]

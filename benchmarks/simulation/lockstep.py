@@ -19,6 +19,8 @@ import time
 import mujoco
 import numpy as np
 
+from armsim_ros.arrays import Matrix
+from armsim_ros.control.trajectory.joint_trajectory_controller import JointTrajectoryController
 from armsim_ros.stack import ArmSim
 from armsim_ros.trajectory import JointTrajectory
 from benchmarks.options import Options
@@ -128,12 +130,13 @@ def _turns(sim: ArmSim, turns: int) -> tuple[float, float]:
 def _there_and_back(sim: ArmSim, duration: float) -> JointTrajectory:
     """Return a motion of all joints under trajectory control that lasts longer than that."""
     joints = max((controller.joints for controller in sim.manager.controllers.values()
-                  if hasattr(controller, 'send_goal')), key=len)
+                  if isinstance(controller, JointTrajectoryController)), key=len)
     home = np.array([sim.joint_positions[name] for name in joints])
     count = np.arange(1, int(duration / MOVE) + 3)
-    positions = home + 0.3 * (count % 2)[:, None]
+    positions: Matrix = home + 0.3 * (count % 2)[:, None]
     zeros = np.zeros_like(positions)
-    return JointTrajectory(tuple(joints), count * MOVE, positions, zeros, zeros)
+    times = count.astype(np.float64) * MOVE
+    return JointTrajectory(tuple(joints), times, positions, zeros, zeros)
 
 
 def _task(name: str, robot: str, task: Callable[[ArmSim], object]) -> tuple[str, ...]:

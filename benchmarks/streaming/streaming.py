@@ -4,12 +4,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from itertools import pairwise
 from pathlib import Path
 import shutil
 import tempfile
 import time
+from typing import Any
 
 from control_msgs.msg import JointTrajectoryControllerState
 from controller_manager_msgs.srv import SwitchController
@@ -23,12 +24,14 @@ from shape_msgs.msg import SolidPrimitive
 from std_msgs.msg import Float64MultiArray
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
+from armsim_ros.arrays import Matrix, Vector
 from armsim_ros.config.loading import load_robot_settings
 from armsim_ros.config.servo import ServoParameters
 from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.kinematics.planning_limits import planning_robot
 from armsim_ros.model.loading import load_robot_model
 from armsim_ros.resources import share_folder
+from armsim_ros.testing.clients.client_node import ClientNode
 from benchmarks.options import Options
 from benchmarks.stack import processor_seconds, running_stack
 from benchmarks.tables import machine_load, publish, Table
@@ -49,14 +52,21 @@ sunday:
 """
 
 
+#: Arrival [s], stamp [s], reference and measured positions [rad].
+Reference = tuple[float, float, Vector, Vector]
+
+
 class User:
     """Jogs, and keeps what came back with the time of its arrival [s]."""
 
-    def __init__(self, client):
+    def __init__(self, client: ClientNode) -> None:
         self.client, node = client, client.node
-        self.status, self.outputs, self.references, self.measured = [], [], [], []
+        self.status: list[float] = []
+        self.outputs: list[float] = []
+        self.references: list[Reference] = []
+        self.measured: list[tuple[float, Vector]] = []
         deep = QoSProfile(depth=50)
-        topics = (
+        topics: tuple[tuple[type[Any], str, Callable[[Any], None]], ...] = (
             (ServoStatus, '/servo_node/status', lambda _: self.status.append(_now())),
             (JointTrajectory, f'/sunday/{CONTROLLER}/joint_trajectory',
              lambda _: self.outputs.append(_now())),
@@ -72,16 +82,16 @@ class User:
             Float64MultiArray, f'/sunday/{FORWARD}/commands', 10)
         self.twists = node.create_publisher(TwistStamped, '/servo_node/delta_twist_cmds', 10)
 
-    def _state(self, message):
+    def _state(self, message: JointTrajectoryControllerState) -> None:
         stamp = message.header.stamp
         self.references.append((
             _now(), stamp.sec + 1e-9 * stamp.nanosec,
             np.array(message.reference.positions), np.array(message.feedback.positions)))
 
-    def _joints(self, message):
+    def _joints(self, message: JointState) -> None:
         self.measured.append((_now(), np.array(message.velocity)))
 
-    def go(self, positions):
+    def go(self, positions: Sequence[float]) -> None:
         """Move to the place and rest there."""
         point = JointTrajectoryPoint(positions=[float(value) for value in positions])
         point.time_from_start.sec = 2
@@ -89,7 +99,7 @@ class User:
             JointTrajectory(joint_names=list(JOINTS), points=[point]))
         time.sleep(2.8)
 
-    def jog(self, seconds, share, period=0.01):
+    def jog(self, seconds: float, share: float, period: float = 0.01) -> tuple[float, float]:
         """Stream a twist downwards; return when the first and the last one went out [s]."""
         message = TwistStamped()
         message.header.frame_id = 'base_link'
@@ -104,7 +114,7 @@ class User:
             if _now() - first > seconds:
                 return first, last
 
-    def add_objects(self, count):
+    def add_objects(self, count: int) -> None:
         """Put boxes around the arm, out of its way."""
         request = ApplyPlanningScene.Request()
         request.scene.is_diff = request.scene.robot_state.is_diff = True
@@ -142,7 +152,7 @@ def _measured(user: User, pid: int, idle: float) -> Table:
     user.status.clear()
     time.sleep(3.0)
     gaps = np.diff(user.status)
-    rows = [(
+    rows: list[tuple[str, ...]] = [(
         'status', f'{len(gaps) / (user.status[-1] - user.status[0]):.1f} Hz',
         f'p95 of the gaps {1e3 * np.percentile(gaps, 95):.1f} ms',
     )]  # fmt: skip
@@ -185,7 +195,7 @@ def _measured(user: User, pid: int, idle: float) -> Table:
     return Table('Streaming to a running arm', ('what', 'figure', 'and'), rows)
 
 
-def _changes(references: list) -> list[float]:
+def _changes(references: list[Reference]) -> list[float]:
     """Return when the reference had changed [s]."""
     return [
         later[0] for before, later in pairwise(references)
@@ -222,7 +232,7 @@ def _straightness(user: User) -> list[tuple[str, ...]]:
     kinematics = KinematicModel(
         planning_robot(load_robot_model(settings), settings.joint_limits))
 
-    def tip(positions):
+    def tip(positions: Vector) -> Matrix:
         q = kinematics.insert(kinematics.default(), 'manipulator', positions)
         return kinematics.link_pose(q, 'link_6')[:3, 3]
 

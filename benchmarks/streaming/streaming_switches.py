@@ -123,7 +123,8 @@ class _Switcher:
         if self.mode == 'trajectory':
             duration = float(self.random.uniform(0.15, 0.4))
             trajectory = JointTrajectory(names, np.array([duration]), target[None])
-            self.goals += self.sim.send_trajectory(trajectory)
+            self.goals += (goal for goal in self.sim.send_trajectory(trajectory)
+                           if isinstance(goal, TrajectoryGoal))
         else:
             controller = self.sim.manager.controllers[FORWARD[self.mode]]
             assert isinstance(controller, ForwardController)

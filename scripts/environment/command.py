@@ -23,7 +23,8 @@ def run(argv: Sequence[str]) -> int:
 
     :returns: 0, or 1 after one message that says what is missing.
     """
-    parser = argparse.ArgumentParser(prog='env.py', description=run.__doc__.split('\n')[1])
+    parser = argparse.ArgumentParser(prog='env.py',
+                                     description='Make or complete the environment.')
     parser.add_argument('--venv', type=Path, default=ROOT / '.venv',
                         help='the environment (default: .venv in the source tree)')
     parser.add_argument('--with', dest='extras', action='append', default=[], metavar='EXTRA',

@@ -2,9 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """This package: from a request to a timed trajectory that was checked."""
 
+from __future__ import annotations
+
 import pathlib
 import sys
 import time
+from typing import Any
 
 sys.path.insert(1, str(pathlib.Path(__file__).resolve().parents[3]))
 
@@ -27,7 +30,7 @@ from armsim_ros.planning.settings import settings_from_config
 class Planner:
     """One planner for all problems, as in a running move_group."""
 
-    def __init__(self, robot):
+    def __init__(self, robot: dict[str, Any]) -> None:
         settings = load_robot_settings(robot['folder'])
         self.robot = robot
         self.model = KinematicModel(
@@ -37,7 +40,7 @@ class Planner:
             settings.planning_parameters, settings.ompl, settings.kinematics))
         self.planner.prepare()
 
-    def prepare(self, problem):
+    def prepare(self, problem: dict[str, Any]) -> None:
         """Change the scene as a client does, and let the planner see it."""
         self.scene.clear()
         for each in problem['obstacles']:
@@ -51,7 +54,7 @@ class Planner:
                 shapes=(ObjectShape(shape),)))
         self.planner.check_state(self.scene.snapshot(), self.scene.q)
 
-    def plan(self, problem, seed, seconds):
+    def plan(self, problem: dict[str, Any], seed: int, seconds: float) -> dict[str, Any]:
         """Answer a request."""
         names = tuple(self.robot['joints'])
         goal = Constraints(tuple(

@@ -2,7 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """OMPL's Python package as its demos use it: RRTConnect, everything else at its default."""
 
+from __future__ import annotations
+
+from typing import Any
+
 import numpy as np
+from numpy.typing import NDArray
 from ompl import base as ob
 from ompl import geometric as og
 from ompl import util as ou
@@ -17,24 +22,24 @@ ou.setLogLevel(ou.LOG_NONE)
 class Planner:
     """SimpleSetup with a callback that asks Pinocchio for collisions of the meshes."""
 
-    def __init__(self, robot):
+    def __init__(self, robot: dict[str, Any]) -> None:
         self.robot = robot
         self.models = PinocchioModels(robot)
         self.model = self.models.model
         self.data = self.model.createData()
 
-    def prepare(self, problem):
+    def prepare(self, problem: dict[str, Any]) -> None:
         """Add the obstacles."""
         self.scene = self.models.scene(problem)
         self.scene_data = pin.GeometryData(self.scene)
 
-    def valid(self, state):
+    def valid(self, state: Any) -> bool:
         """Return whether a state is free."""
         q = np.array([state[k] for k in range(self.model.nq)])
         return not pin.computeCollisions(
             self.model, self.data, self.scene, self.scene_data, q, True)
 
-    def plan(self, problem, seed, seconds):
+    def plan(self, problem: dict[str, Any], seed: int, seconds: float) -> dict[str, Any]:
         """Solve, simplify, and time with toppra on a spline."""
         ou.RNG.setSeed(seed + 1)
         count = self.model.nq
@@ -61,7 +66,7 @@ class Planner:
         return {'path': path, **timed(path, self.robot)}
 
 
-def timed(path, robot):
+def timed(path: NDArray[np.float64], robot: dict[str, Any]) -> dict[str, Any]:
     """Return the motion that toppra's README gets from waypoints."""
     count = path.shape[1]
     places = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1))])

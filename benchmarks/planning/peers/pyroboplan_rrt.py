@@ -2,6 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """pyroboplan: RRT-Connect and shortcuts in Python, as in its examples."""
 
+from __future__ import annotations
+
+from typing import Any
+
 import numpy as np
 from pinocchio_models import PinocchioModels
 from pyroboplan.planning.path_shortcutting import shortcut_path
@@ -12,14 +16,14 @@ from worker import serve
 class Planner:
     """pyroboplan's planner."""
 
-    def __init__(self, robot):
+    def __init__(self, robot: dict[str, Any]) -> None:
         self.models = PinocchioModels(robot)
 
-    def prepare(self, problem):
+    def prepare(self, problem: dict[str, Any]) -> None:
         """Add the obstacles."""
         self.scene = self.models.scene(problem)
 
-    def plan(self, problem, seed, seconds):
+    def plan(self, problem: dict[str, Any], seed: int, seconds: float) -> dict[str, Any]:
         """Plan and shorten; its ways of timing keep neither path nor duration in view."""
         np.random.seed(seed)
         options = RRTPlannerOptions(

@@ -2,14 +2,18 @@
 # SPDX-License-Identifier: Apache-2.0
 """roboplan: RRT-Connect in C++, its shortcutter and its TOPP-RA, as in its examples."""
 
+from __future__ import annotations
+
 import pathlib
 import sys
 import tempfile
+from typing import Any
 
 # The script's folder has modules of the same names as the packages.
 folder = str(pathlib.Path(__file__).parent)
 sys.path.remove(folder)
 import numpy as np  # noqa: E402
+from numpy.typing import NDArray  # noqa: E402
 import roboplan.core as core  # noqa: E402
 import roboplan.rrt as rrt  # noqa: E402
 import roboplan.toppra as toppra  # noqa: E402
@@ -21,7 +25,7 @@ from worker import serve  # noqa: E402
 class Planner:
     """A scene and the three tools."""
 
-    def __init__(self, robot):
+    def __init__(self, robot: dict[str, Any]) -> None:
         self.robot = robot
         path = pathlib.Path(tempfile.mkdtemp(), 'limits.yaml')
         lines = ['joint_limits:']
@@ -31,7 +35,7 @@ class Planner:
         path.write_text('\n'.join(lines) + '\n', encoding='utf-8')
         self.settings = path
 
-    def prepare(self, problem):
+    def prepare(self, problem: dict[str, Any]) -> None:
         """Make a scene with the obstacles."""
         self.scene = core.Scene('robot', core.loadUrdfSceneDescription(self.robot['urdf']))
         self.scene.importSrdf(pathlib.Path(self.robot['srdf']).read_text(encoding='utf-8'))
@@ -55,7 +59,7 @@ class Planner:
         group = self.robot['group']
         self.timing = toppra.PathParameterizerTOPPRA(self.scene, group)
 
-    def plan(self, problem, seed, seconds):
+    def plan(self, problem: dict[str, Any], seed: int, seconds: float) -> dict[str, Any]:
         """Plan, shorten, time."""
         group, names = self.robot['group'], self.robot['joints']
         options = rrt.RRTOptions(
@@ -79,7 +83,7 @@ class Planner:
                 'positions': np.array(motion.positions)}
 
 
-def rotation(x, y, z, w):
+def rotation(x: float, y: float, z: float, w: float) -> NDArray[np.float64]:
     """Return the matrix of a unit quaternion."""
     return np.array([
         [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],

@@ -7,6 +7,8 @@ In: ``urdf``, ``base``, ``tip``, ``timeout`` [s], ``targets`` with ``position``,
 ``seed`` each. Out: ``answers`` with ``values`` (or null) and ``seconds`` of all threads each.
 """
 
+from __future__ import annotations
+
 import json
 import os
 import sys
@@ -16,7 +18,7 @@ import numpy as np
 from trac_ik import TracIK
 
 
-def main():
+def main() -> None:
     """Answer one question."""
     out = os.fdopen(os.dup(1), 'w', encoding='utf-8')
     os.dup2(2, 1)  # what libraries print must not be taken for an answer

@@ -2,7 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """vamp: RRT-Connect on spheres with SIMD; its robots are compiled in. Not exact by design."""
 
+from __future__ import annotations
+
 import pathlib
+from typing import Any
 
 import numpy as np
 import vamp
@@ -12,13 +15,13 @@ from worker import serve
 class Planner:
     """vamp's planner for a robot that it knows by the name of the URDF file."""
 
-    def __init__(self, robot):
+    def __init__(self, robot: dict[str, Any]) -> None:
         self.robot = getattr(vamp, pathlib.Path(robot['urdf']).stem)
         name = pathlib.Path(robot['urdf']).stem
         (self.module, self.plan_with, self.settings, self.simplify) = (
             vamp.configure_robot_and_planner_with_kwargs(name, 'rrtc'))
 
-    def prepare(self, problem):
+    def prepare(self, problem: dict[str, Any]) -> None:
         """Make an environment."""
         world = vamp.Environment()
         for each in problem['obstacles']:
@@ -32,7 +35,7 @@ class Planner:
                     each['position'], angles, each['radius'], each['length']))
         self.world = world
 
-    def plan(self, problem, seed, seconds):
+    def plan(self, problem: dict[str, Any], seed: int, seconds: float) -> dict[str, Any]:
         """Plan and simplify."""
         sampler = self.module.halton()
         result = self.plan_with(
@@ -43,7 +46,7 @@ class Planner:
         return {'path': np.array(path.numpy())}
 
 
-def _euler(x, y, z, w):
+def _euler(x: float, y: float, z: float, w: float) -> list[float]:
     """Return roll, pitch, yaw [rad] of a unit quaternion."""
     return [
         float(np.arctan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))),

@@ -7,14 +7,28 @@ The first line says which robot; every other one is a problem. It runs in the pl
 environment, so it needs nothing but Python.
 """
 
+from __future__ import annotations
+
+from collections.abc import Callable
 import contextlib
 import json
 import os
 import sys
 import time
+from typing import Any, Protocol
 
 
-def children_seconds():
+class Planner(Protocol):
+    """What answers problems."""
+
+    def prepare(self, problem: dict[str, Any]) -> None:
+        """Make the scene; timed apart."""
+
+    def plan(self, problem: dict[str, Any], seed: int, seconds: float) -> dict[str, Any]:
+        """Return ``path``, or ``times`` and ``positions``, or a ``message``."""
+
+
+def children_seconds() -> float:
     """Return the processor time [s] of the processes that this one has started and not ended."""
     total = 0
     for task in os.listdir('/proc/self/task'):
@@ -29,19 +43,17 @@ def children_seconds():
     return total * 1e-9
 
 
-def processor_seconds():
+def processor_seconds() -> float:
     """Return the processor time [s] of this process and of those that it has started."""
     ended = os.times()
     return time.process_time() + ended.children_user + ended.children_system + children_seconds()
 
 
-def serve(make):
+def serve(make: Callable[[dict[str, Any]], Planner]) -> None:
     """
     Answer problems until the input ends.
 
-    :param make: robot -> object with ``prepare(problem)``, timed apart as making the scene,
-        and ``plan(problem, seed, seconds)`` -> dict with ``path`` or ``times`` and
-        ``positions``, or a ``message``.
+    :param make: robot -> planner.
     """
     out = os.fdopen(os.dup(1), 'w', encoding='utf-8')
     os.dup2(2, 1)  # what libraries print must not be taken for an answer
@@ -50,7 +62,7 @@ def serve(make):
     print(json.dumps({'ready': True}), file=out, flush=True)
     for line in sys.stdin:
         asked = json.loads(line)
-        answer = {'message': ''}
+        answer: dict[str, Any] = {'message': ''}
         began = processor_seconds()
         try:
             planner.prepare(asked['problem'])
