@@ -26,36 +26,51 @@ from armsim_ros.model.transforms import pose_matrix, skew
 DENSITY = 1000.0
 #: Mass and radius of a link that has neither mass nor shape [kg], [m].
 POINT_MASS, POINT_RADIUS = 0.01, 0.01
+#: Smaller masses [kg] and principal inertias [kg*m^2] are placeholders: of a grain of sand.
+LEAST_MASS, LEAST_INERTIA = 1e-6, 1e-12
+#: Above this mean density [kg/m^3] a mass was written in grams; no metal has a quarter of it.
+GRAMS_DENSITY = 1e5
+#: A centre of mass further from its shapes than so many times their reach was written in mm.
+MOST_OFFSET = 20.0
 
 _TOLERANCE = 1e-3
 
 
-def implausible(inertial: Inertial, reach: float | None = None) -> str:
+def implausible(inertial: Inertial, shapes: Sequence[LinkGeometry] = ()) -> str:
     """
     Return why mass properties cannot be true, '' where they can.
 
     A rigid body has a positive mass, a positive definite inertia whose principal values keep the
-    triangle inequality, and none above mass * reach^2.
+    triangle inequality, and none above mass * reach^2. Its centre of mass is near its shapes.
 
-    :param reach: largest distance of the link's shapes from the centre of mass [m], None where
-        it has none.
+    :param shapes: of the link.
     """
-    if not math.isfinite(inertial.mass) or inertial.mass <= 0.0:
-        return f'the mass {inertial.mass:g} kg is not above 0'
+    if not math.isfinite(inertial.mass) or inertial.mass < LEAST_MASS:
+        return f'the mass {inertial.mass:g} kg is not above {LEAST_MASS:g} kg'
     if not np.isfinite(inertial.inertia).all():
         return 'the inertia is not finite'
     low, middle, high = (float(value) for value in np.linalg.eigvalsh(inertial.inertia))
-    if low <= 0.0:
+    if low < LEAST_INERTIA:
         return f'the inertia is not positive definite (least principal value {low:.3g} kg*m^2)'
     if high > (low + middle) * (1.0 + _TOLERANCE):
         return (f'no body has the principal inertias {low:.3g}, {middle:.3g}, {high:.3g} kg*m^2: '
                 'the largest is above the sum of the others')
+    reach = reach_of(shapes, inertial.origin[:3, 3])
     if reach is not None:
+        own = max(reach_of(shapes, inertial_of(shapes).origin[:3, 3]) or 0.0, POINT_RADIUS)
+        if reach > MOST_OFFSET * own:
+            return f'the centre of mass is {reach:.3g} m away from shapes of {own:.3g} m'
         most = 2.0 * inertial.mass * max(reach, POINT_RADIUS) ** 2
         if high > most:
             return (f'the inertia {high:.3g} kg*m^2 is too large for {inertial.mass:g} kg within '
                     f'{reach:.3g} m of the centre of mass')
     return ''
+
+
+def in_grams(mass: float, *kinds: Sequence[LinkGeometry]) -> bool:
+    """Whether a mass above 1 kg is plausible for a link's shapes only in grams."""
+    size = max(sum(volume(shape.geometry) for shape in shapes) for shapes in kinds)
+    return 1.0 < mass < math.inf and 0.0 < size < mass / GRAMS_DENSITY
 
 
 def reach_of(shapes: Sequence[LinkGeometry], centre: Matrix) -> float | None:

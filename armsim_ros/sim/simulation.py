@@ -77,8 +77,8 @@ class Simulation(SimulatedLinks, SavableSimulation, HardwareInterface):
         super().__init__(model.movable_joints)
         self.settings = settings or SimulationSettings()
         start = model.complete(initial_positions(model, self.settings))
-        self.model, self._effort_lines = with_sufficient_efforts(model, self.settings, start)
-        model = self.model
+        model, self._effort_lines, weights = with_sufficient_efforts(model, self.settings, start)
+        self.model = model
         self.clock = clock or SimClock(self.settings.timestep_ns)
         world = world or WorldSettings()
         things = world.things if isinstance(world, LoadedWorld) else world_objects(world)
@@ -105,7 +105,7 @@ class Simulation(SimulatedLinks, SavableSimulation, HardwareInterface):
         self._plant = Plant(
             spec, self.joint_names, self.state, self._active, fingers_driven(model))
         self._bounded = self.effort_bound.tobytes()
-        self._servo = Servo(model, self.settings, gains or {}, self._plant.tune)
+        self._servo = Servo(model, self.settings, gains or {}, self._plant.tune, weights)
         self.world = WorldScene(self._plant, things, ground)
         self.vacuum_grippers = {
             name: VacuumGripper(name, one, self._plant, self.world)

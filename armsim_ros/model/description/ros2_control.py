@@ -19,7 +19,7 @@ from armsim_ros.model.robot_model import (
     Mimic,
 )
 
-_PARAMETERS = re.compile(r'<parameters>\s*([^<]*?)\s*</parameters>')
+_PARAMETERS = re.compile(r'<!--.*?-->|<parameters>\s*([^<]*?)\s*</parameters>', re.DOTALL)
 _TRUE, _FALSE = ('true', '1'), ('false', '0')
 _KINDS = ('system', 'actuator', 'sensor')
 #: What a tag may hold.
@@ -36,7 +36,7 @@ _MOCKS = ('mock_components/GenericSystem', 'fake_components/GenericSystem')
 
 def plugin_parameters(urdf: str) -> list[str]:
     """Return the files of controllers that Gazebo's plugin is given in a URDF."""
-    return list(dict.fromkeys(_PARAMETERS.findall(urdf)))
+    return list(dict.fromkeys(filter(None, _PARAMETERS.findall(urdf))))
 
 
 @dataclass

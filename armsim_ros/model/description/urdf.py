@@ -19,7 +19,13 @@ from armsim_ros.model.description.urdf_geometry import (
 from armsim_ros.model.description.urdf_joints import read_joint, read_transmissions, Transmission
 from armsim_ros.model.description.xml_tree import parse_xml, TextReport, unknown, XmlElement
 from armsim_ros.model.geometry import Mesh
-from armsim_ros.model.inertia import implausible, inertial_of, reach_of
+from armsim_ros.model.inertia import (
+    implausible,
+    in_grams,
+    inertial_of,
+    LEAST_MASS,
+    POINT_MASS,
+)
 from armsim_ros.model.robot_model import HardwareSystem, Inertial, Joint, JointType, Link
 from armsim_ros.model.tree import tree_order
 
@@ -216,7 +222,7 @@ def _remark_others(root: XmlElement, report: TextReport) -> None:
 def _repair(link: Link, joints: dict[str, Joint], where: Location, report: TextReport) -> Link:
     """Return the link with mass properties that a simulation can work with."""
     shapes = link.collisions or link.visuals
-    inertial = link.inertial
+    inertial, kept = link.inertial, False
     if inertial is None:
         moved = any(joint.child == link.name and joint.type is not JointType.FIXED
                     for joint in joints.values())
@@ -225,20 +231,29 @@ def _repair(link: Link, joints: dict[str, Joint], where: Location, report: TextR
         reason = 'it has no <inertial>'
         made = inertial_of(shapes)
     else:
-        reason = implausible(inertial, reach_of(shapes, inertial.origin[:3, 3]))
-        if not reason:
+        mass = inertial.mass
+        heavy = in_grams(mass, link.collisions, link.visuals)
+        reason = implausible(inertial, shapes)
+        if not reason and not heavy:
             return link
         if _is_massless_frame(inertial, link):
             return replace(link, inertial=None)
-        made = inertial_of(shapes, inertial.mass if inertial.mass > 0.0 else None)
+        if heavy:
+            reason = f'the mass {mass:g} kg is too large for its shape, and taken as grams'
+            mass *= 1e-3
+            made = replace(inertial, mass=mass, inertia=1e-3 * inertial.inertia)
+            kept = not implausible(made, shapes)
+        if not kept:
+            made = inertial_of(shapes, mass if mass >= LEAST_MASS else
+                               POINT_MASS if mass > 0.0 else None)
     values = ', '.join(f'{value:.3g}' for value in made.inertia.diagonal())
     report.warning(
         f"link '{link.name}': {reason}; taken instead: mass {made.mass:.3g} kg, inertia "
-        f'{values} kg*m^2' + (' from its shape' if shapes else ''), where,
+        f'{values} kg*m^2' + (' from its shape' if shapes and not kept else ''), where,
         'give it an <inertial>' if inertial is None else 'correct its <inertial>')
     return replace(link, inertial=made)
 
 
 def _is_massless_frame(inertial: Inertial, link: Link) -> bool:
     """Whether a link without shapes was given zeros: it is only a frame."""
-    return inertial.mass == 0.0 and not link.collisions and not link.visuals
+    return 0.0 <= inertial.mass < LEAST_MASS and not link.collisions and not link.visuals

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+import signal
 from typing import Any
 
 import rclpy
@@ -21,15 +22,19 @@ def spin(name: str, ros_args: Sequence[str], make: Callable[[Node], object], **o
     :param make: adds what the node does; what it returns is kept.
     :returns: 0.
     """
+    # A KeyboardInterrupt while a message is converted would end in a traceback.
+    signals: list[int] = []
+    signal.signal(signal.SIGINT, lambda number, _: signals.append(number))
     rclpy.init(args=[name, *ros_args])
-    node = Node(name, **options)
     try:
+        node = Node(name, **options)
         kept = make(node)
         executor = SingleThreadedExecutor()
         executor.add_node(node)
-        executor.spin()
+        if not signals:
+            executor.spin()
         del kept
-    except (KeyboardInterrupt, ExternalShutdownException):
+    except ExternalShutdownException:
         pass
     finally:
         rclpy.try_shutdown()

@@ -15,6 +15,8 @@ from armsim_ros.config.simulation import SimulationSettings
 
 #: While the reference moves, the damping follows the joints' inertias so often [steps].
 TUNING_STEPS = 20
+#: The default p is at least so many times the robot's weight on the joint, per radian or metre.
+WEIGHT_SHARE = 5.0
 
 
 class DriveGains:
@@ -26,6 +28,7 @@ class DriveGains:
     :param joint_names: (n,) the driven joints.
     :param settings: timestep, integrator, servo.
     :param gains: joint -> gains of its controller.
+    :param weights: (n,) the robot's greatest weight on each joint [N*m or N].
     """
 
     def __init__(
@@ -33,9 +36,11 @@ class DriveGains:
         joint_names: tuple[str, ...],
         settings: SimulationSettings,
         gains: Mapping[str, PidGains],
+        weights: Vector,
     ) -> None:
         self._joint_names = joint_names
         self._settings = settings
+        self._weights = dict(zip(joint_names, weights.tolist(), strict=True))
         self._given = dict(gains)
         #: Whether the integrator takes the derivative part at the end of its step.
         self.implicit = settings.integrator != 'euler'
@@ -94,7 +99,11 @@ class DriveGains:
         servo = self._settings.servo
         block = servo.gains.get(name) or self._given.get(name)
         if block is None or not (block.p or block.i or block.d):
-            return servo.default_gains
+            block = servo.default_gains
+            if 'default_gains' not in servo.model_fields_set:
+                # A heavy robot that was disturbed would fall.
+                least = WEIGHT_SHARE * self._weights[name]
+                block = block.model_copy(update={'p': max(block.p, least)})
         return block
 
 

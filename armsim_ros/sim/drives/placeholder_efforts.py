@@ -36,21 +36,24 @@ STATES = 64
 
 def with_sufficient_efforts(
     model: RobotModel, settings: SimulationSettings, start: Mapping[str, float]
-) -> tuple[RobotModel, tuple[str, ...]]:
+) -> tuple[RobotModel, tuple[str, ...], Vector]:
     """
     Return a robot whose position drives can hold and move it.
 
     :param start: joint -> position at the start [rad or m].
-    :returns: the robot, and a line for each effort limit that was replaced.
+    :returns: the robot, a line for each effort limit that was replaced, and the robot's greatest
+        weight on each active joint (n,) [N*m or N].
     """
-    if model.ideally_positioned_joints.isdisjoint(model.active_joints):
-        return model, ()
+    if not model.active_joints:
+        return model, (), np.zeros(0)
     dynamics = InverseDynamics(model, settings)
     random = np.random.default_rng(0)
     states = _states(model, start, random)
+    weights = np.abs(dynamics.at_rest(states)[0]).max(axis=0)
+    if model.ideally_positioned_joints.isdisjoint(model.active_joints):
+        return model, (), weights
     accelerations = random.choice((-1.0, 1.0), states.shape) * [
         _rated(model.joints[name]) / RISE_TIME for name in model.active_joints]
-    weights = np.abs(dynamics.at_rest(states)[0]).max(axis=0)
     moving = dynamics.torques(states, np.zeros_like(states), accelerations)[0]
     joints, lines = dict(model.joints), []
     for name, weight, most in zip(
@@ -65,7 +68,7 @@ def with_sufficient_efforts(
             f"joint '{name}': the URDF's effort limit {declared:g} cannot hold the robot, whose "
             f'weight needs {weight:.3g}; its drive gets {needed:.3g}, as its hardware does not '
             'read the limit')
-    return replace(model, joints=joints), tuple(lines)
+    return replace(model, joints=joints), tuple(lines), weights
 
 
 def _rated(joint: Joint) -> float:

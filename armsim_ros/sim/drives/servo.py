@@ -40,6 +40,7 @@ class Servo(Restorable):
     :param settings: timestep, servo.
     :param gains: joint -> gains of its controller; a block without any gain counts as none.
     :param tune: takes p and d of the actuators (n,) whenever they change.
+    :param weights: (n,) the robot's greatest weight on each joint [N*m or N].
     """
 
     unchanging = frozenset({'joint_names', 'limits', 'dynamics', 'gains', '_tune', '_weightless'})
@@ -50,12 +51,13 @@ class Servo(Restorable):
         settings: SimulationSettings,
         gains: Mapping[str, PidGains],
         tune: Callable[[Vector, Vector], None],
+        weights: Vector,
     ) -> None:
         self.joint_names = model.active_joints
         self.limits = DrivenLimits.of(model)
         self._fingers = fingers_driven(model)
         self.dynamics = InverseDynamics(model, settings)
-        self.gains = DriveGains(self.joint_names, settings, gains)
+        self.gains = DriveGains(self.joint_names, settings, gains, weights)
         self._feedforward = settings.servo.feedforward
         self._weightless = [name in model.externally_driven_joints for name in self.joint_names]
         self._timestep = settings.timestep

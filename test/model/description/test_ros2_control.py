@@ -7,6 +7,7 @@ from ros2_control_tags import INITIAL, joint, mistakes, said, start, STATES
 
 from armsim_ros.errors import ConfigError, Severity
 from armsim_ros.model.cell_loading import survey_cell
+from armsim_ros.model.description.ros2_control import plugin_parameters
 from armsim_ros.sim.control_loop import ControlLoop
 
 
@@ -309,3 +310,10 @@ def test_hardware_without_a_plugin_is_simulated_with_a_warning(small_package):
     _, manager, problems = start(small_package)
     assert any("hardware 'Arm' has no plugin" in text for text in said(problems))
     assert len(manager.list_hardware_interfaces()[0]) == 2
+
+
+def test_files_of_a_plugin_in_a_comment_do_not_count():
+    """A plugin that is commented out has no controllers' file, one beside it keeps its own."""
+    assert plugin_parameters(
+        '<gazebo><plugin><parameters> a.yaml </parameters></plugin><!--\n<plugin>'
+        '<parameters>$(find p)/b.yaml</parameters></plugin> --></gazebo>') == ['a.yaml']

@@ -187,13 +187,20 @@ def test_what_others_read_is_listed(arm_urdf):
 @pytest.mark.parametrize(('inertial', 'reason'), [
     ('', 'it has no <inertial>'),
     ('<inertial><mass value="-1"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/>'
-     '</inertial>', 'the mass -1 kg is not above 0'),
+     '</inertial>', 'the mass -1 kg is not above 1e-06 kg'),
     ('<inertial><mass value="1"/><inertia ixx="0" ixy="0" ixz="0" iyy="0" iyz="0" izz="0"/>'
      '</inertial>', 'not positive definite'),
     ('<inertial><mass value="1"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="9"/>'
      '</inertial>', 'no body has the principal inertias 1, 1, 9'),
     ('<inertial><mass value="1"/><inertia ixx="9" ixy="0" ixz="0" iyy="9" iyz="0" izz="9"/>'
      '</inertial>', 'the inertia 9 kg*m^2 is too large for 1 kg within'),
+    ('<inertial><mass value="1"/><inertia ixx="1e-15" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/>'
+     '</inertial>', 'not positive definite'),
+    ('<inertial><origin xyz="0 0 100"/><mass value="1"/><inertia ixx="0.01" ixy="0" ixz="0" '
+     'iyy="0.01" iyz="0" izz="0.01"/></inertial>',
+     'the centre of mass is 100 m away from shapes of 0.187 m'),
+    ('<inertial><mass value="6000"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="9"/>'
+     '</inertial>', 'the mass 6000 kg is too large for its shape, and taken as grams'),
 ])
 def test_impossible_mass_properties_are_repaired(inertial, reason):
     """The warning names link, reason and the value that is taken."""
@@ -207,6 +214,29 @@ def test_impossible_mass_properties_are_repaired(inertial, reason):
     assert mass == pytest.approx(1.0 if 'value="1"' in inertial else 6.0)
     assert np.diag(content.links['b'].inertial.inertia) == pytest.approx(
         mass / 12 * np.array([0.13, 0.10, 0.05]))
+
+
+def test_masses_in_grams_keep_their_inertia():
+    """Where the inertia fits the mass, both are a thousandth of what is written."""
+    shape = '<visual><geometry><box size="0.1 0.2 0.3"/></geometry></visual>'
+    inertial = ('<inertial><mass value="6000"/><inertia ixx="60" ixy="0" ixz="0" iyy="50" iyz="0" '
+                'izz="20"/></inertial>')
+    content = read(robot(link('a'), f'<link name="b">{inertial}{shape}</link>',
+                         joint('j', 'a', 'b')))
+    assert content.links['b'].inertial.mass == pytest.approx(6.0)
+    assert np.diag(content.links['b'].inertial.inertia) == pytest.approx((0.06, 0.05, 0.02))
+
+
+def test_a_placeholder_mass_becomes_a_light_link():
+    """A link of a nanogram gets ten grams in its shape, not what its volume would weigh."""
+    shape = '<collision><geometry><box size="0.1 0.2 0.3"/></geometry></collision>'
+    inertial = ('<inertial><mass value="1e-9"/><inertia ixx="1e-9" ixy="0" ixz="0" iyy="1e-9" '
+                'iyz="0" izz="1e-9"/></inertial>')
+    content = read(robot(link('a'), f'<link name="b">{inertial}{shape}</link>',
+                         joint('j', 'a', 'b')))
+    assert content.links['b'].inertial.mass == pytest.approx(0.01)
+    assert "link 'b': the mass 1e-09 kg is not above 1e-06 kg; taken instead: mass 0.01 kg" in str(
+        content.problems[0])
 
 
 def test_a_frame_stays_without_mass():

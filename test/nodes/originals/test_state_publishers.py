@@ -4,6 +4,9 @@
 
 from collections.abc import Iterator
 from contextlib import ExitStack
+import subprocess
+import sys
+from textwrap import dedent
 from typing import Any
 
 import pytest
@@ -155,6 +158,21 @@ def test_a_circle_of_mimic_joints_ends_the_program(
         assert program.wait(30.0) == 1
         assert 'Traceback' not in program.text
         assert 'bend -> bend' in program.text
+
+
+def test_sigint_interrupts_no_callback() -> None:
+    """What is being done is completed, and the status is 0; no KeyboardInterrupt is raised."""
+    made = subprocess.run([sys.executable, '-c', dedent("""
+        import os, signal
+        from armsim_ros.nodes.originals.spinning import spin
+
+        def make(node):
+            os.kill(os.getpid(), signal.SIGINT)
+            print('made')
+
+        raise SystemExit(spin('any', [], make))
+    """)], capture_output=True, text=True, timeout=60, check=False)
+    assert (made.returncode, made.stdout) == (0, 'made\n'), made.stderr
 
 
 @pytest.mark.parametrize('words', [

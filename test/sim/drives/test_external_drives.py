@@ -99,3 +99,18 @@ def test_a_simulators_effort_interface_is_the_torque_itself(driven, claim, plugi
     claim(simulation, 'effort')
     simulation.command.effort[:] = 0.0
     assert run(simulation, 1.0) > 0.1
+
+
+def test_a_heavy_arm_does_not_fall(arm, claim):
+    """With default gains, an arm of 900 kg comes back to its pose after a saturated step."""
+    heavy = replace(arm, links={name: link if link.inertial is None else replace(
+        link, inertial=replace(link.inertial, mass=1000.0 * link.inertial.mass,
+                               inertia=1000.0 * link.inertial.inertia))
+        for name, link in arm.links.items()}, joints={
+            name: replace(joint, limits=replace(joint.limits, effort=9000.0))
+            for name, joint in arm.joints.items()})
+    simulation = Simulation(heavy)
+    claim(simulation, 'position')
+    simulation.command.position[:] = (0.3, 0.3, -0.4)
+    run(simulation, 4.0)
+    np.testing.assert_allclose(simulation.state.position, (0.3, 0.3, -0.4), atol=1e-3)
