@@ -75,9 +75,18 @@ class MissingArgumentsError(ArmsimError):
                 for name, choices in self.arguments]
 
 
-def missing_module_text(module: str) -> str:
-    """Return what to do about a Python module that a program lacks."""
-    top = module.partition('.')[0]
+def missing_module_text(module: str, sources: Path | None = None) -> str:
+    """
+    Return what to do about a Python module that a program lacks.
+
+    :param sources: folder of the package that is to hold it, where the workspace has that.
+    """
+    top, *rest = module.split('.')
+    if rest and sources is not None:
+        others = sorted(file.name for file in sources.joinpath(*rest[:-1]).glob(f'{rest[-1]}.*'))
+        return (f"Python module '{module}' is missing in '{sources}' itself"
+                + (f'; it is there for other systems or versions of Python: {", ".join(others)}'
+                   if others else ''))
     return (f"Python module '{module}' is missing: clone the ROS package that has it into src/ of "
             f"the workspace, or install it ('pip install {top}')")
 

@@ -76,6 +76,14 @@ class Lookup:
         What is installed comes before the sources.
         """
         found = self.packages.find(package)
+        installed = self.installed(package, name)
+        if installed is not None or found is None:
+            return installed
+        return _source_program(found, name) or installed_programs(found, package).get(name)
+
+    def installed(self, package: str, name: str) -> Path | None:
+        """Return the executable file of a program of a package that is built, else None."""
+        found = self.packages.find(package)
         prefixes = [Path(one) for one in os.environ.get('AMENT_PREFIX_PATH', '').split(os.pathsep)
                     if one]
         if found is not None and found.parent.name == 'share':
@@ -84,9 +92,7 @@ class Lookup:
             installed = prefix / 'lib' / package / name
             if _is_program(installed):
                 return installed
-        if found is None:
-            return None
-        return _source_program(found, name) or installed_programs(found, package).get(name)
+        return None
 
     def console_script(self, package: str, name: str) -> str:
         """Return ``module:function`` of a program in the sources of a package, '' without one."""

@@ -181,9 +181,11 @@ class Mapping:
     def _program(self, node: RosNode) -> list[str]:
         """Return the words that start a program, installed or in its package's sources."""
         lookup = current_lookup()
-        program = lookup.program(node.package, node.executable)
-        if program is None:
-            text = script_text(lookup.console_script(node.package, node.executable))
+        names = node.package, node.executable
+        program, script = lookup.program(*names), lookup.console_script(*names)
+        if program is None or (script and lookup.installed(*names) is None):
+            # A module of the program's name may import others of its package relatively.
+            text = script_text(script)
             return [sys.executable, self._keep_text(f'{node.executable}.py', text)]
         runs = os.access(program, os.X_OK) and program.suffix != '.py'
         return [str(program)] if runs else [sys.executable, str(program)]

@@ -19,6 +19,7 @@ from typing import Any, TYPE_CHECKING
 from armsim_ros.cli.child_process import child_environment, die_with_parent
 from armsim_ros.launch.api.process import ExecuteLocal
 from armsim_ros.launch.failures import missing_module_text
+from armsim_ros.launch.lookup import current_lookup
 from armsim_ros.launch.lost_controllers import LostControllers
 from armsim_ros.launch.mapping import Kind, Mapping, Start
 from armsim_ros.launch.process_spec import ProcessSpec
@@ -235,7 +236,9 @@ class ProcessRunner:
             self._report.log(level, f'process has died [pid {one.pid}, exit code {status}, cmd '
                              f"'{words}']", one.name)
             if one.missing_module:
-                self._report.log('ERROR', missing_module_text(one.missing_module), one.name)
+                module = one.missing_module
+                text = missing_module_text(module, current_lookup().module(module.split('.')[0]))
+                self._report.log('ERROR', text, one.name)
         if not self._stopping:
             self._lost.ended(one.start.action, spec, one.name, status)
         if one.start.is_simulation:

@@ -152,6 +152,29 @@ def test_nodes_and_launch_files_import_source_packages(package, tmp_path):
     assert any("Python module 'absent_module' is missing" in line for line in lines)
 
 
+def test_a_console_script_comes_before_the_module_of_its_name(package):
+    """
+    A program whose module has its name may import relatively, as when it is installed.
+
+    A module that its package has only for another Python is named with that.
+    """
+    nodes = package('nodes')
+    (nodes / 'setup.py').write_text(SETUP.replace('other_name', 'nodes').replace(
+        "'plain = nodes.program:main'", "'plain     = nodes.plain:main'"))
+    (nodes / 'nodes').mkdir()
+    (nodes / 'nodes' / '__init__.py').write_text("NAME = 'relative'\n")
+    (nodes / 'nodes' / 'plain.py').write_text(
+        'from . import NAME\n\n\ndef main():\n    print("ran", NAME)\n    import nodes.binary\n')
+    (nodes / 'nodes' / 'binary.cpython-27.so').touch()
+    file = nodes / 'it.launch.xml'
+    file.write_text('<launch><node pkg="nodes" exec="plain" output="screen"/></launch>')
+    with Program.module('armsim_ros', 'launch', str(file)) as program:
+        program.wait(60.0)
+    assert 'ran relative' in program.text
+    assert (f"Python module 'nodes.binary' is missing in '{nodes / 'nodes'}' itself; it is there "
+            'for other systems or versions of Python: binary.cpython-27.so') in program.text
+
+
 def test_ros2_run_starts_a_program_of_a_source_package(package):
     """ExecuteProcess with ``ros2 run`` starts a console script that is not installed."""
     nodes = package('nodes')
