@@ -15,6 +15,7 @@ from armsim_ros.cli.arguments import parse_arguments, ProgramArguments
 from armsim_ros.cli.environment import started_by_bringup
 from armsim_ros.cli.refusal import refuse
 from armsim_ros.errors import ArmsimError, USAGE_STATUS
+from armsim_ros.nodes.lost_answers import log_lost_answers
 from armsim_ros.nodes.overload import watch_process
 from armsim_ros.nodes.stop_signals import StopSignals
 
@@ -52,6 +53,7 @@ def serve(
             os.set_blocking(descriptor, False)
     gc.disable()
     signals = StopSignals()
+    log_lost_answers()
     if watched:
         watch_process(module.split('.')[-2])
     try:

@@ -32,6 +32,7 @@ from armsim_ros.nodes.simulation.dispatcher import Dispatcher
 from armsim_ros.nodes.simulation.lockstep.digest import Digest
 from armsim_ros.nodes.simulation.lockstep.dump import Dump
 from armsim_ros.nodes.simulation.lockstep.sync import Sync
+from armsim_ros.nodes.simulation.priority_watch import PriorityWatch, RealTimeThreads
 from armsim_ros.nodes.simulation.robot_nodes import RobotNodes
 from armsim_ros.nodes.simulation.sim_time import IDLE_PERIOD, SimTime
 from armsim_ros.nodes.simulation.threads import (
@@ -84,6 +85,7 @@ class SimulationProgram:
         self._ros_args = arguments.ros_args
         self._status = 0
         self._dump: Dump | None = None
+        self._threads = RealTimeThreads()
         self._time = SimTime(used=arguments.use_sim_time)
         self._cell, self._warnings = cell_of(arguments)
         self._locks = self._lock_names()
@@ -128,7 +130,7 @@ class SimulationProgram:
         if self._stop_wanted():
             return 0
         simulation = self._cell.settings.simulation
-        prioritize_process(simulation.pace.priority)
+        prioritized = prioritize_process(simulation.pace.priority)
         rclpy.init(
             args=['simulation', *self._ros_args], signal_handler_options=SignalHandlerOptions.NO
         )
@@ -146,6 +148,9 @@ class SimulationProgram:
                 self._time.tell()
                 self._control.start()
                 executor.start()
+                if prioritized:
+                    PriorityWatch(self._switch_priority,
+                                  self._robots[0].node.get_logger().warning).start()
                 self._dispatcher.run()
                 self._end_goals()
             nodes = self._executor.get_nodes()
@@ -160,6 +165,10 @@ class SimulationProgram:
             for lock in self._locks:
                 lock.release()
         return self._status
+
+    def _switch_priority(self, real_time: bool) -> None:
+        self._threads.switch(real_time)
+        self._loop.has_priority = real_time
 
     def _end_goals(self) -> None:
         """Abort the remaining goals, as far as time allows."""

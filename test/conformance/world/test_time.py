@@ -8,7 +8,6 @@ import time
 from typing import Any
 
 import pytest
-from rclpy.action import ActionClient
 from simulation_interfaces.action import SimulateSteps
 from simulation_interfaces.msg import EntityState
 from world_user import (
@@ -26,6 +25,7 @@ from world_user import (
 
 from armsim_ros.nodes.conversions.time import ns_from_time
 from armsim_ros.testing.clients.parameter_client import ParameterClient
+from armsim_ros.testing.clients.patient_action_client import PatientActionClient
 from armsim_ros.testing.clients.trajectory_client import ABORTED, SUCCEEDED, trajectory_message
 
 statement = pytest.mark.statement
@@ -111,7 +111,7 @@ def test_steps_are_counted_exactly(world: WorldUser) -> None:
 
 def simulate(world: WorldUser, steps: int) -> Any:
     """Send a goal of the action; return its handle."""
-    client = ActionClient(world.client.node, SimulateSteps, '/simulate_steps')
+    client = PatientActionClient(world.client.node, SimulateSteps, '/simulate_steps')
     assert client.wait_for_server(10.0)
     sent = world.client.in_executor(lambda: client.send_goal_async(
         SimulateSteps.Goal(steps=steps)))

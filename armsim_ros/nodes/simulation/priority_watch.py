@@ -1,0 +1,135 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Gives up real-time priority where it starves the machine's other programs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+import os
+from pathlib import Path
+import random
+import threading
+import time
+
+#: How often the machine is checked [s], each time a bit earlier or later than other simulations.
+PERIOD = 4.0
+#: Share of the time in which some program waits for a processor: priority is given up above the
+#: first value, and taken again below the second.
+PRESSURE, EASED = 0.5, 0.25
+#: Share of all processors that programs in real time may use under pressure.
+MOST = 0.5
+#: What is taken again must fit into this part of that share.
+MARGIN = 0.8
+_TICKS = os.sysconf('SC_CLK_TCK') if hasattr(os, 'sysconf') else 100
+
+
+class PriorityWatch:
+    """
+    Checks whether real-time programs starve others, and switches this process's priority.
+
+    Real-time threads come before all others, so a few simulations can take a machine for
+    themselves. A single one uses little, and keeps its priority under any load.
+
+    :param switch: takes whether this process is to have real-time priority.
+    :param report: takes a line for the log.
+    :param pressure: reads the share of time in which some program waits for a processor.
+    :param used: reads process id -> processor time [s] of all real-time programs.
+    :param processors: of the machine.
+    """
+
+    def __init__(
+        self,
+        switch: Callable[[bool], None],
+        report: Callable[[str], None],
+        *,
+        pressure: Callable[[], float] = lambda: cpu_pressure(),
+        used: Callable[[], Mapping[int, float]] = lambda: real_time_use(),
+        processors: int = os.cpu_count() or 1,
+    ) -> None:
+        self._switch = switch
+        self._report = report
+        self._pressure = pressure
+        self._used = used
+        self._processors = processors
+        self._before: tuple[float, Mapping[int, float]] | None = None
+        #: What this process used when it gave way, as a share of all processors; None: it has not.
+        self._given_up: float | None = None
+
+    def start(self) -> None:
+        """Check now and then, in a thread, as long as the process lives."""
+        threading.Thread(target=self._run, name='priority', daemon=True).start()
+
+    def check(self, now: float) -> None:
+        """
+        Compare with the last check, and switch where that is due.
+
+        :param now: wall time [s].
+        """
+        pressure = self._pressure()
+        if self._given_up is None and pressure < PRESSURE:
+            self._before = None
+            return
+        before, used = self._before, self._used()
+        self._before = now, used
+        if before is None:
+            return
+        span = (now - before[0]) * self._processors
+        shares = {process: (end - before[1].get(process, end)) / span
+                  for process, end in used.items()}
+        share = sum(shares.values())
+        if self._given_up is None:
+            if share > MOST:
+                self._given_up = shares.get(os.getpid(), 0.0)
+                self._switch(False)
+                self._report(
+                    f'real-time priority given up: programs wait for a processor {pressure:.0%} '
+                    f'of the time, while those in real time use {share:.0%} of all processors')
+        elif pressure < EASED or share + self._given_up < MARGIN * MOST:
+            self._given_up = self._before = None
+            self._switch(True)
+            self._report('real-time priority taken again')
+
+    def _run(self) -> None:
+        pause = threading.Event()
+        while True:
+            pause.wait(PERIOD * random.uniform(0.7, 1.3))
+            self.check(time.monotonic())
+
+
+class RealTimeThreads:
+    """The real-time priorities of this process's threads, which can be put off for a while."""
+
+    def __init__(self) -> None:
+        self._priorities: dict[int, int] = {}
+
+    def switch(self, real_time: bool) -> None:
+        """Give all threads their priorities again, those that are new the least; or none."""
+        for path in Path('/proc/self/task').iterdir():
+            thread = int(path.name)
+            with suppress(OSError):  # it has just ended
+                if real_time:
+                    priority = os.sched_param(self._priorities.get(thread, 1))
+                    os.sched_setscheduler(thread, os.SCHED_FIFO, priority)
+                elif os.sched_getscheduler(thread) == os.SCHED_FIFO:
+                    self._priorities[thread] = os.sched_getparam(thread).sched_priority
+                    os.sched_setscheduler(thread, os.SCHED_OTHER, os.sched_param(0))
+
+
+def cpu_pressure() -> float:
+    """Return the share of the last 10 s in which some program waited; 0 if it is not known."""
+    with suppress(OSError, ValueError, IndexError):
+        text = Path('/proc/pressure/cpu').read_text(encoding='ascii')
+        return float(text.split('avg10=')[1].split()[0]) / 100.0
+    return 0.0
+
+
+def real_time_use() -> dict[int, float]:
+    """Return process id -> processor time [s] of processes whose main thread is real-time."""
+    found = {}
+    for path in Path('/proc').glob('[0-9]*/stat'):
+        with suppress(OSError, ValueError, IndexError):
+            fields = path.read_text(encoding='utf-8', errors='replace').rpartition(')')[2].split()
+            if int(fields[38]) in (os.SCHED_FIFO, os.SCHED_RR):
+                found[int(path.parent.name)] = (int(fields[11]) + int(fields[12])) / _TICKS
+    return found
