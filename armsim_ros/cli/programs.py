@@ -30,8 +30,6 @@ VERBS = {
     'go': 'plan and move: armsim go scan_food, armsim go joint_1=30deg',
     'state': 'print joint positions and controllers',
     'stop': 'end every motion, whoever began it',
-    'echo': 'print the messages of a topic',
-    'param': 'list, read and set parameters of a node',
     'plot': 'draw a motion: desired, actual, error, tolerance of each joint',
 }
 #: Those that read and write files and start nothing; each has arguments of its own.

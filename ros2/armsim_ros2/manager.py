@@ -9,10 +9,9 @@ from pathlib import Path
 import sys
 from typing import Any
 
-import yaml
-
 from armsim_ros2.errors import CliError
 from armsim_ros2.interfaces import load
+from armsim_ros2.parameter_files import parameters_in
 from armsim_ros2.session import Session
 
 _DEFAULT = 'controller_manager'
@@ -116,28 +115,3 @@ class Manager:
 
 def _listing(names: list[str]) -> str:
     return f'; choose a controller manager with -c: {", ".join(names)}' if names else ''
-
-
-def parameters_in(file: Path, node: str) -> dict[str, Any]:
-    """
-    Return a node's entries of a parameter file.
-
-    :param node: full name of the node.
-    :raises CliError: the file is not YAML.
-    """
-    try:
-        tree = yaml.safe_load(file.read_text(encoding='utf-8'))
-    except yaml.YAMLError as error:
-        raise CliError(f"Parameter file '{file}': {' '.join(str(error).split())}") from None
-    wanted = (node, '/**', f'/**/{node.rpartition("/")[2]}')
-    found: dict[str, Any] = {}
-
-    def collect(branch: Any, path: str) -> None:
-        for key, value in branch.items() if isinstance(branch, dict) else ():
-            if key == 'ros__parameters' and path in wanted and isinstance(value, dict):
-                found.update(value)
-            elif key != 'ros__parameters':
-                collect(value, f'{path}/{str(key).strip("/")}')
-
-    collect(tree, '')
-    return found

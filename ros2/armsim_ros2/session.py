@@ -19,6 +19,8 @@ T = TypeVar('T')
 _PROFILES = ('FASTRTPS_DEFAULT_PROFILES_FILE', 'FASTDDS_DEFAULT_PROFILES_FILE')
 #: Discovery is complete when nothing new has come for so many periods.
 _QUIET = 5
+#: How many times as long it takes if more programs run than there are processors.
+_BUSY = 4
 #: How many periods more discovery may take if a node is known without its publishers.
 _LATE = 75
 #: How often the graph is read while something is expected [s].
@@ -83,11 +85,12 @@ class Session:
             return
         self._settled = True
         # Periods are counted instead of seconds: a machine that delays this process delays
-        # discovery, too.
-        most = round(self._spin_time / _PERIOD)
+        # discovery, too. If it is busy, other programs answer later.
+        scale = _BUSY if os.getloadavg()[0] > (os.cpu_count() or 1) else 1
+        most = scale * round(self._spin_time / _PERIOD)
         last, quiet = self._size(), 0
         for period in range(most + _LATE):
-            if (quiet >= _QUIET or period >= most) and self._is_complete():
+            if (quiet >= scale * _QUIET or period >= most) and self._is_complete():
                 return
             time.sleep(_PERIOD)
             size = self._size()

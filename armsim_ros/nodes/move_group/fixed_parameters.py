@@ -39,7 +39,6 @@ _PUBLISHED = (
 )
 _PIPELINE_NAMES = 'planning_pipelines.pipeline_names'
 _DESCRIPTIONS = ('robot_description', 'robot_description_semantic')
-_READ_ONLY = ParameterDescriptor(read_only=True, dynamic_typing=True)
 
 
 def planning_parameters(node: Node, settings: RobotSettings) -> PlanningParameters:
@@ -84,7 +83,8 @@ def declare_fixed(
         if isinstance(value, (tuple, list)):
             value = [str(item) for item in value]
         if isinstance(value, (bool, int, float, str)) or value:
-            node.declare_parameter(name, value, _READ_ONLY)
+            node.declare_parameter(
+                name, value, ParameterDescriptor(read_only=True, dynamic_typing=True))
     # Those of trajectory execution can be set, as on upstream's node, and have no effect there.
     inside = settings.trajectory_execution.model_dump(exclude=set(KEYS_BESIDE))
     for name, value in _flat('trajectory_execution', inside):

@@ -12,10 +12,10 @@ from typing import Any
 
 from control_msgs.msg import JointTrajectoryControllerState
 from rcl_interfaces.srv import GetParameters
+from rclpy.qos import QoSProfile, QoSReliabilityPolicy
 
-from armsim_ros.errors import ArmsimError
+from armsim_ros.errors import ArmsimError, nearest
 from armsim_ros.nodes.client.ros_client import RosClient
-from armsim_ros.nodes.verbs.echo import find_topic
 from armsim_ros.nodes.verbs.go import published_robot
 from armsim_ros.nodes.verbs.plot_picture import (
     JointRecord,
@@ -28,7 +28,7 @@ from armsim_ros.nodes.verbs.plot_recording import (
     read_recording,
     records_of,
 )
-from armsim_ros.nodes.verbs.terminal import call, parser, read, show
+from armsim_ros.nodes.verbs.terminal import call, parser, read, show, until
 
 #: A joint that is quicker than this moves [rad/s or m/s].
 _MOVES = 1e-3
@@ -75,10 +75,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def _listen(client: RosClient, topic: str, duration: float, patience: float) -> list[JointRecord]:
     """Return what comes, for so long, or from the start of a motion to its end."""
-    kind, profile = find_topic(client, topic, patience)
-    if kind is not JointTrajectoryControllerState:
-        raise ArmsimError(f"'{topic}' is no {JointTrajectoryControllerState.__name__}")
-    polled = client.poll(kind, topic, profile)
+    polled = client.poll(JointTrajectoryControllerState, topic, _profile(client, topic, patience))
     messages: list[Any] = []
     begun, moved = time.monotonic(), 0.0
     while True:
@@ -97,6 +94,27 @@ def _listen(client: RosClient, topic: str, duration: float, patience: float) -> 
             messages = messages[-10:]
         time.sleep(_LOOK)
     return records_of(messages)
+
+
+def _profile(client: RosClient, topic: str, patience: float) -> QoSProfile:
+    """
+    Return the profile of a subscription that every publisher of a topic matches.
+
+    :raises ArmsimError: the topic does not appear in time, or has another type.
+    """
+    try:
+        publishers = until(lambda: client.node.get_publishers_info_by_topic(topic) or None,
+                           patience, f'topic {topic}')
+    except ArmsimError as error:
+        hint = nearest(topic, [name for name, _ in client.node.get_topic_names_and_types()])
+        raise ArmsimError(f'{error} {hint}'.strip()) from None
+    kind = JointTrajectoryControllerState.__name__
+    if any(info.topic_type != f'control_msgs/msg/{kind}' for info in publishers):
+        raise ArmsimError(f"the type of '{topic}' is {publishers[0].topic_type}, not {kind}")
+    reliable = all(info.qos_profile.reliability == QoSReliabilityPolicy.RELIABLE
+                   for info in publishers)
+    return QoSProfile(depth=100, reliability=(
+        QoSReliabilityPolicy.RELIABLE if reliable else QoSReliabilityPolicy.BEST_EFFORT))
 
 
 def _bounds(client: RosClient, topic: str, records: Sequence[JointRecord], patience: float

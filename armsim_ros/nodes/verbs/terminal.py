@@ -106,20 +106,6 @@ def table(rows: Sequence[Sequence[str]]) -> str:
                      .rstrip() for row in rows)
 
 
-def plain_message(message: Any) -> Any:
-    """Return a message as dictionaries, lists and plain values."""
-    if hasattr(message, 'get_fields_and_field_types'):
-        return {name: plain_message(getattr(message, name))
-                for name in message.get_fields_and_field_types()}
-    if isinstance(message, (str, bool, int, float)):
-        return message
-    if isinstance(message, bytes):
-        return list(message)
-    if hasattr(message, '__iter__'):
-        return [plain_message(item) for item in message]
-    return message
-
-
 def _plain(value: Any) -> Any:
     """Return a value with null for numbers that JSON has no word for."""
     if isinstance(value, float):

@@ -80,17 +80,17 @@ def _send_goal(options: Namespace) -> None:
             session.spin(client.server_is_ready)
         print(f'Sending goal:\n     {to_yaml(goal)}')
         accepted = client.send_goal_async(goal, print_feedback if options.feedback else None)
-        session.spin(accepted.done)
-        handle = accepted.result()
-        if not handle.accepted:
-            print('Goal was rejected.')
-            return
-        print(f'Goal accepted with ID: {bytes(handle.goal_id.uuid).hex()}\n')
-        result = handle.get_result_async()
         try:
+            session.spin(accepted.done)
+            handle = accepted.result()
+            if not handle.accepted:
+                print('Goal was rejected.')
+                return
+            print(f'Goal accepted with ID: {bytes(handle.goal_id.uuid).hex()}\n')
+            result = handle.get_result_async()
             session.spin(result.done)
-        except (KeyboardInterrupt, SystemExit):
-            _cancel(session, handle, result)
+        except (BrokenPipeError, KeyboardInterrupt, SystemExit):
+            _cancel(session, accepted)
             raise
         _print_result(result.result())
 
@@ -105,16 +105,18 @@ def _explain(session: Session, name: str, kind: str) -> None:
         print(f"'{name}' is not in the graph{hint(name, session.actions())}", file=sys.stderr)
 
 
-def _cancel(session: Session, handle: Any, result: Any) -> None:
+def _cancel(session: Session, accepted: Any) -> None:
     """Cancel a goal and wait for its result."""
+    if not session.spin(accepted.done, 2.0) or not accepted.result().accepted:
+        return
+    handle = accepted.result()
     print('Canceling goal...')
-    canceled = handle.cancel_goal_async()
+    canceled, result = handle.cancel_goal_async(), handle.get_result_async()
     session.spin(canceled.done)
     if not canceled.result().goals_canceling:
         raise CliError('Failed to cancel goal')
-    session.spin(result.done, 10.0)
     print('Goal canceled.')
-    if result.done():
+    if session.spin(result.done, 10.0):
         _print_result(result.result())
 
 

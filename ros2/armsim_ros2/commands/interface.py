@@ -70,9 +70,10 @@ def _print_definition(name: str, comments: bool, nested_comments: bool, depth: i
     package = name.split('/')[0]
     for line in definition_file(name).read_text(encoding='utf-8').splitlines():
         text = line.rstrip()
-        code = text.partition('#')[0].strip()
-        if comments or code:
-            shown = text if comments else code
+        code, _, comment = (part.strip() for part in text.partition('#'))
+        # As upstream, which keeps a # without a text.
+        shown = text if comments or not comment else code
+        if comments or shown:
             print('\t' * depth + shown if shown else '')
         nested = nested_type(code, package)
         if nested:

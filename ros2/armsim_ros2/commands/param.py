@@ -14,6 +14,7 @@ import yaml
 
 from armsim_ros2.errors import CliError, hint
 from armsim_ros2.interfaces import load
+from armsim_ros2.parameter_files import parameters_in
 from armsim_ros2.parsing import argument, flag, node_options, Verb
 from armsim_ros2.session import Session
 
@@ -188,18 +189,19 @@ def _dump(options: Namespace) -> None:
 
 
 def _load(options: Namespace) -> None:
-    from rclpy.parameter import parameter_dict_from_yaml_file
+    from rclpy.parameter import Parameter
 
     file = Path(options.parameter_file)
-    if not file.is_file():
-        raise CliError(f"Parameter file '{file}' does not exist")
     with Session(options) as session:
         node = _node(session, options)
+        values = parameters_in(file, node.name, not options.no_use_wildcard)
+        if not values:
+            raise CliError(f"Parameter file '{file}' has no parameters for {node.name}")
         try:
-            parameters = list(parameter_dict_from_yaml_file(
-                str(file), not options.no_use_wildcard, [node.name]).values())
-        except (RuntimeError, TypeError, ValueError, yaml.YAMLError) as error:
-            raise CliError(f"Parameter file '{file}': {' '.join(str(error).split())}") from None
+            parameters = [Parameter(name, value=value).to_parameter_msg()
+                          for name, value in values.items()]
+        except (AssertionError, TypeError, ValueError) as error:
+            raise CliError(f"Parameter file '{file}': {error}") from None
         for parameter, result in zip(parameters, node.set(parameters), strict=True):
             _report(result, f'Set parameter {parameter.name} successful',
                     f'Set parameter {parameter.name} failed')

@@ -70,9 +70,10 @@ def _call(options: Namespace) -> None:
     with Session(options) as session:
         name = session.absolute(options.service_name)
         client = session.node.create_client(kind, name)
-        if not client.service_is_ready() and not session.find(client.service_is_ready):
+        if not client.service_is_ready():
             print('waiting for service to become available...')
-            _refuse_other_type(session, name, options.service_type)
+            if not session.find(client.service_is_ready):
+                _refuse_other_type(session, name, options.service_type)
             while not client.service_is_ready():
                 time.sleep(0.02)
         while True:

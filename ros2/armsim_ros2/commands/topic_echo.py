@@ -85,7 +85,7 @@ class _Echo:
         text = text_of(value, self._options)
         if self._options.include_message_info:
             text = (f'{",".join(map(str, info.values()))},{text}' if self._options.csv
-                    else f'{dump(info)}---\n{text}')
+                    else f'{dump(dict(sorted(info.items())))}---\n{text}')
         print(text, end='')
 
 

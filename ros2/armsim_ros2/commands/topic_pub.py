@@ -5,8 +5,10 @@
 from __future__ import annotations
 
 from argparse import Namespace
+import math
 import sys
 import time
+from typing import Any
 
 from armsim_ros2.errors import CliError
 from armsim_ros2.interfaces import load
@@ -41,7 +43,8 @@ def _pub(options: Namespace) -> None:
         clock = session.node.get_clock()
         publisher = session.node.create_publisher(
             kind, session.absolute(options.topic_name), profile_of(options))
-        _wait(session, publisher, needed, options.max_wait_time_secs)
+        _wait(session, publisher, needed, options.spin_time,
+              options.max_wait_time_secs or math.inf)
         print('publisher: beginning loop')
         count = 0
 
@@ -65,21 +68,20 @@ def _pub(options: Namespace) -> None:
         time.sleep(options.keep_alive)
 
 
-def _wait(session: Session, publisher: object, needed: int, limit: float | None) -> None:
-    """Wait for subscriptions and report it every second."""
-    start = time.monotonic()
-    while True:
-        count = publisher.get_subscription_count()  # type: ignore[attr-defined]
-        if count >= needed:
-            return
-        print(f'Waiting for at least {needed} matching subscription(s)...')
-        left = 1.0 if limit is None else min(1.0, start + limit - time.monotonic())
+def _wait(session: Session, publisher: Any, needed: int, spin_time: float, limit: float) -> None:
+    """Wait for subscriptions; report it every second after the time of discovery."""
+    def matched() -> bool:
+        return bool(publisher.get_subscription_count() >= needed)
+
+    session.spin(matched, spin_time)
+    end = time.monotonic() + limit
+    while not matched():
+        left = end - time.monotonic()
         if left <= 0:
             raise CliError(f'Timed out waiting for subscribers: Expected {needed} subcribers but '
-                           f'only got {count} subscribers')
-        session.spin(
-            lambda: publisher.get_subscription_count() >= needed,  # type: ignore[attr-defined]
-            left)
+                           f'only got {publisher.get_subscription_count()} subscribers')
+        print(f'Waiting for at least {needed} matching subscription(s)...')
+        session.spin(matched, min(1.0, left))
 
 
 PUB = Verb('publish messages', _pub, [

@@ -8,7 +8,7 @@ import pytest
 
 from armsim_ros.cli.arguments import UsageError
 from armsim_ros.errors import ArmsimError
-from armsim_ros.nodes.verbs import echo, go, param, state, stop
+from armsim_ros.nodes.verbs import go, plot, state, stop
 
 pytestmark = pytest.mark.usefixtures('fake_stack')
 JSON = ['--json', '--timeout', '20']
@@ -69,24 +69,7 @@ def test_stop_asks_every_action(capsys):
     assert (status, told) == (0, {'stopped': 0, 'silent': []})
 
 
-def test_echo_prints_a_latched_message(capsys):
-    """The publisher's quality of service is taken over."""
-    status, told = output_of(echo, capsys, '/robot_description', '--once')
-    assert status == 0
-    assert told['data'].startswith('<robot name="two">')
-
-
-def test_param_reads_sets_and_lists(capsys):
-    """A whole number is taken for a parameter that has a point."""
-    assert output_of(param, capsys, 'get', '/fake', 'gain') == (0, 1.5)
-    status, told = output_of(param, capsys, 'set', '/fake', 'gain', '2')
-    assert (status, told['old'], told['value']) == (0, 1.5, 2.0)
-    assert 'gain' in output_of(param, capsys, 'list', '/fake')[1]
-    with pytest.raises(ArmsimError, match="did you mean 'gain'"):
-        param.main(['get', 'fake', 'gian', '--timeout', '20'])
-
-
 def test_a_robot_that_is_not_there_is_said_in_a_sentence():
     """With what to look at."""
     with pytest.raises(ArmsimError, match='armsim bringup'):
-        echo.main(['/nowhere', '--timeout', '0.5'])
+        plot.main(['/nowhere', '--timeout', '0.5'])

@@ -28,7 +28,6 @@ NAME = 'moveit_simple_controller_manager'
 GROUP = 'trajectory_execution'
 _JOINTS = 'allowed_start_tolerance_joints'
 _OF_JOINTS = f'{GROUP}.{_JOINTS}.'
-_READ_ONLY = ParameterDescriptor(read_only=True, dynamic_typing=True)
 #: Read at the start, never at run time.
 _FIXED = ('control_multi_dof_joint_variables',)
 
@@ -72,10 +71,10 @@ class ControllerManagerNode:
         for joint, tolerance in tolerances.items():
             node.declare_parameter(f'{_OF_JOINTS}{joint}', float(tolerance))
         for name in _FIXED:
-            node.declare_parameter(f'{GROUP}.{name}', getattr(start, name), _READ_ONLY)
+            node.declare_parameter(f'{GROUP}.{name}', getattr(start, name), _read_only())
         for name, value in controller_parameters(context.settings):
             if value != []:
-                node.declare_parameter(name, value, _READ_ONLY)
+                node.declare_parameter(name, value, _read_only())
         node.add_on_set_parameters_callback(self._check)
         node.add_post_set_parameters_callback(self._note_tolerances)
         self._changed(self._live.settings)
@@ -117,3 +116,8 @@ def _given(node: Node) -> dict[str, Any]:
         elif field in _FIELDS and field not in UNUSED_EXECUTION_KEYS:
             values[field] = one.value
     return values
+
+
+def _read_only() -> ParameterDescriptor:
+    """Return a descriptor of its own; rclpy writes the parameter's name into it."""
+    return ParameterDescriptor(read_only=True, dynamic_typing=True)
