@@ -61,6 +61,7 @@ def test_its_moveit_stack_plans():
     """A named state of its SRDF is planned and reached with its demo.launch.py."""
     with backend('moveit') as (user, _):
         user.program.wait_for_line('You can start planning now!', 60.0)
+        user.wait_until_still()
         bend = user.move_group.named_states()['arm', 'bend']
         assert user.move_group.move('arm', bend).error_code.val == SUCCESS
         assert user.distance(bend) < 0.005
