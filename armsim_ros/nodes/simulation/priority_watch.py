@@ -19,6 +19,8 @@ PERIOD = 4.0
 PRESSURE, EASED = 0.5, 0.25
 #: Share of all processors that programs in real time may use under pressure.
 MOST = 0.5
+#: Priority that was given up is not taken again sooner [s].
+REST = 30.0
 #: What is taken again must fit into this part of that share.
 MARGIN = 0.8
 _TICKS = os.sysconf('SC_CLK_TCK') if hasattr(os, 'sysconf') else 100
@@ -55,6 +57,7 @@ class PriorityWatch:
         self._before: tuple[float, Mapping[int, float]] | None = None
         #: What this process used when it gave way, as a share of all processors; None: it has not.
         self._given_up: float | None = None
+        self._rests_until = 0.0
 
     def start(self) -> None:
         """Check now and then, in a thread, as long as the process lives."""
@@ -81,11 +84,13 @@ class PriorityWatch:
         if self._given_up is None:
             if share > MOST:
                 self._given_up = shares.get(os.getpid(), 0.0)
+                self._rests_until = now + REST
                 self._switch(False)
                 self._report(
                     f'real-time priority given up: programs wait for a processor {pressure:.0%} '
                     f'of the time, while those in real time use {share:.0%} of all processors')
-        elif pressure < EASED or share + self._given_up < MARGIN * MOST:
+        elif now >= self._rests_until and (
+                pressure < EASED or share + self._given_up < MARGIN * MOST):
             self._given_up = self._before = None
             self._switch(True)
             self._report('real-time priority taken again')

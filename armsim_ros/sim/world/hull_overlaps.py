@@ -31,6 +31,8 @@ LEAST_OVERLAP = 1e-3
 LEAST_GAP = 1e-4
 #: Random states that are looked at.
 STATES = 400
+#: The body that has the floor.
+FLOOR_BODY = 'world'
 #: Pairs that a line names.
 SHOWN = 6
 
@@ -229,8 +231,12 @@ def _is_mesh(model: RobotModel, link: str) -> bool:
 
 
 def _line(pair: Pair, depth: float, passes: bool) -> str:
-    first, second = pair
-    text = f"'{first}' and '{second}' overlap by {depth * 1e3:.1f} mm at the start"
+    first, second = ('the floor' if body == FLOOR_BODY else f"'{body}'" for body in sorted(
+        pair, key=lambda body: body != FLOOR_BODY))
+    text = f'{first} and {second} overlap by {depth * 1e3:.1f} mm at the start'
+    if FLOOR_BODY in pair:
+        return (f"{text}; raise the robot (simulation.yaml: placement), or lower the world's "
+                'floor')
     if passes:
         return (f'{text} and pass through each other in the physics; move the robot, or disable '
                 'the pair in the SRDF')

@@ -215,6 +215,21 @@ def test_says_what_overlaps_at_the_start(arm, settings):
     assert Simulation(arm, settings).warnings == ()
 
 
+@pytest.mark.parametrize(('start', 'words'), [
+    ({'shoulder': 2.4}, ('the floor and', "'tiny/hand'", 'raise the robot')),
+    ({'shoulder': 2.8, 'elbow': 2.8}, ("'tiny/base'", "'tiny/lower'", 'disable the pair'))])
+@pytest.mark.parametrize('named', [False, True])
+def test_a_start_that_touches_names_the_pair(arm, settings, start, words, named):
+    """Floor or link, whether joints or a named state say where the robot starts."""
+    if named:
+        full = {**dict.fromkeys(arm.active_joints, 0.0), **start}
+        arm = replace(arm, semantic=SemanticModel(named_states={'arm': {'folded': full}}))
+    settings = settings.model_copy(update={
+        'initial_state': 'folded'} if named else {'initial_positions': start})
+    warnings = [line for line in Simulation(arm, settings).warnings if 'at the start' in line]
+    assert any(all(word in line for word in words) for line in warnings), warnings
+
+
 def asleep(simulation):
     """Return the objects that the physics leaves alone."""
     model, data = simulation.mujoco_model, simulation.mujoco_data
