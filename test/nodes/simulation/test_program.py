@@ -17,6 +17,7 @@ def program(tmp_path, monkeypatch):
 
     def make(*words):
         made.append(SimulationProgram(parse_arguments(words), lambda: False))
+        return made[-1]
 
     yield make
     for lock in [lock for one in made for lock in one._locks]:
@@ -44,3 +45,18 @@ def test_a_namespace_of_the_environment_leaves_robots_apart(program, monkeypatch
     program('robot:=two_bots')
     with pytest.raises(DomainTakenError, match='in namespace /left'):
         program('robot:=bot', 'namespace:=left')
+
+
+@pytest.mark.parametrize(('manage', 'given_up'), [('true', True), ('false', False)])
+def test_overruns_manage(program, manage, given_up):
+    """
+    Without it no time is ever given up: a loop that was late for an hour makes all of it up.
+
+    Upstream: sleeping_policies.cpp, sleep_for_periodic_cycle.
+    """
+    made = program('robot:=bot', f'overrides:={{controller_manager.overruns.manage: {manage}}}')
+    pacer = made._loop._pacer
+    pacer._deadline -= 3600e9
+    pacer._started = pacer._deadline - 3600e9
+    pacer.wait(1e6)
+    assert (pacer.statistics().dropped_ns > 0) is given_up
