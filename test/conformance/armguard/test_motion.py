@@ -106,8 +106,10 @@ def test_a_pose_goal_is_planned_and_executed(agent: Agent) -> None:
     wanted = agent.run(agent.backend.forward_kinematics([value + 0.15 for value in BENT]))
     plan = agent.run(agent.backend.plan_to_pose(wanted, 0.5, 0.5))
     assert agent.execute(plan).success
-    reached = agent.run(agent.backend.forward_kinematics(agent.positions))
-    assert reached.position.as_tuple() == pytest.approx(wanted.position.as_tuple(), abs=5e-3)
+    for reached in (agent.backend.forward_kinematics(agent.positions),
+                    agent.backend.get_ee_pose()):  # by compute_fk, and by transforms
+        assert agent.run(reached).position.as_tuple() == pytest.approx(
+            wanted.position.as_tuple(), abs=5e-3)
 
 
 def test_a_straight_line_is_planned_and_executed(agent: Agent) -> None:

@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-from copy import deepcopy
 import math
 from typing import Any
 
@@ -282,7 +281,7 @@ def test_constraint_results(arm: Any) -> None:
 @pytest.mark.statement('CON-8')
 def test_visibility_results(arm: Any) -> None:
     """
-    A disc is visible past the link that carries it, and hidden where another link is between.
+    A disc is visible past the link that carries it; below the robot it is hidden from above.
 
     Upstream: kinematic_constraint.cpp, VisibilityConstraint::decide.
     """
@@ -290,13 +289,12 @@ def test_visibility_results(arm: Any) -> None:
     seen.target_pose.header.frame_id = arm.tip
     seen.sensor_pose.header.frame_id = arm.tip
     seen.sensor_pose.pose.position.z = 0.2
-    hidden = deepcopy(seen)
-    hidden.sensor_pose.header.frame_id = arm.frame
-    hidden.sensor_pose.pose.position.z = -1.0
-    state = arm.positions()
-    report = arm.validity(
-        {name: state[name] for name in arm.group_joints},
-        constraints=Constraints(visibility_constraints=[seen, hidden]))
+    hidden = VisibilityConstraint(target_radius=0.3, cone_sides=8)
+    for pose, height in ((hidden.target_pose, -0.5), (hidden.sensor_pose, 2.0)):
+        pose.header.frame_id = arm.frame
+        pose.pose.position.z = height
+    report = arm.validity(list(arm.states.values())[1], constraints=Constraints(
+        visibility_constraints=[seen, hidden]))
     assert [one.result for one in report.constraint_result] == [True, False]
     assert report.constraint_result[1].distance > 0.0
     assert not report.valid
