@@ -24,7 +24,7 @@ REPORTS = Path('build/tests')
 JOBS = {'core': 'auto', 'real-time': None, 'alone': '1'}
 #: A failed test with programs may run again if some program waited for a processor for more than
 #: this share of its time, or if the host of a virtual machine kept more than that of it.
-PRESSURE, STEAL = 0.6, 0.05
+PRESSURE, STEAL = 0.8, 0.1
 #: More failures under pressure than these are a failure of the run.
 MOST_RERUNS = 3
 #: Elements of a JUnit report -> what became of the test.
@@ -40,6 +40,7 @@ class Case:
 
     :param outcome: ``passed``, ``skipped`` or ``failed``.
     :param why: first line of the reason of a skip or failure.
+    :param seconds: its duration [s].
     :param pressure: share of its time in which a program waited for a processor.
     :param steal: share of the processors' time that the host kept.
     """
@@ -47,6 +48,7 @@ class Case:
     name: str
     outcome: str
     why: str
+    seconds: float
     pressure: float
     steal: float
 
@@ -69,11 +71,15 @@ def main() -> int:
     starved: list[Case] = []
     for job in options.job or JOBS:
         print(f'\n== {job} tests', flush=True)
+        start = time.monotonic()
         status = run(job, JOBS[job] or options.workers, '--job', job, *arguments)
         if status not in COMPLETE:
             return status
         found = read(job)
         cases += found
+        total = sum(case.seconds for case in found) or 1.0
+        pressure = sum(case.seconds * case.pressure for case in found) / total
+        print(f'{job}: {time.monotonic() - start:.0f} s, mean pressure {pressure:.0%}')
         if job != 'core':
             starved += [case for case in found if case.outcome == 'failed' and case.starved]
     again = {}
@@ -112,7 +118,7 @@ def read(report: str) -> list[Case]:
             OUTCOMES[result.tag], first_line(result.get('message')))
         if cases.get(name) is None or cases[name].outcome != 'failed':
             cases[name] = Case(
-                name, outcome, why,
+                name, outcome, why, float(element.get('time')),
                 float(properties.get('pressure', 0)), float(properties.get('steal', 0)))
     return list(cases.values())
 
@@ -142,7 +148,7 @@ def summarize(
     skips = Counter(case.why for case in cases if case.outcome == 'skipped')
     print(f'\n{len(cases)} tests in {minutes} min {seconds} s: {len(failed)} failed, '
           f'{len(again)} run again')
-    print(f'{skips.total()} skipped: ' + '; '.join(f'{n} {why}' for why, n in skips.items()))
+    print('skipped: ' + ('; '.join(f'{n} {why}' for why, n in skips.items()) or 'none'))
     print(f'not run: the page in a browser (make test-page); reports of all tests: {REPORTS}')
 
 

@@ -15,6 +15,8 @@ import pytest
 from armsim_ros.testing.programs.domain import private_domain
 from armsim_ros.testing.programs.program import Program
 
+#: Two workers with a stack each are as much as two processors carry.
+pytestmark = pytest.mark.alone
 statement = pytest.mark.statement
 
 IN_PROCESS = """

@@ -1,6 +1,6 @@
 """Robots of which there was only a URDF, brought up with the files that were generated."""
 
-from faster import FASTER
+from faster import LITTLE_FASTER
 from public_robots import public_urdf
 import pytest
 
@@ -20,7 +20,7 @@ def test_a_generated_robot_follows_trajectories_and_plans(robot, tmp_path):
             else public_urdf(robot))
     target = tmp_path / robot
     generate_config(urdf, target, states=1000)
-    with running_robot(f'robot:={target}', FASTER) as user:
+    with running_robot(f'robot:={target}', LITTLE_FASTER) as user:
         ready = user.move_group.named_states()['arm', 'ready']
         goal = dict(ready)
         goal[next(iter(goal))] += 0.2  # about the upright axis: no nearer to the floor
