@@ -118,7 +118,7 @@ def read(report: str) -> list[Case]:
             OUTCOMES[result.tag], first_line(result.get('message')))
         if cases.get(name) is None or cases[name].outcome != 'failed':
             cases[name] = Case(
-                name, outcome, why, float(element.get('time')),
+                name, outcome, why, float(element.get('time', 0)),
                 float(properties.get('pressure', 0)), float(properties.get('steal', 0)))
     return list(cases.values())
 

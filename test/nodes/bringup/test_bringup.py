@@ -82,19 +82,21 @@ def assert_nobody_else_spoke(program):
     assert not others, program.text
 
 
+@pytest.mark.alone
 def test_an_interrupt_while_everything_is_being_imported_shows_no_traceback(domain):
-    """Ctrl-C right after the start is a good end too."""
+    """Ctrl-C right after the start is a good end too, within 2 s."""
     with start_program('bringup', domain) as program:
         while not children_of(program):
             assert program.process.poll() is None, program.text
         program.signal(signal.SIGINT)
-        assert program.wait(10) == 0
+        assert program.wait(2) == 0
         assert_nobody_else_spoke(program)
 
 
+@pytest.mark.alone
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
 def test_a_signal_while_the_files_are_read_ends_at_once(number, domain, tmp_path):
-    """Nothing is said of a file that was read by half."""
+    """Within 2 s, and nothing is printed about a file that was read by half."""
     os.mkfifo(tmp_path / 'endless.xacro')
     file = tmp_path / 'arm.urdf.xacro'
     file.write_text('<robot name="arm" xmlns:xacro="http://www.ros.org/wiki/xacro">'
@@ -107,7 +109,7 @@ def test_a_signal_while_the_files_are_read_ends_at_once(number, domain, tmp_path
         program.signal(number)
         # A signal just before the read begins does not end it; the end of the file does.
         os.close(writer)
-        assert program.wait(10) == 0
+        assert program.wait(2) == 0
         assert_nobody_else_spoke(program)
 
 

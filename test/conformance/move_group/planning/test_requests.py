@@ -184,14 +184,14 @@ def test_the_workspace_does_not_limit_an_arm(arm: Any) -> None:
 @pytest.mark.statement('REQ-12')
 def test_max_cartesian_speed(arm: Any) -> None:
     """The link is no faster than max_cartesian_speed [m/s] between any two points."""
-    trajectory = arm.planned(arm.near(0.5), max_cartesian_speed=0.05,
+    trajectory = arm.planned(arm.near(0.5), max_cartesian_speed=0.1,
                              cartesian_speed_limited_link=arm.tip)
     places = [
         (seconds(point.time_from_start), xyz(arm.pose(
             dict(zip(arm.group_joints, point.positions, strict=True))).pose.position))
         for point in trajectory.points]
     for (before, start), (after, end) in pairwise(places):
-        assert math.dist(start, end) <= 0.0515 * (after - before)
+        assert math.dist(start, end) <= 0.103 * (after - before)
 
 
 @pytest.mark.statement('REQ-13', 'REQ-18', 'RVZ-7', 'MGI-3')
