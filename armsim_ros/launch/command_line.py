@@ -114,7 +114,9 @@ def _find(places: Sequence[str], path: tuple[Path, ...]) -> tuple[Path, Lookup]:
             folder = lookup.share(package)
         except MissingPackageError as error:
             raise UsageError(str(error)) from None
-    found = [file for file in _launch_files(folder) if file.name == name]
+    # Links may lead to a file in two ways.
+    found = list({file.resolve(): file for file in _launch_files(folder)
+                  if file.name == name}.values())
     if not found and folder != STAND_INS / package and (STAND_INS / package).is_dir():
         found = [file for file in _launch_files(STAND_INS / package) if file.name == name]
     if not found:

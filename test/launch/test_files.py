@@ -266,6 +266,8 @@ def test_a_file_in_a_linked_folder(write, capsys, tmp_path):
     file.rename(away / file.name)
     (file.parent / 'launch').symlink_to(away)
     (away / 'again').symlink_to(away)
+    (file.parent / 'installed').mkdir()
+    (file.parent / 'installed' / file.name).symlink_to(away / file.name)
     assert main(['mine', 'it.launch.xml', 'go:=false', '-n']) == 0
     assert capsys.readouterr().out
 
