@@ -73,9 +73,7 @@ def settings_from_config(
         pipelines=parameters.planning_pipelines,
         default_pipeline=parameters.default_planning_pipeline,
         position_only_ik=frozenset(
-            name for name, each in kinematics.items()
-            if each.position_only_ik or each.orientation_vs_position == 0.0
-        ),
+            name for name, each in kinematics.items() if each.leaves_orientation_free),
         start_state_max_bounds_error=pipeline.start_state_max_bounds_error,
         strict_start_state=parameters.strict_start_state,
         cartesian_limits=parameters.cartesian_limits,

@@ -1,6 +1,9 @@
 """The same robot written for ROS 1 and for ROS 2 gives the same values."""
 
 import pytest
+import yaml
+
+from armsim_ros.errors import Severity
 
 ROS2_CONTROLLERS = """
 /sunday/controller_manager:
@@ -174,3 +177,47 @@ def test_joints_of_a_solver_have_a_block_each(files):
         'joint_1': 2.5, 'joint_2': 0.5}
     assert solver.kinematics_solver_search_resolution == 0.0
     assert not [one for one in settings.remarks if 'kinematics' in str(one)]
+
+
+#: All of pick_ik's parameters but those that have an effect here.
+PICK_IK = {
+    'mode': 'global', 'gd_step_size': 1e-4, 'gd_max_iters': 100, 'gd_min_cost_delta': 1e-12,
+    'position_threshold': 0.001, 'orientation_threshold': 0.01, 'cost_threshold': 0.001,
+    'approximate_solution_position_threshold': 0.05,
+    'approximate_solution_orientation_threshold': 0.05,
+    'approximate_solution_joint_threshold': 0.0, 'approximate_solution_cost_threshold': 0.0,
+    'position_scale': 1.0, 'center_joints_weight': 0.0, 'avoid_joint_limits_weight': 0.0,
+    'minimal_displacement_weight': 0.0, 'stop_optimization_on_valid_solution': True,
+    'memetic_num_threads': 1, 'memetic_stop_on_first_solution': True,
+    'memetic_population_size': 16, 'memetic_elite_size': 4, 'memetic_wipeout_fitness_tol': 1e-5,
+    'memetic_max_generations': 100, 'memetic_gd_max_iters': 25, 'memetic_gd_max_time': 0.005,
+}
+
+
+def test_parameters_of_pick_ik(files):
+    """
+    A scale of 0 frees the orientation; each other key is remarked, a slip with the right name.
+
+    pick_ik: src/pick_ik_parameters.yaml, src/pick_ik_plugin.cpp.
+    """
+    block = {'kinematics_solver': 'pick_ik/PickIkPlugin', 'rotation_scale': 0.0, **PICK_IK}
+    files.write('kinematics.yaml', yaml.safe_dump({'manipulator': block}))
+    settings = files.load()
+    assert settings.kinematics['manipulator'].leaves_orientation_free
+    remarks = [one for one in settings.remarks if 'pick_ik: ' in one.what]
+    assert len(remarks) == len(PICK_IK)
+    assert {one.severity for one in remarks} == {Severity.INFO}
+    block = {'kinematics_solver': 'pick_ik/PickIkPlugin', 'memetic_elite_sise': 3}
+    files.write('kinematics.yaml', yaml.safe_dump({'manipulator': block}))
+    settings = files.load()
+    assert not settings.kinematics['manipulator'].leaves_orientation_free
+    [slip] = [one for one in settings.remarks if 'memetic_elite_sise' in str(one)]
+    assert "did you mean 'memetic_elite_size'" in str(slip)
+    assert slip.severity is Severity.WARNING
+
+
+def test_the_scale_of_another_solver(files):
+    """KDL does not read pick_ik's scale."""
+    files.write('kinematics.yaml', 'manipulator: {kinematics_solver: kdl_kinematics_plugin/'
+                'KDLKinematicsPlugin, rotation_scale: 0.0}')
+    assert not files.load().kinematics['manipulator'].leaves_orientation_free

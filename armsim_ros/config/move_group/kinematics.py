@@ -6,20 +6,32 @@ from __future__ import annotations
 
 from armsim_ros.config.base import parameter, Settings
 
+_EXACT = 'pick_ik: a solution here is exact, or there is none'
+_NEAREST = 'pick_ik: a solution here is the one nearest to the seed'
+_SEARCH = "pick_ik: the search here has no such steps; 'kinematics_solver_timeout' bounds it"
+_PICK_IK = {
+    **dict.fromkeys((
+        'position_threshold', 'orientation_threshold', 'cost_threshold', 'approximate_solution_'
+        'position_threshold', 'approximate_solution_orientation_threshold',
+        'approximate_solution_joint_threshold', 'approximate_solution_cost_threshold'), _EXACT),
+    **dict.fromkeys((
+        'center_joints_weight', 'avoid_joint_limits_weight', 'minimal_displacement_weight',
+        'stop_optimization_on_valid_solution'), _NEAREST),
+    **dict.fromkeys((
+        'mode', 'gd_step_size', 'gd_max_iters', 'gd_min_cost_delta', 'memetic_num_threads',
+        'memetic_stop_on_first_solution', 'memetic_population_size', 'memetic_elite_size',
+        'memetic_wipeout_fitness_tol', 'memetic_max_generations', 'memetic_gd_max_iters',
+        'memetic_gd_max_time'), _SEARCH),
+    'position_scale': 'pick_ik: the position always counts here',
+}
+
 #: Keys of solvers that the built-in one stands in for -> why they have no effect.
 UNUSED_KINEMATICS_KEYS = {
     'kinematics_solver_ik_links': 'links of an old solver',
     'kinematics_solver_srv_name': 'no solver service is called',
     'solve_type': 'a setting of TRAC-IK',
-    'mode': 'a setting of pick_ik',
-    'gd_step_size': 'a setting of pick_ik',
-    'position_scale': 'a setting of pick_ik',
-    'rotation_scale': 'a setting of pick_ik',
-    'position_threshold': 'a setting of pick_ik',
-    'orientation_threshold': 'a setting of pick_ik',
-    'cost_threshold': 'a setting of pick_ik',
-    'minimal_displacement_weight': 'a setting of pick_ik',
     'link_prefix': 'a setting of an analytic solver',
+    **_PICK_IK,
 }
 
 
@@ -45,5 +57,14 @@ class KinematicsSettings(Settings):
     orientation_vs_position: float = parameter(
         1.0, 'weight of orientation against position; 0 is position only', ge=0.0)
     position_only_ik: bool = parameter(False, 'leave the orientation free')
+    rotation_scale: float = parameter(
+        0.5, 'of pick_ik: weight of the orientation; 0 leaves it free', ge=0.0)
     joints: tuple[str, ...] = parameter((), 'joints with a weight, a block of its name each')
     weights: dict[str, JointWeight] = parameter({}, 'joint -> its block')
+
+    @property
+    def leaves_orientation_free(self) -> bool:
+        """Whether a solution need not have the orientation of its target."""
+        is_pick_ik = self.kinematics_solver.startswith('pick_ik/')
+        return (self.position_only_ik or self.orientation_vs_position == 0.0
+                or (is_pick_ik and self.rotation_scale == 0.0))
