@@ -7,18 +7,14 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from functools import cached_property
 from pathlib import Path
-from typing import Any, TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
 from armsim_ros.arrays import Matrix
-from armsim_ros.control.action_goal import GoalStatus
-from armsim_ros.control.gripper.base import GripperBase
-from armsim_ros.control.gripper.goal import GripperGoal, GripperResponse
-from armsim_ros.control.gripper.gripper_controller import ParallelGripperController
+from armsim_ros.control.gripper.goal import GripperGoal
 from armsim_ros.control.manager.controller_manager import ControllerManager
 from armsim_ros.control.trajectory.goal import TrajectoryGoal
-from armsim_ros.control.trajectory.joint_trajectory_controller import JointTrajectoryController
 from armsim_ros.counting_clock import CountingClock
 from armsim_ros.errors import (
     ControllerError,
@@ -38,7 +34,7 @@ from armsim_ros.sim.grippers.finger_contacts import FingerContacts
 from armsim_ros.trajectory import JointTrajectory
 
 if TYPE_CHECKING:
-    from armsim_ros.config.move_group.moveit_controllers import MoveItControllerSettings
+    from armsim_ros.execution.in_process import SentGoal
     from armsim_ros.planning.planner import MotionPlanner
     from armsim_ros.planning.request import Constraints
     from armsim_ros.planning.scene.planning_scene import PlanningScene
@@ -176,63 +172,23 @@ class ArmSim:
             raise PlanningError(response.error_code, response.message, response.source)
         return response.trajectory
 
-    def send_trajectory(
-        self, trajectory: JointTrajectory
-    ) -> tuple[TrajectoryGoal | GripperGoal, ...]:
+    def send_trajectory(self, trajectory: JointTrajectory
+                        ) -> tuple[TrajectoryGoal | GripperGoal, ...]:
         """
         Give a trajectory to the controllers that have its joints; they start at the next step.
 
-        A gripper's controller gets the last point, as from move_group.
+        A gripper gets the last point alone, as from move_group.
 
         :returns: one goal for each controller.
         :raises ControllerError: no controller has the joints, or one refuses; the text says why.
         """
-        from armsim_ros.execution.controller_selection import select_controllers, split_trajectory
+        return tuple(one.goal for one in self._send(trajectory))
 
-        several = len(self.managers) > 1
-        usable = {
-            f'{robot}/{name}' if several else name: controller
-            for robot, manager in self.managers.items()
-            for name, controller in manager.controllers.items()
-            if isinstance(controller, JointTrajectoryController | GripperBase)
-            and controller.active
-        }
-        known = [self._known_controller(name, one) for name, one in usable.items()]
-        try:
-            chosen = select_controllers(trajectory.joint_names, known)
-        except PlanningError as error:
-            raise ControllerError(str(error)) from None
-        parts = split_trajectory(trajectory, chosen)
-        for settings, part in parts:
-            controller = usable[settings.name]
-            reason = '' if isinstance(controller, GripperBase) else controller.check_goal(part)
-            if reason:
-                raise ControllerError(f"controller '{settings.name}' refuses: {reason}")
-        goals: list[TrajectoryGoal | GripperGoal] = []
-        for settings, part in parts:
-            controller = usable[settings.name]
-            sent = _close(controller, settings, part) if isinstance(controller, GripperBase) \
-                else controller.send_goal(part)
-            if sent.goal is None:
-                raise ControllerError(f"controller '{settings.name}' refuses: {sent.reason}")
-            goals.append(sent.goal)
-        return tuple(goals)
+    def _send(self, trajectory: JointTrajectory) -> list[SentGoal]:
+        from armsim_ros.execution.in_process import send_parts
 
-    def _known_controller(
-        self, name: str, controller: JointTrajectoryController | GripperBase[Any]
-    ) -> MoveItControllerSettings:
-        """Return a controller as move_group knows it, under the name that it has here."""
-        from armsim_ros.config.move_group.moveit_controllers import MoveItControllerSettings
-
-        if isinstance(controller, JointTrajectoryController):
-            return MoveItControllerSettings(name=name, joints=controller.parameters.joints)
-        for one in self.settings.moveit_controllers:
-            if f'/{one.name}'.endswith(f'/{name}') and one.type != 'FollowJointTrajectory':
-                return one.model_copy(update={'name': name})
-        parallel = isinstance(controller, ParallelGripperController)
-        return MoveItControllerSettings(
-            name=name, joints=(controller.parameters.joint,),
-            type='ParallelGripperCommand' if parallel else 'GripperCommand')
+        return send_parts(
+            trajectory, self.model, self.managers, self.settings.moveit_controllers)
 
     def execute(self, trajectory: JointTrajectory) -> None:
         """
@@ -241,7 +197,7 @@ class ArmSim:
         :raises ControllerError: a controller refused or aborted it; the text says why.
         :raises SimulationError: it does not end, or the physics became unstable.
         """
-        goals = self.send_trajectory(trajectory)
+        sent = self._send(trajectory)
         execution = self.settings.trajectory_execution
         allowed = (
             trajectory.duration * execution.allowed_execution_duration_scaling
@@ -249,16 +205,16 @@ class ArmSim:
         )
         self._advance(
             round(allowed * 1e9) // self.simulation.clock.step_ns + 1,
-            lambda: all(goal.done for goal in goals),
+            lambda: all(one.goal.done for one in sent),
         )
-        for goal in goals:
-            if not goal.done:
+        for one in sent:
+            if not one.goal.done:
                 raise SimulationError(
                     f'the trajectory did not end within {allowed:g} s of simulated time'
                 )
-            if goal.status is not GoalStatus.SUCCEEDED:
-                message = getattr(goal.result, 'message', 'the gripper stalled')
-                raise ControllerError(f'the trajectory was {goal.status.name.lower()}: {message}')
+            if not one.succeeded:
+                raise ControllerError(
+                    f'the trajectory was {one.goal.status.name.lower()}: {one.failure}')
 
     @cached_property
     def fingers(self) -> FingerContacts:
@@ -374,15 +330,3 @@ class ArmSim:
                 )
             )
         return states[name]
-
-
-def _close(
-    gripper: GripperBase[Any], settings: MoveItControllerSettings, part: JointTrajectory
-) -> GripperResponse:
-    """Give a gripper's controller the goal that move_group would send."""
-    from armsim_ros.execution.gripper_commands import gripper_target, parallel_gripper_target
-
-    parallel = settings.type == 'ParallelGripperCommand'
-    target = (parallel_gripper_target if parallel else gripper_target)(part, settings)
-    effort = settings.max_effort if target.effort is None else target.effort
-    return gripper.close_to(target.position, effort)

@@ -3,6 +3,7 @@
 """The whole stack without ROS."""
 
 from pathlib import Path
+from shutil import copytree
 import subprocess
 import sys
 
@@ -266,3 +267,26 @@ def test_joint_limits_bound_plans_and_not_the_drives(small_package):
     with pytest.raises(PlanningError) as refused:
         sim.plan({'shoulder': 0.0, 'elbow': 0.5}, 'arm')
     assert refused.value.code == MoveItErrorCode.START_STATE_INVALID
+
+
+@pytest.mark.parametrize('allow_failure', [False, True])
+def test_a_gripper_that_is_blocked(allow_failure, tmp_path):
+    """An object between the fingers is a failure, unless allow_failure is set."""
+    folder = copytree(ROOT / 'test' / 'support' / 'robots' / 'hand', tmp_path / 'hand')
+    text = (folder / 'controllers.yaml').read_text()
+    (folder / 'controllers.yaml').write_text(text.replace('stalling: true', 'stalling: false'))
+    (folder / 'moveit_controllers.yaml').write_text(
+        'moveit_simple_controller_manager:\n  controller_names: [hand/fingers]\n  hand/fingers: {'
+        'type: GripperCommand, action_ns: gripper_cmd, joints: [finger_joint1], max_effort: 10, '
+        f'allow_failure: {str(allow_failure).lower()}}}\n')
+    sim = ArmSim(folder)
+    sim.add_object(WorldObject.of_shape('post', Box((0.03,) * 3), pose_matrix((0.0, 0.0, 1.12))))
+    sim.add_object(WorldObject.of_shape(
+        'cube', Box((0.05,) * 3), pose_matrix((0.0, 0.0, 1.16)), mass=0.3))
+    closing = JointTrajectory(('finger_joint1',), [0.0, 1.0], [[0.04], [0.0]])
+    if allow_failure:
+        sim.execute(closing)
+    else:
+        with pytest.raises(ControllerError, match="aborted: gripper 'fingers' stalled"):
+            sim.execute(closing)
+    assert sim.held == {'cube': 'palm'}
