@@ -12,6 +12,7 @@ from typing import TypedDict
 from armsim_ros.config.cell import robots_file
 from armsim_ros.config.moveit_config.files import PackageFiles
 from armsim_ros.config.moveit_config.roles import PackageRoles
+from armsim_ros.config.moveit_config.urdf_candidates import urdf_remedy
 from armsim_ros.errors import ConfigError, Location, Problem, ResourceError, Severity
 from armsim_ros.packages import (
     depends_on,
@@ -194,8 +195,7 @@ def _of_package(found: PackageFiles, urdf: Path | None, srdf: Path | None,
     if urdf_file is None:
         raise ConfigError([*(one for one in found.problems), Problem(
             f"package '{found.folder.name}' has no URDF that its files name", Location(
-                str(found.folder)),
-            remedy='name it: urdf:=FILE, with the arguments that its xacro declares')])
+                str((found.folder / MANIFEST).resolve().parent)), remedy=urdf_remedy(found))])
     roles = PackageRoles.of(found, controllers)
     return RobotFolder(
         found.name, found.folder, urdf_file, srdf or found.srdf(), roles.files,

@@ -160,6 +160,12 @@ class _Check:
     def coverage(self) -> None:
         """Warn of planning groups that no controllers can move, and where there are none."""
         settings = self._settings
+        if not settings.files and settings.srdf_file is None:
+            self._add('there is a URDF alone: nothing can be planned and nothing moves',
+                      Location(str(settings.urdf_file)),
+                      remedy='make SRDF and controllers: armsim generate_config '
+                             f'{settings.urdf_file} --to DIR')
+            return
         if settings.spawn_only and settings.moveit_controllers and settings.srdf_file is None:
             self._add('the package has no SRDF: nothing can be planned',
                       Location(str(settings.folder)),

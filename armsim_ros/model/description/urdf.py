@@ -90,6 +90,7 @@ def parse_urdf(text: str, file: str, *, read_mesh: MeshReader,
         joint = read_joint(element, report)
         if joint is not None:
             joints[name] = joint
+    report.join_equal("joint '{}': limit 0 of ", 'joints {}: limit 0 of ')
     root_link = _check_tree(root, links, joints, places, report)
     hardware = read_hardware(root, links, joints, report) if with_hardware else ()
     for one in (one for system in hardware for one in system.joints):

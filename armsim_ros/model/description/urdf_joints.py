@@ -146,22 +146,24 @@ def _limits(element: XmlElement, kind: JointType, report: TextReport) -> JointLi
         elif lower == upper:
             report.warning(f"joint '{name}' cannot move: lower and upper are both {lower:g}",
                            holder.where, 'give it a range, or make it fixed')
-    return JointLimits(lower, upper, _bound(holder, 'velocity', name, report),
-                       effort=_bound(holder, 'effort', name, report))
+    velocity, effort = (_bound(holder, key, name, report) for key in ('velocity', 'effort'))
+    zeros = [key for key, value in (('velocity', velocity), ('effort', effort)) if value == 0.0]
+    if zeros:
+        report.warning(
+            f"joint '{name}': limit 0 of {' and '.join(zeros)} allows no motion; it is taken as "
+            'no limit', holder.where, 'give the real value')
+    return JointLimits(lower, upper, velocity or math.inf, effort=effort or math.inf)
 
 
 def _bound(holder: XmlElement, key: str, joint: str, report: TextReport) -> float:
-    """Return a bound's absolute value; 0, which exporters write for unknown, is none."""
+    """Return a bound's absolute value; exporters write 0 for an unknown one."""
     value = read_number(holder, key, report)
     if value is None:
         return math.inf
     if value < 0.0:
         report.ignored(f"{key} limit of joint '{joint}' is {value:g}; {-value:g} is taken",
                        holder.where, 'give a number above 0')
-    if value == 0.0:
-        report.warning(f"{key} limit of joint '{joint}' is 0, which would hold it still; it is "
-                       'taken as no limit', holder.where, 'give the real value')
-    return abs(value) or math.inf
+    return abs(value)
 
 
 def _soft_limits(element: XmlElement, report: TextReport) -> SoftLimits | None:

@@ -85,6 +85,29 @@ def test_a_package_without_a_urdf_says_what_to_do(small_package):
         found(small_package)
 
 
+def test_a_package_without_a_urdf_names_what_could_be_meant(small_package):
+    """The message has the URDFs of the workspace that fit the SRDF, and the launch files."""
+    small_package.remove('config/small.urdf.xacro')
+    small_package.write('launch/demo.launch.py', '')
+    small_package.write('../other/package.xml', '<package><name>other</name></package>')
+    small_package.write('../other/urdf/other.urdf', '<robot name="small"><link name="x"/></robot>')
+    macro = small_package.XACRO.format('<xacro:macro name="arm" params="p">' + (
+        small_package.ARM.replace('name="', 'name="${p}')) + '</xacro:macro>')
+    top = ('<xacro:arg name="p" default=""/><xacro:include filename="arm_macro.xacro"/>'
+           '<xacro:arm p="$(arg p)"/>')
+    small_package.write('../other/urdf/arm_macro.xacro', macro)
+    small_package.write('../other/urdf/top.urdf.xacro', small_package.XACRO.format(top))
+    with pytest.raises(ConfigError) as caught:
+        found(small_package)
+    text = str(caught.value)
+    src = small_package.src / 'repository'
+    assert f"urdf:={src / 'description_folder/urdf/arm.urdf'}" in text
+    assert f"urdf:={src / 'other/urdf/top.urdf.xacro'}" in text
+    assert 'other.urdf' not in text
+    assert 'arm_macro' not in text
+    assert 'armsim launch small_moveit_config demo.launch.py' in text
+
+
 def test_an_srdf_is_never_the_robot(small_package):
     """A package whose URDF a launch file names asks for it, though its SRDF is a xacro."""
     small_package.remove('config/small.urdf.xacro', 'config/small.srdf')

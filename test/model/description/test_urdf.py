@@ -163,7 +163,21 @@ def test_a_limit_of_zero_is_none():
     content = read(robot(*A_B, joint('j', 'a', 'b', inside='<limit lower="-1" upper="1" '
                                      'effort="0" velocity="0"/>')))
     assert content.joints['j'].limits.effort == math.inf
-    assert len(content.problems) == 2
+    assert len(content.problems) == 1
+
+
+def test_limits_of_zero_are_one_message():
+    """Joints with the same zeros share a line; it names them and the limits."""
+    zero = '<limit lower="-1" upper="1" effort="{}" velocity="0"/>'
+    names = 'abcd'
+    content = read(robot(*map(link, names), *(
+        joint(f'joint_{child}', parent, child, inside=zero.format(effort))
+        for parent, child, effort in zip('abc', 'bcd', (0, 0, 5), strict=True))))
+    warnings = [one.what for one in content.problems]
+    assert warnings == [
+        'joints joint_b, joint_c: limit 0 of velocity and effort allows no motion; it is taken '
+        'as no limit',
+        "joint 'joint_d': limit 0 of velocity allows no motion; it is taken as no limit"]
 
 
 def test_what_others_read_is_listed(arm_urdf):

@@ -75,3 +75,19 @@ def test_arguments_are_checked_as_bringup_checks_them(small_package, capsys):
         main([folder, 'mode:=fast'])
     with pytest.raises(UsageError, match="x is 'left'"):
         main([folder, 'x:=left'])
+
+
+def test_a_urdf_alone_is_told_that_nothing_moves(small_package, tmp_path, capsys):
+    """A folder or package with no other file runs; the warning names generate_config."""
+    folder = tmp_path / 'alone'
+    folder.mkdir()
+    (folder / 'arm.urdf').write_text(small_package.XACRO.format(small_package.ARM))
+    small_package.remove('config/small.srdf')
+    for place in (folder, small_package.description):
+        assert main([str(place)]) == 1
+        text = capsys.readouterr().out
+        assert 'nothing can be planned and nothing moves' in text
+        assert 'arm.urdf --to DIR' in text
+    (folder / 'arm.srdf').write_text(small_package.SRDF)
+    main([str(folder)])
+    assert 'nothing moves' not in capsys.readouterr().out
