@@ -34,6 +34,8 @@ FLOOR = 'armsim.floor'
 #: Packages and files that a robot description names.
 _PACKAGE = re.compile(r'(?:(?:package|model)://|\$\(find(?:-pkg-share)?\s+)([^/"\'\s)]+)')
 _FILE = re.compile(r'file://+(/[^"\'<>\n]+?)/[^/"\']*["\']')
+#: A model in SDF with controllers is a robot; any other is an object of the world.
+_SDF_ROBOT = re.compile(r'<sdf\b.*ros2_control', re.DOTALL)
 _PROGRAMS = {
     ProgramRole.SIMULATION: 'ros2_control_node', ProgramRole.MOVE_GROUP: 'move_group',
     ProgramRole.SERVO: 'servo_node',
@@ -54,6 +56,7 @@ class Kind(Enum):
     PART = 'it is there while the simulation runs'
     DONE = 'it has ended at once'
     UNKNOWN = 'it is not installed'
+    REFUSED = 'the launch cannot go on without it'
 
 
 @dataclass
@@ -148,6 +151,13 @@ class Mapping:
         node = spec.node or RosNode('-', 'create')
         text = given.text or self._read(given.file) or node.merged().get(_DESCRIPTION) \
             or (self._description(node) if given.by_topic else '')
+        if _SDF_ROBOT.search(str(text)) and '<robot' not in str(text):
+            text = self._description(node)
+            if '<ros2_control' not in text:
+                return Start(action, spec, Kind.REFUSED, note=(
+                    f"{given.file or given.name or 'the model'} is an SDF, which is not "
+                    'simulated, and no robot_state_publisher has a URDF with <ros2_control> for '
+                    "it; spawn the robot by its URDF ('-topic robot_description')"))
         if '<robot' not in str(text) and not (given.by_topic and not text):
             return Start(action, spec, Kind.DONE,
                          note=f'{given.name or "the model"} is no URDF and not spawned')

@@ -99,6 +99,9 @@ class ProcessRunner:
                 self._engine.process_ended(one.action, name, 0, one.spec, 0, was_run=False)
             elif one.kind is Kind.RUN:
                 self._run(one, name, 0)
+            elif one.kind is Kind.REFUSED:
+                self._report.log('ERROR', f'{one.action.where}: {one.note}', name)
+                self._engine.shut_down(one.note, failed=True)
             else:
                 self._report.log('INFO', one.note, name)
                 self._engine.process_started(one.action, name, 0, one.spec)

@@ -87,6 +87,48 @@ def test_a_robot_that_is_spawned_stands_in_a_simulators_world(decided):
     assert not any(FLOOR in one for one in texts)
 
 
+SDF = """<?xml version="1.0"?>
+<sdf version="1.8"><model name="arm"><joint name="j" type="revolute"/>{}</model></sdf>"""
+PLUGIN = '<plugin filename="gz_ros2_control-system" name="gz_ros2_control::GazeboSimROS2Control"/>'
+URDF = '<robot name="r"><ros2_control name="s" type="system"/></robot>'
+
+
+def create(file):
+    """Return the spawner of a model in a file."""
+    return Node(package='ros_gz_sim', executable='create', arguments=['-file', str(file)])
+
+
+@pytest.mark.parametrize('executable', ['create', 'spawn_entity.py'])
+def test_a_robot_in_sdf_is_simulated_by_the_urdf_of_the_state_publisher(
+        decided, tmp_path, executable):
+    """The SDF was made of that URDF; an SDF without controllers is an object, not spawned."""
+    file = tmp_path / 'model.sdf'
+    file.write_text(SDF.format(PLUGIN))
+    package = 'gazebo_ros' if executable.startswith('spawn') else 'ros_gz_sim'
+    state_publisher = Node(package='robot_state_publisher', executable='robot_state_publisher',
+                           parameters=[{'robot_description': URDF}])
+    (_, spawned), texts = decided(state_publisher, Node(
+        package=package, executable=executable, arguments=['-file', str(file)]))
+    assert spawned.simulation is not None
+    assert any(one.get('robot_description') == URDF for one in texts[1:])
+    file.write_text(SDF.format(''))
+    (_, spawned), _ = decided(state_publisher, create(file))
+    assert spawned.simulation is None
+    assert spawned.kind is Kind.DONE
+
+
+@pytest.mark.parametrize('urdf', ['', URDF.replace('ros2_control', 'gazebo')])
+def test_a_robot_in_sdf_without_a_urdf_is_refused(decided, tmp_path, urdf):
+    """Nothing would ever move it, and everything else would wait."""
+    file = tmp_path / 'model.sdf'
+    file.write_text(SDF.format(PLUGIN))
+    nodes = [Node(package='robot_state_publisher', executable='robot_state_publisher',
+                  parameters=[{'robot_description': urdf}])] if urdf else []
+    (*_, refused), _ = decided(*nodes, create(file))
+    assert refused.kind is Kind.REFUSED
+    assert 'model.sdf is an SDF, which is not simulated' in refused.note
+
+
 def test_state_publishers_run_beside_the_simulation(decided, tmp_path):
     """Each keeps its name, its namespace and its parameters."""
     (_, states, transforms), texts = decided(

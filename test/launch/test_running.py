@@ -192,3 +192,16 @@ def test_no_word_of_controllers_where_none_is_lost(launch):
     """)
     assert program.wait(40.0) == 0
     assert 'controllers may be missing' not in program.text
+
+
+def test_a_robot_in_sdf_alone_ends_the_launch(launch, workspace):
+    """A launch whose robot cannot be simulated ends with an error and does not wait for ever."""
+    (workspace / 'arm.sdf').write_text('<sdf><plugin name="gz_ros2_control::A"/></sdf>')
+    program = launch(f"""
+        sh({FOREVER!r}, 'waits'),
+        Node(package='ros_gz_sim', executable='create', arguments=[
+            '-file', {str(workspace / 'arm.sdf')!r}]),
+    """)
+    assert program.wait(40.0) == 1
+    assert re.search(r'it\.launch\.py:\d+: .*arm\.sdf is an SDF, which is not simulated',
+                     program.text)

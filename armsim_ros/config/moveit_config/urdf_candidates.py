@@ -21,7 +21,8 @@ _ENDINGS = ('.urdf', '.urdf.xacro', '.xacro')
 _FOLDERS = ('urdf', 'robots', 'robot', 'description', 'config', 'xacro', '.')
 _PART = re.compile(r'_macro\b|ros2_control|gazebo|\.srdf')
 _LAUNCH = ('.launch.py', '_launch.py', '.launch.xml', '.launch.yaml')
-_NEEDED = re.compile(r'<(?:joint|link|group_state)\s[^>]*?name="([^"$]+)"')
+_NEEDED = re.compile(r'<(?:joint|link)\s[^>]*?name="([^"$]+)"')
+_REFERRED = re.compile(r'\b(?:base_link|tip_link|link1|link2)="([^"$]+)"')
 _GIVEN = re.compile(r'<(?:joint|link)\s[^>]*?name="([^"]+)"')
 _STATES = re.compile(r'<group_state.*?</group_state>', re.DOTALL)
 
@@ -48,7 +49,7 @@ def _fitting(files: PackageFiles) -> Iterator[Path]:
     """Yield the descriptions of the workspace that have all joints and links of the SRDF."""
     srdf = files.srdf()
     text = _STATES.sub('', _text(srdf, files.packages)) if srdf is not None else ''
-    needed = set(_NEEDED.findall(text))
+    needed = {*_NEEDED.findall(text), *_REFERRED.findall(text)}
     if not needed:
         return
     for number, file in enumerate(_descriptions(files)):
