@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from contextlib import suppress
+import math
 import os
 from pathlib import Path
 import random
@@ -13,7 +14,7 @@ import threading
 import time
 
 #: How often the machine is checked [s], each time a bit earlier or later than other simulations.
-PERIOD = 4.0
+PERIOD = 2.0
 #: Share of the time in which some program waits for a processor: priority is given up above the
 #: first value, and taken again below the second.
 PRESSURE, EASED = 0.5, 0.25
@@ -35,7 +36,7 @@ class PriorityWatch:
 
     :param switch: takes whether this process is to have real-time priority.
     :param report: takes a line for the log.
-    :param pressure: reads the share of time in which some program waits for a processor.
+    :param waited: reads the time in which some program waited for a processor so far [s].
     :param used: reads process id -> processor time [s] of all real-time programs.
     :param processors: of the machine.
     """
@@ -45,13 +46,14 @@ class PriorityWatch:
         switch: Callable[[bool], None],
         report: Callable[[str], None],
         *,
-        pressure: Callable[[], float] = lambda: cpu_pressure(),
+        waited: Callable[[], float] = lambda: time_under_pressure(),
         used: Callable[[], Mapping[int, float]] = lambda: real_time_use(),
         processors: int = os.cpu_count() or 1,
     ) -> None:
         self._switch = switch
         self._report = report
-        self._pressure = pressure
+        self._waited = waited
+        self._last = 0.0, math.inf
         self._used = used
         self._processors = processors
         self._before: tuple[float, Mapping[int, float]] | None = None
@@ -69,7 +71,9 @@ class PriorityWatch:
 
         :param now: wall time [s].
         """
-        pressure = self._pressure()
+        waited = self._waited()
+        pressure = (waited - self._last[1]) / (now - self._last[0] or 1.0)
+        self._last = now, waited
         if self._given_up is None and pressure < PRESSURE:
             self._before = None
             return
@@ -121,11 +125,11 @@ class RealTimeThreads:
                     os.sched_setscheduler(thread, os.SCHED_OTHER, os.sched_param(0))
 
 
-def cpu_pressure() -> float:
-    """Return the share of the last 10 s in which some program waited; 0 if it is not known."""
+def time_under_pressure() -> float:
+    """Return the time in which some program waited for a processor [s]; 0 if it is not known."""
     with suppress(OSError, ValueError, IndexError):
         text = Path('/proc/pressure/cpu').read_text(encoding='ascii')
-        return float(text.split('avg10=')[1].split()[0]) / 100.0
+        return int(text.split('total=')[1].split()[0]) * 1e-6
     return 0.0
 
 
