@@ -247,6 +247,17 @@ def visible(names_and_types: list[tuple[str, list[str]]], hidden: bool) -> dict[
             if hidden or not any(part.startswith('_') for part in name.split('/'))}
 
 
+def other_types(types: list[str], kind: str) -> str:
+    """
+    Return the types that differ from a type, with commas between.
+
+    :param types: those of a service or action; a client of this process adds its own.
+    :param kind: such as ``std_srvs/srv/Trigger`` or ``std_srvs/Trigger``.
+    """
+    return ', '.join(name for name in types if name.split('/')[::2] != [
+        kind.partition('/')[0], kind.rpartition('/')[2]])
+
+
 def announce_often() -> bool:
     """
     Let Fast DDS announce this process often; a user's own settings are kept.

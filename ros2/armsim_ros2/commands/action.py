@@ -12,7 +12,7 @@ from typing import Any
 from armsim_ros2.errors import CliError, hint
 from armsim_ros2.interfaces import load
 from armsim_ros2.parsing import argument, flag, node_options, Verb, yaml_argument
-from armsim_ros2.session import Session
+from armsim_ros2.session import other_types, Session
 from armsim_ros2.values import fill, parse, to_yaml
 
 _STATUSES = ('UNKNOWN', 'ACCEPTED', 'EXECUTING', 'CANCELING', 'SUCCEEDED', 'CANCELED', 'ABORTED')
@@ -97,12 +97,12 @@ def _send_goal(options: Namespace) -> None:
 
 def _explain(session: Session, name: str, kind: str) -> None:
     """Report why the server is not available, or fail if it never will be."""
-    types = session.actions().get(name)
-    if types and kind not in types:
+    known = session.actions()
+    others = other_types(known.pop(name, []), kind)
+    if others:
         raise CliError(f"The passed action type is invalid: '{name}' has the type "
-                       f"'{', '.join(types)}', not '{kind}'")
-    if not types:
-        print(f"'{name}' is not in the graph{hint(name, session.actions())}", file=sys.stderr)
+                       f"'{others}', not '{kind}'")
+    print(f"waiting for '{name}'{hint(name, known)}", file=sys.stderr)
 
 
 def _cancel(session: Session, accepted: Any) -> None:

@@ -21,7 +21,7 @@ from armsim_ros2.parsing import (
     Verb,
     yaml_argument,
 )
-from armsim_ros2.session import Session
+from armsim_ros2.session import other_types, Session
 from armsim_ros2.values import dump, fill, parse, to_csv, to_plain
 
 _UNKNOWN = "Unknown service '{}'"
@@ -89,10 +89,10 @@ def _call(options: Namespace) -> None:
 
 def _refuse_other_type(session: Session, name: str, kind: str) -> None:
     """Fail if the service exists with another type; a call would wait for ever."""
-    types = session.services().get(name)
-    if types and kind not in types:
+    others = other_types(session.services().get(name, []), kind)
+    if others:
         raise CliError(f"The passed service type is invalid: '{name}' has the type "
-                       f"'{', '.join(types)}', not '{kind}'")
+                       f"'{others}', not '{kind}'")
 
 
 def _echo(options: Namespace) -> None:
