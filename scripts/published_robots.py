@@ -5,10 +5,12 @@ Try every MoveIt package in a folder of checkouts and print a table of how far e
 
     .venv/bin/python scripts/published_robots.py FOLDER [--words FILE] [--only TEXT] [--check]
 
-A package is one with an SRDF. Words that a package needs (its xacro's arguments, a URDF of
-another package) stand in a YAML file: name of the row -> {package: NAME, words: [...]}, where
-``{NAME}`` in a word is the folder of the package NAME. A row with ``launch: [[...], [...]]`` is
-started by its own launch files, with these words, one after the other.
+A package is one with an SRDF. A robot has to hold its pose, to start in a valid state, to reach
+its named states, and to open and close its grippers. Words that a package needs (its xacro's
+arguments, a URDF of another package) stand in a YAML file: name of the row ->
+{package: NAME, words: [...]}, where ``{NAME}`` in a word is the folder of the package NAME. A row
+with ``launch: [[...], [...]]`` is started by its own launch files, with these words, one after the
+other.
 """
 
 from __future__ import annotations
