@@ -73,8 +73,8 @@ def dry_run(file: Path, found: dict[str, Path]) -> Outcome:
     def find(name: str) -> Path | None:
         return known(name) or found.get(name)
 
-    packages.find = find  # type: ignore[method-assign]
-    packages.beside = lambda *files: packages  # type: ignore[method-assign]
+    packages.find = find  # type: ignore[method-assign] # this one object finds more
+    packages.beside = lambda *files: packages  # type: ignore[method-assign] # as above
     lookup = Lookup(packages)
     start = time.perf_counter()
     output, errors = io.StringIO(), io.StringIO()

@@ -288,5 +288,6 @@ class ProcessRunner:
 
 
 def _raise(task: asyncio.Task[Any]) -> None:
-    if not task.cancelled() and task.exception() is not None:
-        raise task.exception()  # type: ignore[misc]
+    error = None if task.cancelled() else task.exception()
+    if error is not None:
+        raise error

@@ -79,7 +79,7 @@ class PollingNode(GuardedNode):
         return subscription
 
     # None is returned for /clock alone, to the node's own time source.
-    def create_subscription(  # type: ignore[override]
+    def create_subscription(  # type: ignore[override] # see above
         self, msg_type: Any, topic: str, callback: Any, qos_profile: Any, **options: Any
     ) -> Subscription | None:
         """Subscribe; to ``/clock``, as the node's time source does, without waking anybody."""

@@ -79,7 +79,7 @@ def write_recording(
                 level = LOG_LEVELS[event.level]
                 file.write('/rosout', LOG, event.time_ns,
                            _log(event.time_ns, level, event.source, event.text))
-        writer.finish()  # type: ignore[no-untyped-call]
+        writer.finish()  # type: ignore[no-untyped-call] # mcap's
 
 
 def _write_sample(file: _File, recorder: FlightRecorder, sample: Sample) -> None:

@@ -50,7 +50,7 @@ async def _look(address: str) -> None:
     connect = websockets.asyncio.client.connect
     async with connect(f'{base}/panel/{key}', max_size=None) as panel, connect(
             f'{base}/scene/{key}', max_size=None,
-            subprotocols=[f'viser-v{viser.__version__}']) as scene:  # type: ignore[list-item]
+            subprotocols=[websockets.Subprotocol(f'viser-v{viser.__version__}')]) as scene:
         readers = [asyncio.create_task(read(each)) for each in (panel, scene)]
         camera = _messages.ViewerCameraMessage(
             wxyz=(1.0, 0.0, 0.0, 0.0), position=(2.0, 0.0, 1.0), fov=1.3, near=0.01, far=1000.0,

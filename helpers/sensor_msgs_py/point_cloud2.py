@@ -77,7 +77,7 @@ def read_points_list(cloud: PointCloud2, field_names: Iterable[str] | None = Non
                      skip_nans: bool = False, uvs: Iterable[int] | None = None) -> list[Any]:
     """Return the points as named tuples; parameters as read_points."""
     points = read_points(cloud, field_names, skip_nans, uvs)
-    point_type = namedtuple('Point', points.dtype.names or ())  # type: ignore[misc]
+    point_type = namedtuple('Point', points.dtype.names or ())  # type: ignore[misc] # names of run time
     return [point_type(*point) for point in points.tolist()]
 
 
@@ -105,7 +105,7 @@ def dtype_from_fields(fields: Iterable[PointField],
     layout: dict[str, Any] = {'names': names, 'formats': formats, 'offsets': offsets}
     if point_step is not None:
         layout['itemsize'] = point_step
-    return np.dtype(layout)  # type: ignore[call-overload, no-any-return]
+    return np.dtype(layout)  # type: ignore[call-overload, no-any-return] # numpy's overloads
 
 
 def create_cloud(header: Header, fields: Sequence[PointField], points: Any,

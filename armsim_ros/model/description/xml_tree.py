@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 import math
 from typing import NoReturn
@@ -26,7 +26,7 @@ class XmlElement:
     """An element, its attributes, its children and its place."""
 
     tag: str
-    attributes: Mapping[str, str]
+    attributes: dict[str, str]
     where: Location
     children: list[XmlElement] = field(default_factory=list)
     text: list[str] = field(default_factory=list)

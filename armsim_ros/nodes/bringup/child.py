@@ -11,7 +11,7 @@ import fcntl
 import os
 import signal
 import subprocess
-from typing import BinaryIO
+from typing import IO
 
 from armsim_ros.cli.child_process import child_environment, die_with_parent
 
@@ -43,13 +43,13 @@ class Child:
                 fcntl.fcntl(stream.fileno(), fcntl.F_SETPIPE_SZ, _PIPE_SIZE)
             self._rests[stream.fileno()] = b''
 
-    def streams(self) -> tuple[BinaryIO, BinaryIO]:
+    def streams(self) -> tuple[IO[bytes], IO[bytes]]:
         """Return its standard output and standard error."""
         assert self._process.stdout is not None
         assert self._process.stderr is not None
-        return self._process.stdout, self._process.stderr  # type: ignore[return-value]
+        return self._process.stdout, self._process.stderr
 
-    def read_lines(self, stream: BinaryIO) -> Iterator[str]:
+    def read_lines(self, stream: IO[bytes]) -> Iterator[str]:
         """Yield the lines that have come in since the last call; at the end, the rest too."""
         number = stream.fileno()
         while True:

@@ -11,7 +11,7 @@ import signal
 import socket
 import time
 from types import FrameType
-from typing import BinaryIO
+from typing import IO
 
 from armsim_ros.cli.refusal import MARK
 from armsim_ros.errors import USAGE_STATUS
@@ -79,7 +79,7 @@ class Supervisor:
         child = Child(name, command)
         self._children.append(child)
         for stream, outlet in zip(child.streams(), self._outlets, strict=True):
-            self._selector.register(stream, selectors.EVENT_READ, (child, outlet))
+            self._selector.register(stream, selectors.EVENT_READ, (stream, child, outlet))
 
     def _listen_to_signals(self) -> None:
         reader, writer = socket.socketpair()
@@ -106,9 +106,9 @@ class Supervisor:
             if key.data is None:
                 self._wakeup[0].recv(4096)
             else:
-                self._forward(key.fileobj, *key.data)  # type: ignore[arg-type]
+                self._forward(*key.data)
 
-    def _forward(self, stream: BinaryIO, child: Child, outlet: Outlet) -> None:
+    def _forward(self, stream: IO[bytes], child: Child, outlet: Outlet) -> None:
         for line in child.read_lines(stream):
             if not line.startswith(MARK):
                 outlet.write(f'[{child.name}] {line}')
@@ -132,7 +132,7 @@ class Supervisor:
     def _drain(self, child: Child) -> None:
         """Forward what the ended program had still written, and close its pipes."""
         for stream in child.streams():
-            outlet = self._selector.get_key(stream).data[1]
+            outlet = self._selector.get_key(stream).data[2]
             self._forward(stream, child, outlet)
             self._selector.unregister(stream)
             stream.close()

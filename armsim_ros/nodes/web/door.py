@@ -264,7 +264,7 @@ def _limit_rate(connection: ServerConnection) -> None:
             await asyncio.sleep(-left / RATE)
         return await receive(*words, **options)
 
-    connection.recv = limited  # type: ignore[method-assign]
+    connection.recv = limited  # type: ignore[method-assign] # of this one object
 
 
 def _cookies(request: Request, name: str) -> list[str]:

@@ -80,7 +80,7 @@ class _Checks:
         return np.array([state[k] for k in self._places])
 
 
-class _StateValidity(ob.StateValidityChecker):  # type: ignore[misc]
+class _StateValidity(ob.StateValidityChecker):  # type: ignore[misc] # compiled, no types
     """States by :class:`JointSpace`."""
 
     def __init__(self, information: Any, checks: _Checks) -> None:
@@ -93,7 +93,7 @@ class _StateValidity(ob.StateValidityChecker):  # type: ignore[misc]
         return self._checks.space.free(self._checks.values(state))
 
 
-class _MotionValidity(ob.MotionValidator):  # type: ignore[misc]
+class _MotionValidity(ob.MotionValidator):  # type: ignore[misc] # compiled, no types
     """Motions by :class:`JointSpace`, in steps of bounded displacement."""
 
     def __init__(self, information: Any, checks: _Checks) -> None:

@@ -35,7 +35,7 @@ class _PathView:
         self.path_interval = np.array([0.0, end])
 
 
-class _StageConstraint(LinearConstraint):  # type: ignore[misc]
+class _StageConstraint(LinearConstraint):  # type: ignore[misc] # toppra's, no types
     """
     Joint accelerations at both ends of every stage, path speed at its borders.
 

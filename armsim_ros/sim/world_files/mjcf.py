@@ -207,7 +207,7 @@ def _compiled(text: str, file: str, read_mesh: MeshReader, ignore_assets: bool =
                 if word != 'gravity':
                     unused.add(
                         f'{word} of <option>: the simulation keeps its own, see simulation.yaml')
-                    child.attributes.pop(word, None)  # type: ignore[attr-defined]
+                    child.attributes.pop(word, None)
             child.children.clear()
         elif child.tag not in _READ:
             unused.add(f'<{child.tag}>')
@@ -216,7 +216,7 @@ def _compiled(text: str, file: str, read_mesh: MeshReader, ignore_assets: bool =
     for compiler in root.all('compiler'):
         folder = compiler.get('meshdir') or compiler.get('assetdir') or folder
         for word in _PATHS:
-            compiler.attributes.pop(word, None)  # type: ignore[attr-defined]
+            compiler.attributes.pop(word, None)
     for asset in root.all('asset'):
         missing = _take_meshes(asset, folder, read_mesh, meshes, unused, ignore_assets)
         if missing:
@@ -284,7 +284,7 @@ def _clean(element: XmlElement, unused: Unused) -> None:
             element.children.remove(child)
             continue
         for word in ('texture', 'file'):
-            if child.attributes.pop(word, None):  # type: ignore[attr-defined]
+            if child.attributes.pop(word, None):
                 unused.add(f'{word} of <{child.tag}>')
         _clean(child, unused)
 
