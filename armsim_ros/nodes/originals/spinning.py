@@ -5,12 +5,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-import signal
 from typing import Any
 
 import rclpy
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
+
+from armsim_ros.nodes.stop_signals import StopSignals
 
 
 def spin(name: str, ros_args: Sequence[str], make: Callable[[Node], object], **options: Any
@@ -22,16 +24,16 @@ def spin(name: str, ros_args: Sequence[str], make: Callable[[Node], object], **o
     :param make: adds what the node does; what it returns is kept.
     :returns: 0.
     """
-    # A KeyboardInterrupt while a message is converted would end in a traceback.
-    signals: list[int] = []
-    signal.signal(signal.SIGINT, lambda number, _: signals.append(number))
-    rclpy.init(args=[name, *ros_args])
+    # rclpy's own handlers would raise, or shut the context down, in the midst of anything.
+    signals = StopSignals()
+    rclpy.init(args=[name, *ros_args], signal_handler_options=SignalHandlerOptions.NO)
     try:
         node = Node(name, **options)
         kept = make(node)
         executor = SingleThreadedExecutor()
         executor.add_node(node)
-        if not signals:
+        signals.on_stop = rclpy.try_shutdown
+        if not signals.wanted:
             executor.spin()
         del kept
     except ExternalShutdownException:
