@@ -5,6 +5,7 @@
 import os
 import re
 import signal
+import sys
 from textwrap import dedent
 
 import pytest
@@ -205,3 +206,35 @@ def test_a_robot_in_sdf_alone_ends_the_launch(launch, workspace):
     assert program.wait(40.0) == 1
     assert re.search(r'it\.launch\.py:\d+: .*arm\.sdf is an SDF, which is not simulated',
                      program.text)
+
+
+SERVER = """
+import rclpy
+from std_srvs.srv import Trigger
+
+rclpy.init()
+node = rclpy.create_node('server')
+
+
+def answer(request, response):
+    response.message = 'it was called'
+    return response
+
+
+node.create_service(Trigger, 'home', answer)
+rclpy.spin(node)
+"""
+
+
+def test_ros2_service_call_is_found(launch, workspace, monkeypatch):
+    """A launch file calls a service by the ros2 command, whose folder is not on PATH."""
+    monkeypatch.setenv('PATH', os.defpath)
+    (workspace / 'server.py').write_text(SERVER)
+    program = launch(f"""
+        ExecuteProcess(cmd=[{sys.executable!r}, {str(workspace / 'server.py')!r}], name='server'),
+        ExecuteProcess(cmd=['ros2', 'service', 'call', '/home', 'std_srvs/srv/Trigger', '{{}}'],
+                       name='call', on_exit=[Shutdown()]),
+    """)
+    program.wait(40.0)
+    assert re.search(r'\[call-2\] .*it was called', program.text), program.text
+    assert '[call-2]: process has finished cleanly' in program.text
