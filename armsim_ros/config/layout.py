@@ -14,6 +14,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from armsim_ros.config.blocks import BLOCKS, KEEP_KEYS, UNUSED_BLOCKS
+from armsim_ros.config.controllers.controller_manager import ControllerManagerParameters
 from armsim_ros.config.draft import ConfigDraft, empty_node
 from armsim_ros.config.move_group.ompl_planning import OmplGroup
 from armsim_ros.config.servo import ServoNodeSettings
@@ -30,6 +31,7 @@ _ANY_NODE = '**'
 _ANY = ('**', '*')
 _SERVO_NODES = ('servo_node', 'servo_server', 'moveit_servo')
 _SERVO_KEYS = frozenset(known_keys(ServoNodeSettings))
+_MANAGER_KEYS = frozenset(known_keys(ControllerManagerParameters))
 _WORLD_KEYS = frozenset(known_keys(WorldSettings))
 #: Blocks that may be written ``block.key``, as in the parameters that MoveIt gets.
 _DOTTED = (*KEEP_KEYS, 'trajectory_execution', 'planning_scene_monitor', 'plan_execution',
@@ -132,10 +134,19 @@ class LayoutReader:
         elif name in _SERVO_NODES:
             self._take_servo(parameters)
         elif name in _NODES_OF_MOVEIT:
+            if name == _ANY_NODE:
+                parameters = self._take_of_manager(parameters)
             self._read_block(parameters, '')
         else:
             self._draft.see_namespace(namespace, parameters.place)
             self._draft.add_entry('controllers', name, parameters)
+
+    def _take_of_manager(self, parameters: YamlNode) -> YamlNode:
+        """Take what of all nodes' parameters the controller manager has; return the others."""
+        own = {key: inner for key, inner in parameters.entries.items() if key in _MANAGER_KEYS}
+        if own:
+            self._draft.add('controller_manager', parameters.with_value(own))
+        return parameters.without(*own)
 
     def _read_manager(self, parameters: YamlNode) -> None:
         own: dict[str, YamlNode] = {}

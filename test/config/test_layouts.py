@@ -85,6 +85,27 @@ def test_names_of_nodes(files, prefix):
     assert settings.namespace == ('' if '*' in prefix else '/sunday')
 
 
+def test_parameters_of_all_nodes_are_the_managers_too(files):
+    """A file of '/**' alone gives the update rate and the controllers, as published ones do."""
+    files.remove(*ROS1_FILES)
+    files.write('controllers.yaml', """
+/**:
+  ros__parameters:
+    update_rate: 500
+    arm_joint_controller:
+      type: joint_trajectory_controller/JointTrajectoryController
+/**/arm_joint_controller:
+  ros__parameters:
+    joints: [joint_1, joint_2, joint_3, joint_4, joint_5, joint_6]
+    command_interfaces: [position]
+    state_interfaces: [position, velocity]
+""")
+    manager = files.load().controller_manager
+    assert manager.update_rate == 500
+    assert set(manager.controllers) == {'arm_joint_controller'}
+    assert files.remarks() == []
+
+
 def test_nested_namespace_and_node(files):
     """A namespace may be a block of its own."""
     files.remove(*ROS1_FILES)
