@@ -24,6 +24,8 @@ MOST = 0.5
 REST = 30.0
 #: What is taken again must fit into this part of that share.
 MARGIN = 0.8
+#: SCHED_FIFO priority of the checks: above the simulations that they are to restrain.
+CHECKS = 90
 _TICKS = os.sysconf('SC_CLK_TCK') if hasattr(os, 'sysconf') else 100
 
 
@@ -101,6 +103,8 @@ class PriorityWatch:
 
     def _run(self) -> None:
         pause = threading.Event()
+        with suppress(OSError):  # without the permission there is nothing to give up either
+            os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(CHECKS))
         while True:
             pause.wait(PERIOD * random.uniform(0.7, 1.3))
             self.check(time.monotonic())

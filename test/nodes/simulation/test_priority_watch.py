@@ -9,6 +9,7 @@ import threading
 
 import pytest
 
+from armsim_ros.nodes.simulation import priority_watch
 from armsim_ros.nodes.simulation.priority_watch import (
     PriorityWatch,
     real_time_use,
@@ -86,6 +87,28 @@ def test_it_takes_its_priority_again(machine: Machine, pressure: float, other: f
         machine.run(pressure, other=other)
     assert machine.real_time
     assert machine.lines[1:] == ['real-time priority taken again']
+
+
+def test_the_checks_come_before_the_simulation(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Simulations that take all processors cannot keep their priority by it."""
+    try:
+        before = os.sched_getscheduler(0)
+        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(1))
+    except OSError:
+        pytest.skip('no permission for real-time priority')
+    os.sched_setscheduler(0, before, os.sched_param(0))
+    monkeypatch.setattr(priority_watch, 'PERIOD', 0.01)
+    priorities: list[int] = []
+    checked = threading.Event()
+
+    def waited() -> float:
+        priorities.append(os.sched_getparam(0).sched_priority)
+        checked.set()
+        raise SystemExit  # which ends the thread
+
+    PriorityWatch(lambda _: None, lambda _: None, waited=waited).start()
+    assert checked.wait(10)
+    assert priorities[0] == priority_watch.CHECKS
 
 
 def test_the_threads_get_their_priorities_back() -> None:
