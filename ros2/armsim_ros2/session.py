@@ -17,8 +17,9 @@ from armsim_ros2.interfaces import load
 T = TypeVar('T')
 
 _PROFILES = ('FASTRTPS_DEFAULT_PROFILES_FILE', 'FASTDDS_DEFAULT_PROFILES_FILE')
-#: Discovery is complete when nothing new has come for so many periods.
-_QUIET = 5
+#: Discovery is complete when nothing new has come for so many periods: more than the 0.3 s after
+#: which a program announces itself again if its first answer was lost.
+_QUIET = 16
 #: How many times as long it takes if more programs run than there are processors.
 _BUSY = 4
 #: How many periods more discovery may take if a node is known without its publishers.

@@ -1,0 +1,94 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""One running default robot for all verbs of the ros2 command."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+import os
+from pathlib import Path
+import subprocess
+import sys
+
+import pytest
+
+from armsim_ros.testing.programs.domain import private_domain, ros_environment
+from armsim_ros.testing.programs.program import start_program
+from armsim_ros2.main import run
+
+READY = 'You can start planning now!'
+START_TIMEOUT = 60.0
+SOURCES = Path(__file__).parents[3] / 'ros2'
+
+
+@dataclass(frozen=True)
+class Done:
+    """
+    What a command did.
+
+    :param out: its standard output.
+    :param err: its standard error.
+    """
+
+    status: int
+    out: str
+    err: str
+
+    @property
+    def lines(self) -> list[str]:
+        """The lines of the output."""
+        return self.out.splitlines()
+
+
+Ros2 = Callable[..., Done]
+
+
+@contextmanager
+def running_robot() -> Iterator[int]:
+    """Run the default robot; gives its domain."""
+    with private_domain() as domain, start_program('bringup', domain) as program:
+        program.wait_for_line(READY, START_TIMEOUT)
+        yield domain
+
+
+@pytest.fixture(scope='session')
+def robot(until_folder_ends: Callable[..., int]) -> int:
+    """Start the default robot once for the tests of this folder; gives its domain."""
+    return until_folder_ends(running_robot(), Path(__file__).parent)
+
+
+@pytest.fixture
+def ros2(robot: int, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+         ) -> Ros2:
+    """Give a function that runs a command in this process."""
+    monkeypatch.setenv('ROS_DOMAIN_ID', str(robot))
+    monkeypatch.setenv('AMENT_PREFIX_PATH', os.environ.get('AMENT_PREFIX_PATH', sys.prefix))
+
+    def call(*words: str) -> Done:
+        capsys.readouterr()
+        status = run(words)
+        captured = capsys.readouterr()
+        assert 'Traceback' not in captured.err
+        return Done(status, captured.out, captured.err)
+
+    return call
+
+
+@pytest.fixture
+def start(robot: int) -> Iterator[Callable[..., subprocess.Popen[str]]]:
+    """Give a function that starts a command as a process, with pipes."""
+    environment = {**os.environ, **ros_environment(robot), 'PYTHONPATH': str(SOURCES)}
+    started: list[subprocess.Popen[str]] = []
+
+    def begin(*words: str) -> subprocess.Popen[str]:
+        started.append(subprocess.Popen(
+            [sys.executable, '-m', 'armsim_ros2', *words], env=environment, text=True,
+            stdout=subprocess.PIPE, stderr=subprocess.PIPE))
+        return started[-1]
+
+    yield begin
+    for process in started:
+        process.kill()
+        process.communicate()
