@@ -66,3 +66,10 @@ def test_colour_and_depth_of_the_same_moment(robot, numbers):
     assert sizes == [480, 640, 3, 480, 640]
     assert apart == 0
     assert 0 < nearest < 10
+
+
+def test_points_of_a_depth_image(robot, numbers):
+    """They are those of the camera's own cloud."""
+    mine, given, difference = numbers('depth_to_points')
+    assert mine == given > 1000
+    assert difference < 1e-4
