@@ -101,7 +101,7 @@ LAUNCH = """
 from launch import LaunchDescription
 from launch.actions import ExecuteProcess
 from launch_ros.actions import Node
-from helpers import NAME
+from shared_code import NAME
 
 
 def generate_launch_description():
@@ -113,7 +113,7 @@ def generate_launch_description():
 PROGRAM = """
 import sys
 
-from helpers import NAME
+from shared_code import NAME
 
 
 def main():
@@ -134,10 +134,10 @@ def test_nodes_and_launch_files_import_source_packages(package, tmp_path):
     (nodes / 'other_name').mkdir()
     (nodes / 'other_name' / '__init__.py').touch()
     (nodes / 'other_name' / 'program.py').write_text(PROGRAM)
-    helpers = package('helper_package')
-    (helpers / 'CMakeLists.txt').write_text('ament_python_install_package(helpers)')
-    (helpers / 'helpers').mkdir()
-    (helpers / 'helpers' / '__init__.py').write_text("NAME = 'found'\n")
+    shared = package('shared_package')
+    (shared / 'CMakeLists.txt').write_text('ament_python_install_package(shared_code)')
+    (shared / 'shared_code').mkdir()
+    (shared / 'shared_code' / '__init__.py').write_text("NAME = 'found'\n")
     (nodes / 'launch').mkdir()
     (nodes / 'launch' / 'it.launch.py').write_text(LAUNCH)
     environment = {name: value for name, value in os.environ.items()
