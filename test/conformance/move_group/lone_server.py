@@ -121,7 +121,7 @@ class PlayedArm:
 
     def silence(self) -> None:
         """Publish no more."""
-        self._timer.cancel()
+        self.client.in_executor(self._timer.cancel)
 
     def resume(self) -> None:
         """Publish again."""
