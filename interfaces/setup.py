@@ -16,11 +16,13 @@ other compilers.
 import atexit
 import os
 from pathlib import Path
+import platform
 import shutil
 import sys
 import tempfile
 
 from setuptools import Distribution, setup
+from setuptools.command.bdist_wheel import bdist_wheel
 from setuptools.command.build_py import build_py
 
 SOURCE = Path(__file__).resolve().parent
@@ -30,13 +32,18 @@ sys.path.insert(0, str(SOURCE))
 from build_support.build import build  # noqa: E402
 from build_support.errors import BuildError  # noqa: E402
 from build_support.packages import providing_prefix, read_packages, select  # noqa: E402
+from build_support.platform_tag import newer_symbols, platform_tag  # noqa: E402
 
-# What the modules import and link at run time, by the package that a sourced ROS would provide.
+# What the modules import and link at run time, by the package that a sourced ROS would provide:
+# from the oldest version that was tested up to the next that may change the messages' layout.
 RUNTIME = {
-    'trajectory_msgs': 'ros-jazzy-common-interfaces',
-    'lifecycle_msgs': 'ros-jazzy-lifecycle-msgs',
-    'action_msgs': 'ros-jazzy-action-msgs',
+    'trajectory_msgs': 'ros-jazzy-common-interfaces>=5.3.6,<5.4',
+    'lifecycle_msgs': 'ros-jazzy-lifecycle-msgs>=2.0.3,<2.1',
+    'action_msgs': 'ros-jazzy-action-msgs>=2.0.3,<2.1',
 }
+
+# The hash of the sources, if the caller of the build knows it; the wheel keeps it.
+HASH_VARIABLE = 'ARMSIM_INTERFACES_HASH'
 
 
 class InterfaceDistribution(Distribution):
@@ -73,11 +80,28 @@ class BuildInterfaces(build_py):
         if packages:
             shutil.copytree(SCRATCH / 'target/python', self.build_lib, dirs_exist_ok=True)
         data = SCRATCH / 'target/data'
+        if HASH_VARIABLE in os.environ:
+            file = data / 'share/armsim_ros_interfaces/sources'
+            file.parent.mkdir(parents=True)
+            file.write_text(os.environ[HASH_VARIABLE], 'utf-8')
         folders = {}
         for path in sorted(data.rglob('*')):
             if path.is_file():
                 folders.setdefault(str(path.parent.relative_to(data)), []).append(str(path))
         self.distribution.data_files = sorted(folders.items())
+
+
+class PlatformWheel(bdist_wheel):
+    """A wheel that is tagged with the oldest platform on which its libraries load."""
+
+    def get_tag(self):
+        """Return the tag; symbols that are too new for other machines are reported."""
+        libraries = sorted((SCRATCH / 'target').rglob('*.so'))
+        for library in libraries:
+            if newer := newer_symbols(library):
+                report(f'{library.name} needs {", ".join(newer)}')
+        python, abi, _ = super().get_tag()
+        return python, abi, platform_tag(libraries, platform.machine())
 
 
 def report(line):
@@ -90,7 +114,7 @@ atexit.register(shutil.rmtree, SCRATCH, ignore_errors=True)
 
 setup(
     distclass=InterfaceDistribution,
-    cmdclass={'build_py': BuildInterfaces},
+    cmdclass={'bdist_wheel': PlatformWheel, 'build_py': BuildInterfaces},
     packages=[],
     py_modules=[],
     install_requires=sorted(

@@ -16,6 +16,20 @@
 #include "rosidl_typesupport_c/identifier.h"
 #include "rosidl_typesupport_c/type_support_map.h"
 
+// glibc 2.34 moved these functions from libdl to libc and gave them a new version; the first one
+// exists in every glibc, so that the library loads where it is older than on this machine.
+#if defined(__GLIBC__) && defined(__x86_64__)
+#define FIRST_VERSION "GLIBC_2.2.5"
+#elif defined(__GLIBC__) && defined(__aarch64__)
+#define FIRST_VERSION "GLIBC_2.17"
+#endif
+#ifdef FIRST_VERSION
+__asm__(".symver dladdr, dladdr@" FIRST_VERSION);
+__asm__(".symver dlclose, dlclose@" FIRST_VERSION);
+__asm__(".symver dlopen, dlopen@" FIRST_VERSION);
+__asm__(".symver dlsym, dlsym@" FIRST_VERSION);
+#endif
+
 #define HIDDEN __attribute__((visibility("hidden")))
 
 HIDDEN const rosidl_message_type_support_t * armsim_message_typesupport(

@@ -15,6 +15,11 @@ import shutil
 PACKAGE_SOURCES = ('armsim_ros', 'config', 'urdf', 'worlds', 'launch', 'rviz', 'examples',
                    'resource', 'setup.py', 'setup.cfg', 'requirements.txt', 'package.xml',
                    'LICENSE')
+#: Distributions of this source tree, which no index has to have.
+OWN = ('armsim-ros-interfaces', 'armsim-ros2', 'armsim-ros-helpers')
+#: The time stamp of all files in wheels and archives, the first that a zip file can have
+#: (SOURCE_DATE_EPOCH): the same sources give the same bytes.
+EPOCH = '315532800'
 _SKIPPED = {'__pycache__', 'build', 'dist'}
 
 
@@ -48,11 +53,12 @@ def copy_files(root: Path, names: Iterable[str], target: Path) -> None:
         place = target / path.relative_to(root)
         place.parent.mkdir(parents=True, exist_ok=True)
         shutil.copy2(path, place)
+        place.chmod(0o755 if path.stat().st_mode & 0o100 else 0o644)  # whatever the umask was
 
 
 def requirements(root: Path, extra: str | None = None) -> list[str]:
     """
-    Return the requirements of the package.
+    Return what the package requires from the Python package index.
 
     :param extra: an extra of setup.cfg whose requirements are asked for instead.
     """
@@ -63,7 +69,7 @@ def requirements(root: Path, extra: str | None = None) -> list[str]:
         parser.read(root / 'setup.cfg', encoding='utf-8')
         text = parser['options.extras_require'][extra]
     lines = (line.strip() for line in text.splitlines())
-    return [line for line in lines if line and not line.startswith('#')]
+    return [line for line in lines if line and not line.startswith(('#', *OWN))]
 
 
 def _counts(name: str) -> bool:
