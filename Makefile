@@ -13,7 +13,7 @@ environment = @command -v $(PYTHON) > /dev/null \
 	$(PYTHON) scripts/env.py --venv $(VENV) $(this_python)
 
 .DEFAULT_GOAL := help
-.PHONY: help env bringup test test-page lint mutants docs bench bench-planning bench-ik bench-timing bench-simulation clean
+.PHONY: help env dist bringup test test-page lint mutants docs bench bench-planning bench-ik bench-timing bench-simulation clean
 
 help: ## show this
 	@echo 'usage: make TARGET [ARGS="..."] [PYTHON=python3.12] [VENV=.venv]'
@@ -21,6 +21,10 @@ help: ## show this
 
 env: ## prepare the Python environment in .venv and build the interface packages
 	$(environment)
+
+dist: ## wheels for installations without a compiler, in dist/: make dist ARGS="--python 3.12"
+	$(environment)
+	@$(VENV)/bin/python scripts/dist.py $(ARGS)
 
 bringup: ## start simulation, move_group and the page: make bringup ARGS="robot:=sunday"
 	$(environment)

@@ -163,9 +163,13 @@ def _version() -> str:
 
 
 def _missing_module(program: str, module: str) -> str:
-    return (f"{program}: the Python package '{module}' is not installed; either source a ROS 2 "
-            "Jazzy installation, or install 'armsim_ros[ros]' and the interface packages "
-            '(`make env` in the source tree does both)')
+    found = f"{program}: the Python package '{module}' is not installed"
+    if sys.platform != 'linux' or os.uname().machine != 'x86_64' or sys.version_info > (3, 14):
+        return (f'{found}, and ROS has Python wheels only for Linux on x86_64 with Python 3.10 to '
+                '3.13; use such a machine, a container, or a ROS 2 Jazzy installation')
+    return (f"{found}; either source a ROS 2 Jazzy installation, or install the extra ros: pip "
+            "install --find-links dist 'armsim_ros[ros]' with the wheels of `make dist`, or "
+            '`make env` in the source tree')
 
 
 def _say(text: str, stream: TextIO | None = None) -> None:

@@ -1,23 +1,30 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The wheel of the ROS interface packages: built once, kept in the user's cache folder."""
+"""The wheel of the ROS interface packages: one of dist/, or built once and cached."""
 
 from __future__ import annotations
 
 import hashlib
 import os
 from pathlib import Path
+import platform
 import shutil
 import subprocess
 import tempfile
+from zipfile import BadZipFile, ZipFile
 
 from environment.failure import pip_failure
 from environment.machine import check_compiler, clean_environment, has_package, Interpreter
-from environment.sources import content_hash, copy_files
+from environment.sources import content_hash, copy_files, EPOCH
 
 FOLDER = 'interfaces'
+#: Where ``make dist`` puts its wheels, or the user wheels made elsewhere.
+DIST = 'dist'
 #: Tells the build which packages to take.
 SELECTION_VARIABLE = 'ARMSIM_INTERFACES'
+#: Tells the build the hash of its sources, which the wheel then keeps in this file.
+HASH_VARIABLE = 'ARMSIM_INTERFACES_HASH'
+_HASH_FILE = 'armsim_ros_interfaces/sources'
 
 
 class InterfaceWheel:
@@ -34,7 +41,9 @@ class InterfaceWheel:
         self._interpreter = interpreter
         ours = sorted(path.parent.name for path in (root / FOLDER).glob('*/package.xml'))
         self.selection = [name for name in ours if ros is None or not has_package(ros, name)]
-        identity = '\0'.join([content_hash(root, [FOLDER]), interpreter.tag, *self.selection])
+        self._complete = self.selection == ours
+        self._sources = content_hash(root, [FOLDER])
+        identity = '\0'.join([self._sources, interpreter.tag, *self.selection])
         self.key = hashlib.sha256(identity.encode()).hexdigest()[:32]
         self._cache = cache_folder() / 'interfaces' / self.key
         self._process: subprocess.Popen[bytes] | None = None
@@ -44,9 +53,15 @@ class InterfaceWheel:
         """Return whether there is a package that the system does not bring."""
         return bool(self.selection)
 
-    def cached(self) -> Path | None:
-        """Return the finished wheel, None where it has not been built."""
-        return next(self._cache.glob('*.whl'), None)
+    def existing(self) -> Path | None:
+        """Return the finished wheel of the cache, else one of dist/ that fits, else None."""
+        cached = next(self._cache.glob('*.whl'), None)
+        if cached is not None or not self._complete:
+            return cached
+        python = 'cp' + ''.join(self._interpreter.version.split('.')[:2])
+        names = f'armsim_ros_interfaces-*-{python}-{python}-*linux*_{platform.machine()}.whl'
+        return next((wheel for wheel in sorted((self._root / DIST).glob(names))
+                     if _sources_of(wheel) == self._sources), None)
 
     def start(self, python: Path, log: Path) -> None:
         """
@@ -62,8 +77,9 @@ class InterfaceWheel:
             self._process = subprocess.Popen(
                 [python, '-m', 'pip', 'wheel', '--no-deps', '-w', self._work / 'wheel',
                  self._work / FOLDER],
-                env=dict(clean_environment(), **{SELECTION_VARIABLE: ','.join(self.selection)}),
-                stdin=subprocess.DEVNULL, stdout=stream, stderr=subprocess.STDOUT)
+                env=dict(clean_environment(), SOURCE_DATE_EPOCH=EPOCH, **{
+                    SELECTION_VARIABLE: ','.join(self.selection), HASH_VARIABLE: self._sources}),
+                stdin=subprocess.DEVNULL, stdout=stream, stderr=subprocess.STDOUT, umask=0o022)
 
     def finish(self, log: Path) -> Path:
         """
@@ -82,9 +98,9 @@ class InterfaceWheel:
             os.rename(self._work / 'wheel', self._cache)
         except OSError:
             # Another source tree's run was quicker; its wheel is the same.
-            if self.cached() is None:
+            if self.existing() is None:
                 raise
-        wheel = self.cached()
+        wheel = self.existing()
         assert wheel is not None
         return wheel
 
@@ -95,6 +111,16 @@ class InterfaceWheel:
             self._process.wait()
         if self._work is not None:
             shutil.rmtree(self._work, ignore_errors=True)
+
+
+def _sources_of(wheel: Path) -> str | None:
+    """Return the hash of the sources that a wheel was built from, None if it has none."""
+    try:
+        with ZipFile(wheel) as archive:
+            names = [name for name in archive.namelist() if name.endswith('/' + _HASH_FILE)]
+            return archive.read(names[0]).decode() if names else None
+    except BadZipFile:
+        return None
 
 
 def cache_folder() -> Path:

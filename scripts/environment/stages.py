@@ -27,7 +27,7 @@ from environment.sources import content_hash, copy_files, PACKAGE_SOURCES, requi
 
 #: The pip that comes with Python 3.10 to 3.12 searches very long among our dependencies' versions;
 #: setuptools builds the package and the ros2 command inside the environment, without the network.
-_TOOLS = ('pip>=25', 'setuptools>=70.1')
+TOOLS = ('pip>=25', 'setuptools>=70.1')
 _ROS2_COMMAND = 'ros2'
 #: Python packages of ROS that no index has; a ROS installation brings its own.
 _HELPERS = 'helpers'
@@ -75,11 +75,11 @@ class EnvironmentBuilder:
         wheel = InterfaceWheel(self._root, interpreter, ros)
         needs_wheel = wheel.is_needed() and self._done.get('interfaces') != wheel.key
         log = self._log('interfaces')
-        self._install('tools', _TOOLS, self._installer.pip)
+        self._install('tools', TOOLS, self._installer.pip)
         # Of the packages of a ROS installation uv knows nothing.
         install = self._installer.quick if ros is None else self._installer.pip
         try:
-            if needs_wheel and wheel.cached() is None:
+            if needs_wheel and wheel.existing() is None:
                 self._say('compiling the ROS interface packages beside it (a minute or two, once)')
                 wheel.start(self._python, log)
             self._install('packages', [
@@ -88,7 +88,7 @@ class EnvironmentBuilder:
             for extra in extras:
                 self._install(extra, requirements(self._root, extra), install)
             if needs_wheel:
-                file = wheel.cached() or wheel.finish(log)
+                file = wheel.existing() or wheel.finish(log)
                 self._installer.pip('install the ROS interface packages', [
                     '--force-reinstall', '--no-deps', str(file)])
                 self._note('interfaces', wheel.key)
@@ -102,14 +102,12 @@ class EnvironmentBuilder:
 
     def _make_venv(self, interpreter: Interpreter, ros: Path | None) -> None:
         check_venv_module()
-        if self._venv.exists() and not (self._venv / 'pyvenv.cfg').is_file() \
-                and any(self._venv.iterdir()):
-            raise SetupError(f'{self._venv} is in the way: it is no Python environment; '
-                             'move it, or choose another place with VENV=DIR')
+        self._check_ownership()
         self._say(f'making {self._venv} with Python {interpreter.version}'
                   + (f', using the ROS installation {ros}' if ros else ''))
         shutil.rmtree(self._venv, ignore_errors=True)
         self._venv.mkdir(parents=True)
+        self._record.write_text('{}', encoding='utf-8')  # the folder is ours from now on
         command = [sys.executable, '-m', 'venv', str(self._venv)]
         if ros is not None:
             command.append('--system-site-packages')
@@ -119,6 +117,20 @@ class EnvironmentBuilder:
                              f'{(made.stderr or made.stdout).strip()}')
         self._done = {}
         self._note('interpreter', json.dumps(vars(interpreter)))
+
+    def _check_ownership(self) -> None:
+        """
+        Refuse a folder with files that this program did not make.
+
+        :raises SetupError: names what the folder holds.
+        """
+        if not self._venv.exists() or self._record.is_file() or not any(self._venv.iterdir()):
+            return
+        found = sorted(path.name for path in self._venv.iterdir())
+        kind = 'a Python environment made by another program' if 'pyvenv.cfg' in found else (
+            f'other files ({", ".join(found[:3])}{", ..." if len(found) > 3 else ""})')
+        raise SetupError(f'{self._venv} holds {kind} and is left as it is; '
+                         'remove it, or choose another folder with VENV=DIR (--venv DIR)')
 
     def _install(self, stage: str, wanted: Iterable[str],
                  install: Callable[[str, Sequence[str]], None]) -> None:

@@ -85,6 +85,21 @@ def test_a_missing_package_is_named_with_the_remedy(program, capsys):
     message = capsys.readouterr().err
     assert "'rclpy'" in message
     assert 'make env' in message
+    assert "'armsim_ros[ros]'" in message
+
+
+@pytest.mark.parametrize(('name', 'value'), [('platform', 'darwin'), ('version_info', (3, 14, 1))])
+def test_a_platform_without_wheels_is_named(program, capsys, monkeypatch, name, value):
+    """Where pip cannot install ROS, no pip command is suggested."""
+    def fail(argv):
+        raise ModuleNotFoundError("No module named 'rclpy'", name='rclpy')
+
+    program.main = fail
+    monkeypatch.setattr(sys, name, value)
+    assert door.run('simulation', []) == 1
+    message = capsys.readouterr().err
+    assert 'only for Linux on x86_64 with Python 3.10 to 3.13; use such a machine' in message
+    assert 'pip install' not in message
 
 
 def test_a_log_that_cannot_be_written_is_told_with_the_remedy(program, capsys):

@@ -4,7 +4,9 @@
 
 from dataclasses import replace
 from pathlib import Path
+import platform
 import sys
+from zipfile import ZipFile
 
 import env
 from environment import command, machine
@@ -145,8 +147,20 @@ def test_a_folder_of_the_user_is_never_overwritten(tmp_path, capsys, monkeypatch
     (tmp_path / 'notes.txt').touch()
     monkeypatch.delenv('AMENT_PREFIX_PATH', raising=False)
     assert command.run(['--venv', str(tmp_path)]) == 1
-    assert 'is in the way' in capsys.readouterr().err
+    assert 'holds other files (notes.txt)' in capsys.readouterr().err
     assert (tmp_path / 'notes.txt').exists()
+
+
+def test_an_environment_of_another_program_is_left_alone(tmp_path, capsys, monkeypatch):
+    """An environment without env.py's record is named, and not made anew."""
+    (tmp_path / 'pyvenv.cfg').touch()
+    (tmp_path / 'lib').mkdir()
+    monkeypatch.delenv('AMENT_PREFIX_PATH', raising=False)
+    assert command.run(['--venv', str(tmp_path)]) == 1
+    message = capsys.readouterr().err
+    assert f'{tmp_path} holds a Python environment made by another program' in message
+    assert 'VENV=DIR' in message
+    assert (tmp_path / 'lib').exists()
 
 
 def test_the_hash_follows_content_names_and_modes(tree):
@@ -179,6 +193,22 @@ def test_the_wheel_belongs_to_sources_and_interpreter(tree, interpreter):
     assert InterfaceWheel(tree, replace(interpreter, tag='other'), None).key != key
     (tree / 'interfaces/moveit_msgs/package.xml').write_text('changed')
     assert InterfaceWheel(tree, interpreter, None).key != key
+
+
+@pytest.mark.parametrize('fits', [True, False])
+def test_a_wheel_in_dist_saves_the_compilation(tree, interpreter, tmp_path, monkeypatch, fits):
+    """A wheel of the same sources for this Python is used, another is not."""
+    monkeypatch.setenv('XDG_CACHE_HOME', str(tmp_path / 'cache'))
+    python = 'cp' + ''.join(interpreter.version.split('.')[:2])
+    wheel = tree / 'dist' / (f'armsim_ros_interfaces-0.1.0-{python}-{python}-manylinux_2_28_'
+                             f'{platform.machine()}.whl')
+    wheel.parent.mkdir()
+    with ZipFile(wheel, 'w') as archive:
+        archive.writestr('x.data/data/share/armsim_ros_interfaces/sources',
+                         content_hash(tree, ['interfaces']) if fits else 'other')
+    assert InterfaceWheel(tree, interpreter, None).existing() == (wheel if fits else None)
+    ros = install_ros(tree / 'ros', 'rclpy', 'control_msgs')
+    assert InterfaceWheel(tree, interpreter, ros).existing() is None
 
 
 def test_packages_of_a_sourced_installation_are_not_built(tree, interpreter):
@@ -222,5 +252,6 @@ def test_the_wheels_start_up_hook_is_kept_from_other_interpreters(monkeypatch):
 def test_requirements_are_read_from_the_one_place():
     """Comments in setup.cfg are no requirements."""
     assert 'numpy>=1.26' in requirements(ROOT)
+    assert not any(line.startswith('armsim') for line in requirements(ROOT, 'ros'))
     assert all(line[0].isalpha() for extra in (None, 'ros', 'test', 'lint')
                for line in requirements(ROOT, extra))
