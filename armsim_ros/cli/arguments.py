@@ -95,6 +95,9 @@ class ProgramArguments:
     web: bool = _argument(
         False, 'whether bringup serves a page in which the robot is seen and driven',
         placeholder='true|false')
+    host: str = _argument(
+        '', 'address on which the page is served, in place of 127.0.0.1; others need the token '
+        'that is printed', placeholder='ADDRESS')
     xacro: tuple[tuple[str, str], ...] = ()
     ros_args: tuple[str, ...] = ()
 

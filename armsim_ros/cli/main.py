@@ -87,6 +87,14 @@ def run(program: str, argv: Sequence[str] | None = None) -> int:
             raise
         _say(_missing_module(program, error.name), sys.stderr)
         return 1
+    except ImportError as error:
+        library, found, _ = str(error).partition(': cannot open shared object file')
+        if not found:
+            raise
+        package = {'libgomp.so.1': ' (Debian, Ubuntu: apt install libgomp1)'}.get(library, '')
+        _say(f"{program}: the system library '{library}' is missing; install it{package}",
+             sys.stderr)
+        return 1
     except RuntimeError as error:
         if 'log directory' not in str(error):
             raise

@@ -102,6 +102,18 @@ def test_a_platform_without_wheels_is_named(program, capsys, monkeypatch, name, 
     assert 'pip install' not in message
 
 
+def test_a_missing_system_library_is_named_with_the_package(program, capsys):
+    """Pinocchio's wheel needs OpenMP's library, which small systems lack."""
+    def fail(argv):
+        raise ImportError('libgomp.so.1: cannot open shared object file: No such file')
+
+    program.main = fail
+    assert door.run('simulation', []) == 1
+    assert capsys.readouterr().err == (
+        "simulation: the system library 'libgomp.so.1' is missing; install it (Debian, Ubuntu: "
+        'apt install libgomp1)\n')
+
+
 def test_a_log_that_cannot_be_written_is_told_with_the_remedy(program, capsys):
     """Where ROS can make no folder for its log, as in a container without a home."""
     def fail(argv):

@@ -36,7 +36,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     """
     arguments = parse_arguments(sys.argv[1:] if argv is None else argv, xacro=True)
     lock = lock_domain(arguments.ros_args)
-    words = replace(arguments, web=False).to_argv()
+    words = replace(arguments, web=False, host='').to_argv()
     try:
         programs = (*STARTED_PROGRAMS, *([SERVO] if arguments.servo else []),
                     *([CAMERA] if arguments.camera else []))
@@ -66,6 +66,8 @@ def page_command(arguments: ProgramArguments) -> dict[str, list[str]]:
     words = [f'near:={near}'] if near else []
     if arguments.packages_path:
         words.append(f'packages_path:={arguments.packages_path}')
+    if arguments.host:
+        words.append(f'host:={arguments.host}')
     return {PAGE: program_command(PAGE, [*words, *arguments.ros_args])}
 
 
