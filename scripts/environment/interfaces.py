@@ -39,6 +39,7 @@ class InterfaceWheel:
     def __init__(self, root: Path, interpreter: Interpreter, ros: Path | None) -> None:
         self._root = root
         self._interpreter = interpreter
+        self._ros = ros
         ours = sorted(path.parent.name for path in (root / FOLDER).glob('*/package.xml'))
         self.selection = [name for name in ours if ros is None or not has_package(ros, name)]
         self._complete = self.selection == ours
@@ -73,13 +74,16 @@ class InterfaceWheel:
         self._cache.parent.mkdir(parents=True, exist_ok=True)
         self._work = Path(tempfile.mkdtemp(prefix='building-', dir=self._cache.parent))
         copy_files(self._root, [FOLDER], self._work)
+        environment = dict(clean_environment(), SOURCE_DATE_EPOCH=EPOCH, **{
+            SELECTION_VARIABLE: ','.join(self.selection), HASH_VARIABLE: self._sources})
+        if self._ros is None:  # the wheel requires message packages, whatever is sourced here
+            environment.pop('AMENT_PREFIX_PATH', None)
         with open(log, 'wb') as stream:
             self._process = subprocess.Popen(
                 [python, '-m', 'pip', 'wheel', '--no-deps', '-w', self._work / 'wheel',
                  self._work / FOLDER],
-                env=dict(clean_environment(), SOURCE_DATE_EPOCH=EPOCH, **{
-                    SELECTION_VARIABLE: ','.join(self.selection), HASH_VARIABLE: self._sources}),
-                stdin=subprocess.DEVNULL, stdout=stream, stderr=subprocess.STDOUT, umask=0o022)
+                env=environment, stdin=subprocess.DEVNULL, stdout=stream,
+                stderr=subprocess.STDOUT, umask=0o022)
 
     def finish(self, log: Path) -> Path:
         """

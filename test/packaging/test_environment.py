@@ -9,7 +9,7 @@ import sys
 from zipfile import ZipFile
 
 import env
-from environment import command, machine
+from environment import command, interfaces, machine
 from environment.failure import pip_failure, SetupError
 from environment.installer import Installer, uv_options
 from environment.interfaces import InterfaceWheel
@@ -209,6 +209,21 @@ def test_a_wheel_in_dist_saves_the_compilation(tree, interpreter, tmp_path, monk
     assert InterfaceWheel(tree, interpreter, None).existing() == (wheel if fits else None)
     ros = install_ros(tree / 'ros', 'rclpy', 'control_msgs')
     assert InterfaceWheel(tree, interpreter, ros).existing() is None
+
+
+@pytest.mark.parametrize('uses_ros', [True, False])
+def test_the_build_sees_a_sourced_ros_only_where_it_is_used(
+        tree, interpreter, tmp_path, monkeypatch, uses_ros):
+    """A wheel for machines without ROS names all its requirements, whatever this shell sourced."""
+    prefix = install_ros(tree / 'ros', 'rclpy', 'control_msgs')
+    monkeypatch.setenv('AMENT_PREFIX_PATH', str(prefix))
+    monkeypatch.setenv('XDG_CACHE_HOME', str(tmp_path / 'cache'))
+    given = []
+    monkeypatch.setattr(interfaces, 'check_compiler', lambda _: None)
+    monkeypatch.setattr(interfaces.subprocess, 'Popen', lambda _, **words: given.append(words))
+    InterfaceWheel(tree, interpreter, prefix if uses_ros else None).start(
+        Path('python'), tmp_path / 'log')
+    assert given[0]['env'].get('AMENT_PREFIX_PATH') == (str(prefix) if uses_ros else None)
 
 
 def test_packages_of_a_sourced_installation_are_not_built(tree, interpreter):
