@@ -308,3 +308,15 @@ def test_planners_without_a_file_are_those_of_the_builder(small_package):
         name: one['type'] for name, one in launched['planner_configs'].items()}
     assert list(ompl.request_adapters) == launched['request_adapters']
     assert list(ompl.response_adapters) == launched['response_adapters']
+
+
+@pytest.mark.parametrize(('text', 'message'), [
+    ('joint_limits:\n  shoulder: [1, 2\n', '2:13: the bracket that opens here is not closed'),
+    ('joint_limits:\n  shoulder:\n    has_velocity_limits: true\n    max_velocity: quick\n',
+     "4:19: limits of joint 'shoulder': 'max_velocity' is the text 'quick'"),
+])
+def test_a_mistake_has_file_and_line(small_package, text, message):
+    """Of YAML that cannot be read, and of a value that is of the wrong kind."""
+    small_package.write('config/joint_limits.yaml', text)
+    lines = [str(problem) for problem in survey_cell(str(small_package.folder)).problems]
+    assert any(f'config/joint_limits.yaml:{message}' in line for line in lines), lines

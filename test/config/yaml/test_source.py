@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 import pytest
 import yaml
 
+from armsim_ros.config.yaml.node import node_of
 from armsim_ros.config.yaml.source import LARGEST_FILE, parse_yaml, read_yaml_file
 from armsim_ros.errors import ConfigError
 
@@ -130,3 +131,17 @@ def test_no_text_breaks_the_reader(data):
     """Whatever the bytes, there are values or a message, and no other exception."""
     with contextlib.suppress(ConfigError):
         assert isinstance(parse_yaml(data, 'f').plain(), dict)
+
+
+@settings(max_examples=80, deadline=None)
+@given(st.dictionaries(_WORD, _PLAIN, max_size=4))
+def test_a_value_counts_itself_and_all_values_inside_it(data):
+    """The size that bounds aliases counts blocks, lists and scalars, empty ones too."""
+    assume('<<' not in repr(data))
+
+    def count(value):
+        inner = value.values() if isinstance(value, dict) else value
+        return 1 + sum(map(count, inner)) if isinstance(value, (dict, list)) else 1
+
+    read = parse_yaml(yaml.safe_dump(data, allow_unicode=True), 'f')
+    assert read.size == node_of(data, read.where).size == count(data)

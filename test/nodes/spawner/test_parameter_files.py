@@ -7,13 +7,9 @@ The behaviour is that of controller_manager_services.py
 (get_params_files_with_controller_parameters, get_parameter_from_param_files) and of rcl's names.
 """
 
-from pathlib import Path
-
 import pytest
 import yaml
 
-from armsim_ros.config.yaml.node_parameters import parameters_of_node
-from armsim_ros.config.yaml.source import read_yaml_file
 from armsim_ros.nodes.spawner.parameter_files import entries_of
 
 BLOCK = {'ros__parameters': {'type': 'kind', 'fallback_controllers': ['b', 'c'], 'joints': ['x']}}
@@ -69,14 +65,3 @@ def test_the_first_file_with_a_value_wins(file):
 def test_a_file_of_ros_1(file):
     """In the layout of ROS 1 the name alone is enough."""
     assert entries_of('arm', '/left', [file({'left': {'arm': {'type': 'kind'}}})]).type == 'kind'
-
-
-def test_parameters_of_a_node(file):
-    """Wildcards come first, so that what names the node wins; dots mean depth."""
-    root = read_yaml_file(Path(file({
-        '/left/arm': {'ros__parameters': {'gains.x.p': 2.0}},
-        '/**': {'ros__parameters': {'gains': {'x': {'p': 1.0, 'd': 0.5}}}, '/*/arm': {
-            'ros__parameters': {'joints': ['x']}}},
-        '/right/arm': {'ros__parameters': {'joints': ['y']}}})))
-    block = parameters_of_node(root, 'arm', '/left')
-    assert block.plain() == {'gains': {'x': {'p': 2.0, 'd': 0.5}}, 'joints': ['x']}
