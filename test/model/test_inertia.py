@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from armsim_ros.model.geometry import Box, Capsule, Cone, Cylinder, Sphere
-from armsim_ros.model.inertia import inertial_of, unit_inertia, volume
+from armsim_ros.model.inertia import bounding_radius, inertial_of, unit_inertia, volume
 from armsim_ros.model.robot_model import LinkGeometry
 from armsim_ros.model.transforms import pose_matrix
 
@@ -19,14 +19,16 @@ INSIDE = {
 
 
 @pytest.mark.parametrize('shape', INSIDE, ids=lambda shape: type(shape).__name__)
-def test_volume_and_inertia_of_a_solid(shape):
-    """A fine grid of points has the same volume, centre and inertia, to 1 %."""
+def test_volume_inertia_and_reach_of_a_solid(shape):
+    """A fine grid of points has the same volume, centre, inertia and reach, to 1 %."""
     axis = np.linspace(-0.3, 0.3, 121)
     axis = 0.5 * (axis[1:] + axis[:-1])
     grid = np.array(np.meshgrid(axis, axis, axis, indexing='ij')).reshape(3, -1)
     points = grid[:, INSIDE[shape](*grid)].T
     cell = (axis[1] - axis[0])**3
     assert volume(shape) == pytest.approx(len(points) * cell, rel=0.01)
+    assert bounding_radius(shape) == pytest.approx(
+        np.linalg.norm(points, axis=1).max(), abs=2.0 * (axis[1] - axis[0]))
     made = inertial_of([LinkGeometry(shape, np.eye(4))], mass=1.0)
     centre = points.mean(axis=0)
     assert made.origin[:3, 3] == pytest.approx(centre, abs=2e-3)

@@ -3,6 +3,7 @@
 """Motions in the wall clock's pace, whose ticks are made together where nobody looks."""
 
 import threading
+from types import SimpleNamespace
 
 from invented_time import invented_pacer
 import numpy as np
@@ -15,6 +16,8 @@ from armsim_ros.stack import ArmSim
 from armsim_ros.testing.arms.built_cell import built_cell
 from armsim_ros.trajectory import JointTrajectory
 
+STATES = 'joint_state_broadcaster/JointStateBroadcaster'
+TRAJECTORY = 'joint_trajectory_controller/JointTrajectoryController'
 #: Time between two looks at the arm [ns].
 LOOK_NS = 10_000_000
 MOTION = JointTrajectory(
@@ -140,3 +143,45 @@ def test_a_fault_in_a_planned_motion_is_told_as_in_single_steps():
         told.append((arm.loop.poll_faults(), arm.sim.time, arm.sim.digest()))
     assert 'unstable' in told[0][0][0]
     assert told[0] == told[1] == told[2]
+
+
+@pytest.mark.parametrize('rate', [1000, 200])
+def test_batched_updates_equal_single_ones_with_controllers_of_any_rate(rate):
+    """A batch ends at the next update of a controller that waits; each sample has its time."""
+    def part(joints, slower=1.0, stamp_ns=0):
+        columns = [MOTION.joint_names.index(joint) for joint in joints]
+        return JointTrajectory(joints, slower * MOTION.times, MOTION.positions[:, columns],
+                               MOTION.velocities[:, columns] / slower, stamp_ns=stamp_ns)
+
+    front, back = MOTION.joint_names[:4], MOTION.joint_names[4:]
+    outcomes = []
+    for batched in (True, False):
+        sim = ArmSim(built_cell('sunday', None, {'controller_manager.update_rate': rate}))
+        sim.manager.switch(deactivate=['arm_joint_controller'])
+        made = {}
+        for name, kind, parameters in (
+            ('slow', STATES, {'update_rate': rate // 8}),
+            ('odd', STATES, {'publish_rate': 30.0}),
+            ('both', STATES, {'update_rate': rate // 5, 'publish_rate': 30.0}),
+            ('front', TRAJECTORY, {'joints': list(front)}),
+            ('back', TRAJECTORY, {'joints': list(back), 'constraints': {
+                'goal_time': 0.0423, **{joint: {'goal': 1e-6} for joint in back}}}),
+        ):  # fmt: skip
+            made[name] = sim.manager.load(
+                SimpleNamespace(name=name, type=kind, parameters=parameters))
+            sim.manager.configure(name)
+            assert sim.manager.switch(activate=[name]).ok
+        times = {name: [] for name in ('slow', 'odd', 'both')}
+        for name, found in times.items():
+            made[name].listen(
+                lambda found=found, poll=made[name].poll: found.append(poll().time_ns))
+        sim.simulation.apply_wrench('link_6', force=(0.0, 5.0, 20.0))
+        goal = made['front'].send_goal(part(front, slower=1.5)).goal
+        made['back'].set_trajectory(part(back, stamp_ns=37_000_000))
+        for _ in range(1 if batched else 1000):
+            sim.step(1000 if batched else 1)
+        events = [(event.time_ns, event.text) for event in sim.manager.poll_events()]
+        assert any('goal_time_tolerance exceeded' in text for _, text in events)
+        assert min(map(len, times.values())) >= 25
+        outcomes.append((outcome(sim, goal), times, events))
+    assert outcomes[0] == outcomes[1]

@@ -9,6 +9,7 @@ import pytest
 
 from armsim_ros.config.controllers.pid_gains import PidGains
 from armsim_ros.config.simulation import PlacementSettings, SimulationSettings
+from armsim_ros.config.world import WorldSettings
 from armsim_ros.errors import SimulationError
 from armsim_ros.model.robot_model import JointLimits, JointType, SemanticModel
 from armsim_ros.sim.simulation import Simulation
@@ -138,12 +139,18 @@ def test_an_unstable_joint_is_named_and_the_plant_recovers(arm, claim):
     assert np.abs(simulation.state.position).max() < 3.0
 
 
-def test_a_moving_link_without_mass_gets_some_and_says_so(arm):
-    """A massless moving link is made light instead of refused, with a warning."""
+def test_a_moving_link_without_mass_gets_some_and_says_so(arm, claim):
+    """It is made light in its origin, pulls to no side, and a warning names it."""
     links = {**arm.links, 'hand': replace(arm.links['hand'], inertial=None)}
-    simulation = Simulation(replace(arm, links=links))
+    simulation = Simulation(replace(arm, links=links), world=WorldSettings(floor=False))
     assert any("'hand'" in warning for warning in simulation.warnings)
-    simulation.step()
+    claim(simulation, 'effort')
+    simulation.command.effort[:] = 0.0
+    for _ in range(100):
+        simulation.write()
+        simulation.step()
+    # Upright, on its line of balance.
+    np.testing.assert_allclose(simulation.state.position, 0.0, atol=1e-9)
 
 
 def test_joints_can_be_put_elsewhere(simulation):

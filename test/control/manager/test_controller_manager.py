@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Loading, switching, claims and failures of controllers."""
 
-from itertools import pairwise
+from itertools import pairwise, product
 import threading
 from types import SimpleNamespace
 
@@ -232,6 +232,26 @@ def test_update_rate_divides(rig, monkeypatch):
     assert len(calls) == 25
     assert {b[0] - a[0] for a, b in pairwise(calls)} == {40_000_000}
     assert calls[0][1] == pytest.approx(0.04)
+
+
+@pytest.mark.parametrize('rate', [100, 50, 25])
+def test_updates_that_are_left_out_let_the_time_of_a_trajectory_pass(rig, trajectory, rate):
+    """A controller with a rate of its own misses its own updates, wherever the gap begins."""
+    for before, left_out in product(range(4), range(1, 10)):
+        passed = []
+        for skips in (True, False):
+            r = rig()
+            arm = r.arm(update_rate=rate)
+            arm.set_trajectory(trajectory((0.1, [0.0, 0.0])))
+            r.step(40 + before)
+            if skips:
+                r.manager.skip(left_out, 0.01)
+                r.now_ns += left_out * 10_000_000
+            else:
+                r.step(left_out)
+            r.step(4)
+            passed.append(arm.snapshot().desired_time_from_start)
+        assert passed[0] == pytest.approx(passed[1])
 
 
 @pytest.mark.parametrize(('asked', 'run'), [

@@ -43,7 +43,7 @@ def test_inactive_controller_refuses(rig, trajectory):
         ('D4', [], {}, ['no points']),
         ('D5', [GOOD], {'joints': ('a', 'bb')}, ["'bb'", "did you mean 'b'", '(a, b)']),
         ('D6', [(1.0, [0.1, 0.2], [0.0, 0.5])], {}, ["'b'", '0.5', 'last point']),
-        ('D7', [GOOD], {'stamp_ns': 1}, ['ended', 'stamp of 0']),
+        ('D7', [GOOD], {'stamp_ns': 2_500_000_000}, ['ended 1.5', 'is 2.500 s', 'stamp of 0']),
         ('D8', [GOOD, (1.0, [0, 0])], {}, ['point 1 is 1 s', 'increasing']),
         ('D8', [(2.0, [0, 0]), GOOD], {}, ['point 1 is 1 s', '2 s of point 0']),
         ('D9', [(1.0, [], [0, 0])], {}, ['no positions', 'allow_integration']),

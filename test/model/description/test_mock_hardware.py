@@ -89,15 +89,23 @@ WRIST = ('<sensor name="wrist">' + ''.join(
     f'<state_interface name="{one}.{axis}"/>' for one in
     ('force', 'torque', 'linear_acceleration', 'angular_velocity') for axis in 'xyz')
     + '<state_interface name="orientation.w"/>{0}</sensor>')
+#: A frame on the last link; nothing hangs on it.
+TIP = ('<link name="tip"/><joint name="tip_joint" type="fixed"><parent link="finger"/>'
+       '<child link="tip"/><origin xyz="0 0 0.1"/></joint>')
 
 
 @pytest.mark.parametrize(('inside', 'more', 'weight'), [
     ('<param name="frame_id">finger</param>', '', 9.81),
     ('', '<gazebo reference="elbow"><sensor name="wrist" type="force_torque"/></gazebo>', 19.62),
     ('', '', 9.81),
+    ('<param name="frame_id">tip</param>', TIP, 9.81),
 ])
 def test_a_sensor_measures_what_hangs_beyond_its_frame(small_package, inside, more, weight):
-    """Its frame is the tag's, else Gazebo's, else the end of the arm."""
+    """
+    Its frame is the tag's, else Gazebo's, else the end of the arm.
+
+    On a frame without mass it measures what hangs beyond the link that carries the frame.
+    """
     small_package.ros2_control(
         joint('shoulder', 'position'), joint('elbow', 'position'), joint('grip', 'position'),
         WRIST.format(inside), more=more)

@@ -68,13 +68,15 @@ def test_a_planning_group_with_a_joint_in_no_tag_is_told(small_package):
 
 
 def test_the_start_is_the_initial_value(small_package):
-    """0 where there is none; outside of the limits it is moved to them with a warning."""
+    """The state's before the command's, else 0; beyond the limits it is moved, with a warning."""
+    commanded = f'<command_interface name="position">{INITIAL.format(0.02)}</command_interface>'
     small_package.ros2_control(
-        joint('shoulder', 'position', states=STATES.format(INITIAL.format(0.5))),
-        joint('elbow', 'position', states=STATES.format(INITIAL.format(9))))
+        joint('shoulder', inside=commanded, states=STATES.format(INITIAL.format(0.5))),
+        joint('elbow', 'position', states=STATES.format(INITIAL.format(9))),
+        joint('grip', inside=commanded))
     simulation, _, problems = start(small_package)
     positions = dict(zip(simulation.joint_names, simulation.state.position, strict=True))
-    assert positions == pytest.approx({'shoulder': 0.5, 'elbow': 2.0, 'grip': 0.0})
+    assert positions == pytest.approx({'shoulder': 0.5, 'elbow': 2.0, 'grip': 0.02})
     assert any("joint 'elbow' starts at 2: 9 is outside" in text for text in said(problems))
 
 

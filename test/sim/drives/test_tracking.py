@@ -27,6 +27,18 @@ def test_follows_slower_controllers_with_their_velocities(simulation, follow, qu
     assert worst.max() < 1e-3
 
 
+def test_follows_claimed_velocities_between_positions(simulation, claim, follow, quintic):
+    """A controller that claims velocities beside positions is followed by both."""
+    claim(simulation, 'position', 'velocity')
+    position, velocity = quintic(np.zeros(3), GOAL, 1.0)
+
+    def commanded(t):
+        simulation.command.velocity[:] = velocity(t)
+        return np.zeros(3)
+
+    assert follow(simulation, position, 1.2, steps=20, velocity_at=commanded).max() < 1e-3
+
+
 def test_follows_slower_controllers_without_velocities(simulation, follow, quintic):
     """Bare positions at 100 Hz are followed below 1 mrad at the ends of the periods."""
     position, _ = quintic(np.zeros(3), GOAL, 1.0)

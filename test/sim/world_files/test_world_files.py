@@ -285,3 +285,15 @@ def test_missing_assets_are_the_only_faults_that_are_left_out(resources):
     with pytest.raises(ResourceFaultError) as caught:
         resources.world('', text, ignore_assets=True)
     assert caught.value.fault is Fault.RESOURCE_PARSE_ERROR
+
+
+def test_each_collision_has_the_colour_of_its_visual(resources):
+    """They are matched by order; where there are fewer colours the last one counts."""
+    colours = ['1 0 0 1', '0 1 0 1', '0 0 1 1']
+    visual = '<visual name="v{}"><material><diffuse>{}</diffuse></material></visual>'
+    visuals = ''.join(visual.format(*each) for each in enumerate(colours))
+    collisions = ''.join(f'<collision name="c{k}"><geometry>{BALL}</geometry></collision>'
+                         for k in range(4))
+    thing = read(resources, model(f'<link name="l">{visuals}{collisions}</link>')).thing
+    assert [part.rgba[:3] for part in thing.parts] == [
+        (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0), (0.0, 0.0, 1.0)]
