@@ -13,6 +13,7 @@ from armsim_ros.execution.rules import (
     allowed_duration,
     check_points,
     check_start,
+    continues,
     settled,
     Tolerances,
     unwound,
@@ -154,3 +155,13 @@ def test_start_check_of_a_continuous_joint_is_modulo_a_turn(turning):
     """EXE-5: a continuous joint one turn away is at its start."""
     measured = {'axis1': 2 * math.pi, 'axis2': 0.0, 'axis3': 0.0}
     check_start(trajectory([0.0, 0.0, 0.0]), measured, turning, Tolerances(0.01))
+
+
+def test_a_trajectory_that_continues_another_one():
+    """It begins within the tolerance of the other's end, for the joints that both have."""
+    first = trajectory([0.0, 0.0, 0.0], [1.0, 2.0, 3.0])
+    assert continues(first, trajectory([1.009, 1.991, 3.0], [5.0] * 3), 0.01)
+    assert not continues(first, trajectory([1.0, 2.02, 3.0]), 0.01)
+    assert continues(first, trajectory([3.0, 1.0], names=('axis3', 'axis1')), 0.01)
+    assert not continues(first, trajectory([3.1, 9.0], names=('axis3', 'other')), 0.01)
+    assert continues(first, trajectory([9.0], names=('other',)), 0.01)

@@ -127,8 +127,10 @@ def test_merging_weights_positions(log):
 
 
 def test_merging_without_common_part(log):
-    """CON-6: intervals without a common value are both dropped, with an error."""
+    """CON-6: a joint whose intervals have no common value is free, with an error; others stay."""
+    other = JointConstraint('b', 0.5, 0.1, 0.1)
     both = merged(Constraints((JointConstraint('a', 0.0, 0.1, 0.1),)),
-                  Constraints((JointConstraint('a', 1.0, 0.1, 0.1),)), log)
-    assert both.empty
+                  Constraints((JointConstraint('a', 1.0, 0.1, 0.1),
+                               JointConstraint('a', 1.0, 0.1, 0.1), other)), log)
+    assert both.joint_constraints == (other,)
     assert 'no common value' in log.recorder.text()

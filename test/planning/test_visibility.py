@@ -153,3 +153,15 @@ def test_a_plan_keeps_the_view_free(planar, planar_scene, plan_for, constraint_s
     for t in np.linspace(0.0, response.trajectory.duration, 200):
         q = planar.vector(dict(zip(joints, between(response.trajectory, t), strict=True)))
         assert made.satisfied(q), made.violation(q)
+
+
+@pytest.mark.parametrize('sides', [3, 4, 5])
+def test_the_cone_has_its_sides_all_around(evaluate, sides):
+    """Turned by the angle between two of its sides it is the same cone."""
+    beside = pose_matrix((0.55, 0.06, 1.0), DOWN)
+    given = replace(ABOVE, target_radius=0.2, cone_sides=sides, sensor_pose=beside)
+    found = [evaluate(replace(given, target_pose=pose_matrix(
+        (0.55, 0.13, -0.5), (0.0, 0.0, 2.0 * math.pi * turn / sides))), STRAIGHT)
+        for turn in range(sides)]
+    assert len({result.satisfied for result in found}) == 1
+    assert np.ptp([result.distance for result in found]) < 1e-3

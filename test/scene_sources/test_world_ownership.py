@@ -11,6 +11,7 @@ from armsim_ros.errors import PlanningError
 from armsim_ros.model.geometry import Box
 from armsim_ros.model.transforms import pose_matrix
 from armsim_ros.model.world_objects import WORLD_TYPE
+from armsim_ros.planning.collision.collision_model import CollisionChecker
 from armsim_ros.planning.scene.objects import (
     AttachedObject,
     CollisionObject,
@@ -155,6 +156,20 @@ def test_the_world_attaches_and_lets_go(story):
     story.world(('a', MOVE, 3.0))
     assert story.heights() == {'a': 3.0}
     assert story.lines == []
+
+
+@pytest.mark.parametrize('other', ['z', 'Z'])
+def test_what_the_world_grasps_is_free_of_what_it_rests_on(story, other):
+    """In the physics it rests a few micrometres deep; attached it is as much higher."""
+    story.world(('a', ADD, 1.0), (other, ADD, 0.9 + 8e-6))
+    held = AttachedObject('link_6', CollisionObject('a', ADD, type=ObjectType(WORLD_TYPE, '1')))
+    story.ownership.apply(SceneUpdate(robot_state=StartState(attached_objects=(held,))))
+    scene = story.scene
+    assert not [contact for contact in CollisionChecker(scene).contacts(scene.q)
+                if 'a' in (contact.body1, contact.body2)]
+    item = scene.attached['a']
+    place = scene.kinematic_model.link_pose(scene.q, item.link_name) @ item.object.pose
+    assert place[:3, 3] == pytest.approx((3.0, 0.0, 1.0), abs=1e-4)
 
 
 def test_who_sends_a_scene_back_is_a_user(story):

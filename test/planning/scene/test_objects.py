@@ -224,3 +224,12 @@ def test_refused_edit_leaves_the_scene_as_it_was(scene, what):
     assert len(str(caught.value)) > 20
     assert scene.content is before
     assert scene.geometry_version == version
+
+
+@pytest.mark.parametrize(('shape', 'named'), [
+    (Sphere(-0.1), 'primitive 1'), (Plane(0, 0, 0, 1), 'plane 1'),
+    (Mesh(np.zeros((3, 3)), np.empty((0, 3), int)), 'mesh 1')])
+def test_a_refusal_names_the_shape(scene, shape, named):
+    """Kind and number of a shape that cannot be used are in the message."""
+    with pytest.raises(PlanningError, match=f"{named} of object 'box'"):
+        scene.apply_object(box(shapes=(ObjectShape(BOX), ObjectShape(shape))))

@@ -120,6 +120,24 @@ def test_wide_joint_goal_with_its_middle_blocked(six_scene, add_box, plan_for, c
     assert np.abs(response.trajectory.positions[-1] - np.array(RIGHT)).max() <= 0.5
 
 
+@pytest.mark.parametrize('regions', [
+    [(Box((0.3, 0.3, 1.4)), 0.6)], [(Sphere(1e-3), 0.6), (Sphere(1e-3), 0.0)]])
+def test_a_goal_whose_middle_is_out_of_reach(six, six_scene, plan_for, clock, regions):
+    """A pose with room in its position is reached elsewhere in its regions."""
+    def plan(goal):
+        return plan_for(six_scene).plan(
+            request(goal, allowed_planning_time=60.0), six_scene, clock=clock)
+
+    pose = poses(six.robot, dict(zip(SIX, (0.4, 0.9, 0.8, 0.3, 0.5, -0.2), strict=True)))['tool']
+    assert plan(pose_goal(pose_matrix((0.0, 0.0, 0.6)) @ pose)).error_code == -31
+    goal = pose_goal(pose)
+    position, = goal.position_constraints
+    wide = replace(position, regions=tuple(
+        Region(shape, pose_matrix(pose[:3, 3] + (0.0, 0.0, above))) for shape, above in regions))
+    response = plan(replace(goal, position_constraints=(wide,)))
+    assert response.success, response.message
+
+
 def test_goals_are_alternatives(wall, add_box, plan_for, clock):
     """REQ-8: of several goals one that is free is enough."""
     add_box(wall, 'block', (0.2, 0.2, 0.2), (0.45, 0.55, 0.4))
