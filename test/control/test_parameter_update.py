@@ -43,6 +43,7 @@ def test_all_anew(parameters):
     [
         ({'joints': ['arm.b', 'a']}, ['read-only', "'joints'"]),
         ({'action_monitor_rate': 5.0}, ['read-only']),
+        ({'is_async': True}, ['read-only', "'is_async'"]),
         ({'constraints.decelerate_on_cancel': True}, ["'constraints.decelerate_on_cancel'"]),
         ({'constraints.a.max_deceleration_on_cancel': 1.0}, ['constraints.a.max_dec']),
         ({'gains.a.antiwindup_strategy': 'none'}, ['gains.a.antiwindup_strategy']),

@@ -111,10 +111,11 @@ def test_joints_of_a_part_can_fail(whole):
     np.testing.assert_array_equal(whole.command.position, [np.nan, np.nan, 1.5, 1.0])
 
 
-def test_managers_run_side_by_side(whole):
-    """Controllers of the same name on two robots: each moves its own joints."""
+@pytest.fixture
+def arms(whole):
+    """Return the managers and trajectory controllers of both robots, active."""
     shared = SharedHardware(whole)
-    managers = []
+    made = []
     for joints, goal in ((('l1', 'l2'), 0.1), (('r1', 'r2'), -0.2)):
         part = shared.part(joints)
         manager = ControllerManager(part, ControllerManagerParameters(update_rate=100))
@@ -122,13 +123,33 @@ def test_managers_run_side_by_side(whole):
         manager.configure('arm')
         assert manager.switch(activate=['arm']).ok
         part.command.position[:] = goal
-        managers.append((manager, controller))
-    group = ManagerGroup([manager for manager, _ in managers])
+        made.append((manager, controller))
+    return made
+
+
+def test_managers_run_side_by_side(whole, arms):
+    """Controllers of the same name on two robots: each moves its own joints."""
+    group = ManagerGroup([manager for manager, _ in arms])
     group.update(10_000_000, 0.01)
     group.process_requests(20_000_000)
-    assert [controller.active for _, controller in managers] == [True, True]
+    assert [controller.active for _, controller in arms] == [True, True]
     assert set(whole.claimed) == {'l1', 'l2', 'r1', 'r2'}
-    assert all(manager.time_ns == 20_000_000 for manager, _ in managers)
+    assert all(manager.time_ns == 20_000_000 for manager, _ in arms)
+
+
+def test_an_interruption_ends_the_goals_of_all_robots(arms, trajectory):
+    """Goals are aborted with the reason; the controllers stay active."""
+    group = ManagerGroup([manager for manager, _ in arms])
+    group.update(10_000_000, 0.01)
+    goals = [controller.send_goal(trajectory((1.0, [0.1, 0.2]), joints=controller.joints)).goal
+             for _, controller in arms]
+    group.update(20_000_000, 0.01)
+    assert {goal.status.name for goal in goals} == {'EXECUTING'}
+    group.interrupt(30_000_000, 'the world starts again')
+    group.resume(30_000_000)
+    assert {goal.status.name for goal in goals} == {'ABORTED'}
+    assert all('the world starts again' in goal.result.message for goal in goals)
+    assert all(controller.active for _, controller in arms)
 
 
 class Loadable:

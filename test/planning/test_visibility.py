@@ -136,8 +136,13 @@ def test_what_cannot_be_used(constraint_set, log):
     assert not made.satisfied(STRAIGHT)
 
 
-def test_a_plan_keeps_the_view_free(planar, planar_scene, plan_for, constraint_set, clock):
-    """A plan whose straight way crosses the view goes around it."""
+@pytest.mark.parametrize('seed', range(3))
+def test_a_plan_keeps_the_view_free(planar, planar_scene, plan_for, constraint_set, clock, seed):
+    """
+    A plan whose straight way crosses the view goes around it.
+
+    Motions are checked in steps: between two of them a link may touch the cone.
+    """
     joints = ('axis1', 'axis2', 'axis3')
     start, end = (-0.6, 0.0, 0.0), (0.6, 0.0, 0.0)
     kept = Constraints(visibility_constraints=(ABOVE,))
@@ -145,14 +150,15 @@ def test_a_plan_keeps_the_view_free(planar, planar_scene, plan_for, constraint_s
         JointConstraint(name, value, 1e-3, 1e-3)
         for name, value in zip(joints, end, strict=True)))
     request = MotionPlanRequest(
-        'arm', (goal,), StartState(joints, start), path_constraints=kept)
+        'arm', (goal,), StartState(joints, start), path_constraints=kept, seed=seed)
     response = plan_for(planar_scene).plan(request, planar_scene, clock=clock)
     assert response.success, response.message
     made = constraint_set(visibilities=(ABOVE,))
     assert not made.satisfied(STRAIGHT)
     for t in np.linspace(0.0, response.trajectory.duration, 200):
         q = planar.vector(dict(zip(joints, between(response.trajectory, t), strict=True)))
-        assert made.satisfied(q), made.violation(q)
+        result, = made.evaluate(q)
+        assert result.satisfied or result.distance < 1e-3, result.text
 
 
 @pytest.mark.parametrize('sides', [3, 4, 5])
