@@ -137,8 +137,8 @@ def test_managers_run_side_by_side(whole, arms):
     assert all(manager.time_ns == 20_000_000 for manager, _ in arms)
 
 
-def test_an_interruption_ends_the_goals_of_all_robots(arms, trajectory):
-    """Goals are aborted with the reason; the controllers stay active."""
+def test_an_interruption_ends_the_goals_of_all_robots(whole, arms, trajectory):
+    """Goals are aborted with the reason; the controllers hold the joints where they are then."""
     group = ManagerGroup([manager for manager, _ in arms])
     group.update(10_000_000, 0.01)
     goals = [controller.send_goal(trajectory((1.0, [0.1, 0.2]), joints=controller.joints)).goal
@@ -146,10 +146,12 @@ def test_an_interruption_ends_the_goals_of_all_robots(arms, trajectory):
     group.update(20_000_000, 0.01)
     assert {goal.status.name for goal in goals} == {'EXECUTING'}
     group.interrupt(30_000_000, 'the world starts again')
+    whole.state.position[:] = (0.5, 0.6, 0.7, 0.8)
     group.resume(30_000_000)
+    group.update(30_000_000, 0.01)
     assert {goal.status.name for goal in goals} == {'ABORTED'}
     assert all('the world starts again' in goal.result.message for goal in goals)
-    assert all(controller.active for _, controller in arms)
+    np.testing.assert_array_equal(whole.command.position, (0.5, 0.6, 0.7, 0.8))
 
 
 class Loadable:
