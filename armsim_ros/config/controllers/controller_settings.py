@@ -177,7 +177,7 @@ STAND_INS: tuple[StandIn, ...] = (
     StandIn(re.compile(r'.*/ScaledJointTrajectoryController'),
             JointTrajectoryControllerParameters,
             f"type '{{type}}' runs as '{TRAJECTORY}' at full speed", TRAJECTORY),
-    StandIn(re.compile(r'.*JointTrajectoryController'), JointTrajectoryControllerParameters,
+    StandIn(re.compile(r'.*/\w+JointTrajectoryController'), JointTrajectoryControllerParameters,
             f"type '{{type}}' runs as '{TRAJECTORY}'", TRAJECTORY),
     StandIn(re.compile(r'.*/SpeedScalingStateBroadcaster'), StandInParameters,
             "type '{type}' is stood in for: it publishes 100.0, the full speed"),
