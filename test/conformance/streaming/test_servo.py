@@ -84,8 +84,9 @@ def test_twist_and_silence(arm: Streamed) -> None:
     arm.rest(0.5)
     references, stamps = arm.moved(arm.reference), np.array(arm.reference.stamps)
     assert np.abs(references[-1] - references[0]).max() > 0.1
-    speeds = np.abs(np.diff(references, axis=0)) / np.diff(stamps)[: len(references) - 1, None]
-    assert speeds.max() < 1.5
+    # Two states may be published a millisecond apart, where the reference is that of a period.
+    times = np.maximum(np.diff(stamps)[: len(references) - 1, None], 0.01)
+    assert (np.abs(np.diff(references, axis=0)) / times).max() < 1.5
     assert (0, 'No warnings') in arm.said()
 
 
