@@ -110,9 +110,7 @@ def main():
     jogger = Jogger(node, arguments.frame, arguments.joint_states)
     if not jogger.types.wait_for_service(10.0):
         sys.exit('jog: there is no servo_node; start bringup with servo:=true')
-    # Where time is simulated, commands bear that time: servo drops what is old.
-    simulated = node.count_publishers('/clock') > 0
-    node.set_parameters([Parameter('use_sim_time', value=simulated)])
+    simulated = False
     print(__doc__.partition('servo:=true')[2].partition('jog.py')[2])
     before = termios.tcgetattr(sys.stdin)
     key, pressed = '', 0.0
@@ -123,6 +121,10 @@ def main():
         while not ended:
             for _ in range(10):  # all that has come since
                 rclpy.spin_once(node, timeout_sec=0.0)
+            if not simulated and node.count_publishers('/clock'):
+                # Where time is simulated, commands bear that time: servo drops what is old.
+                simulated = True
+                node.set_parameters([Parameter('use_sim_time', value=True)])
             now = time.monotonic()
             if select.select([sys.stdin], [], [], 1.0 / RATE)[0]:
                 # All keys at once: those of a moment ago must not move anything later.

@@ -35,6 +35,7 @@ from rcl_interfaces.srv import (
     SetParameters,
     SetParametersAtomically,
 )
+from rclpy.duration import Duration
 from rclpy.qos import QoSDurabilityPolicy, QoSProfile
 from sensor_msgs.msg import JointState
 from simulation_interfaces.msg import SimulationState
@@ -142,7 +143,7 @@ class Fuzz:
             kind = endpoint.kind.Request if endpoint.is_service else endpoint.kind
             self._send(endpoint, tame(messages.of_type(kind)))
         if not endpoint.is_service:
-            self._arrived(endpoint)
+            self._arrived(endpoint, count)
         elif endpoint.node == '/simulation':
             self._play()
         if settings:
@@ -218,11 +219,12 @@ class Fuzz:
             result = self._kinds[f'{action}/get_result'].Request(goal_id=message.goal_id)
             self._ask(f'{action}/get_result', result)
 
-    def _arrived(self, endpoint: Endpoint) -> None:
-        """Wait until a node has taken what it was sent, and send it no more."""
+    def _arrived(self, endpoint: Endpoint, count: int) -> None:
+        """Wait until a node has taken the messages it was sent, and send it no more."""
         publisher = self._publishers.pop(endpoint.name)
-        self._client.settle()
-        self._parameters(endpoint.node)
+        publisher.wait_for_all_acked(Duration(seconds=ANSWERED))
+        for _ in range(count):  # between two answers an executor takes a message of each topic
+            self._client.call(f'{endpoint.node}/list_parameters', ListParameters)
         self._client.in_executor(lambda: self._client.node.destroy_publisher(publisher))
 
     def _edits(self, endpoint: Endpoint) -> bool:

@@ -4,11 +4,11 @@
 
 from __future__ import annotations
 
-from contextlib import suppress
 from threading import Thread
 
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from tf2_msgs.msg import TFMessage
@@ -67,6 +67,11 @@ class TransformListener:
 
 def _spin(executor: SingleThreadedExecutor, node: Node) -> None:
     executor.add_node(node)
-    with suppress(ExternalShutdownException):
+    try:
         executor.spin()
+    except ExternalShutdownException:
+        pass
+    except rclpy_implementation.RCLError:  # the wait began while the context was shut down
+        if node.context.ok():
+            raise
     executor.remove_node(node)

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from argparse import Namespace
+from copy import copy
 from typing import Any
 
 from armsim_ros2.parsing import Arguments, Parser
@@ -42,7 +43,7 @@ def profile_of(options: Namespace) -> Any:
     from rclpy import qos
     from rclpy.duration import Duration
 
-    profile = qos.QoSPresetProfiles.get_from_short_key(options.qos_profile)
+    profile = copy(qos.QoSPresetProfiles.get_from_short_key(options.qos_profile))
     for name in _CHOICES:
         key = getattr(options, f'qos_{name}')
         if key:

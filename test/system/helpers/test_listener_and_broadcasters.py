@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Transforms from one node to another (upstream's test_listener_and_broadcaster.py)."""
 
+from threading import Event
+
 import pytest
 import rclpy
 from rclpy.duration import Duration
@@ -69,9 +71,11 @@ def test_an_unregistered_listener_hears_nothing(receiver):
     assert list(receiver.subscriptions) == []
 
 
-def test_the_thread_of_a_listener_ends_with_the_context(context, receiver):
-    """A program that shuts ROS down ends, whether it keeps the listener or not."""
+@pytest.mark.parametrize('moment', range(12))
+def test_the_thread_of_a_listener_ends_with_the_context(context, receiver, moment):
+    """A program that shuts ROS down at any moment ends, whether it keeps the listener or not."""
     listener = tf2_ros.TransformListener(tf2_ros.Buffer(), receiver, spin_thread=True)
+    Event().wait(moment * 5e-5)
     context.shutdown()
     listener.dedicated_listener_thread.join(20)
     assert not listener.dedicated_listener_thread.is_alive()

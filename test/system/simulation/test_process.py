@@ -23,6 +23,7 @@ from armsim_ros.testing.clients.trajectory_client import (
     trajectory_message,
     TrajectoryClient,
 )
+from armsim_ros.testing.programs.domain import private_domain
 from armsim_ros.testing.programs.program import Program, start_program
 
 CONTROLLERS = 'trajectory_control.yaml'
@@ -104,11 +105,13 @@ def test_a_manager_of_that_name_on_the_domain_is_found(
         other.destroy_node()
 
 
-def test_a_paused_start_serves_until_it_is_unpaused(
-    ros_domain: int, client: ClientNode
-) -> None:
+def test_a_paused_start_serves_until_it_is_unpaused() -> None:
     """P5: switches and goals are answered while paused; steps and playing move time."""
-    with start_program('simulation', ros_domain, 'paused:=true') as program:
+    with (
+        private_domain() as domain,  # the simulations of other tests publish /clock, too
+        start_program('simulation', domain, 'paused:=true') as program,
+        ClientNode(domain) as client,
+    ):
         program.wait_for_line('simulation of .* runs')
         manager = ControllerManagerClient(client, '/sunday/controller_manager')
         assert manager.switch(deactivate=['arm_joint_controller']).ok
