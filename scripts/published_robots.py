@@ -10,14 +10,15 @@ its named states, and to open and close its grippers. Words that a package needs
 arguments, a URDF of another package) stand in a YAML file: name of the row ->
 {package: NAME, words: [...]}, where ``{NAME}`` in a word is the folder of the package NAME. A row
 with ``launch: [[...], [...]]`` is started by its own launch files, with these words, one after the
-other.
+other; ``namespace`` is that of its controllers, ``move_group`` that of move_group (null where it
+has none).
 """
 
 from __future__ import annotations
 
 import argparse
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import ExitStack, suppress
+from contextlib import closing, ExitStack, suppress
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
@@ -33,7 +34,7 @@ import yaml
 from armsim_ros.packages import packages_below
 
 if TYPE_CHECKING:
-    from xml.etree.ElementTree import Element
+    from controller_manager_msgs.msg import ControllerState
 
     from armsim_ros.testing.clients.client_node import ClientNode
     from armsim_ros.testing.programs.program import Program
@@ -47,8 +48,58 @@ MOST_STATES = 6
 #: What counts as at rest, as arrived, as a step of a gripper's finger [rad or m].
 TOLERANCE = 0.005
 HOLD_TIME = 3.0
+#: At rest: no joint moves by more in an interval [rad or m], [s]; how often that is checked.
+STILL, REST_INTERVAL, REST_CHECKS = 1e-4, 0.2, 20
 COLUMNS = ('robot', 'check', 'first state', 'ready', 'held', 'start state', 'controllers moved',
            'named states', 'gripper', 'reason')
+
+
+@dataclass(frozen=True)
+class Robot:
+    """A running robot: the client, and the namespaces of controllers and move_group."""
+
+    client: ClientNode
+    namespace: str
+    move_group: str
+
+    def positions(self) -> dict[str, float]:
+        """Return the joints' positions [rad or m]."""
+        from sensor_msgs.msg import JointState
+
+        topic = f'{self.namespace}/joint_states'
+        with closing(self.client.collect(topic, JointState)) as states:
+            message = states.wait(1, MOVE_TIMEOUT)[-1]
+        return dict(zip(message.name, message.position, strict=True))
+
+    def positions_at_rest(self) -> dict[str, float]:
+        """Return the positions once the joints have stopped: a goal tolerance may be wide."""
+        now = self.positions()
+        for _ in range(REST_CHECKS):
+            time.sleep(REST_INTERVAL)
+            before, now = now, self.positions()
+            if all(abs(now[joint] - value) < STILL for joint, value in before.items()):
+                break
+        return now
+
+    def active_controllers(self, kind: str) -> list[ControllerState]:
+        """Return the active controllers whose type ends so."""
+        from controller_manager_msgs.srv import ListControllers
+
+        listed = self.client.call(
+            f'{self.namespace}/controller_manager/list_controllers', ListControllers)
+        return [one for one in listed.controller
+                if one.state == 'active' and one.type.endswith(kind)]
+
+    def limits(self) -> dict[str, tuple[float, float]]:
+        """Return the limits in the published URDF."""
+        from std_msgs.msg import String
+
+        text = self.client.latched(f'{self.namespace}/robot_description', String).data
+        return {
+            joint.attrib['name']: (float(limit.attrib['lower']), float(limit.get('upper', 0)))
+            for joint in ElementTree.fromstring(text).findall('joint')
+            if (limit := joint.find('limit')) is not None and 'lower' in limit.attrib
+        }
 
 
 @dataclass
@@ -57,6 +108,8 @@ class Row:
 
     robot: str
     commands: Sequence[Sequence[str]]
+    namespace: str = ''
+    move_group: str | None = ''
     check: str = ''
     first_state: str = ''
     ready: str = ''
@@ -81,10 +134,9 @@ def main() -> int:
     rows = []
     print('| ' + ' | '.join(COLUMNS) + ' |')
     print('|' + '---|' * len(COLUMNS), flush=True)
-    for name, commands in _robots(packages, options.words, options.folder):
-        if options.only and not re.search(options.only, name):
+    for row in _robots(packages, options.words, options.folder):
+        if options.only and not re.search(options.only, row.robot):
             continue
-        row = Row(name, commands)
         _check(row)
         if not options.check and row.check in ('0', '1'):
             _bring_up(row)
@@ -111,8 +163,8 @@ def _options() -> argparse.Namespace:
 
 
 def _robots(packages: Mapping[str, Path], words_file: Path | None, folder: Path
-            ) -> Iterator[tuple[str, list[list[str]]]]:
-    """Yield name and commands of every robot: those of the file, then all other packages."""
+            ) -> Iterator[Row]:
+    """Yield the row of every robot, yet empty: those of the file, then all other packages."""
     given = yaml.safe_load(words_file.read_text()) if words_file else {}
     seen = set()
     path = f'packages_path:={folder}'
@@ -124,17 +176,18 @@ def _robots(packages: Mapping[str, Path], words_file: Path | None, folder: Path
 
     for name, row in given.items():
         if 'launch' in row:
-            yield name, [['launch', *filled(words), path] for words in row['launch']]
+            yield Row(name, [['launch', *filled(words), path] for words in row['launch']],
+                      row.get('namespace', ''), row.get('move_group', ''))
             continue
         package = row.get('package', name)
         seen.add(package)
         if package in packages:
             words = filled(row.get('words', ()))
-            yield name, [['bringup', f'robot:={packages[package]}', *words, path]]
+            yield Row(name, [['bringup', f'robot:={packages[package]}', *words, path]])
     for name, place in sorted(packages.items()):
         has_srdf = any(place.glob('config/*.srdf*')) or any(place.glob('srdf/*.srdf*'))
         if has_srdf and name not in seen:
-            yield name, [['bringup', f'robot:={place}', path]]
+            yield Row(name, [['bringup', f'robot:={place}', path]])
 
 
 def _check(row: Row) -> None:
@@ -169,19 +222,23 @@ def _bring_up(row: Row) -> None:
         try:
             from sensor_msgs.msg import JointState
 
-            states = client.collect('/joint_states', JointState)
+            states = client.collect(f'{row.namespace}/joint_states', JointState)
             for command in row.commands:
                 programs.append(stack.enter_context(start_program(
                     command[0], domain, *command[1:])))
                 if not row.first_state:
                     states.wait(1, READY_TIMEOUT)
                     row.first_state = f'{time.monotonic() - begun:.1f} s'
-            programs[-1].wait_for_line(re.escape(READY), READY_TIMEOUT)
-            row.ready = f'{time.monotonic() - begun:.1f} s'
-            for column, check in (('held', _hold), ('start', _start), ('moved', _move),
-                                  ('planned', _plan), ('gripper', _grip)):
+            checks = {'held': _hold, 'moved': _move, 'gripper': _grip}
+            if row.move_group is not None:
+                programs[-1].wait_for_line(re.escape(READY), READY_TIMEOUT)
+                row.ready = f'{time.monotonic() - begun:.1f} s'
+                checks = {'held': _hold, 'start': _start, 'moved': _move, 'planned': _plan,
+                          'gripper': _grip}
+            robot = Robot(client, row.namespace, row.move_group or '')
+            for column, check in checks.items():
                 try:
-                    setattr(row, column, check(client))
+                    setattr(row, column, check(robot))
                 except AssertionError as error:
                     setattr(row, column, 'no')
                     row.reason += _short(f'{column}: {str(error).splitlines()[0]}; ')
@@ -193,49 +250,36 @@ def _bring_up(row: Row) -> None:
                 program.stop()
 
 
-def _move(client: ClientNode) -> str:
+def _move(robot: Robot) -> str:
     """Move each active trajectory controller a little and back; return how many moved."""
-    from controller_manager_msgs.msg import ControllerState
-    from controller_manager_msgs.srv import ListControllers
-    from sensor_msgs.msg import JointState
-
     from armsim_ros.testing.clients.trajectory_client import (
         SUCCEEDED,
         trajectory_message,
         TrajectoryClient,
     )
 
-    states = client.collect('/joint_states', JointState)
-    limits = _limits(client)
-    moved = 0
+    limits = robot.limits()
     arms: list[ControllerState] = []
     deadline = time.monotonic() + MOVE_TIMEOUT
     while not arms and time.monotonic() < deadline:  # a launch file's spawners come later
-        states.clear()
-        states.wait(1)
-        listed = client.call('/controller_manager/list_controllers', ListControllers)
-        arms = [one for one in listed.controller if one.state == 'active'
-                and one.type.endswith('JointTrajectoryController')]
+        robot.positions()
+        arms = robot.active_controllers('JointTrajectoryController')
     for one in arms:
         joints = list(dict.fromkeys(text.rpartition('/')[0] for text in one.claimed_interfaces))
-        message = states.wait(1)[-1]
-        now = dict(zip(message.name, message.position, strict=True))
+        now = robot.positions()
         start = [now[joint] for joint in joints]
         there = [_near(now[joint], *limits.get(joint, (-1e3, 1e3))) for joint in joints]
         for goal in (there, start):
-            sent = TrajectoryClient(client, f'/{one.name}').send(
+            sent = TrajectoryClient(robot.client, f'{robot.namespace}/{one.name}').send(
                 trajectory_message(joints, [(2.0, goal)]))
             outcome = sent.result(MOVE_TIMEOUT)
             assert outcome.status == SUCCEEDED, f'{one.name}: {outcome.error_string}'
-            states.clear()
-            message = states.wait(1)[-1]
-            after = dict(zip(message.name, message.position, strict=True))
+            after = robot.positions()
             worst = max(abs(after[joint] - value)
                         for joint, value in zip(joints, goal, strict=True))
             assert worst < 0.01, f'{one.name} is {worst:.3f} away from its goal'
-        moved += 1
-    assert moved, 'no trajectory controller is active'
-    return f'{moved} of {len(arms)}'
+    assert arms, 'no trajectory controller is active'
+    return f'{len(arms)} of {len(arms)}'
 
 
 def _near(value: float, lower: float, upper: float) -> float:
@@ -244,30 +288,12 @@ def _near(value: float, lower: float, upper: float) -> float:
     return value + step if value + step < upper else value - step
 
 
-def _limits(client: ClientNode) -> dict[str, tuple[float, float]]:
-    found: dict[str, tuple[float, float]] = {}
-    for joint in _description(client).findall('joint'):
-        limit = joint.find('limit')
-        if limit is not None and 'lower' in limit.attrib:
-            found[joint.attrib['name']] = (
-                float(limit.attrib['lower']), float(limit.get('upper', 0)))
-    return found
-
-
-def _description(client: ClientNode) -> Element:
-    """Return the published URDF."""
-    from std_msgs.msg import String
-
-    return ElementTree.fromstring(client.latched('/robot_description', String).data)
-
-
-def _hold(client: ClientNode) -> str:
+def _hold(robot: Robot) -> str:
     """Watch the joints at rest; return how far any of them moves."""
     from sensor_msgs.msg import JointState
 
-    states = client.collect('/joint_states', JointState)
-    first = states.wait(1, MOVE_TIMEOUT)[0]
-    start = dict(zip(first.name, first.position, strict=True))
+    start = robot.positions()
+    states = robot.client.collect(f'{robot.namespace}/joint_states', JointState)
     deadline = time.monotonic() + HOLD_TIME
     time.sleep(HOLD_TIME)
     worst, joint = max((abs(position - start.get(name, position)), name)
@@ -277,22 +303,23 @@ def _hold(client: ClientNode) -> str:
     return f'{1e3 * worst:.2f}'
 
 
-def _start(client: ClientNode) -> str:
+def _start(robot: Robot) -> str:
     """Return whether move_group takes the state that the robot starts in."""
     from moveit_msgs.srv import GetStateValidity
 
     request = GetStateValidity.Request()
     request.robot_state.is_diff = True
-    answer = client.call('/check_state_validity', GetStateValidity, request)
+    answer = robot.client.call(
+        f'{robot.move_group}/check_state_validity', GetStateValidity, request)
     pairs = sorted({f'{one.contact_body_1} and {one.contact_body_2}' for one in answer.contacts})
     return 'valid' if answer.valid else f'touches: {", ".join(pairs[:3])}'
 
 
-def _plan(client: ClientNode) -> str:
+def _plan(robot: Robot) -> str:
     """Plan to and execute every named state; return how many are reached, and how closely."""
     from armsim_ros.testing.clients.move_group_client import MoveGroupClient, SUCCESS
 
-    move_group = MoveGroupClient(client)
+    move_group = MoveGroupClient(robot.client, robot.move_group)
     states = move_group.named_states()
     reached, worst, reasons = 0, 0.0, []
     for (group, state), target in list(states.items())[:MOST_STATES]:
@@ -300,7 +327,7 @@ def _plan(client: ClientNode) -> str:
         if result.error_code.val != SUCCESS:
             reasons.append(f'{group}/{state}: {result.error_code.message}')
             continue
-        now = _positions(client)
+        now = robot.positions_at_rest()
         error, joint = max((abs(now.get(name, value) - value), name)
                            for name, value in target.items())
         worst = max(worst, error)
@@ -315,24 +342,22 @@ def _plan(client: ClientNode) -> str:
     return text
 
 
-def _grip(client: ClientNode) -> str:
+def _grip(robot: Robot) -> str:
     """Open and close every active gripper controller; return how many follow."""
     from control_msgs.action import GripperCommand, ParallelGripperCommand
     from control_msgs.msg import GripperCommand as GripperCommandMessage
-    from controller_manager_msgs.srv import ListControllers
     from sensor_msgs.msg import JointState
 
     from armsim_ros.testing.clients.patient_action_client import PatientActionClient
 
-    listed = client.call('/controller_manager/list_controllers', ListControllers)
-    limits = _limits(client)
-    grippers = [one for one in listed.controller if one.state == 'active'
-                and one.type.endswith('GripperActionController')]
+    client, limits = robot.client, robot.limits()
+    grippers = robot.active_controllers('GripperActionController')
     for one in grippers:
         joint = one.claimed_interfaces[0].rpartition('/')[0]
         parallel = one.type.startswith('parallel')
         action = ParallelGripperCommand if parallel else GripperCommand
-        gripper = PatientActionClient(client.node, action, f'/{one.name}/gripper_cmd')
+        gripper = PatientActionClient(
+            client.node, action, f'{robot.namespace}/{one.name}/gripper_cmd')
         lower, upper = limits.get(joint, (0.0, 0.5))
         assert gripper.wait_for_server(MOVE_TIMEOUT), f'{one.name} has no action server'
         for position in (upper, lower):
@@ -346,17 +371,9 @@ def _grip(client: ClientNode) -> str:
             sent = client.in_executor(partial(gripper.send_goal_async, goal))
             handle = client.result(sent, MOVE_TIMEOUT)
             client.result(client.in_executor(handle.get_result_async), MOVE_TIMEOUT)
-            error = abs(_positions(client)[joint] - position)
+            error = abs(robot.positions_at_rest()[joint] - position)
             assert error < TOLERANCE, f'{one.name}: {joint} is {1e3 * error:.1f} mrad or mm away'
     return f'{len(grippers)} of {len(grippers)}' if grippers else ''
-
-
-def _positions(client: ClientNode) -> dict[str, float]:
-    """Return the joints' positions [rad or m]."""
-    from sensor_msgs.msg import JointState
-
-    message = client.collect('/joint_states', JointState).wait(1, MOVE_TIMEOUT)[-1]
-    return dict(zip(message.name, message.position, strict=True))
 
 
 def _short(text: str) -> str:

@@ -14,7 +14,8 @@ from armsim_ros.config.simulation import PlacementSettings
 from armsim_ros.errors import Location, Problem
 from armsim_ros.model.description.srdf import read_srdf
 from armsim_ros.model.description.xml_tree import parse_xml, xml_text, XmlElement
-from armsim_ros.model.robot_model import Joint, JointType, Link, RobotModel, SemanticModel
+from armsim_ros.model.robot_model import Joint, JointType, Link, RobotModel
+from armsim_ros.model.semantic_model import SemanticModel
 from armsim_ros.model.transforms import pose_matrix
 from armsim_ros.model.tree import adjacent_pairs, tree_order
 

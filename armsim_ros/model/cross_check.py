@@ -9,7 +9,8 @@ from collections.abc import Iterable, Mapping
 from armsim_ros.config.controllers.controller_settings import BROADCASTER
 from armsim_ros.config.robot_settings import RobotSettings
 from armsim_ros.errors import ignored, Location, nearest, Problem, Severity
-from armsim_ros.model.robot_model import JointType, PlanningGroup, RobotModel
+from armsim_ros.model.robot_model import JointType, RobotModel
+from armsim_ros.model.semantic_model import PlanningGroup
 
 
 def check_settings(settings: RobotSettings, model: RobotModel,

@@ -25,7 +25,8 @@ from armsim_ros.model.description.urdf_geometry import Scale
 from armsim_ros.model.description.xacro_text import describe, Description, read_text, source_line
 from armsim_ros.model.geometry import Mesh
 from armsim_ros.model.mesh.meshes import load_mesh
-from armsim_ros.model.robot_model import RobotModel, SemanticModel
+from armsim_ros.model.robot_model import RobotModel
+from armsim_ros.model.semantic_model import SemanticModel
 from armsim_ros.packages import Packages
 
 

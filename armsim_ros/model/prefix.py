@@ -9,7 +9,8 @@ from dataclasses import replace
 
 from armsim_ros.model.description.srdf import read_srdf
 from armsim_ros.model.description.xml_tree import parse_xml, xml_text, XmlElement
-from armsim_ros.model.robot_model import HardwareSystem, Joint, RobotModel, SemanticModel
+from armsim_ros.model.robot_model import HardwareSystem, Joint, RobotModel
+from armsim_ros.model.semantic_model import SemanticModel
 
 #: Element of a URDF -> its attributes that hold a name of this robot.
 _URDF_NAMES: Mapping[str, tuple[str, ...]] = {

@@ -12,6 +12,7 @@ import math
 from armsim_ros.arrays import Matrix
 from armsim_ros.errors import ModelError, nearest, Problem
 from armsim_ros.model.geometry import Geometry
+from armsim_ros.model.semantic_model import PlanningGroup, SemanticModel
 
 
 class JointType(Enum):
@@ -140,71 +141,6 @@ class Link:
     inertial: Inertial | None = None
     collisions: tuple[LinkGeometry, ...] = ()
     visuals: tuple[LinkGeometry, ...] = ()
-
-
-@dataclass(frozen=True, slots=True)
-class PlanningGroup:
-    """
-    An SRDF group.
-
-    :param joints: all joints in tree order, fixed and mimic ones too.
-    :param active_joints: those that have a variable of their own and are not passive,
-        in tree order.
-    :param links: the child links of the joints, in tree order.
-    :param chain: (base link, tip link) where the group is a chain, else None.
-    :param tips: links at the group's ends.
-    :param subgroups: names of the groups it was built from.
-    """
-
-    name: str
-    joints: tuple[str, ...]
-    active_joints: tuple[str, ...]
-    links: tuple[str, ...]
-    chain: tuple[str, str] | None = None
-    tips: tuple[str, ...] = ()
-    subgroups: tuple[str, ...] = ()
-
-
-@dataclass(frozen=True, slots=True)
-class EndEffector:
-    """An SRDF end effector; ``parent_group`` is '' where none fits."""
-
-    name: str
-    group: str
-    parent_link: str
-    parent_group: str = ''
-
-
-@dataclass(frozen=True, slots=True)
-class VirtualJoint:
-    """An SRDF virtual joint between a frame of the world and the root link."""
-
-    name: str
-    type: str
-    parent_frame: str
-    child_link: str
-
-
-@dataclass(frozen=True, slots=True)
-class SemanticModel:
-    """
-    The content of an SRDF that holds for this robot.
-
-    :param named_states: group -> state -> joint -> value [rad or m].
-    :param disabled_collisions: (link, link) -> reason; the pair is sorted by name.
-    :param enabled_collisions: pairs that are always checked; sorted by name.
-    :param default_disabled: links that are not checked unless a pair says so.
-    """
-
-    name: str = ''
-    groups: dict[str, PlanningGroup] = field(default_factory=dict)
-    named_states: dict[str, dict[str, dict[str, float]]] = field(default_factory=dict)
-    end_effectors: dict[str, EndEffector] = field(default_factory=dict)
-    virtual_joint: VirtualJoint | None = None
-    passive_joints: tuple[str, ...] = ()
-    disabled_collisions: dict[tuple[str, str], str] = field(default_factory=dict)
-    enabled_collisions: frozenset[tuple[str, str]] = frozenset()
-    default_disabled: frozenset[str] = frozenset()
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,7 +11,7 @@ import pytest
 from armsim_ros.errors import PlanningError
 from armsim_ros.execution.controller_selection import controlled_joints
 from armsim_ros.execution.multi_dof import as_joint_trajectory, MultiDofTrajectory
-from armsim_ros.model.robot_model import VirtualJoint
+from armsim_ros.model.semantic_model import VirtualJoint
 from armsim_ros.trajectory import JointTrajectory
 
 

@@ -8,16 +8,8 @@ import numpy as np
 import pytest
 
 from armsim_ros.kinematics.kinematic_model import KinematicModel
-from armsim_ros.model.robot_model import (
-    Joint,
-    JointLimits,
-    JointType,
-    Link,
-    Mimic,
-    PlanningGroup,
-    RobotModel,
-    SemanticModel,
-)
+from armsim_ros.model.robot_model import Joint, JointLimits, JointType, Link, Mimic, RobotModel
+from armsim_ros.model.semantic_model import PlanningGroup, SemanticModel
 from armsim_ros.model.transforms import pose_matrix
 
 X, Y, Z = (1, 0, 0), (0, 1, 0), (0, 0, 1)

@@ -9,7 +9,7 @@ import pytest
 
 from armsim_ros.model.cell_loading import load_cell
 from armsim_ros.model.grippers import grippers_in
-from armsim_ros.model.robot_model import SemanticModel
+from armsim_ros.model.semantic_model import SemanticModel
 
 HAND = Path(__file__).parent.parent / 'support' / 'robots' / 'hand'
 

@@ -11,7 +11,8 @@ from armsim_ros.config.controllers.pid_gains import PidGains
 from armsim_ros.config.simulation import PlacementSettings, SimulationSettings
 from armsim_ros.config.world import WorldSettings
 from armsim_ros.errors import SimulationError
-from armsim_ros.model.robot_model import JointLimits, JointType, SemanticModel
+from armsim_ros.model.robot_model import JointLimits, JointType
+from armsim_ros.model.semantic_model import SemanticModel
 from armsim_ros.sim.simulation import Simulation
 
 

@@ -15,10 +15,9 @@ from armsim_ros.model.robot_model import (
     JointType,
     Link,
     LinkGeometry,
-    PlanningGroup,
     RobotModel,
-    SemanticModel,
 )
+from armsim_ros.model.semantic_model import PlanningGroup, SemanticModel
 from armsim_ros.model.transforms import pose_matrix
 
 _, Y, Z = np.eye(3)

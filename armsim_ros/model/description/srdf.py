@@ -16,14 +16,8 @@ from armsim_ros.model.description.xml_tree import (
     unknown,
     XmlElement,
 )
-from armsim_ros.model.robot_model import (
-    EndEffector,
-    Joint,
-    Link,
-    PlanningGroup,
-    SemanticModel,
-    VirtualJoint,
-)
+from armsim_ros.model.robot_model import Joint, Link
+from armsim_ros.model.semantic_model import EndEffector, PlanningGroup, SemanticModel, VirtualJoint
 
 _VIRTUAL_TYPES = ('fixed', 'planar', 'floating')
 _KNOWN_TAGS = (

@@ -9,7 +9,8 @@ from itertools import pairwise
 
 from armsim_ros.errors import nearest
 from armsim_ros.model.description.xml_tree import TextReport, unknown, XmlElement
-from armsim_ros.model.robot_model import Joint, JointType, PlanningGroup
+from armsim_ros.model.robot_model import Joint, JointType
+from armsim_ros.model.semantic_model import PlanningGroup
 
 
 class GroupBuilder:

@@ -15,7 +15,8 @@ from armsim_ros.model.description.srdf import parse_srdf
 from armsim_ros.model.description.urdf import parse_urdf
 from armsim_ros.model.description.urdf_geometry import Scale
 from armsim_ros.model.geometry import Mesh
-from armsim_ros.model.robot_model import Joint, JointType, PlanningGroup, RobotModel, SemanticModel
+from armsim_ros.model.robot_model import Joint, JointType, RobotModel
+from armsim_ros.model.semantic_model import PlanningGroup, SemanticModel
 from armsim_ros.model.transforms import (
     matrix_from_axis_angle,
     matrix_from_quat_xyzw,

@@ -24,8 +24,8 @@ from armsim_ros.model.robot_model import (
     Link,
     LinkGeometry,
     RobotModel,
-    SemanticModel,
 )
+from armsim_ros.model.semantic_model import SemanticModel
 from armsim_ros.model.transforms import pose_matrix
 from armsim_ros.planning.collision.collision_model import CollisionChecker
 from armsim_ros.planning.scene.objects import AttachedObject, CollisionObject, ObjectShape

@@ -13,11 +13,9 @@ from armsim_ros.model.robot_model import (
     JointType,
     Link,
     LinkGeometry,
-    PlanningGroup,
     RobotModel,
-    SemanticModel,
-    VirtualJoint,
 )
+from armsim_ros.model.semantic_model import PlanningGroup, SemanticModel, VirtualJoint
 from armsim_ros.model.transforms import pose_matrix
 from armsim_ros.planning.scene.planning_scene import PlanningScene
 

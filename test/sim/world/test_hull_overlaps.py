@@ -10,13 +10,8 @@ import trimesh
 
 from armsim_ros.config.world import WorldSettings
 from armsim_ros.model.geometry import Box, Mesh
-from armsim_ros.model.robot_model import (
-    Joint,
-    JointType,
-    Link,
-    LinkGeometry,
-    SemanticModel,
-)
+from armsim_ros.model.robot_model import Joint, JointType, Link, LinkGeometry
+from armsim_ros.model.semantic_model import SemanticModel
 from armsim_ros.model.transforms import pose_matrix
 from armsim_ros.sim.simulation import Simulation
 

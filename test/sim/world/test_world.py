@@ -11,7 +11,8 @@ import pytest
 from armsim_ros.config.world import WorldSettings
 from armsim_ros.errors import SimulationError
 from armsim_ros.model.geometry import Box, Sphere
-from armsim_ros.model.robot_model import Inertial, LinkGeometry, SemanticModel
+from armsim_ros.model.robot_model import Inertial, LinkGeometry
+from armsim_ros.model.semantic_model import SemanticModel
 from armsim_ros.model.transforms import pose_matrix
 from armsim_ros.model.world_objects import prism, WorldObject
 from armsim_ros.sim.physics.mujoco_model import Ground
