@@ -121,7 +121,7 @@ class TrajectoryError(ArmsimError):
 
 
 class ControllerError(ArmsimError):
-    """A controller cannot do what was asked; the text says why."""
+    """A controller rejects a request, or cannot complete it."""
 
 
 class MoveItErrorCode(IntEnum):

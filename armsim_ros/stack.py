@@ -153,7 +153,7 @@ class ArmSim:
         :param allowed_time: time for the search [s]; it is counted in looks at the planner's
             clock, so that the result does not depend on the machine.
         :param velocity: share of the velocity limits in 0..1.
-        :raises PlanningError: there is no such motion; the text says why.
+        :raises PlanningError: there is no such motion.
         """
         from armsim_ros.planning.request import MotionPlanRequest
 
@@ -180,7 +180,7 @@ class ArmSim:
         A gripper gets the last point alone, as from move_group.
 
         :returns: one goal for each controller.
-        :raises ControllerError: no controller has the joints, or one refuses; the text says why.
+        :raises ControllerError: no controller has the joints, or a controller rejects its part.
         """
         return tuple(one.goal for one in self._send(trajectory))
 
@@ -194,7 +194,7 @@ class ArmSim:
         """
         Run a trajectory to its end.
 
-        :raises ControllerError: a controller refused or aborted it; the text says why.
+        :raises ControllerError: a controller rejected or aborted it.
         :raises SimulationError: it does not end, or the physics became unstable.
         """
         sent = self._send(trajectory)

@@ -30,7 +30,7 @@ class ProcessVector:
 
     :param makers: each makes an environment in its process; functions of a module, or
         ``functools.partial`` of one.
-    :raises ArmsimError: an environment cannot be made; the text says why.
+    :raises ArmsimError: an environment cannot be made.
     """
 
     def __init__(self, makers: Sequence[MakeEnv]) -> None:
@@ -67,11 +67,11 @@ class ProcessVector:
 
     def step(self, actions: Matrix) -> tuple[Observations, Matrix, Matrix, Matrix]:
         """
-        Do a step in each.
+        Do a step in each environment.
 
         :param actions: (k, m).
         :returns: observations, and (k,) rewards, whether terminated, whether truncated.
-        :raises ArmsimError: one cannot; the text says why.
+        :raises ArmsimError: an environment cannot do it.
         """
         answers = self._ask('step', [{'action': action} for action in actions])
         observations, rewards, terminated, truncated, _ = zip(*answers, strict=True)

@@ -299,13 +299,18 @@ def tame(part: Any) -> Any:
 
 
 def _difference(before: Any, after: Any) -> str:
-    """Return the fields in which two messages of a type differ, with the first values."""
+    """Return where two messages of a type differ, with the first values."""
     for field in before.get_fields_and_field_types():
         old, new = getattr(before, field), getattr(after, field)
-        if repr(old) != repr(new):
-            if hasattr(old, 'get_fields_and_field_types'):
-                return f'{field}.{_difference(old, new)}'
-            return f'{field} is {new!r:.200} after {old!r:.200}'
+        if repr(old) == repr(new):
+            continue
+        if hasattr(old, 'get_fields_and_field_types'):
+            return f'{field}.{_difference(old, new)}'
+        if isinstance(old, list) and len(old) == len(new):
+            index, old, new = next((i, a, b) for i, (a, b) in enumerate(zip(old, new, strict=True))
+                                   if repr(a) != repr(b))
+            field = f'{field}[{index}]'
+        return f'{field} is {new!r:.200} after {old!r:.200}'
     return 'nothing'
 
 

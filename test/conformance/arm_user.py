@@ -1,16 +1,58 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What tests with pymoveit2 wait for and measure."""
+"""What tests with installed clients start, wait for and measure."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 import math
+import shlex
+import sys
 import threading
 import time
 from typing import Any
 
+from faster import FASTER
+import pytest
+
+from armsim_ros.testing.clients.patient_action_client import PatientActionClient
+from armsim_ros.testing.programs.domain import private_domain, ros_environment
+from armsim_ros.testing.programs.program import Program
+
 TIMEOUT = 20.0
+READY = 'You can start planning now!'
+
+
+@contextmanager
+def default_arm(config: pytest.Config) -> Iterator[int]:
+    """Run the default arm for a client; gives its domain. Skip where another server is tested."""
+    command = config.getoption('server_command', None)
+    if command is not None and not command.endswith('armsim_ros bringup'):
+        pytest.skip('needs the default arm')
+    words = f'{shlex.quote(sys.executable)} -m armsim_ros bringup {shlex.quote(FASTER)}'
+    with (
+        private_domain() as domain,
+        Program(shlex.split(words), environment=ros_environment(domain)) as program,
+    ):
+        program.wait_for_line(READY, 60.0)
+        yield domain
+
+
+@contextmanager
+def no_answer_lost(*clients: str) -> Iterator[None]:
+    """
+    Give the modules of a client an ActionClient that loses no answer.
+
+    That of rclpy 7.1 drops an answer that arrives before its request is noted; later versions
+    hold a lock.
+
+    :param clients: dotted names of their ``ActionClient``.
+    """
+    with pytest.MonkeyPatch.context() as patch:
+        for name in clients:
+            patch.setattr(name, PatientActionClient)
+        yield
 
 
 def until(condition: Callable[[], Any], what: str, timeout: float = 30.0) -> Any:

@@ -101,7 +101,7 @@ class LoopThresholds(Settings):
 
 
 class PartThresholds(LoopThresholds):
-    """Bounds of each controller or hardware component, which are not measured one by one."""
+    """Bounds for a single controller or hardware component: read, but without effect."""
 
     execution_time: ExecutionTime = parameter(ExecutionTime(), 'of an update')
 

@@ -32,8 +32,8 @@ _BOUND: dict[str, Callable[[Any], Any]] = {
     'SORRTstar': og.SORRTstar,
 }
 
-# Planners that OMPL's Python package lacks, by the one of the same kind that it has.
-_NEAREST = {
+# Planner that OMPL's Python package lacks -> planner of the same kind that it has.
+_SUBSTITUTES = {
     'AnytimePathShortening': 'RRTConnect',
     'BiEST': 'BKPIECE',
     'BiTRRT': 'RRTConnect',
@@ -51,7 +51,7 @@ _NEAREST = {
     'TRRT': 'RRT',
 }
 
-PLANNER_TYPES = tuple(sorted({*_BOUND, *_NEAREST}))
+PLANNER_TYPES = tuple(sorted({*_BOUND, *_SUBSTITUTES}))
 """All type names that are understood, without ``geometric::``."""
 
 THREADED = frozenset({'PRM', 'PRMstar'})
@@ -171,12 +171,12 @@ class PlannerTable:
         kind = full.removeprefix('geometric::')
         if kind not in _BOUND and kind.endswith('1'):
             kind = kind[:-1]
-        if kind in _NEAREST:
+        if kind in _SUBSTITUTES:
             log.warning(
                 f"planner type '{full}' of '{name}' is not part of OMPL's Python package: "
-                f"using geometric::{_NEAREST[kind]}"
+                f"using geometric::{_SUBSTITUTES[kind]}"
             )
-            kind = _NEAREST[kind]
+            kind = _SUBSTITUTES[kind]
         if kind not in _BOUND:
             raise PlanningError(
                 MoveItErrorCode.PLANNING_FAILED,

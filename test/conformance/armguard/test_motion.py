@@ -11,25 +11,19 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Awaitable, Callable, Iterator, Sequence
-import shlex
-import sys
 import time
 from typing import Any, TypeVar
 
 import pytest
 
 ros2 = pytest.importorskip('armguard_mcp.backends.ros2', reason='armguard-mcp is not installed')
+from arm_user import default_arm, no_answer_lost  # noqa: E402
 from armguard_mcp.backends.base import BackendFailed  # noqa: E402
-from faster import FASTER  # noqa: E402
-
-from armsim_ros.testing.programs.domain import private_domain, ros_environment  # noqa: E402
-from armsim_ros.testing.programs.program import Program  # noqa: E402
 
 JOINTS = [f'joint_{number}' for number in range(1, 7)]
 ARM = '/sunday/arm_joint_controller'
 #: A bent state from which the tip can go in every direction.
 BENT = [0.0, 0.4569, 0.4905, -0.5519, 1.57, 0.0]
-READY = 'You can start planning now!'
 Value = TypeVar('Value')
 
 
@@ -87,15 +81,7 @@ class Agent:
 @pytest.fixture(scope='module')
 def agent(pytestconfig: pytest.Config) -> Iterator[Agent]:
     """Give the backend beside a running arm."""
-    command = pytestconfig.getoption('server_command', None)
-    if command is not None and not command.endswith('armsim_ros bringup'):
-        pytest.skip('needs the default arm')
-    words = f'{shlex.quote(sys.executable)} -m armsim_ros bringup {shlex.quote(FASTER)}'
-    with (
-        private_domain() as domain,
-        Program(shlex.split(words), environment=ros_environment(domain)) as program,
-    ):
-        program.wait_for_line(READY, 60.0)
+    with default_arm(pytestconfig) as domain, no_answer_lost('rclpy.action.ActionClient'):
         agent = Agent(domain)
         agent.run(agent.backend.start())
         yield agent

@@ -5,8 +5,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-import shlex
-import sys
 import threading
 from typing import Any
 
@@ -21,18 +19,13 @@ from shape_msgs.msg import SolidPrimitive
 
 commander = pytest.importorskip(
     'moveit2_commander', reason='moveit2-commander is not installed')
-from arm_user import until  # noqa: E402
-from faster import FASTER  # noqa: E402
+from arm_user import default_arm, no_answer_lost, until  # noqa: E402
 from geometry_msgs.msg import Pose  # noqa: E402
 from moveit_msgs.msg import CollisionObject  # noqa: E402
 from std_msgs.msg import Header  # noqa: E402
 
-from armsim_ros.testing.programs.domain import private_domain, ros_environment  # noqa: E402
-from armsim_ros.testing.programs.program import Program  # noqa: E402
-
 GROUP, TIP, BASE = 'manipulator', 'link_6', 'base_link'
 BENT = [0.0, 0.4569, 0.4905, -0.5519, 1.57, 0.0]
-READY = 'You can start planning now!'
 
 
 class User:
@@ -72,15 +65,8 @@ class User:
 @pytest.fixture(scope='module')
 def user(pytestconfig: pytest.Config) -> Iterator[User]:
     """Give the client beside a running arm."""
-    command = pytestconfig.getoption('server_command', None)
-    if command is not None and not command.endswith('armsim_ros bringup'):
-        pytest.skip('needs the default arm')
-    words = f'{shlex.quote(sys.executable)} -m armsim_ros bringup {shlex.quote(FASTER)}'
-    with (
-        private_domain() as domain,
-        Program(shlex.split(words), environment=ros_environment(domain)) as program,
-    ):
-        program.wait_for_line(READY, 60.0)
+    client = 'moveit2_commander.core.execute_trajectory_service_manager.ActionClient'
+    with default_arm(pytestconfig) as domain, no_answer_lost(client):
         context = Context()
         rclpy.init(
             context=context, domain_id=domain, signal_handler_options=SignalHandlerOptions.NO)

@@ -23,17 +23,15 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
 moveit2 = pytest.importorskip('pymoveit2.moveit2', reason='pymoveit2 is not installed')
-from arm_user import until  # noqa: E402
+from arm_user import no_answer_lost, READY, until  # noqa: E402
 from faster import FASTER  # noqa: E402
 from pymoveit2 import MoveIt2, MoveIt2Gripper, RobotDescription  # noqa: E402
 
-from armsim_ros.testing.clients.patient_action_client import PatientActionClient  # noqa: E402
 from armsim_ros.testing.programs.domain import private_domain, ros_environment  # noqa: E402
 from armsim_ros.testing.programs.program import Program  # noqa: E402
 
 GRIPPER_ARM = (f'{shlex.quote(sys.executable)} -m armsim_ros bringup robot:=ROBOT '
                f'scene_from_world:=false {shlex.quote(FASTER)}')
-READY = 'You can start planning now!'
 
 
 @dataclass
@@ -79,12 +77,13 @@ def robot(pytestconfig: pytest.Config, shared_in_folder: Callable[..., Robot]) -
 @contextmanager
 def running_robot(pytestconfig: pytest.Config) -> Iterator[Robot]:
     """Run a server and a node beside it."""
-    moveit2.ActionClient = PatientActionClient
     command = pytestconfig.getoption('server_command', None) or GRIPPER_ARM
     if command.endswith('armsim_ros bringup'):
         command = GRIPPER_ARM
     ready = pytestconfig.getoption('server_ready', READY)
     with (
+        no_answer_lost('pymoveit2.moveit2.ActionClient', 'pymoveit2.gripper_command.ActionClient',
+                       'pymoveit2.gripper_interface.ActionClient'),
         private_domain() as domain,
         Program(shlex.split(command), environment=ros_environment(domain)) as program,
     ):

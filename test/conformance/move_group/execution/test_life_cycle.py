@@ -114,6 +114,7 @@ def test_cancel_before_the_plan(home: Any) -> None:
         assert home.move(target(home), plan_only=True).code == 'SUCCESS'
 
 
+@pytest.mark.alone
 @pytest.mark.statement('ACT-5', 'ACT-3', 'E18')
 def test_cancel_of_a_motion(home: Any) -> None:
     """The controllers are cancelled: -7, canceled, and the arm is at rest within 0.5 s."""
