@@ -68,7 +68,7 @@ class Controller(ABC, Generic[ParametersT]):
     chainable: ClassVar[bool] = False
     """Whether it exports references or states for other controllers."""
 
-    only_looks: ClassVar[bool] = False
+    only_reads: ClassVar[bool] = False
     """Whether updates command nothing and depend on nothing but states and time."""
 
     def __init__(
@@ -182,35 +182,34 @@ class Controller(ABC, Generic[ParametersT]):
         """
         Return from when on an update matters [ns]; one before would change no command.
 
-        The control loop's thread asks between updates; those that do not matter may be left out.
+        The control loop's thread asks between updates; those that do not matter may be left out,
+        see :meth:`pass_updates`.
         What another thread asks for ends the time at once: it calls the context's ``wake``.
 
         :param time_ns: the time of the next update; it matters where this is returned.
         """
         return time_ns
 
-    def skip(self, updates: int, period: float) -> None:
-        """
-        Take note of updates that were left out.
-
-        :param period: from one to the next [s].
-        """
-
     def plan(self, updates: int, period: float) -> int:
         """
         Write position commands for some updates ahead into the hardware's ``plan``.
 
         They are those that so many updates from now on would write if nothing came between and
-        the joints stayed where ``plan`` expects them. ``land`` is called when some were used.
+        the joints stayed where ``plan`` expects them.
 
         :param updates: that may be planned.
-        :param period: from one to the next [s].
+        :param period: from each to the next [s].
         :returns: updates that are planned; 0 where the controller does not know.
         """
         return 0
 
-    def land(self, updates: int) -> None:
-        """Be where so many updates of the plan have led; the next one is made again."""
+    def pass_updates(self, updates: int, period: float) -> None:
+        """
+        Be where updates have led that were not made: they did not matter, or were planned.
+
+        :param updates: at least 1.
+        :param period: from each to the next [s].
+        """
 
     @abstractmethod
     def process_requests(self, time_ns: int) -> None:

@@ -10,15 +10,16 @@ not has none of this in its loop.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 import math
-from typing import Protocol
 
 import numpy as np
 
 from armsim_ros.config.controllers.pid_gains import PidGains
 from armsim_ros.config.joint_fault import JointFault
 from armsim_ros.control.hardware_interface import COMMAND_INTERFACES, HardwareInterface
+from armsim_ros.control.manager.controller_manager import ControllerManager
+from armsim_ros.control.manager.manager_group import ManagerGroup
 from armsim_ros.errors import ControllerError, nearest
 
 
@@ -128,112 +129,30 @@ class FaultInjector(HardwareInterface):
         target.feedforward.acceleration[i] = math.nan
 
 
-class Controllers(Protocol):
-    """What a control loop calls; the controller manager is one."""
+class FaultyControllers(ManagerGroup):
+    """
+    Controllers whose commands pass through a fault injector.
 
-    def update(self, time_ns: int, period: float, /) -> object:
-        """Read states and write commands for the next period [s]."""
+    :param managers: of the robots.
+    :param faults: the hardware of all these managers.
+    """
 
-    def process_requests(self, time_ns: int, /) -> object:
-        """Take up switches, goals and cancels without moving time."""
-
-    def interrupt(self, time_ns: int, reason: str) -> None:
-        """End all goals before the plant is put elsewhere."""
-
-    def resume(self, time_ns: int) -> None:
-        """Have the active controllers take over the plant where it is now."""
-
-    def next_update(self, time_ns: int) -> int:
-        """Return from when on an update matters [ns]."""
-
-    def plan(self, updates: int, time_ns: int, period: float) -> int:
-        """Write position commands for updates ahead into the plan; return for how many."""
-
-    def next_look(self, update: int, updates: int) -> int:
-        """Return the next update of the plan that reads states, ``updates`` where none does."""
-
-    def look(self, update: int) -> bool:
-        """Have the states read at an update of the plan; return whether nobody failed."""
-
-    def land(self, updates: int) -> None:
-        """Be where so many updates of the plan have led."""
-
-    def only_looks(self, time_ns: int) -> bool:
-        """Return whether an update now would do nothing but read states."""
-
-    def glance(self, time_ns: int, period: float) -> None:
-        """Do an update of which nothing matters but that states are read."""
-
-    def look_early(self, time_ns: int, period: float) -> object:
-        """Have the states read; the update of this time is still to come."""
-
-    def skip(self, updates: int, period: float) -> None:
-        """Take note of updates that were left out, a period [s] apart."""
-
-    def wake_with(self, wake: Callable[[], object]) -> None:
-        """Have a function called when there is something new for the next update."""
-
-
-class FaultyControllers:
-    """Controllers whose commands pass through a fault injector."""
-
-    def __init__(self, controllers: Controllers, faults: FaultInjector) -> None:
-        self._controllers = controllers
+    def __init__(self, managers: Sequence[ControllerManager], faults: FaultInjector) -> None:
+        super().__init__(managers)
         self._faults = faults
 
     def update(self, time_ns: int, period: float) -> None:
         """Run the controllers, then pass their commands on."""
-        self._controllers.update(time_ns, period)
+        super().update(time_ns, period)
         self._faults.write(period)
 
-    def process_requests(self, time_ns: int) -> None:
-        """Take requests up while time stands still."""
-        self._controllers.process_requests(time_ns)
-
-    def interrupt(self, time_ns: int, reason: str) -> None:
-        """End all goals."""
-        self._controllers.interrupt(time_ns, reason)
-
-    def resume(self, time_ns: int) -> None:
-        """Have the active controllers take over the plant where it is now."""
-        self._controllers.resume(time_ns)
-
-    def next_update(self, time_ns: int) -> int:
-        """Return from when on an update matters [ns]; at once while a joint fails."""
-        return time_ns if self._faults.changing else self._controllers.next_update(time_ns)
-
-    def plan(self, updates: int, time_ns: int, period: float) -> int:
-        """Plan nothing: each update may fail."""
-        return 0
-
-    def next_look(self, update: int, updates: int) -> int:
-        """Return ``updates``: nothing was planned."""
-        return updates
-
-    def look(self, update: int) -> bool:
-        """Do nothing: nothing was planned."""
-        return True
-
-    def land(self, updates: int) -> None:
-        """Do nothing: nothing was planned."""
-
-    def only_looks(self, time_ns: int) -> bool:
-        """Return whether an update now would do nothing but read states."""
-        return not self._faults.changing and self._controllers.only_looks(time_ns)
-
-    def glance(self, time_ns: int, period: float) -> None:
-        """Have the states read, no command changes."""
-        self._controllers.glance(time_ns, period)
-
-    def look_early(self, time_ns: int, period: float) -> None:
-        """Have the states read; the update of this time is still to come."""
-        self._controllers.look_early(time_ns, period)
-
-    def skip(self, updates: int, period: float) -> None:
-        """Take note of updates that were left out."""
-        self._controllers.skip(updates, period)
+    def plan(self, updates: int, time_ns: int, period: float, *, moving: bool) -> int:
+        """Plan updates at rest only: a command that changes, or a fault, needs each of them."""
+        if moving or self._faults.changing:
+            return 0
+        return super().plan(updates, time_ns, period, moving=moving)
 
     def wake_with(self, wake: Callable[[], object]) -> None:
         """Have a function called when there is something new for the next update."""
-        self._controllers.wake_with(wake)
+        super().wake_with(wake)
         self._faults.wake = wake

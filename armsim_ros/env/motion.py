@@ -70,9 +70,9 @@ class PositionCommands:
         simulation.take_plan(count, self._steps)
         stride = self._periods_per_look if any(cup.on for cup in self._cups) else count
         for end in range(stride, count + stride, stride):
-            simulation.fly(min(end, count))
+            simulation.follow_plan(min(end, count))
             self._look()
-        simulation.land()
+        simulation.end_plan()
 
     def _look(self) -> None:
         for cup in self._cups:

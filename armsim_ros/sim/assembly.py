@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple
 
@@ -199,7 +198,7 @@ class ControlParts(NamedTuple):
     """
 
     managers: dict[str, ControllerManager]
-    controllers: ControllerManager | ManagerGroup | FaultyControllers
+    controllers: ControllerManager | ManagerGroup
     faults: FaultInjector | None
 
 
@@ -211,12 +210,10 @@ def build_control(cell: Cell, simulation: Simulation) -> ControlParts:
     """
     faults = FaultInjector(simulation) if cell.settings.simulation.fault_injection else None
     managers = build_managers(cell, faults or simulation)
-    controllers = _as_one(managers)
-    return ControlParts(
-        managers, FaultyControllers(controllers, faults) if faults else controllers, faults)
-
-
-def _as_one(managers: Mapping[str, ControllerManager]) -> ControllerManager | ManagerGroup:
-    """Return what a control loop runs: the only manager itself, or a group of them."""
     group = tuple(managers.values())
-    return group[0] if len(group) == 1 else ManagerGroup(group)
+    controllers: ControllerManager | ManagerGroup
+    if faults:
+        controllers = FaultyControllers(group, faults)
+    else:
+        controllers = group[0] if len(group) == 1 else ManagerGroup(group)
+    return ControlParts(managers, controllers, faults)

@@ -1,6 +1,15 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The loop that alone moves time: requests, controllers, physics, listeners."""
+"""
+The loop that alone moves time: requests, controllers, physics, listeners.
+
+Before an update the loop asks the controllers for how many updates ahead all commands are known:
+at rest those that change no command, in a motion those whose references follow from the
+trajectory. Such updates are planned instead of made, and their physics steps are done together.
+The plan ends where the next update has to be made: where the caller or a listener observes the
+robot after it, where a controller fails, where a joint is not where the plan expects it, or, at
+rest, where there is something new for the controllers.
+"""
 
 from __future__ import annotations
 
@@ -11,20 +20,21 @@ from functools import partial
 import threading
 from typing import Any, TypeVar
 
-from armsim_ros.control.faults import Controllers
+from armsim_ros.control.controllers import Controllers
 from armsim_ros.control.mailbox import Mailbox
 from armsim_ros.errors import ControllerError, SimulationError
 from armsim_ros.sim.pacer import Alarm, Pacer, PaceStatistics
-from armsim_ros.sim.planned_flight import PlannedFlight
 from armsim_ros.sim.realtime import prioritize_thread
-from armsim_ros.sim.simulation import Simulation
+from armsim_ros.sim.simulation import MOST_PLANNED, Simulation
 
 Result = TypeVar('Result')
 
 #: Requests served in one tick, so that a burst of them does not delay the physics.
 REQUESTS_PER_TICK = 8
-#: Physics steps done in one go at most, so that whoever waits for them does not wait long.
-MOST_FREE_STEPS = 1000
+#: Physics steps of a plan at rest at most, so that a request does not wait long.
+MOST_STEPS_AT_REST = 1000
+#: Updates of a motion that are worth a plan.
+LEAST_PLANNED = 3
 #: Physics steps between two looks at requests where no pace is kept.
 UNPACED_STEPS = 40
 #: Wall time for which the loop dozes at most while nobody asks for anything [ns].
@@ -61,9 +71,8 @@ class ControlLoop:
     One tick is one physics step; the controllers run first where their period begins. Only the
     thread that ticks may touch simulation and clock; others hand it a function by ``call``.
 
-    Where no update matters, or the controllers know their commands beforehand, steps are done
-    many at once, and ``run`` dozes until the next of them that somebody observes, or until it is
-    asked for something. That changes no result: whoever looks sees an update made for him.
+    Planned updates change no result, and ``run`` sleeps through them, until a listener is due or
+    a request comes.
 
     :param simulation: the plant.
     :param controllers: the controller manager.
@@ -89,6 +98,13 @@ class ControlLoop:
         self._controllers = controllers
         self._period = self.steps_per_update * self.clock.step_ns * 1e-9
         self._step_in_period = 0
+        #: Updates of the open plan, 0 where there is none, and physics steps before its first.
+        self._planned = self._before = 0
+        #: Whether its commands change.
+        self._moving = False
+        self._longest_motion = MOST_PLANNED
+        #: Whether there may be something new for the controllers since the plan was made.
+        self._news = False
         self._pacer = pacer
         self._priority = priority
         self._alarm: Alarm | None = None
@@ -97,8 +113,6 @@ class ControlLoop:
         self.clock.on_change = self._wake
         self._listeners: tuple[_Listener, ...] = ()
         self._faults: deque[str] = deque(maxlen=KEPT_FAULTS)
-        self._flight = PlannedFlight(
-            simulation, controllers, self.steps_per_update, self._period)
         self.has_priority = False
         #: Called by the thread that ticks when all that listeners of a time hand over is there.
         self.on_handed_over: Callable[[], object] = lambda: None
@@ -145,32 +159,28 @@ class ControlLoop:
             controllers do, such as the end of a goal, but not at what moves.
         :returns: whether the physics stayed stable.
         """
-        end = self.clock.steps + steps
-        stable = True
-        while stable and self.clock.steps < end:
-            free = self._free_steps(end - self.clock.steps)
-            glanced = free == 0 and self._glance(end - self.clock.steps)
-            if glanced:
-                free = max(self._free_steps(end - self.clock.steps), self.steps_per_update)
-            if free > 0:
-                stable = self._coast(free, glanced)
+        clock, stable = self.clock, True
+        end = clock.steps + steps
+        while stable and clock.steps < end:
+            begin, limit = clock.steps, self._until_observed(end - clock.steps)
+            rest = -self._step_in_period % self.steps_per_update
+            if self._plan(limit, rest):
+                stable = self._move(partial(self._follow, limit))
+                if not stable or clock.steps > begin:
+                    continue
+            if rest == 0:
+                self._controllers.update(clock.now_ns, self._period)
+                self.simulation.write(self.steps_per_update)
+            stable = self._move(partial(self.simulation.step, min(limit, rest) or 1))
+            if rest and clock.steps - begin < limit:
                 continue
-            before = self.clock.steps
-            if self._step_in_period == 0:
-                limit = self._until_observed(end - before)
-                stable = self._move(partial(self._flight.fly, limit))
-            if stable and self.clock.steps == before:
-                if self._step_in_period == 0:
-                    self._controllers.update(self.clock.now_ns, self._period)
-                    self.simulation.write(self.steps_per_update)
-                stable = self._step(1)
-                now_ns = self.clock.now_ns
-                for listener in self._listeners:
-                    listener.tick(now_ns)
-                if until is not None and until():
-                    break
-                if self.clock.steps < end:
-                    self.on_handed_over()
+            now_ns = clock.now_ns
+            for listener in self._listeners:
+                listener.tick(now_ns)
+            if until is not None and until():
+                break
+            if clock.steps < end:
+                self.on_handed_over()
         return stable
 
     def restart(self, reason: str, *, states: bool = True, time: bool = False) -> None:
@@ -205,9 +215,9 @@ class ControlLoop:
             if free:
                 ticks = pacer.doze(self._wall_step_ns(), free + 1)
                 if ticks and not (paused or self.clock.paused):
-                    self._catch_up(ticks, free)
+                    self.advance(ticks)
                     continue
-                self._flight.land()
+                self._end_plan()
                 if self.clock.paused:
                     self.tick()
             elif not (self.clock.wall_step_ns or self.clock.paused):
@@ -221,31 +231,37 @@ class ControlLoop:
         for _, future in self._requests.take_all():
             future.cancel()
 
-    def _catch_up(self, ticks: int, free: int) -> None:
-        """Make ticks whose time has come; so many steps before them were known to be free."""
-        if ticks > free and not self._flight.planned:
-            ticks -= free if self._coast(free) else ticks
-        self.advance(ticks)
-
     def _wall_step_ns(self) -> float:
         """Return the wall time of a tick [ns]; of a pause without a pace, that of a step."""
         return self.clock.wall_step_ns or self.clock.step_ns
 
     def _unobserved_steps(self) -> int:
-        """Return how many steps can be made together with the tick after them, when it is due."""
+        """
+        Return how many steps can be made together with the tick after them, when it is due.
+
+        The plan that they belong to stays open, and states that it has to read now are read.
+        """
         paced = self.clock.wall_step_ns or self.clock.paused
         if self._requests or not paced:
             return 0
         longest = int(LONGEST_DOZE_NS // self._wall_step_ns())
         if self.clock.paused:
             return longest
-        free = self._free_steps(longest)
-        if free or self._step_in_period:
+        steps, limit = self.steps_per_update, self._until_observed(longest)
+        rest = -self._step_in_period % steps
+        free = max(0, min(limit - 1, rest))
+        # At rest, what is due now is read in time even where no update can be left out.
+        if free < rest or not self._plan(max(limit, rest + steps + 1), rest):
             return free
-        if self._look_early():
-            return self._free_steps(longest)
-        free = self._flight.plan(self._until_observed(longest))
-        self._flight.look_early()
+        controllers, planned = self._controllers, self._planned
+        reading = controllers.next_reading(0, planned)
+        if reading == rest == 0:
+            controllers.read(0)
+            reading = controllers.next_reading(0, planned)
+        horizon = planned if self._moving else reading
+        free += max(0, min(horizon, (limit - 1 - rest) // steps)) * steps
+        if free == 0:
+            self._end_plan()
         return free
 
     def _until_observed(self, limit: int) -> int:
@@ -255,67 +271,69 @@ class ControlLoop:
             limit = min(limit, listener.steps_until_due(now_ns, step_ns))
         return limit
 
-    def _free_steps(self, limit: int) -> int:
+    def _plan(self, limit: int, rest: int) -> bool:
         """
-        Return how many steps can be done in one go from now on, none where the next one counts.
+        Have updates planned, unless a valid plan is open; return whether there is a plan.
 
-        The last step before the limit, and before a listener is called, counts always.
+        :param limit: steps until the robot is observed; the last update before is not planned.
+        :param rest: steps until the next update.
         """
-        simulation = self.simulation
-        if limit < 2 or not simulation.ready_steps:
+        if self._planned:
+            if self._moving or not self._news:
+                return True
+            self._end_plan()
+        simulation, steps = self.simulation, self.steps_per_update
+        most = (limit - 1 - rest) // steps
+        if most < 1:
+            return False
+        self._moving = not simulation.resting
+        if self._moving:
+            most = min(most, self._longest_motion)
+            if rest or most < LEAST_PLANNED or not simulation.can_plan(steps):
+                return False
+            simulation.begin_plan()
+        else:
+            most = min(most, MOST_STEPS_AT_REST // steps)
+        self._news = False
+        time_ns = self.clock.now_ns + rest * self.clock.step_ns
+        planned = self._controllers.plan(most, time_ns, self._period, moving=self._moving)
+        if planned:
+            simulation.take_plan(planned, steps)
+        self._planned, self._before = planned, rest
+        return planned > 0
+
+    def _follow(self, limit: int) -> None:
+        """
+        Do the steps of planned updates, as long as the plan holds, and end it.
+
+        :param limit: steps until the robot is observed.
+        :raises SimulationError: the physics became unstable.
+        """
+        simulation, controllers = self.simulation, self._controllers
+        updates = min(self._planned, (limit - 1 - self._before) // self.steps_per_update)
+        try:
+            if updates > 0 and self._before:
+                simulation.step(self._before)
+            update = controllers.next_reading(0, updates)
+            while simulation.follow_plan(update) and update < updates and controllers.read(update):
+                if self._news and not self._moving:
+                    updates = update + 1
+                update = controllers.next_reading(update + 1, updates)
+        finally:
+            done = self._end_plan()
+            if self._moving:
+                # What cannot be foreseen, such as a joint that is blocked, is not planned far.
+                self._longest_motion = min(2 * done + LEAST_PLANNED, MOST_PLANNED)
+
+    def _end_plan(self) -> int:
+        """End the open plan, if there is one; return how many of its updates were done."""
+        if not self._planned:
             return 0
-        now_ns, step_ns = self.clock.now_ns, self.clock.step_ns
-        free = self._until_observed(min(limit, MOST_FREE_STEPS)) - 1
-        steps = self.steps_per_update
-        rest_of_period = -self._step_in_period % steps
-        if not simulation.resting:
-            return min(free, rest_of_period, simulation.ready_steps)
-        if free <= rest_of_period:
-            return free
-        update_ns = now_ns + rest_of_period * step_ns
-        due_ns = self._controllers.next_update(update_ns)
-        # An update that matters is the first at or after its time.
-        updates = -((update_ns - due_ns) // (steps * step_ns)) if due_ns > update_ns else 0
-        return rest_of_period + min(updates, (free - rest_of_period) // steps) * steps
-
-    def _look_early(self) -> bool:
-        """Have states read that are due now, at rest, not in the next tick, which is later."""
-        now_ns, controllers = self.clock.now_ns, self._controllers
-        if not self.simulation.resting or controllers.next_update(now_ns) > now_ns:
-            return False
-        due = controllers.only_looks(now_ns)
-        if due:
-            controllers.look_early(now_ns, self._period)
-        return due
-
-    def _glance(self, limit: int) -> bool:
-        """
-        Do an update that commands nothing, only reads states; return whether it was one.
-
-        The last update before the limit, and before a listener is called, is a whole one.
-        """
-        steps, now_ns = self.steps_per_update, self.clock.now_ns
-        if self._step_in_period or limit <= steps or not self.simulation.resting:
-            return False
-        if self._until_observed(limit) <= steps:
-            return False
-        if not self._controllers.only_looks(now_ns):
-            return False
-        self._controllers.glance(now_ns, self._period)
-        return True
-
-    def _coast(self, steps: int, glanced: bool = False) -> bool:
-        """Do steps that need no update, except one that was a glance; return as ``_step``."""
-        left_out = steps - (-self._step_in_period % self.steps_per_update)
-        stable = self._step(steps)
-        if left_out > 0:
-            updates = left_out // self.steps_per_update - glanced
-            self._controllers.skip(updates, self._period)
-        return stable
-
-    def _step(self, count: int) -> bool:
-        """Do physics steps in one go; return False where the physics became unstable."""
-        return self._move(partial(self.simulation.step, count))
+        self._planned = 0
+        done = self.simulation.end_plan()
+        if done:
+            self._controllers.pass_updates(done, self._period)
+        return done
 
     def _move(self, move: Callable[[], object]) -> bool:
         """Move time on; return False, and pause, where the physics became unstable."""
@@ -333,7 +351,8 @@ class ControlLoop:
         return True
 
     def _wake(self) -> None:
-        """End a doze; from any thread."""
+        """End a doze, for something new; from any thread."""
+        self._news = True
         if self._alarm is not None:
             self._alarm.set()
 

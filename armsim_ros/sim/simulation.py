@@ -46,8 +46,6 @@ from armsim_ros.sim.world_files.loaded import LoadedWorld
 
 #: Updates that can be planned ahead.
 MOST_PLANNED = 100
-#: More steps than anybody asks for.
-MOST_READY = 2**31
 
 
 class Simulation(SimulatedLinks, SavableSimulation, HardwareInterface):
@@ -95,7 +93,7 @@ class Simulation(SimulatedLinks, SavableSimulation, HardwareInterface):
         self._inputs, self._written = inputs, (b'', 0)
         self.plan = UpdatePlan.empty(MOST_PLANNED, len(self.joint_names))
         self._unchecked = np.zeros(len(self.joint_names))
-        self._flown, self._planned_steps = 0, 1
+        self._followed, self._update_steps, self._moves = 0, 1, False
         self._active = selector([self.index[name] for name in model.active_joints])
         self._driven_views = None
         if isinstance(self._active, slice):
@@ -241,50 +239,51 @@ class Simulation(SimulatedLinks, SavableSimulation, HardwareInterface):
 
     def take_plan(self, updates: int, steps: int) -> None:
         """
-        Take the planned commands over; ``fly`` moves along them, ``land`` ends it.
+        Take planned updates over; ``follow_plan`` does their steps, ``end_plan`` ends it.
+
+        While the drives rest, the present commands stand for all of them; ``plan`` is not read.
 
         :param updates: that are planned.
         :param steps: physics steps in the period of each.
         """
         plan, active = self.plan, self._active
-        self._servo.plan(
-            plan.position[:updates, active],
-            plan.velocity[:updates, active],
-            plan.acceleration[:updates, active],
-            steps,
-        )
-        self._flown, self._planned_steps = 0, steps
+        self._followed, self._update_steps = 0, steps
+        self._moves = not self._servo.resting
+        if self._moves:
+            self._servo.plan(
+                plan.position[:updates, active],
+                plan.velocity[:updates, active],
+                plan.acceleration[:updates, active],
+                steps,
+            )
 
-    def fly(self, updates: int) -> bool:
+    def follow_plan(self, updates: int) -> bool:
         """
         Do all steps of some planned updates, and refresh ``state`` after them.
 
-        :param updates: the number of the first one, counted from the plan's start, that is not
-            done any more.
+        :param updates: the number of the first update, counted from the plan's start, that is
+            not done any more.
         :returns: whether they were done; False where the joints are not where the plan expects
             them.
         :raises SimulationError: as ``step``.
         """
-        servo, plan, steps = self._servo, self.plan, self._planned_steps
-        if updates <= self._flown:
-            return True
-        wanted = (updates - self._flown) * steps
-        done, culprit = self._plant.follow(
-            *servo.planned(wanted), steps, plan.expected[self._flown : updates], plan.weights)
-        servo.pass_steps(done)
-        self._flown += done // steps
-        self._end_steps(done, culprit)
-        return done == wanted
+        plan, first, begin = self.plan, self._followed, self.clock.steps
+        count = (updates - first) * self._update_steps
+        try:
+            if count <= 0:
+                return True
+            if not self._moves:
+                self.step(count)
+                return True
+            return self._follow(count, plan.expected[first:updates], plan.weights) == count
+        finally:
+            self._followed += (self.clock.steps - begin) // self._update_steps
 
-    def land(self) -> int:
+    def end_plan(self) -> int:
         """End the plan; return how many of its updates were done."""
-        self._servo.end_plan()
-        return self._flown
-
-    @property
-    def ready_steps(self) -> int:
-        """Steps for which the drives' inputs are known."""
-        return MOST_READY if self._servo.resting else self._servo.planned_steps
+        if self._moves:
+            self._servo.end_plan()
+        return self._followed
 
     def step(self, count: int = 1) -> None:
         """
@@ -295,20 +294,25 @@ class Simulation(SimulatedLinks, SavableSimulation, HardwareInterface):
             ``recover`` puts the plant back to where it was stable.
         """
         plant, servo = self._plant, self._servo
-        if count > 1 and count > self.ready_steps:
-            for _ in range(count):
-                self.step()
-            return
-        if count > 1 and not servo.resting:
-            nowhere = self.plan.expected[:1]
-            done, culprit = plant.follow(*servo.planned(count), count, nowhere, self._unchecked)
-            servo.pass_steps(done)
-            self._end_steps(done, culprit)
-            return
-        if not servo.resting:
+        if servo.resting:
+            self._end_steps(*plant.step(count))
+        elif 1 < count <= servo.planned_steps:
+            self._follow(count, self.plan.expected[:1], self._unchecked)
+        else:
             state, active = self.state, self._active
-            plant.drive(servo.next_inputs(state.position[active], state.velocity[active]))
-        self._end_steps(*plant.step(count))
+            for _ in range(count):
+                if not servo.resting:
+                    plant.drive(servo.next_inputs(state.position[active], state.velocity[active]))
+                self._end_steps(*plant.step())
+
+    def _follow(self, count: int, expected: Matrix, weights: Vector) -> int:
+        """Do steps with planned inputs, a row of ``expected`` per update; return how many."""
+        servo = self._servo
+        done, culprit = self._plant.follow(
+            *servo.planned(count), count // len(expected), expected, weights)
+        servo.pass_steps(done)
+        self._end_steps(done, culprit)
+        return done
 
     def _end_steps(self, done: int, culprit: str) -> None:
         self.clock.advance(done)

@@ -22,7 +22,7 @@ def faulty(rig):
     faults = FaultInjector(r.hardware)
     manager = ControllerManager(faults, ControllerManagerParameters(), r.manager._context.model)
     r.manager = manager
-    through = FaultyControllers(manager, faults)
+    through = FaultyControllers([manager], faults)
 
     def step(count=1):
         for _ in range(count):
@@ -126,3 +126,18 @@ def test_what_the_hardware_forgets_is_forgotten(hardware_class):
     faults.perform_command_mode_switch({})
     faults.write(0.01)
     assert np.isnan(hardware.command.velocity).all()
+
+
+def test_updates_at_rest_are_made_while_a_joint_fails(faulty):
+    """A fault changes commands though no controller does; well again, updates are left out."""
+    r, faults = faulty
+    r.arm()
+    group = FaultyControllers([r.manager], faults)
+    planned = lambda: group.plan(5, r.now_ns, 0.01, moving=False)  # noqa: E731
+    assert planned() == 5
+    faults.set_fault('a', JointFault(bias=0.1))
+    assert planned() == 0
+    faults.clear()
+    assert planned() == 0
+    group.update(r.now_ns, 0.01)
+    assert planned() == 5

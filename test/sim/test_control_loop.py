@@ -16,13 +16,13 @@ from armsim_ros.sim.simulation import Simulation
 
 
 class Recorder:
-    """Controllers that write down when they were asked."""
+    """Controllers that hold still until a time, and write down when they were updated."""
 
     def __init__(self):
         self.updates = []
         self.requests = []
         self.due_ns = 0
-        self.skipped = 0
+        self.left_out = 0
 
     def update(self, time_ns, period):
         self.updates.append((time_ns, period))
@@ -30,17 +30,15 @@ class Recorder:
     def process_requests(self, time_ns):
         self.requests.append(time_ns)
 
-    def next_update(self, time_ns):
-        return max(time_ns, self.due_ns)
+    def plan(self, updates, time_ns, period, *, moving):
+        waiting = -((time_ns - self.due_ns) // round(period * 1e9))
+        return 0 if moving else max(0, min(updates, waiting))
 
-    def plan(self, updates, time_ns, period):
-        return 0
+    def next_reading(self, update, updates):
+        return updates
 
-    def only_looks(self, time_ns):
-        return False
-
-    def skip(self, updates, period):
-        self.skipped += updates
+    def pass_updates(self, updates, period):
+        self.left_out += updates
 
     def wake_with(self, wake):
         self.wake = wake
@@ -165,11 +163,11 @@ def test_updates_that_do_not_matter_are_left_out(simulation, controllers, loop):
     assert [time_ns for time_ns, _ in controllers.updates] == [
         *range(40_000_000, 100_000_000, 1_000_000)
     ]
-    assert (controllers.skipped, simulation.time_ns) == (37, 100_000_000)
+    assert (controllers.left_out, simulation.time_ns) == (37, 100_000_000)
     controllers.due_ns = 10**12
     loop.advance(50)
     assert controllers.updates[-1] == (149_000_000, 0.001)
-    assert controllers.skipped == 37 + 49
+    assert controllers.left_out == 37 + 49
 
 
 def test_who_looks_finds_an_update_made_for_him(simulation, controllers, loop):
@@ -192,7 +190,7 @@ def test_steps_in_one_go_keep_the_controllers_rhythm(simulation, controllers, ra
         loop.advance(steps)
     period = 1_000_000_000 // rate
     assert all(time_ns % period == 0 for time_ns, _ in controllers.updates)
-    assert len(controllers.updates) + controllers.skipped == -(-87_000_000 // period)
+    assert len(controllers.updates) + controllers.left_out == -(-87_000_000 // period)
 
 
 def test_a_fault_in_many_steps_is_told_as_in_single_ones(arm, settings, controllers):
@@ -228,7 +226,7 @@ def test_a_request_ends_a_doze_and_is_served_at_the_next_tick(simulation, contro
         if clock.now > 60_000_000:
             stop.set()
 
-    controllers.process_requests = controllers.skip = lambda *_: None
+    controllers.process_requests = controllers.pass_updates = lambda *_: None
     loop.every(7_000_000, request_at_the_alarm)
     loop.run(stop)
     asked, (wall_ns, simulated_ns) = 7_400_000, served[0]
@@ -239,24 +237,29 @@ def test_a_request_ends_a_doze_and_is_served_at_the_next_tick(simulation, contro
     assert len(controllers.updates) < 30
 
 
-def test_what_only_looks_is_made_in_the_tick_of_its_time(simulation, controllers):
-    """At rest, states that are due are read when their time has come, not at the next tick."""
-    (pacer, clock, _), stop, looked = invented_pacer(), threading.Event(), []
+def test_states_are_read_in_the_tick_of_their_time_at_rest(simulation, controllers):
+    """States that are due are read when their time has come, not at the next tick."""
+    (pacer, clock, _), stop, read_at = invented_pacer(), threading.Event(), []
     loop = ControlLoop(simulation, controllers, 1000, pacer=pacer)
     loop.advance(3)
-    begin, controllers.due_ns = simulation.time_ns, 20_000_000
-    controllers.only_looks = lambda time_ns: True
+    begin, controllers.due_ns = simulation.time_ns, 10**12
+    due = [begin + time_ns for time_ns in (17_000_000, 37_000_000, 57_000_000)]
 
-    def look_early(time_ns, period):
-        looked.append((time_ns - begin, clock.now))
-        controllers.due_ns = time_ns + 20_000_000
-        if len(looked) == 3:
+    def next_reading(update, updates):
+        first = (due[0] - simulation.time_ns) // 1_000_000
+        return min(updates, max(update, first))
+
+    def read(update):
+        read_at.append((simulation.time_ns - begin + update * 1_000_000, clock.now))
+        due.append(due.pop(0) + 60_000_000)
+        if len(read_at) == 3:
             stop.set()
+        return True
 
-    controllers.look_early = look_early
+    controllers.next_reading, controllers.read = next_reading, read
     loop.every(10_000_000, lambda time_ns: None)
     loop.run(stop)
-    assert looked == [(t, t) for t in (17_000_000, 37_000_000, 57_000_000)]
+    assert read_at == [(t, t) for t in (17_000_000, 37_000_000, 57_000_000)]
 
 
 def test_what_was_handed_over_is_told_once_a_time(loop):

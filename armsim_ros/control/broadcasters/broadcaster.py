@@ -25,7 +25,7 @@ CAPACITY = 256
 class Broadcaster(Controller[ParametersT], Generic[ParametersT, SampleT]):
     """Commands nothing, and takes a sample whenever it is time for one."""
 
-    only_looks: ClassVar[bool] = True
+    only_reads: ClassVar[bool] = True
 
     def on_init(self) -> None:
         """Begin without samples."""

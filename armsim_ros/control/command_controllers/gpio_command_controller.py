@@ -26,7 +26,7 @@ class GpioCommandController(SensorBroadcaster):
     """``gpio_controllers/GpioCommandController``; what is no command changes nothing."""
 
     parameters_class: ClassVar[type[Settings]] = GpioCommandControllerParameters
-    only_looks: ClassVar[bool] = False
+    only_reads: ClassVar[bool] = False
 
     @property
     def _own(self) -> GpioCommandControllerParameters:

@@ -24,7 +24,6 @@ from armsim_ros.control.controller import (
     Controller,
     ControllerContext,
     LifecycleState,
-    NEVER_NS,
 )
 from armsim_ros.control.events import ControllerEvent, EventQueue
 from armsim_ros.control.hardware_interface import COMMAND_INTERFACES, HardwareInterface
@@ -47,7 +46,7 @@ from armsim_ros.control.manager.switching import (
     Strictness,
     SwitchResult,
 )
-from armsim_ros.control.manager.updates_ahead import planned_updates, UpdatesAhead
+from armsim_ros.control.manager.updates_ahead import UpdatesAhead
 from armsim_ros.errors import ControllerError
 from armsim_ros.model.robot_model import RobotModel
 
@@ -212,97 +211,32 @@ class ControllerManager:
         if self.resources.holds:
             self.resources.hold_idle_joints()
 
-    def next_update(self, time_ns: int) -> int:
-        """Return from when on an update matters [ns]; one before changes no command."""
-        if self._requests or self._failures or self._limits is not None:
-            return time_ns
-        first = NEVER_NS
-        for controller, _ in self._switches.active:
-            due_ns = controller.next_update(time_ns)
-            if due_ns <= time_ns:
-                return time_ns
-            first = min(first, due_ns)
-        return first
+    def plan(self, updates: int, time_ns: int, period: float, *, moving: bool) -> int:
+        """Plan updates of all active controllers, see :meth:`Controllers.plan`."""
+        if (self._requests or self._failures or self._limits is not None
+                or (moving and self.resources.holds)):
+            return 0
+        self._ahead = UpdatesAhead(self._switches.active, self._tick, time_ns, period)
+        return self._ahead.plan(updates, moving=moving)
 
-    def skip(self, updates: int, period: float) -> None:
-        """
-        Take note of updates that were left out, because none of them mattered.
+    def next_reading(self, update: int, updates: int) -> int:
+        """Return when states are read, see :meth:`Controllers.next_reading`."""
+        return self._ahead.next_reading(update, updates)
 
-        :param period: from one to the next [s].
-        """
-        self._leave_out(updates, period, ())
+    def read(self, update: int) -> bool:
+        """Have states read at an update of the plan; return whether no controller failed."""
+        self._ahead.read(update, self._failures)
+        return not self._failures
 
-    def only_looks(self, time_ns: int) -> bool:
-        """Return whether an update now would do nothing but read states."""
-        return not (self._requests or self._failures or self._limits is not None) and all(
-            controller.only_looks or controller.next_update(time_ns) > time_ns
-            for controller, _ in self._switches.active
-        )
-
-    def glance(self, time_ns: int, period: float) -> None:
-        """Do an update of which nothing matters but that states are read."""
-        self._leave_out(1, period, self.look_early(time_ns, period))
-
-    def look_early(self, time_ns: int, period: float) -> Sequence[Controller[Any]]:
-        """Have states read by those who only do that; the update of this time is to come."""
-        lookers = [one for one in self._switches.active if one[0].only_looks]
-        ahead = UpdatesAhead(lookers, self._tick, time_ns, period)
-        ahead.look(0, self._failures)
-        return ahead.lookers
-
-    def _leave_out(
-        self, updates: int, period: float, made_by: Sequence[Controller[Any]]
-    ) -> None:
+    def pass_updates(self, updates: int, period: float) -> None:
+        """Be where so many updates, a period [s] apart, have led that were not made."""
         before = self._tick
         self._tick += updates
         for controller, divisor in self._switches.active:
-            if controller in made_by:
-                continue
-            # Those that would have been made: multiples of the divisor in [before, tick).
+            # Its own updates have numbers that are multiples of the divisor.
             due = -(-self._tick // divisor) - -(-before // divisor)
             if due:
-                controller.skip(due, period * divisor)
-
-    def plan(self, updates: int, time_ns: int, period: float) -> int:
-        """
-        Have the updates ahead planned, see :meth:`Controller.plan`.
-
-        :param updates: that may be planned.
-        :param time_ns: the time of the first of them [ns].
-        :param period: from one to the next [s].
-        :returns: updates that are planned, 0 where a controller that matters does not know.
-        """
-        if (self._requests or self._failures or self._limits is not None
-                or self.resources.holds):
-            return 0
-        planned, self._ahead = planned_updates(
-            self._switches.active, updates, self._tick, time_ns, period
-        )
-        return planned
-
-    def next_look(self, update: int, updates: int) -> int:
-        """
-        Return the next update of the plan at which a controller reads states.
-
-        :param update: the first that may be it.
-        :param updates: what is returned where none before it does.
-        """
-        return self._ahead.next_look(update, updates)
-
-    def look(self, update: int) -> bool:
-        """
-        Update those who only read states, at an update of the plan where one of them has to.
-
-        :returns: whether none of them failed; the update is not as planned where one did.
-        """
-        self._ahead.look(update, self._failures)
-        return not self._failures
-
-    def land(self, updates: int) -> None:
-        """Be where so many updates of the plan have led; the next one is made again."""
-        for controller in self._ahead.planners:
-            controller.land(updates)
-        self._leave_out(updates, self._ahead.period, self._ahead.planners)
+                controller.pass_updates(due, period * divisor)
 
     def wake_with(self, wake: Callable[[], object]) -> None:
         """Have a function called, from any thread, when there is something for the next update."""

@@ -155,8 +155,7 @@ class TrajectoryExecution:
 
     def go_on(self, updates: int) -> None:
         """Take note of updates whose references were known."""
-        if updates:
-            self._go_to(self._row + updates)
+        self._go_to(self._row + updates)
 
     @property
     def path_check(self) -> ToleranceCheck:

@@ -136,13 +136,9 @@ class JointTrajectoryController(Controller[JointTrajectoryControllerParameters])
         """Plan updates along the trajectory."""
         return self._configured.plan(updates, period)
 
-    def land(self, updates: int) -> None:
-        """Be so many updates further along the trajectory."""
-        self._configured.land(updates)
-
-    def skip(self, updates: int, period: float) -> None:
-        """Let the time of an ended trajectory go on."""
-        self._configured.execution.pass_time(updates * period)
+    def pass_updates(self, updates: int, period: float) -> None:
+        """Be so many updates further along the trajectory, or after its end."""
+        self._configured.pass_updates(updates, period)
 
     def check_goal(self, trajectory: JointTrajectory) -> str:
         """Return why a goal with this trajectory would be refused, '' where it would not."""

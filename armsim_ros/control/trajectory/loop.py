@@ -170,10 +170,13 @@ class TrajectoryLoop:
         self._plan.weights[self._index] = weights
         return planned
 
-    def land(self, updates: int) -> None:
-        """Be so many updates further along the plan."""
-        if updates:
-            self.execution.go_on(updates)
+    def pass_updates(self, updates: int, period: float) -> None:
+        """Be so many updates further along the trajectory, or after its end."""
+        execution = self.execution
+        if execution.motion.over(execution.time):
+            execution.pass_time(updates * period)
+        else:
+            execution.go_on(updates)
             self.writer.write_planned(self._ahead)
 
     def process_requests(self, time_ns: int) -> None:

@@ -160,6 +160,6 @@ def test_a_limited_goal_is_reached(rig, trajectory):
     arm.send_goal(trajectory((0.1, [0.5, 0.0])))
     r.run(0.3)
     assert r.hardware.state.position[0] < 0.4
-    assert r.manager.next_update(r.now_ns) == r.now_ns
+    assert r.manager.plan(10, r.now_ns, 0.01, moving=False) == 0
     r.run(0.4)
     assert r.hardware.state.position[0] == pytest.approx(0.5)

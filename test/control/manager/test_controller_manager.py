@@ -245,7 +245,7 @@ def test_updates_that_are_left_out_let_the_time_of_a_trajectory_pass(rig, trajec
             arm.set_trajectory(trajectory((0.1, [0.0, 0.0])))
             r.step(40 + before)
             if skips:
-                r.manager.skip(left_out, 0.01)
+                r.manager.pass_updates(left_out, 0.01)
                 r.now_ns += left_out * 10_000_000
             else:
                 r.step(left_out)

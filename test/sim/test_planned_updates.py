@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Motions in the wall clock's pace, whose ticks are made together where nobody looks."""
+"""Updates that are planned: what follows equals single steps, at any pace."""
 
 import threading
 from types import SimpleNamespace
@@ -18,8 +18,8 @@ from armsim_ros.trajectory import JointTrajectory
 
 STATES = 'joint_state_broadcaster/JointStateBroadcaster'
 TRAJECTORY = 'joint_trajectory_controller/JointTrajectoryController'
-#: Time between two looks at the arm [ns].
-LOOK_NS = 10_000_000
+#: Time between two calls of a listener [ns].
+LISTENER_NS = 10_000_000
 MOTION = JointTrajectory(
     tuple(f'joint_{i}' for i in range(1, 7)), np.array([0.3, 0.6]),
     np.array([[0.1] * 6, [0.3] * 6]), np.array([[0.5] * 6, [0.0] * 6]),
@@ -39,14 +39,14 @@ class PacedArm:
         self.begin_ns = self.sim.simulation.time_ns
 
     def run(self, ticks):
-        """Let so many ticks' time pass, looking at the arm from time to time."""
+        """Let so many ticks' time pass, with a listener."""
         stop = threading.Event()
 
-        def look(time_ns):
+        def listen(time_ns):
             if time_ns >= self.begin_ns + ticks * 1_000_000:
                 stop.set()
 
-        self.loop.every(LOOK_NS, look)
+        self.loop.every(LISTENER_NS, listen)
         self.loop.run(stop)
 
 
@@ -185,3 +185,22 @@ def test_batched_updates_equal_single_ones_with_controllers_of_any_rate(rate):
         assert min(map(len, times.values())) >= 25
         outcomes.append((outcome(sim, goal), times, events))
     assert outcomes[0] == outcomes[1]
+
+
+@pytest.mark.parametrize('rate', [1000, 100])
+def test_a_goal_sent_while_states_are_read_starts_at_the_next_update(rate):
+    """Planned updates at rest end where a listener of states asks for a motion."""
+    sim, sent = ArmSim(built_cell('sunday', None, {'controller_manager.update_rate': rate})), []
+    sim.step(20)
+    controller = sim.manager.controllers['arm_joint_controller']
+
+    def send():
+        if sim.time > 0.1 and not sent:
+            sent.append(sim.time)
+            controller.send_goal(MOTION)
+
+    sim.manager.controllers['joint_state_controller'].listen(send)
+    sim.step(400)
+    last_update = sim.time - 1.0 / rate
+    begun = last_update - controller.snapshot().desired_time_from_start
+    assert begun == pytest.approx(sent[0] + 1.0 / rate)
