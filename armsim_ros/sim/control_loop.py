@@ -311,12 +311,13 @@ class ControlLoop:
         """
         simulation, controllers = self.simulation, self._controllers
         updates = min(self._planned, (limit - 1 - self._before) // self.steps_per_update)
+        self._news = False
         try:
             if updates > 0 and self._before:
                 simulation.step(self._before)
             update = controllers.next_reading(0, updates)
             while simulation.follow_plan(update) and update < updates and controllers.read(update):
-                if self._news and not self._moving:
+                if self._news:
                     updates = update + 1
                 update = controllers.next_reading(update + 1, updates)
         finally:

@@ -187,12 +187,15 @@ def test_batched_updates_equal_single_ones_with_controllers_of_any_rate(rate):
     assert outcomes[0] == outcomes[1]
 
 
+@pytest.mark.parametrize('moving', [False, True])
 @pytest.mark.parametrize('rate', [1000, 100])
-def test_a_goal_sent_while_states_are_read_starts_at_the_next_update(rate):
-    """Planned updates at rest end where a listener of states asks for a motion."""
+def test_a_goal_sent_while_states_are_read_starts_at_the_next_update(rate, moving):
+    """Planned updates end where a listener of states asks for a motion."""
     sim, sent = ArmSim(built_cell('sunday', None, {'controller_manager.update_rate': rate})), []
     sim.step(20)
     controller = sim.manager.controllers['arm_joint_controller']
+    if moving:
+        controller.send_goal(MOTION)
 
     def send():
         if sim.time > 0.1 and not sent:
@@ -204,3 +207,28 @@ def test_a_goal_sent_while_states_are_read_starts_at_the_next_update(rate):
     last_update = sim.time - 1.0 / rate
     begun = last_update - controller.snapshot().desired_time_from_start
     assert begun == pytest.approx(sent[0] + 1.0 / rate)
+
+
+def test_a_robot_at_rest_is_not_updated_because_another_moves(monkeypatch):
+    """The updates of both are planned, and the motion equals one in single steps."""
+    outcomes = []
+    for steps in (1, 700):
+        sim, updates = ArmSim('two_bots'), []
+        sim.step(20)
+        at_rest, moving = sim.managers.values()
+        controller = next(iter(
+            found for found in moving.controllers.values() if hasattr(found, 'send_goal')))
+        joints = controller.joints
+        start = np.array([sim.joint_positions[joint] for joint in joints])
+        goal = controller.send_goal(JointTrajectory(
+            joints, np.array([0.3, 0.6]), start + np.array([[0.1], [0.2]]),
+            np.array([[0.4], [0.0]]) * np.ones(len(joints)))).goal
+        monkeypatch.setattr(
+            at_rest, 'update',
+            lambda *time, made=at_rest.update, updates=updates: updates.append(made(*time)))
+        for _ in range(700 // steps):
+            sim.step(steps)
+        outcomes.append(outcome(sim, goal))
+    assert goal.status is GoalStatus.SUCCEEDED
+    assert outcomes[0] == outcomes[1]
+    assert len(updates) < 100

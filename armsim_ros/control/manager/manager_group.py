@@ -26,9 +26,15 @@ class ManagerGroup:
 
     def plan(self, updates: int, time_ns: int, period: float, *, moving: bool) -> int:
         """Plan updates of all robots' controllers; return how many all of them know."""
+        moves = not moving
         for manager in self._managers:
-            updates = updates and manager.plan(updates, time_ns, period, moving=moving)
-        return updates
+            known = manager.plan(updates, time_ns, period, moving=moving)
+            moves = moves or known > 0
+            # A robot may be at rest while another moves.
+            updates = known or manager.plan(updates, time_ns, period, moving=False)
+            if not updates:
+                return 0
+        return updates if moves else 0
 
     def next_reading(self, update: int, updates: int) -> int:
         """Return the next update of the plan at which any of them reads states."""

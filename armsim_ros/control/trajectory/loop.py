@@ -137,26 +137,14 @@ class TrajectoryLoop:
 
     def next_update(self, time_ns: int) -> int:
         """Return from when on an update matters [ns], see :meth:`Controller.next_update`."""
-        if (
-            self.inbox
-            or self.writer.closes_loop
-            or self.wanted_scaling is not None
-            or self._pace_changes()
-            or self._current() is not self._parameters
-        ):
+        if self.writer.closes_loop or self._has_news():
             return time_ns
         return self.execution.next_update(time_ns)
 
     def plan(self, updates: int, period: float) -> int:
         """Plan updates, see :meth:`Controller.plan`."""
-        if not self.writer.plans or self.inbox or self.wanted_scaling is not None:
-            return 0
-        if self._pace_changes():
-            return 0
-        if self._current() is not self._parameters:
-            return 0
         weights = self.execution.path_check.weights
-        if weights is None:
+        if not self.writer.plans or weights is None or self._has_news():
             return 0
         coming = self.execution.coming(period, updates + 1)
         if len(coming) < 2:
@@ -207,6 +195,11 @@ class TrajectoryLoop:
             record.reference[:] = execution.ahead
             self._compare(record)
         return record
+
+    def _has_news(self) -> bool:
+        """Whether the next update takes up a request, parameters or another pace."""
+        return (bool(self.inbox) or self.wanted_scaling is not None or self._pace_changes()
+                or self._current() is not self._parameters)
 
     def _adopt_changes(self) -> None:
         """Work with the parameters and the pace that are wanted now."""
