@@ -31,10 +31,12 @@ class LostControllers:
         self._report = report
         self._lost: list[str] = []
         self._starting: set[str] = set()
+        self._has_manager = False
         self._timer: asyncio.TimerHandle | None = None
 
-    def started(self, spec: ProcessSpec, name: str) -> None:
-        """Note that a process runs."""
+    def started(self, spec: ProcessSpec, name: str, *, is_simulation: bool) -> None:
+        """Note that a process runs, and whether it has the controller manager."""
+        self._has_manager |= is_simulation
         if role_of(spec) is ProgramRole.MOVE_GROUP:
             self._starting.add(name)
         self._wait()
@@ -62,9 +64,12 @@ class LostControllers:
             self._timer.cancel()
         lost, self._lost = self._lost, []
         if lost:
+            remedy = ("'armsim spawner NAME' loads one" if self._has_manager else
+                      'the launch starts no controller manager, so start the launch file of the '
+                      "robot's simulation or hardware as well")
             self._report.log('WARNING', 'controllers may be missing, because of '
                              f"{'these lines' if len(lost) > 1 else 'this line'} of the launch "
-                             "file; 'armsim spawner NAME' loads one:")
+                             f'file; {remedy}:')
         for line in lost:
             self._report.log('WARNING', line)
 

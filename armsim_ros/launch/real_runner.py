@@ -194,7 +194,7 @@ class ProcessRunner:
         one = _Process(start, name, process, retries=retries)
         self._running[name] = one
         self._report.log('INFO', f'process started with pid [{process.pid}]', name)
-        self._lost.started(spec, name)
+        self._lost.started(spec, name, is_simulation=start.is_simulation)
         if not (start.is_simulation and start.spec.label.endswith('create')):
             self._engine.process_started(start.action, name, process.pid, spec)
         for fd, stream in ((1, process.stdout), (2, process.stderr)):

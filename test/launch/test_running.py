@@ -185,6 +185,15 @@ def test_lost_controllers_are_named_again_at_the_end_of_the_start(launch):
     assert 'driver' not in text
 
 
+def test_a_launch_without_a_controller_manager_says_so(launch):
+    """Controllers that nothing in the launch could load: another launch file has their manager."""
+    program = launch("""
+        ExecuteProcess(cmd=['false', 'ros2', 'control', 'load_controller', 'x']),
+    """)
+    program.wait(40.0)
+    assert re.search(r'controllers may be missing.*starts no controller manager', program.text)
+
+
 def test_no_word_of_controllers_where_none_is_lost(launch):
     """A launch whose commands did what they say ends its start without a further line."""
     program = launch("""
