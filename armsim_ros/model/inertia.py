@@ -28,6 +28,8 @@ DENSITY = 1000.0
 POINT_MASS, POINT_RADIUS = 0.01, 0.01
 #: Smaller masses [kg] and principal inertias [kg*m^2] are placeholders: of a grain of sand.
 LEAST_MASS, LEAST_INERTIA = 1e-6, 1e-12
+#: Larger masses [kg] are placeholders, too: the heaviest industrial arms weigh 13 t as a whole.
+MOST_MASS = 2e4
 #: Above this mean density [kg/m^3] a mass was written in grams; no metal has a quarter of it.
 GRAMS_DENSITY = 1e5
 #: A centre of mass further from its shapes than so many times their reach was written in mm.
@@ -47,6 +49,8 @@ def implausible(inertial: Inertial, shapes: Sequence[LinkGeometry] = ()) -> str:
     """
     if not math.isfinite(inertial.mass) or inertial.mass < LEAST_MASS:
         return f'the mass {inertial.mass:g} kg is not above {LEAST_MASS:g} kg'
+    if inertial.mass > MOST_MASS:
+        return f'the mass {inertial.mass:g} kg is above {MOST_MASS:g} kg'
     if not np.isfinite(inertial.inertia).all():
         return 'the inertia is not finite'
     low, middle, high = (float(value) for value in np.linalg.eigvalsh(inertial.inertia))
@@ -67,8 +71,8 @@ def implausible(inertial: Inertial, shapes: Sequence[LinkGeometry] = ()) -> str:
     return ''
 
 
-def in_grams(mass: float, *kinds: Sequence[LinkGeometry]) -> bool:
-    """Whether a mass above 1 kg is plausible for a link's shapes only in grams."""
+def too_dense(mass: float, *kinds: Sequence[LinkGeometry]) -> bool:
+    """Whether a mass above 1 kg is too large for a link's shapes."""
     size = max(sum(volume(shape.geometry) for shape in shapes) for shapes in kinds)
     return 1.0 < mass < math.inf and 0.0 < size < mass / GRAMS_DENSITY
 

@@ -21,10 +21,11 @@ from armsim_ros.model.description.xml_tree import parse_xml, TextReport, unknown
 from armsim_ros.model.geometry import Mesh
 from armsim_ros.model.inertia import (
     implausible,
-    in_grams,
     inertial_of,
     LEAST_MASS,
+    MOST_MASS,
     POINT_MASS,
+    too_dense,
 )
 from armsim_ros.model.robot_model import HardwareSystem, Inertial, Joint, JointType, Link
 from armsim_ros.model.tree import tree_order
@@ -233,20 +234,24 @@ def _repair(link: Link, joints: dict[str, Joint], where: Location, report: TextR
         made = inertial_of(shapes)
     else:
         mass = inertial.mass
-        heavy = in_grams(mass, link.collisions, link.visuals)
+        heavy = too_dense(mass, link.collisions, link.visuals)
         reason = implausible(inertial, shapes)
         if not reason and not heavy:
             return link
         if _is_massless_frame(inertial, link):
             return replace(link, inertial=None)
         if heavy:
-            reason = f'the mass {mass:g} kg is too large for its shape, and taken as grams'
+            reason = f'the mass {mass:g} kg is too large for its shape'
             mass *= 1e-3
-            made = replace(inertial, mass=mass, inertia=1e-3 * inertial.inertia)
-            kept = not implausible(made, shapes)
+            heavy = too_dense(mass, link.collisions, link.visuals)
+            if not heavy:
+                reason += ', and taken as grams'
+                made = replace(inertial, mass=mass, inertia=1e-3 * inertial.inertia)
+                kept = not implausible(made, shapes)
         if not kept:
-            made = inertial_of(shapes, mass if mass >= LEAST_MASS else
-                               POINT_MASS if mass > 0.0 else None)
+            usable = LEAST_MASS <= mass <= MOST_MASS and not heavy
+            made = inertial_of(shapes, mass if usable else
+                               POINT_MASS if 0.0 < mass < LEAST_MASS else None)
     values = ', '.join(f'{value:.3g}' for value in made.inertia.diagonal())
     report.warning(
         f"link '{link.name}': {reason}; taken instead: mass {made.mass:.3g} kg, inertia "

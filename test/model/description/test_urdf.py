@@ -215,6 +215,8 @@ def test_what_others_read_is_listed(arm_urdf):
      'the centre of mass is 100 m away from shapes of 0.187 m'),
     ('<inertial><mass value="6000"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="9"/>'
      '</inertial>', 'the mass 6000 kg is too large for its shape, and taken as grams'),
+    ('<inertial><mass value="1e6"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/>'
+     '</inertial>', 'the mass 1e+06 kg is too large for its shape; taken instead: mass 6 kg'),
 ])
 def test_impossible_mass_properties_are_repaired(inertial, reason):
     """The warning names link, reason and the value that is taken."""
@@ -251,6 +253,15 @@ def test_a_placeholder_mass_becomes_a_light_link():
     assert content.links['b'].inertial.mass == pytest.approx(0.01)
     assert "link 'b': the mass 1e-09 kg is not above 1e-06 kg; taken instead: mass 0.01 kg" in str(
         content.problems[0])
+
+
+def test_a_mass_of_no_arm_is_not_kept():
+    """Without a shape to compare with, a link of a million kilograms is a point of ten grams."""
+    inertial = ('<inertial><mass value="1e6"/><inertia ixx="1e3" ixy="0" ixz="0" iyy="1e3" '
+                'iyz="0" izz="1e3"/></inertial>')
+    content = read(robot(link('a'), f'<link name="b">{inertial}</link>', joint('j', 'a', 'b')))
+    assert content.links['b'].inertial.mass == pytest.approx(0.01)
+    assert "link 'b': the mass 1e+06 kg is above 20000 kg" in str(content.problems[0])
 
 
 def test_a_frame_stays_without_mass():
