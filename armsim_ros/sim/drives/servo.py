@@ -116,11 +116,8 @@ class Servo(Restorable):
         """
         followed = Followed.of(self.joint_names, claimed)
         changed = followed.changed(self._followed)
-        rest = np.where(
-            self._follows_effort,
-            self._measured,
-            np.where(self._followed.velocity, self.reference, self._target),
-        )
+        positions = np.where(self._followed.velocity, self.reference, self._target)
+        rest = np.where(self._follows_effort, self._measured, positions)
         left = np.where(changed & self._followed.velocity, self.reference, np.nan)
         self._target = np.where(changed, rest, self._target)
         self._interpolator.restart(self._target, changed)
