@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+import contextlib
 from dataclasses import dataclass
 from enum import Enum
 import os
@@ -34,6 +35,8 @@ FLOOR = 'armsim.floor'
 #: Packages and files that a robot description names.
 _PACKAGE = re.compile(r'(?:(?:package|model)://|\$\(find(?:-pkg-share)?\s+)([^/"\'\s)]+)')
 _FILE = re.compile(r'file://+(/[^"\'<>\n]+?)/[^/"\']*["\']')
+#: Where Gazebo looks for models.
+_MODEL_PATHS = ('GZ_SIM_RESOURCE_PATH', 'IGN_GAZEBO_RESOURCE_PATH', 'GAZEBO_MODEL_PATH')
 #: A model in SDF with controllers is a robot; any other is an object of the world.
 _SDF_ROBOT = re.compile(r'<sdf\b.*ros2_control', re.DOTALL)
 _PROGRAMS = {
@@ -159,8 +162,9 @@ class Mapping:
                     'simulated, and no robot_state_publisher has a URDF with <ros2_control> for '
                     "it; spawn the robot by its URDF ('-topic robot_description')"))
         if '<robot' not in str(text) and not (given.by_topic and not text):
-            return Start(action, spec, Kind.DONE,
-                         note=f'{given.name or "the model"} is no URDF and not spawned')
+            name = f"'{given.file}' is not found" if given.file and not text else (
+                f'{given.name or "the model"} is no URDF')
+            return Start(action, spec, Kind.DONE, note=f'{name} and not spawned')
         if self._simulated:
             return Start(action, spec, Kind.DONE, note='the simulation has its robot already')
         self._simulated.add('/')
@@ -238,10 +242,17 @@ class Mapping:
         return own or next(iter(self._descriptions.values()), '')
 
     def _read(self, file: str) -> str:
-        try:
-            return Path(file).read_text(encoding='utf-8', errors='replace') if file else ''
-        except OSError:
+        """Return the text of a file, or of the model whose folder has this name."""
+        if not file:
             return ''
+        folders = [Path(folder) for name in _MODEL_PATHS
+                   for folder in os.environ.get(name, '').split(os.pathsep) if folder]
+        folders += [folder for package in current_lookup().packages.names().values()
+                    for folder in (package, package / 'models')]
+        for place in (Path(file), *(folder / file / 'model.sdf' for folder in folders)):
+            with contextlib.suppress(OSError):
+                return place.read_text(encoding='utf-8', errors='replace')
+        return ''
 
     @staticmethod
     def _place(node: RosNode | None) -> str:

@@ -8,6 +8,7 @@ import yaml
 from armsim_ros.launch.api.context import LaunchContext
 from armsim_ros.launch.api.process import ExecuteProcess
 from armsim_ros.launch.api.ros_node import Node
+from armsim_ros.launch.lookup import looking_with, make_lookup
 from armsim_ros.launch.mapping import FLOOR, JOINT_STATES, Kind, Mapping
 
 CONTROL = Node(package='controller_manager', executable='ros2_control_node',
@@ -115,6 +116,23 @@ def test_a_robot_in_sdf_is_simulated_by_the_urdf_of_the_state_publisher(
     (_, spawned), _ = decided(state_publisher, create(file))
     assert spawned.simulation is None
     assert spawned.kind is Kind.DONE
+
+
+@pytest.mark.parametrize('folder', ['', 'models'])
+def test_a_model_is_found_by_its_name(decided, tmp_path, folder):
+    """Gazebo finds a model's folder in its resource paths, which a package's hooks set."""
+    package = tmp_path / 'src' / 'arm_description'
+    model = package / folder / 'arm'
+    model.mkdir(parents=True)
+    (package / 'package.xml').write_text('<package><name>arm_description</name></package>')
+    (model / 'model.sdf').write_text(SDF.format(PLUGIN))
+    state_publisher = Node(package='robot_state_publisher', executable='robot_state_publisher',
+                           parameters=[{'robot_description': URDF}])
+    with looking_with(make_lookup([tmp_path], [])):
+        (_, spawned), _ = decided(state_publisher, create('arm'))
+        (missing,), _ = decided(create('leg'))
+    assert spawned.simulation is not None
+    assert missing.note == "'leg' is not found and not spawned"
 
 
 @pytest.mark.parametrize('urdf', ['', URDF.replace('ros2_control', 'gazebo')])

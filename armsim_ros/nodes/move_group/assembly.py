@@ -44,7 +44,8 @@ from armsim_ros.scene_sources.simulated_world import (
 )
 
 READY = 'You can start planning now!'
-DEFAULT_JOINT_STATES = '/joint_states'
+#: Relative, as upstream's: a server in a namespace reads that of the namespace.
+DEFAULT_JOINT_STATES = 'joint_states'
 
 
 class MoveGroup:
@@ -65,7 +66,7 @@ class MoveGroup:
         scene = initial_scene(model, settings, parameters, name='default')
         topics = parameters.joint_state_topics or (
             settings.joint_states_topic,
-            DEFAULT_JOINT_STATES,
+            node.resolve_topic_name(DEFAULT_JOINT_STATES),
         )
         planning = settings_from_config(parameters, settings.ompl, settings.kinematics)
         planner, query_planner = (

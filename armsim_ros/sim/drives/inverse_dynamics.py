@@ -12,10 +12,31 @@ from armsim_ros.config.simulation import SimulationSettings
 from armsim_ros.model.robot_model import RobotModel
 from armsim_ros.sim.physics.mujoco_model import PlantSpec
 
-#: Below this velocity dry friction is fed forward in part [rad/s or m/s].
-FRICTION_VELOCITY = 0.01
 #: Between two nodes that lie so far apart inertia and other torques are taken as linear [steps].
 LONGEST_STRIDE = 10
+
+
+class _Friction:
+    """
+    Dry friction as the physics makes it, which is soft: viscous below a velocity.
+
+    The inverse of the constraint's force (engine_core_constraint.c of MuJoCo: mj_makeImpedance),
+    which depends on the joint's own motion alone.
+
+    :param model: the plant.
+    """
+
+    def __init__(self, model: mujoco.MjModel) -> None:
+        least, most = model.dof_solimp[:, 0], model.dof_solimp[:, 1]
+        time_constant = np.maximum(model.dof_solref[:, 0], 2.0 * model.opt.timestep)
+        self._most: Vector = model.dof_frictionloss.copy()
+        self._damping: Vector = 2.0 / (most * time_constant)
+        self._inertia: Vector = least / (1.0 - least) / model.dof_invweight0
+
+    def forces(self, velocity: Matrix, acceleration: Matrix) -> Matrix:
+        """Return what overcomes the friction of all joints (k, nv) [N*m or N]."""
+        sticking = self._inertia * (acceleration + self._damping * velocity)
+        return np.clip(sticking, -self._most, self._most)
 
 
 class InverseDynamics:
@@ -55,8 +76,7 @@ class InverseDynamics:
         self._diagonal = (rows + lengths - 1).astype(np.intp)
         damping = self._model.dof_damping * self._model.opt.timestep
         self._step_damping = damping if damping.any() else None
-        friction = self._model.dof_frictionloss.copy()
-        self._friction = friction if friction.any() else None
+        self._friction = _Friction(self._model) if self._model.dof_frictionloss.any() else None
         data = self._data
         self._views = data.qpos, data.qvel, data.qacc, data.qfrc_inverse, data.M
         # Where the full matrix of inertia finds its entries in the sparse one, else in a zero.
@@ -164,7 +184,7 @@ class InverseDynamics:
             # The integrator takes damping at the end of the step, mj_inverse at its start.
             forces += self._step_damping * acceleration
         if self._friction is not None:
-            forces += self._friction * np.tanh(velocity / FRICTION_VELOCITY)
+            forces += self._friction.forces(velocity, acceleration)
         return forces if self._plain else self._gather(forces, self._ratio)
 
     def _spread(self, values: Matrix, *, offset: bool = False) -> Matrix:

@@ -21,7 +21,8 @@ from armsim_ros.model.robot_model import Joint, RobotModel
 from armsim_ros.sim.drives.inverse_dynamics import InverseDynamics
 from armsim_ros.sim.physics.robot_spec import bound_or_infinite
 
-#: An effort limit below this multiple of the robot's weight on the joint is a placeholder.
+#: An effort limit below this multiple of the robot's weight on the joint, and of the joint's dry
+#: friction, is a placeholder.
 LEAST_SHARE = 1.2
 #: The replaced limit is this multiple of what motions of all joints at once need, so that steps of
 #: commands do not saturate the drive.
@@ -59,15 +60,18 @@ def with_sufficient_efforts(
     for name, weight, most in zip(
             model.active_joints, weights, np.abs(moving).max(axis=0), strict=True):
         joint, declared = joints[name], joints[name].limits.effort
+        load = weight + joint.friction
         if (name not in model.ideally_positioned_joints
-                or bound_or_infinite(declared) >= LEAST_SHARE * weight):
+                or bound_or_infinite(declared) >= LEAST_SHARE * load):
             continue
-        needed = HEADROOM * most
+        needed = HEADROOM * (most + joint.friction)
+        does, bears = ('move', 'weight and friction need') if joint.friction else (
+            'hold', 'weight needs')
         joints[name] = replace(joint, limits=replace(joint.limits, effort=float(needed)))
         lines.append(
-            f"joint '{name}': the URDF's effort limit {declared:g} cannot hold the robot, whose "
-            f'weight needs {weight:.3g}; its drive gets {needed:.3g}, as its hardware does not '
-            'read the limit')
+            f"joint '{name}': the URDF's effort limit {declared:g} cannot {does} the robot, whose "
+            f'{bears} {load:.3g}; its drive gets {needed:.3g}, as its hardware does not read the '
+            'limit')
     return replace(model, joints=joints), tuple(lines), weights
 
 

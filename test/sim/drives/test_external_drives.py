@@ -53,6 +53,20 @@ def test_a_placeholder_effort_holds_the_robot(driven, claim, plugin):
     np.testing.assert_allclose(simulation.state.position, (1.2, 0.3, -0.4), atol=1e-3)
 
 
+def test_friction_above_the_effort_limit_does_not_stop_a_joint(driven, claim):
+    """Hardware that follows positions does so whatever dry friction the URDF gives a joint."""
+    arm = driven(MOCK)
+    model = replace(arm, joints={name: replace(joint, friction=100.0)
+                                 for name, joint in arm.joints.items()})
+    simulation = Simulation(model)
+    assert "joint 'elbow': the URDF's effort limit 30 cannot move the robot, whose weight and "\
+           'friction need' in '\n'.join(simulation.warnings)
+    claim(simulation, 'position')
+    simulation.command.position[:] = (1.2, 0.3, -0.4)
+    run(simulation, 2.0)
+    np.testing.assert_allclose(simulation.state.position, (1.2, 0.3, -0.4), atol=1e-3)
+
+
 def test_a_placeholder_effort_is_reported(driven):
     """One line a joint names the joint, the declared limit and the drive's."""
     lines = [line for line in Simulation(driven(MOCK, effort=0.01)).warnings if 'effort' in line]

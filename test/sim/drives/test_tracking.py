@@ -132,6 +132,15 @@ def test_integral_action_lifts_a_payload(arm):
     assert np.abs(simulation.state.position).max() < 1e-4
 
 
+@pytest.mark.parametrize('duration', [1.0, 20.0])
+def test_follows_in_spite_of_much_friction(make_arm, claim, follow, quintic, duration):
+    """Friction of many times the links' inertia neither drags nor pushes, however slow."""
+    simulation = Simulation(make_arm(damping=1.0, friction=10.0))
+    claim(simulation, 'position')
+    position, _ = quintic(np.zeros(3), 0.2 * np.array(GOAL), duration)
+    assert follow(simulation, position, duration + 0.2).max() < 1e-4
+
+
 def test_follows_in_spite_of_dry_friction_and_damping(make_arm, claim, follow, quintic):
     """Friction and damping of the URDF are fed forward: the error stays below 1 mrad."""
     simulation = Simulation(make_arm(damping=0.5, friction=0.5))

@@ -336,6 +336,19 @@ def test_another_controller_manager(mistaken: LoneServer) -> None:
     played.silence()
 
 
+@pytest.mark.statement('CSM-1')
+def test_states_of_its_namespace(mistaken: LoneServer) -> None:
+    """
+    The topic of joint states is relative: of the server's namespace, not the root's.
+
+    Upstream: planning_scene_monitor.cpp, DEFAULT_JOINT_STATES_TOPIC.
+    """
+    played = mistaken.play(START, f'{NAMESPACE}/joint_states')
+    assert name_of(played.arm.plan(GOAL).error_code) == 'SUCCESS'
+    assert not mistaken.client.node.get_subscriptions_info_by_topic('/joint_states')
+    played.silence()
+
+
 @pytest.mark.statement('IF-0', 'IF-26')
 def test_under_a_namespace(mistaken: LoneServer) -> None:
     """All relative names follow the node's namespace."""
