@@ -12,7 +12,7 @@ from types import SimpleNamespace
 import pytest
 
 from armsim_ros.config.robot_settings import RobotSettings
-from armsim_ros.errors import ControllerError
+from armsim_ros.errors import ConfigError, ControllerError
 from armsim_ros.nodes.simulation.controller_manager.descriptions import ControllerDescriptions
 
 TRAJECTORY = 'joint_trajectory_controller/JointTrajectoryController'
@@ -125,3 +125,10 @@ def test_nothing_describes_it():
     """Without a type and a file the controller is not loaded."""
     with pytest.raises(ControllerError, match=r"'arm\.type' is not set"):
         found()
+
+
+def test_a_type_of_a_plugin_that_is_not_offered_is_named(file):
+    """A file whose only fault is an unknown type is refused with that type's name."""
+    path = file('/left/arm: {ros__parameters: {type: my_robot/RobotController, joints: [a]}}\n')
+    with pytest.raises(ConfigError, match="type 'my_robot/RobotController' is not known"):
+        found(arm__params_file=[path])

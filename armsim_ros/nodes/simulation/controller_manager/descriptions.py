@@ -126,5 +126,5 @@ def read_description(
     settings = read_controller(name, block, draft.problems, published=True)
     mistakes = [one for one in draft.problems if one.severity is Severity.ERROR]
     if mistakes or settings is None:
-        raise ConfigError(mistakes)
+        raise ConfigError(mistakes or draft.problems)  # an unknown type is only a warning
     return settings
