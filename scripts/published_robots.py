@@ -374,9 +374,12 @@ def _grip(robot: Robot) -> str:
                     command=GripperCommandMessage(position=position, max_effort=100.0))
             sent = client.in_executor(partial(gripper.send_goal_async, goal))
             handle = client.result(sent, MOVE_TIMEOUT)
-            client.result(client.in_executor(handle.get_result_async), MOVE_TIMEOUT)
+            assert handle.accepted, f'{one.name} rejected {position:g}'
+            ended = client.result(client.in_executor(handle.get_result_async), MOVE_TIMEOUT)
             error = abs(robot.positions_at_rest()[joint] - position)
-            assert error < TOLERANCE, f'{one.name}: {joint} is {1e3 * error:.1f} mrad or mm away'
+            assert error < TOLERANCE, (
+                f'{one.name}: {joint} is {1e3 * error:.1f} mrad or mm away from {position:g} '
+                f'(status {ended.status}, stalled: {ended.result.stalled})')
     return f'{len(grippers)} of {len(grippers)}' if grippers else ''
 
 
