@@ -77,7 +77,9 @@ def workspace_of(path: Path) -> Path | None:
     return None
 
 
-def packages_below(folder: Path, depth: int = DEEPEST) -> dict[str, Path]:
+def packages_below(
+    folder: Path, depth: int = DEEPEST, *, ignored: bool = False
+) -> dict[str, Path]:
     """
     Return name -> folder of the packages in a tree of sources.
 
@@ -86,6 +88,7 @@ def packages_below(folder: Path, depth: int = DEEPEST) -> dict[str, Path]:
     ``COLCON_IGNORE`` or ``AMENT_IGNORE``, nor in ``build`` and hidden folders.
 
     :param depth: so many folders below the given one at most.
+    :param ignored: whether packages that are marked so are returned, too.
     """
     found: dict[str, Path] = {}
     pending = deque([(os.fspath(folder), 0)])
@@ -98,7 +101,7 @@ def packages_below(folder: Path, depth: int = DEEPEST) -> dict[str, Path]:
                 names = {entry.name: entry for entry in entries}
         except OSError:
             continue
-        if not IGNORE_MARKS.isdisjoint(names):
+        if not ignored and not IGNORE_MARKS.isdisjoint(names):
             continue
         if MANIFEST in names:
             name = package_name(Path(place))
@@ -193,6 +196,11 @@ class Packages:
             shown += f' and {len(places) - _MOST_PLACES} more'
         known = tuple(each for tree in self._trees.values() for each in tree)
         hint = nearest(name, known)
+        ignored = [folder for tree in self._source_trees() if (folder := packages_below(
+            tree.folder, tree.depth, ignored=True).get(name)) is not None]
+        if ignored:
+            hint = (f'{ignored[0]} is left out of builds by {" or ".join(sorted(IGNORE_MARKS))}, '
+                    'which you can remove')
         raise ResourceError(
             f"package '{name}' is not found; looked at: {shown}; "
             + (f'{hint}; ' if hint else '')

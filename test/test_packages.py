@@ -105,6 +105,15 @@ def test_a_missing_package_is_answered_with_places_and_remedy(package):
     assert len(text.splitlines()) == 1
 
 
+def test_a_package_that_colcon_leaves_out_is_named(package):
+    """A missing package that is in the workspace with an ignore mark is told with its folder."""
+    named = package('ws/src/here/one')
+    ignored = package('ws/src/there/two')
+    (ignored / 'COLCON_IGNORE').touch()
+    with pytest.raises(ResourceError, match=f'{ignored} is left out of builds by .*COLCON_IGNORE'):
+        Packages(near=[named]).folder('two')
+
+
 def test_all_packages_can_be_listed(package):
     """What is found by name can be listed by name."""
     named = package('ws/src/one')
