@@ -7,8 +7,8 @@ Before an update the loop asks the controllers for how many updates ahead all co
 at rest those that change no command, in a motion those whose references follow from the
 trajectory. Such updates are planned instead of made, and their physics steps are done together.
 The plan ends where the next update has to be made: where the caller or a listener observes the
-robot after it, where a controller fails, where a joint is not where the plan expects it, or, at
-rest, where there is something new for the controllers.
+robot after it, a controller fails, a joint is not where the plan expects it, or there is something
+new for the controllers.
 """
 
 from __future__ import annotations
@@ -35,11 +35,11 @@ REQUESTS_PER_TICK = 8
 MOST_STEPS_AT_REST = 1000
 #: Updates of a motion that are worth a plan.
 LEAST_PLANNED = 3
-#: Physics steps between two looks at requests where no pace is kept.
+#: Physics steps after which requests are served where no pace is kept.
 UNPACED_STEPS = 40
-#: Wall time for which the loop dozes at most while nobody asks for anything [ns].
+#: Longest wall time for which the loop dozes while no request comes [ns].
 LONGEST_DOZE_NS = 20_000_000
-#: Faults that are kept until somebody asks.
+#: Faults that are kept for ``poll_faults``.
 KEPT_FAULTS = 100
 
 
@@ -138,7 +138,7 @@ class ControlLoop:
 
     def forget(self, function: Callable[[int], object]) -> None:
         """Call a function of ``every`` no more; only from the thread that ticks."""
-        self._listeners = tuple(one for one in self._listeners if one.function != function)
+        self._listeners = tuple(known for known in self._listeners if known.function != function)
 
     def tick(self) -> None:
         """Serve requests; unless paused, do one physics step with all that belongs to it."""
@@ -155,8 +155,8 @@ class ControlLoop:
         When the physics becomes unstable the plant goes back to where it last was stable, the
         clock is paused, and the reason is kept for ``poll_faults``; that ends it early.
 
-        :param until: ends it after the step in which it becomes true; it may look at what
-            controllers do, such as the end of a goal, but not at what moves.
+        :param until: ends it after the step in which it becomes true; it may depend on
+            what controllers do, such as the end of a goal, but not on what moves.
         :returns: whether the physics stayed stable.
         """
         clock, stable = self.clock, True
@@ -189,7 +189,7 @@ class ControlLoop:
 
         Goals are aborted, controllers stay active and hold where the robot is then.
 
-        :param reason: for those who wait for a goal.
+        :param reason: for clients that wait for a goal.
         :param states: whether robot and world are put back to the start.
         :param time: whether it begins at 0 again; it goes on else.
         """
@@ -299,6 +299,9 @@ class ControlLoop:
         planned = self._controllers.plan(most, time_ns, self._period, moving=self._moving)
         if planned:
             simulation.take_plan(planned, steps)
+            if self._moving and simulation.resting:
+                # The motion dwells: the drives come to rest in the next update.
+                planned = simulation.end_plan()
         self._planned, self._before = planned, rest
         return planned > 0
 
@@ -363,10 +366,7 @@ class ControlLoop:
 
     def poll_faults(self) -> list[str]:
         """Return the faults of the physics since the last call; from any thread."""
-        faults = []
-        while self._faults:
-            faults.append(self._faults.popleft())
-        return faults
+        return [self._faults.popleft() for _ in range(len(self._faults))]
 
     def _serve(self) -> None:
         if not self._requests:
@@ -376,7 +376,7 @@ class ControlLoop:
                 continue
             try:
                 future.set_result(function())
-            except Exception as error:  # noqa: BLE001 - it belongs to the one who asked
+            except Exception as error:  # noqa: BLE001 - it belongs to the caller
                 future.set_exception(error)
 
 

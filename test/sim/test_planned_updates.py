@@ -232,3 +232,36 @@ def test_a_robot_at_rest_is_not_updated_because_another_moves(monkeypatch):
     assert goal.status is GoalStatus.SUCCEEDED
     assert outcomes[0] == outcomes[1]
     assert len(updates) < 100
+
+
+@pytest.mark.parametrize('rate', [500, 250])
+@pytest.mark.parametrize('first', range(200, 206))
+def test_a_dwell_in_a_motion_equals_single_steps(rate, first):
+    """The drives come to rest in the same update, wherever planned updates end before it."""
+    positions = np.array([[0.1] * 6, [0.1] * 6, [0.2] * 6])
+    dwell = JointTrajectory(
+        MOTION.joint_names, np.array([0.2, 0.5, 0.7]), positions, np.zeros((3, 6)))
+    outcomes = []
+    for requests in ([first, 60], [1] * (first + 60)):
+        sim = ArmSim(built_cell('sunday', None, {'controller_manager.update_rate': rate}))
+        sim.step(20)
+        goal = sim.manager.controllers['arm_joint_controller'].send_goal(dwell).goal
+        for steps in requests:
+            sim.step(steps)
+        outcomes.append(outcome(sim, goal))
+    assert outcomes[0] == outcomes[1]
+
+
+def test_a_restart_without_states_equals_single_steps():
+    """The robot is held where it is then, by the first update."""
+    outcomes = []
+    for steps in (1, 50):
+        sim = ArmSim(built_cell('sunday', None, {}))
+        sim.step(20)
+        sim.simulation.apply_wrench('link_6', force=(20.0, 0.0, 0.0))
+        sim.step(50)
+        sim.loop.restart('again', states=False)
+        for _ in range(50 // steps):
+            sim.step(steps)
+        outcomes.append(sim.digest())
+    assert outcomes[0] == outcomes[1]

@@ -81,6 +81,7 @@ class ControllerManager:
         self._switches = SwitchExecution(self.resources, parameters, self.events)
         self._changes = 0
         self._tick = 0
+        self._resumed = False
         self._structure = threading.RLock()
         self._requests: Mailbox[SwitchRequest] = Mailbox(self._context.wake)
         self._failures: dict[str, Exception] = {}
@@ -195,6 +196,7 @@ class ControllerManager:
         :param period: until the next update [s].
         """
         self.time_ns = time_ns
+        self._resumed = False
         if self._requests or self._failures:
             self._serve()
         tick = self._tick
@@ -213,7 +215,7 @@ class ControllerManager:
 
     def plan(self, updates: int, time_ns: int, period: float, *, moving: bool) -> int:
         """Plan updates of all active controllers, see :meth:`Controllers.plan`."""
-        if (self._requests or self._failures or self._limits is not None
+        if (self._requests or self._failures or self._resumed or self._limits is not None
                 or (moving and self.resources.holds)):
             return 0
         self._ahead = UpdatesAhead(self._switches.active, self._tick, time_ns, period)
@@ -270,6 +272,7 @@ class ControllerManager:
             for kind in COMMAND_INTERFACES:
                 arrays.of(kind)[:] = np.nan
         self.resources.hold_here()
+        self._resumed = True
         for controller, _ in reversed(self._switches.active):
             if controller.name in self._failures:
                 continue
