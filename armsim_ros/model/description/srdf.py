@@ -202,7 +202,7 @@ class _Reader:
             self._report.warning(
                 f"{title}: {value:g} of joint '{joint}' is outside its limits "
                 f'{limits.lower:g} .. {limits.upper:g}', element.where,
-                'planning to this state will be refused')
+                'a goal at this state ends at the limit')
         return value
 
     def _end_effectors(self, groups: Mapping[str, PlanningGroup]) -> dict[str, EndEffector]:

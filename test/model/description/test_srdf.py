@@ -86,8 +86,8 @@ def test_named_states(make_model):
     assert model.semantic.named_states == {'arm': {'up': {'j1': 0.5}, 'odd': {'j1': 9.0}}}
     assert all(one.startswith('r.srdf:4:') for one in warnings[:4])
     assert [one.split(': ', 1)[1] for one in warnings] == [
-        "named state 'odd': 9 of joint 'j1' is outside its limits -1 .. 2; planning "
-        'to this state will be refused',
+        "named state 'odd': 9 of joint 'j1' is outside its limits -1 .. 2; a goal at "
+        'this state ends at the limit',
         "named state 'odd': joint 'jj' is not in the URDF; it is left out",
         "named state 'odd': joint 'finger_1' is not in group 'arm'; it is left out",
         "named state 'odd': value 'much' of joint 'j2' is no finite number; it is "
