@@ -175,7 +175,8 @@ class RobotSpec:
             )
         sliding = joint.type is JointType.PRISMATIC
         limits = joint.limits
-        limited = joint.type is not JointType.CONTINUOUS and all(
+        # A mimic joint is bounded by its driver, as published limits of the two often disagree.
+        limited = joint.type is not JointType.CONTINUOUS and joint.mimic is None and all(
             math.isfinite(bound) for bound in (limits.lower, limits.upper)
         )
         if not self._moved_by_another(joint):

@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the drives do with the interfaces that controllers claim."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -166,6 +168,20 @@ def test_a_mimic_joint_follows(mimic_arm, claim, follow, quintic):
     simulation = Simulation(mimic_arm)
     claim(simulation, 'position')
     assert simulation.command_interfaces['wrist'] == ()
+    position, _ = quintic((0.0, 0.0, 0.3), (0.8, 0.5, -0.1), 1.0)
+    assert follow(simulation, position, 1.2).max() < 1e-3
+
+
+def test_a_mimic_joint_has_the_range_of_its_driver(mimic_arm, claim, follow, quintic):
+    """
+    Its own limits stop neither joint, as only active joints are bounded.
+
+    Upstream: robot_state.cpp, satisfiesBounds.
+    """
+    wrist = mimic_arm.joints['wrist']
+    narrow = replace(wrist, limits=replace(wrist.limits, lower=0.2, upper=0.4))
+    simulation = Simulation(replace(mimic_arm, joints={**mimic_arm.joints, 'wrist': narrow}))
+    claim(simulation, 'position')
     position, _ = quintic((0.0, 0.0, 0.3), (0.8, 0.5, -0.1), 1.0)
     assert follow(simulation, position, 1.2).max() < 1e-3
 
