@@ -12,6 +12,9 @@ from armsim_ros2.errors import CliError, hint
 from armsim_ros2.packages import prefix_of, resources
 
 KINDS = ('msg', 'srv', 'action')
+_PRIMITIVES = frozenset((
+    'bool', 'byte', 'char', 'float32', 'float64', 'int8', 'uint8', 'int16', 'uint16', 'int32',
+    'uint32', 'int64', 'uint64', 'string', 'wstring'))
 #: Attributes that tell the classes of each kind apart.
 _MARKS = {'msg': ('SLOT_TYPES',), 'srv': ('Request', 'Response'),
           'action': ('Goal', 'Result', 'Feedback')}
@@ -83,3 +86,39 @@ def definition_file(name: str) -> Path:
         if file.is_file():
             return file
     raise CliError(f"Could not find the interface '{folder / name}'{hint(name, all_names())}")
+
+
+def nested_type(code: str, package: str) -> str | None:
+    """
+    Return the message type of a field, None for other lines.
+
+    :param code: a line of a definition without its comment.
+    :param package: that the definition belongs to.
+    """
+    words = code.split()
+    if len(words) < 2:
+        return None
+    kind = words[0].partition('[')[0].partition('<')[0]
+    if kind in _PRIMITIVES:
+        return None
+    return kind.replace('/', '/msg/') if '/' in kind else f'{package}/msg/{kind}'
+
+
+def definition_text(name: str) -> str:
+    """
+    Return the definition of a message with those of all messages in it, as ``ros2msg`` of MCAP.
+
+    :raises CliError: it or a type in it is not installed.
+    """
+    texts: dict[str, str] = {}
+    pending = [name]
+    while pending:
+        kind = pending.pop(0)
+        if kind not in texts:
+            texts[kind] = definition_file(kind).read_text(encoding='utf-8')
+            codes = (line.partition('#')[0].strip() for line in texts[kind].splitlines())
+            found = (nested_type(code, kind.partition('/')[0]) for code in codes)
+            pending += [nested for nested in found if nested]
+    first = texts.pop(name)
+    return first + ''.join(f'{"=" * 80}\nMSG: {kind.replace("/msg/", "/")}\n{text}'
+                           for kind, text in texts.items())

@@ -19,6 +19,7 @@ from armsim_ros2.parsing import listing, run_verb, unknown, USAGE_STATUS
 #: Command -> one line of help. Each is a module of ``commands`` with VERBS, or with run(argv).
 COMMANDS = {
     'action': 'actions: list, type, info, send_goal',
+    'bag': 'recordings: record, play, info',
     'control': 'controllers and hardware of a controller manager',
     'daemon': 'there is no daemon; for compatibility',
     'doctor': 'check the installation, the middleware and the graph',
@@ -34,7 +35,6 @@ COMMANDS = {
 }
 #: Commands of a ROS installation that this distribution does not have -> why.
 ABSENT = {
-    'bag': 'recording is part of rosbag2',
     'component': 'component containers are C++ programs of rclcpp_components',
     'multicast': 'it is part of ros2multicast; `ros2 doctor` checks multicast',
     'security': 'it is part of sros2',

@@ -92,7 +92,7 @@ class Manager:
 
     def _managers(self) -> list[str]:
         suffix = '/list_controllers'
-        return [name.removesuffix(suffix) for name, types in self._session.services().items()
+        return [name.removesuffix(suffix) for name, types in self._session.names('service').items()
                 if _LIST_TYPE in types and name.endswith(suffix)]
 
     def _is_manager(self, name: str) -> bool:

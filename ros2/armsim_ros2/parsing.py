@@ -12,7 +12,7 @@ from typing import Any, NoReturn
 from armsim_ros2.errors import CliError, hint
 
 USAGE_STATUS = 2
-DEFAULT_SPIN_TIME = 0.5
+_HIDDEN = '--include-hidden-'
 
 
 class Parser(argparse.ArgumentParser):
@@ -52,7 +52,7 @@ def run_verb(command: str, about: str, verbs: Mapping[str, Verb], argv: Sequence
     """
     words = list(argv)
     early: list[str] = []
-    while words and words[0] in ('--include-hidden-topics', '--include-hidden-services'):
+    while words and words[0].startswith(_HIDDEN):
         early.append(words.pop(0))
     if not words or words[0] in ('-h', '--help'):
         print(f'usage: ros2 {command} VERB ...\n\n{about}\n\n{listing(verbs)}\n\n'
@@ -86,47 +86,46 @@ def argument(*names: str, **options: Any) -> Arguments:
     return lambda parser: parser.add_argument(*names, **options)
 
 
-def exclusive(*arguments: tuple[tuple[str, ...], dict[str, Any]]) -> Arguments:
+def flag(*names: str, about: str, **options: Any) -> Arguments:
+    """Return a function that adds an option without a value."""
+    return argument(*names, action='store_true', help=about, **options)
+
+
+def exclusive(*arguments: Arguments) -> Arguments:
     """Return a function that adds arguments of which only one may be given."""
     def add(parser: Parser) -> None:
-        group = parser.add_mutually_exclusive_group()
-        for names, options in arguments:
-            group.add_argument(*names, **options)
+        group: Any = parser.add_mutually_exclusive_group()
+        for add_to in arguments:
+            add_to(group)
 
     return add
 
 
-def flag(*names: str, about: str) -> Arguments:
-    """Return a function that adds an option without a value."""
-    return argument(*names, action='store_true', help=about)
+def hidden(kind: str) -> Arguments:
+    """
+    Return a function that adds the option to include hidden names; actions are never left out.
+
+    :param kind: topic, service, action or node.
+    """
+    if kind == 'action':
+        return lambda parser: parser.set_defaults(hidden=True)
+    return flag(f'{_HIDDEN}{kind}s', dest='hidden',
+                about=f'include {kind}s whose names begin with an underscore')
 
 
 def node_options(parser: Parser) -> None:
     """Add the options of every verb that reads the graph."""
-    parser.add_argument('--spin-time', type=float, default=DEFAULT_SPIN_TIME, metavar='SECONDS',
+    parser.add_argument('--spin-time', type=float, default=0.5, metavar='SECONDS',
                         help='longest time to wait for discovery (default: %(default)s)')
     parser.add_argument('-s', '--use-sim-time', action='store_true', help='use the time of /clock')
     parser.add_argument('--no-daemon', action='store_true',
                         help='accepted for compatibility; there is no daemon')
 
 
-def hidden_topics(parser: Parser) -> None:
-    """Add the option to include hidden topics."""
-    parser.add_argument('--include-hidden-topics', action='store_true',
-                        help='include topics whose names begin with an underscore')
-
-
-def hidden_services(parser: Parser) -> None:
-    """Add the option to include hidden services."""
-    parser.add_argument('--include-hidden-services', action='store_true',
-                        help='include services whose names begin with an underscore')
-
-
 def yaml_argument(name: str, about: str) -> Arguments:
     """Return a function that adds a YAML text, from the command line or standard input."""
-    return exclusive(
-        ((name,), {'nargs': '?', 'default': '{}', 'help': about}),
-        (('--stdin',), {'action': 'store_true', 'help': 'read the values from standard input'}))
+    return exclusive(argument(name, nargs='?', default='{}', help=about),
+                     flag('--stdin', about='read the values from standard input'))
 
 
 def positive_float(text: str) -> float:
@@ -139,10 +138,8 @@ def positive_float(text: str) -> float:
 
 def positive_int(text: str) -> int:
     """Return an integer above 0."""
-    value = int(text)
-    if value <= 0:
-        raise argparse.ArgumentTypeError(f"'{text}' is not above 0")
-    return value
+    positive_float(text)
+    return int(text)
 
 
 def natural_int(text: str) -> int:

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from argparse import Namespace
+from collections.abc import Mapping
 from copy import copy
 from typing import Any
 
@@ -65,13 +66,22 @@ def compatible_profile(options: Namespace, publishers: list[Any]) -> Any:
 
     :param publishers: what the graph reports about the publishers of the topic.
     """
-    from rclpy.qos import QoSDurabilityPolicy, QoSReliabilityPolicy
-
-    profile = profile_of(options)
     given = [options.qos_depth, options.qos_liveliness_lease_duration_seconds,
              *(getattr(options, f'qos_{name}') for name in _CHOICES)]
+    profile = profile_of(options)
     if not publishers or any(value is not None for value in given):
         return profile
+    return matched(profile, publishers)
+
+
+def matched(profile: Any, publishers: list[Any]) -> Any:
+    """
+    Return a profile after setting what all publishers of a topic match.
+
+    :param publishers: what the graph reports about them.
+    """
+    from rclpy.qos import QoSDurabilityPolicy, QoSReliabilityPolicy
+
     for name, strong, weak in (
             ('reliability', QoSReliabilityPolicy.RELIABLE, QoSReliabilityPolicy.BEST_EFFORT),
             ('durability', QoSDurabilityPolicy.TRANSIENT_LOCAL, QoSDurabilityPolicy.VOLATILE)):
@@ -81,4 +91,32 @@ def compatible_profile(options: Namespace, publishers: list[Any]) -> Any:
             print(f'Some, but not all, publishers are offering {kind}.{strong.name}. Falling back '
                   f'to {kind}.{weak.name} as it will connect to all publishers')
         setattr(profile, name, strong if all(offers) else weak)
+    return profile
+
+
+def to_plain(profile: Any) -> dict[str, Any]:
+    """Return a profile as rosbag2 writes it (version 9 of its metadata)."""
+    def span(duration: Any) -> dict[str, int]:
+        seconds, rest = divmod(duration.nanoseconds, 1_000_000_000)
+        return {'sec': seconds, 'nsec': rest}
+
+    return {
+        'history': profile.history.short_key, 'depth': profile.depth,
+        'reliability': profile.reliability.short_key, 'durability': profile.durability.short_key,
+        'deadline': span(profile.deadline), 'lifespan': span(profile.lifespan),
+        'liveliness': profile.liveliness.short_key,
+        'liveliness_lease_duration': span(profile.liveliness_lease_duration),
+        'avoid_ros_namespace_conventions': profile.avoid_ros_namespace_conventions,
+    }
+
+
+def from_plain(values: Mapping[str, Any]) -> Any:
+    """Return the profile of a recorded publisher; earlier versions have numbers for policies."""
+    from rclpy import qos
+
+    profile = qos.QoSProfile(depth=values['depth'] or 10)
+    for name in ('reliability', 'durability'):
+        policy, value = getattr(qos, f'QoS{name.capitalize()}Policy'), values[name]
+        setattr(profile, name, policy(value) if isinstance(value, int)
+                else policy.get_from_short_key(value))
     return profile

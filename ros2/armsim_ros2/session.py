@@ -1,35 +1,29 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The node of one command: discovery, calls, subscriptions. Imports rclpy when it is made."""
+"""The node of one command: names of the graph, calls. Imports rclpy when it is made."""
 
 from __future__ import annotations
 
 from argparse import Namespace
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable
 import os
-from pathlib import Path
 import time
 from typing import Any, TypeVar
 
+from armsim_ros2.discovery import announce_often, settle
 from armsim_ros2.errors import CliError, hint
 from armsim_ros2.interfaces import load
+from armsim_ros2.parsing import Arguments, node_options, Verb
 
 T = TypeVar('T')
 
-_PROFILES = ('FASTRTPS_DEFAULT_PROFILES_FILE', 'FASTDDS_DEFAULT_PROFILES_FILE')
-#: Discovery is complete when nothing new has come for so many periods: more than the 0.3 s after
-#: which a program announces itself again if its first answer was lost.
-_QUIET = 16
-#: How many times as long it takes if more programs run than there are processors.
-_BUSY = 4
-#: How many periods more discovery may take if a node is known without its publishers.
-_LATE = 75
+#: After this time without an answer a name is not in the graph, with and without frequent
+#: announcements [s].
+PATIENCE = {True: 2.0, False: 5.0}
 #: How often the graph is read while something is expected [s].
 _PERIOD = 0.02
 #: Longest wait inside the middleware; Ctrl-C takes effect after it [s].
 _SPIN = 0.1
-#: How long a server may take for its response when no limit is given [s].
-_NO_LIMIT = float('inf')
 
 
 class Session:
@@ -41,7 +35,7 @@ class Session:
     """
 
     def __init__(self, options: Namespace, name: str | None = None) -> None:
-        self.fast = announce_often()
+        self._patience = PATIENCE[announce_often()]
         import rclpy
         from rclpy.context import Context
         from rclpy.executors import SingleThreadedExecutor
@@ -82,35 +76,9 @@ class Session:
 
     def settle(self) -> None:
         """Wait until discovery brings nothing new, at most for the spin time."""
-        if self._settled:
-            return
-        self._settled = True
-        # Periods are counted instead of seconds: a machine that delays this process delays
-        # discovery, too. If it is busy, other programs answer later.
-        scale = _BUSY if os.getloadavg()[0] > (os.cpu_count() or 1) else 1
-        most = scale * round(self._spin_time / _PERIOD)
-        last, quiet = self._size(), 0
-        for period in range(most + _LATE):
-            if (quiet >= scale * _QUIET or period >= most) and self._is_complete():
-                return
-            time.sleep(_PERIOD)
-            size = self._size()
-            quiet = quiet + 1 if size == last and size[0] > 1 else 0
-            last = size
-
-    def _size(self) -> tuple[int, int, int]:
-        return (len(self.node.get_node_names()), len(self.node.get_topic_names_and_types()),
-                len(self.node.get_service_names_and_types()))
-
-    def _is_complete(self) -> bool:
-        """Return whether publishers are known of every node; each node has some."""
-        from rclpy.node import NodeNameNonExistentError
-
-        try:
-            return all(self.node.get_publisher_names_and_types_by_node(*names)
-                       for names in self.node.get_node_names_and_namespaces())
-        except NodeNameNonExistentError:
-            return False
+        if not self._settled:
+            self._settled = True
+            settle(self.node, self._spin_time)
 
     def find(self, check: Callable[[], T | None], patience: float = 0.0) -> T | None:
         """
@@ -119,12 +87,13 @@ class Session:
         :param check: returns None or another false value as long as it finds nothing.
         :param patience: longer time to wait [s].
         """
-        end = self._start + max(patience, 2.0 if self.fast else 5.0)
-        while True:
-            found = check()
-            if found or time.monotonic() > end:
-                return found or None
+        end = self._start + max(patience, self._patience)
+        while not (found := check()):
+            if time.monotonic() > end:
+                self.settle()
+                return check() or None
             time.sleep(_PERIOD)
+        return found
 
     def absolute(self, name: str) -> str:
         """
@@ -143,19 +112,17 @@ class Session:
             raise CliError(' '.join(str(error).split())) from None
         return str(full)
 
-    def topics(self, hidden: bool = True) -> dict[str, list[str]]:
-        """Return the topics of the graph and their types, sorted."""
-        return visible(self.node.get_topic_names_and_types(), hidden)
+    def names(self, kind: str, hidden: bool = True) -> dict[str, list[str]]:
+        """
+        Return names in the graph and their types, sorted by name.
 
-    def services(self, hidden: bool = True) -> dict[str, list[str]]:
-        """Return the services of the graph and their types, sorted."""
-        return visible(self.node.get_service_names_and_types(), hidden)
-
-    def actions(self) -> dict[str, list[str]]:
-        """Return the actions of the graph and their types, sorted."""
+        :param kind: topic, service or action.
+        """
         from rclpy.action import get_action_names_and_types
 
-        return visible(get_action_names_and_types(self.node), True)
+        if kind == 'action':
+            return visible(get_action_names_and_types(self.node), hidden)
+        return visible(getattr(self.node, f'get_{kind}_names_and_types')(), hidden)
 
     def nodes(self, hidden: bool = False) -> list[str]:
         """Return the full names of the nodes in the graph, sorted; duplicates stay."""
@@ -164,35 +131,36 @@ class Session:
             for name, namespace in self.node.get_node_names_and_namespaces()
             if hidden or (name and not name.startswith('_')))
 
-    def types_of(self, name: str, known: Callable[[], Mapping[str, list[str]]],
-                 message: str, patience: float = 0.0) -> list[str]:
+    def types_of(self, kind: str, name: str, message: str = "Unknown {0} '{1}'") -> list[str]:
         """
         Return the types of a topic, service or action as soon as it is in the graph.
 
-        :param known: returns those in the graph.
-        :param message: of the failure; {} is the name.
+        :param message: of the failure; {0} is the kind, {1} the name.
         :raises CliError: it is not in the graph.
         """
         full = self.absolute(name)
-        types = self.find(lambda: known().get(full), patience)
+        types = self.find(lambda: self.names(kind).get(full))
         if types is None:
-            raise CliError(message.format(name) + hint(full, known()))
+            raise CliError(message.format(kind, name) + hint(full, self.names(kind)))
         return types
 
     def require_node(self, name: str, hidden: bool = False, patience: float = 0.0,
+                     known: Callable[[bool], Iterable[str]] | None = None,
                      message: str = "Node not found: '{}'") -> str:
         """
         Return the full name of a node as soon as it is in the graph.
 
+        :param known: returns the nodes that may be chosen; all by default.
         :param message: of the failure; {} is the name.
         :raises CliError: it is not in the graph.
         """
+        nodes = known or self.nodes
         full = name if name.startswith('/') else f'/{name}'
-        if not self.find(lambda: full in self.nodes(hidden), patience):
-            raise CliError(message.format(name) + hint(full, self.nodes(hidden)))
+        if not self.find(lambda: full in nodes(hidden), patience):
+            raise CliError(message.format(name) + hint(full, nodes(hidden)))
         return full
 
-    def spin(self, done: Callable[[], bool] = lambda: False, limit: float = _NO_LIMIT) -> bool:
+    def spin(self, done: Callable[[], bool] = lambda: False, limit: float = float('inf')) -> bool:
         """
         Run callbacks.
 
@@ -208,18 +176,6 @@ class Session:
             self._executor.spin_once(timeout_sec=min(_SPIN, left))
         return True
 
-    def client(self, kind: str, name: str, patience: float = 0.0) -> Any:
-        """
-        Return a client whose service is available.
-
-        :param kind: type of the service.
-        :raises CliError: it is not in the graph in time.
-        """
-        client = self.node.create_client(load(kind, 'srv'), name)
-        if not self.find(client.service_is_ready, patience):
-            raise CliError(f"Service '{name}' is not available{hint(name, self.services())}")
-        return client
-
     def call(self, kind: str, name: str, /, patience: float = 0.0, limit: float = 10.0,
              **fields: Any) -> Any:
         """
@@ -231,14 +187,32 @@ class Session:
         :param fields: of the request.
         :raises CliError: the service does not appear or does not respond in time.
         """
-        client = self.client(kind, name, patience)
-        future = client.call_async(load(kind, 'srv').Request(**fields))
+        service = load(kind, 'srv')
+        client = self.node.create_client(service, name)
+        if not self.find(client.service_is_ready, patience):
+            raise CliError(f"Service '{name}' is not available{hint(name, self.names('service'))}")
+        future = client.call_async(service.Request(**fields))
         if not self.spin(future.done, limit):
             raise CliError(f"Service '{name}' did not respond within {limit:g} s")
         return future.result()
 
 
-def visible(names_and_types: list[tuple[str, list[str]]], hidden: bool) -> dict[str, list[str]]:
+def graph_verb(about: str, run: Callable[[Session, Namespace], int | None], *arguments: Arguments
+               ) -> Verb:
+    """
+    Return a verb that reads the graph.
+
+    :param run: gets the session and the parsed arguments.
+    """
+    def run_in_session(options: Namespace) -> int | None:
+        with Session(options) as session:
+            return run(session, options)
+
+    return Verb(about, run_in_session, [*arguments, node_options])
+
+
+def visible(names_and_types: Iterable[tuple[str, list[str]]], hidden: bool
+            ) -> dict[str, list[str]]:
     """
     Return names and types, sorted by name.
 
@@ -248,27 +222,17 @@ def visible(names_and_types: list[tuple[str, list[str]]], hidden: bool) -> dict[
             if hidden or not any(part.startswith('_') for part in name.split('/'))}
 
 
-def other_types(types: list[str], kind: str) -> str:
+def refuse_other_type(session: Session, kind: str, name: str, wanted: str) -> None:
     """
-    Return the types that differ from a type, with commas between.
+    Fail if a service or action exists with another type: a client would wait for ever.
 
-    :param types: those of a service or action; a client of this process adds its own.
-    :param kind: such as ``std_srvs/srv/Trigger`` or ``std_srvs/Trigger``.
+    :param kind: service or action.
+    :param wanted: its type, such as ``std_srvs/srv/Trigger`` or ``std_srvs/Trigger``.
+    :raises CliError: it has other types than this one, which clients add to the graph.
     """
-    return ', '.join(name for name in types if name.split('/')[::2] != [
-        kind.partition('/')[0], kind.rpartition('/')[2]])
-
-
-def announce_often() -> bool:
-    """
-    Let Fast DDS announce this process often; a user's own settings are kept.
-
-    :returns: whether nodes are discovered quickly.
-    """
-    chosen = [os.environ[name] for name in _PROFILES if os.environ.get(name)]
-    if chosen:
-        return Path(chosen[0]).name == 'fastdds_profiles.xml'
-    if Path('DEFAULT_FASTRTPS_PROFILES.xml').is_file():
-        return False
-    os.environ[_PROFILES[0]] = str(Path(__file__).with_name('fastdds_profiles.xml'))
-    return True
+    package, *_, last = wanted.split('/')
+    others = [found for found in session.names(kind).get(name, ())
+              if found.split('/')[::2] != [package, last]]
+    if others:
+        raise CliError(f"The passed {kind} type is invalid: '{name}' has the type "
+                       f"'{', '.join(others)}', not '{wanted}'")

@@ -4,7 +4,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 import re
 import sys
 from typing import Any
@@ -131,39 +132,56 @@ def _class_name(value: Any) -> str:
     return f'{type(value).__module__.split(".")[0]}/{type(value).__name__}'
 
 
-def to_plain(message: Any, most: int | None = None, no_arr: bool = False, no_str: bool = False
-             ) -> dict[str, Any]:
+@dataclass(frozen=True)
+class Style:
     """
-    Return a message as dictionaries, lists and scalars.
+    How much of a message is shown.
 
     :param most: longer texts and arrays are cut to this length and marked by ``...``.
     :param no_arr: replace arrays by their type and length.
     :param no_str: replace texts by their length.
     """
-    return {name: _plain(getattr(message, name), slot, most, no_arr, no_str)
+
+    most: int | None = None
+    no_arr: bool = False
+    no_str: bool = False
+
+
+ALL = Style()
+
+
+def to_plain(message: Any, style: Style = ALL, scalar: Callable[[Any], Any] | None = None
+             ) -> dict[str, Any]:
+    """
+    Return a message as dictionaries, lists and scalars.
+
+    :param scalar: converts numbers and bytes; by default to Python's numbers and to texts.
+    """
+    return {name: _plain(getattr(message, name), slot, style, scalar or _python_value)
             for name, slot in _slot_types(message).items()}
 
 
-def _plain(value: Any, slot: Any, most: int | None, no_arr: bool, no_str: bool) -> Any:
+def _plain(value: Any, slot: Any, style: Style, scalar: Callable[[Any], Any]) -> Any:
     if hasattr(value, 'SLOT_TYPES'):
-        return to_plain(value, most, no_arr, no_str)
-    if isinstance(value, bytes):
-        value = value.decode('latin-1')
-        return value if most is None or len(value) <= most else value[:most] + '...'
-    if isinstance(value, str):
-        if no_str:
-            return f'<string length: <{len(value)}>>'
-        return value if most is None or len(value) <= most else value[:most] + '...'
-    if isinstance(value, (bool, int, float)):
-        return value
+        return to_plain(value, style, scalar)
+    if isinstance(value, str) and style.no_str:
+        return f'<string length: <{len(value)}>>'
     if not hasattr(value, '__len__'):
-        return value.item()
-    if no_arr:
+        return scalar(value)
+    cut = value[:style.most]
+    if isinstance(value, (bytes, str)):
+        text = cut if isinstance(cut, str) else scalar(cut)
+        return text if len(cut) == len(value) else f'{text}...'
+    if style.no_arr:
         return array_text(value, slot)
-    cut = value if most is None else value[:most]
-    items = cut.tolist() if hasattr(cut, 'tolist') else [
-        _plain(item, None, most, no_arr, no_str) for item in cut]
+    items = [_plain(item, None, style, scalar) for item in cut]
     return items if len(cut) == len(value) else [*items, '...']
+
+
+def _python_value(value: Any) -> Any:
+    if isinstance(value, bytes):
+        return value.decode('latin-1')
+    return value.item() if hasattr(value, 'item') else value
 
 
 def array_text(value: Any, slot: Any) -> str:
@@ -190,10 +208,9 @@ _Dumper.add_representer(dict, lambda dumper, mapping: yaml.MappingNode(
      for key, value in mapping.items()]))
 
 
-def to_yaml(message: Any, most: int | None = None, no_arr: bool = False, no_str: bool = False,
-            flow: bool = False) -> str:
-    """Return a message as YAML; see to_plain."""
-    return dump(to_plain(message, most, no_arr, no_str), flow)
+def to_yaml(message: Any, style: Style = ALL, flow: bool = False) -> str:
+    """Return a message as YAML."""
+    return dump(to_plain(message, style), flow)
 
 
 def dump(value: Any, flow: bool = False) -> str:
@@ -202,29 +219,19 @@ def dump(value: Any, flow: bool = False) -> str:
                          default_flow_style=flow))
 
 
-def to_csv(message: Any, most: int | None = None, no_arr: bool = False, no_str: bool = False
-           ) -> str:
-    """Return a message as comma-separated values; see to_plain."""
-    return ','.join(_csv(getattr(message, name), slot, most, no_arr, no_str)
-                    for name, slot in _slot_types(message).items())
+def to_csv(message: Any, style: Style = ALL) -> str:
+    """Return a message as comma-separated values."""
+    return ','.join(_leaves(to_plain(message, style, scalar=str)))
 
 
-def _csv(value: Any, slot: Any, most: int | None, no_arr: bool, no_str: bool) -> str:
-    if hasattr(value, 'SLOT_TYPES'):
-        return to_csv(value, most, no_arr, no_str)
-    if isinstance(value, str) and no_str:
-        return f'<string length: <{len(value)}>>'
-    if isinstance(value, (str, bytes)):
-        if most is None or len(value) <= most:
-            return str(value)
-        return str(value[:most] + b'...' if isinstance(value, bytes) else value[:most] + '...')
-    if not hasattr(value, '__len__'):
-        return str(value)
-    if no_arr and slot is not None:
-        return array_text(value, slot)
-    cut = value if most is None else value[:most]
-    text = ','.join(_csv(item, None, most, no_arr, no_str) for item in cut)
-    return text if len(cut) == len(value) else f'{text},...'
+def _leaves(value: Any) -> Iterator[str]:
+    if isinstance(value, str):
+        yield value
+    elif not value:  # an empty array is an empty field
+        yield ''
+    else:
+        for part in value.values() if isinstance(value, dict) else value:
+            yield from _leaves(part)
 
 
 def field_of(expression: str) -> Callable[[Any], Any]:

@@ -11,7 +11,7 @@ from std_msgs.msg import Byte, Float32MultiArray, UInt8MultiArray
 from trajectory_msgs.msg import JointTrajectory
 
 from armsim_ros2.errors import CliError
-from armsim_ros2.values import field_of, fill, parse, predicate, to_csv, to_plain, to_yaml
+from armsim_ros2.values import field_of, fill, parse, predicate, Style, to_csv, to_plain, to_yaml
 
 
 def test_nested_values_are_set():
@@ -86,20 +86,21 @@ def test_yaml_keeps_the_order_of_the_fields():
 def test_what_is_long_is_cut():
     """Arrays and texts end in dots after the limit (message_to_ordereddict)."""
     message = JointState(name=['abcdef', 'b', 'c'], position=[1.0, 2.0, 3.0])
-    plain = to_plain(message, most=2)
+    plain = to_plain(message, Style(most=2))
     assert plain['name'] == ['ab...', 'b', '...']
     assert plain['position'] == [1.0, 2.0, '...']
-    assert to_plain(PoseWithCovariance(), most=1)['covariance'] == [0.0, '...']
+    assert to_plain(PoseWithCovariance(), Style(most=1))['covariance'] == [0.0, '...']
 
 
 def test_arrays_and_texts_can_be_replaced():
     """--no-arr shows type and length, --no-str the length."""
-    plain = to_plain(JointState(name=['a'], position=[1.0]), no_arr=True, no_str=True)
+    plain = to_plain(JointState(name=['a'], position=[1.0]), Style(no_arr=True, no_str=True))
     assert plain['name'] == '<sequence type: string, length: 1>'
     assert plain['position'] == '<sequence type: double, length: 1>'
     assert plain['header']['frame_id'] == '<string length: <0>>'
-    assert to_plain(PoseWithCovariance(), no_arr=True)['covariance'] == '<array type: double[36]>'
-    trajectory = to_plain(JointTrajectory(), no_arr=True)
+    no_arrays = Style(no_arr=True)
+    assert to_plain(PoseWithCovariance(), no_arrays)['covariance'] == '<array type: double[36]>'
+    trajectory = to_plain(JointTrajectory(), no_arrays)
     assert trajectory['points'] == (
         '<sequence type: trajectory_msgs/msg/JointTrajectoryPoint, length: 0>')
 
@@ -108,8 +109,9 @@ def test_csv_is_one_line():
     """The values in the order of the fields (message_to_csv)."""
     message = JointState(name=['a', 'b'], position=[1.0, 2.0])
     assert to_csv(message) == '0,0,,a,b,1.0,2.0,,'
-    assert to_csv(message, most=1) == '0,0,,a,...,1.0,...,,'
-    assert to_csv(message, no_arr=True).startswith('0,0,,<sequence type: string, length: 2>,')
+    assert to_csv(message, Style(most=1)) == '0,0,,a,...,1.0,...,,'
+    assert to_csv(message, Style(no_arr=True)).startswith(
+        '0,0,,<sequence type: string, length: 2>,')
 
 
 def test_bytes_and_small_numbers_are_scalars():

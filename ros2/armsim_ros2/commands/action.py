@@ -9,49 +9,33 @@ from collections.abc import Callable
 import sys
 from typing import Any
 
+from armsim_ros2.commands.names import list_verb, name_argument, SHOW_TYPES, type_verb
 from armsim_ros2.errors import CliError, hint
 from armsim_ros2.interfaces import load
 from armsim_ros2.parsing import argument, flag, node_options, Verb, yaml_argument
-from armsim_ros2.session import other_types, Session
+from armsim_ros2.session import graph_verb, refuse_other_type, Session
 from armsim_ros2.values import fill, parse, to_yaml
 
 _STATUSES = ('UNKNOWN', 'ACCEPTED', 'EXECUTING', 'CANCELING', 'SUCCEEDED', 'CANCELED', 'ABORTED')
 
 
-def _list(options: Namespace) -> None:
-    with Session(options) as session:
-        session.settle()
-        actions = session.actions()
-    if options.count_actions:
-        print(len(actions))
-        return
-    for name, types in actions.items():
-        print(f'{name} [{", ".join(types)}]' if options.show_types else name)
-
-
-def _type(options: Namespace) -> None:
-    with Session(options) as session:
-        print(*session.types_of(options.action_name, session.actions, "Unknown action '{}'"),
-              sep='\n')
-
-
-def _info(options: Namespace) -> None:
+def _info(session: Session, options: Namespace) -> None:
     from rclpy import action
 
-    with Session(options) as session:
-        name = session.absolute(options.action_name)
-        session.find(lambda: session.actions().get(name))
-        session.settle()
-        print(f'Action: {options.action_name}')
-        for title, names_and_types in (
-                ('clients', action.get_action_client_names_and_types_by_node),
-                ('servers', action.get_action_server_names_and_types_by_node)):
-            found = _endpoints(session, name, names_and_types)
-            print(f'Action {title}: {len(found)}')
-            for node, types in () if options.count else found:
-                print(f'    {node} [{", ".join(types)}]' if options.show_types else f'    {node}')
-        if name not in session.actions():
-            print(f"'{name}' is not in the graph{hint(name, session.actions())}", file=sys.stderr)
+    name = session.absolute(options.action_name)
+    session.find(lambda: session.names('action').get(name))
+    session.settle()
+    print(f'Action: {options.action_name}')
+    for title, names_and_types in (
+            ('clients', action.get_action_client_names_and_types_by_node),
+            ('servers', action.get_action_server_names_and_types_by_node)):
+        found = _endpoints(session, name, names_and_types)
+        print(f'Action {title}: {len(found)}')
+        for node, types in () if options.count else found:
+            print(f'    {node} [{", ".join(types)}]' if options.show_types else f'    {node}')
+    known = session.names('action')
+    if name not in known:
+        print(f"'{name}' is not in the graph{hint(name, known)}", file=sys.stderr)
 
 
 def _endpoints(session: Session, action: str, names_and_types: Callable[..., Any]
@@ -73,10 +57,13 @@ def _send_goal(options: Namespace) -> None:
         print(f'Feedback:\n    {to_yaml(feedback.feedback)}')
 
     with Session(options) as session:
-        client = ActionClient(session.node, kind, session.absolute(options.action_name))
+        name = session.absolute(options.action_name)
+        client = ActionClient(session.node, kind, name)
         print('Waiting for an action server to become available...')
         if not session.find(client.server_is_ready):
-            _explain(session, session.absolute(options.action_name), options.action_type)
+            refuse_other_type(session, 'action', name, options.action_type)
+            known = set(session.names('action')) - {name}
+            print(f"waiting for '{name}'{hint(name, known)}", file=sys.stderr)
             session.spin(client.server_is_ready)
         print(f'Sending goal:\n     {to_yaml(goal)}')
         accepted = client.send_goal_async(goal, print_feedback if options.feedback else None)
@@ -93,16 +80,6 @@ def _send_goal(options: Namespace) -> None:
             _cancel(session, accepted)
             raise
         _print_result(result.result())
-
-
-def _explain(session: Session, name: str, kind: str) -> None:
-    """Report why the server is not available, or fail if it never will be."""
-    known = session.actions()
-    others = other_types(known.pop(name, []), kind)
-    if others:
-        raise CliError(f"The passed action type is invalid: '{name}' has the type "
-                       f"'{others}', not '{kind}'")
-    print(f"waiting for '{name}'{hint(name, known)}", file=sys.stderr)
 
 
 def _cancel(session: Session, accepted: Any) -> None:
@@ -125,19 +102,15 @@ def _print_result(response: Any) -> None:
     print(f'Goal finished with status: {_STATUSES[response.status]}')
 
 
-_action = argument('action_name', help='name of the action')
-_show_types = flag('-t', '--show-types', about='print types, too')
+_action = name_argument('action')
 
 VERBS = {
-    'info': Verb('print the clients and servers of an action', _info, [
-        _action, _show_types, flag('-c', '--count', about='print only the numbers'),
-        node_options]),
-    'list': Verb('print the actions of the graph', _list, [
-        _show_types, flag('-c', '--count-actions', about='print only the number of actions'),
-        node_options]),
+    'info': graph_verb('print the clients and servers of an action', _info, _action, SHOW_TYPES,
+                       flag('-c', '--count', about='print only the numbers')),
+    'list': list_verb('action'),
     'send_goal': Verb('send a goal and wait for its result; Ctrl-C cancels it', _send_goal, [
         _action, argument('action_type', help='such as control_msgs/action/GripperCommand'),
         yaml_argument('goal', 'fields of the goal as YAML'),
         flag('-f', '--feedback', about='print feedback'), node_options]),
-    'type': Verb('print the type of an action', _type, [_action, node_options]),
+    'type': type_verb('action'),
 }

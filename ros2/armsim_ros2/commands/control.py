@@ -14,12 +14,20 @@ from typing import Any
 from armsim_ros2.errors import CliError, hint
 from armsim_ros2.interfaces import load
 from armsim_ros2.manager import Manager
-from armsim_ros2.parsing import argument, Arguments, exclusive, flag, node_options, Parser, Verb
-from armsim_ros2.session import Session
+from armsim_ros2.parsing import argument, Arguments, exclusive, flag, Parser, Verb
+from armsim_ros2.session import graph_verb
 
 _BEST_EFFORT, _STRICT = 1, 2
 #: Lifecycle state -> number and colour.
 _STATES = {'unconfigured': (1, 93), 'inactive': (2, 96), 'active': (3, 92)}
+#: Present and target state of a controller -> service (none: a switch), words while and after it.
+_TRANSITIONS = {
+    ('inactive', 'unconfigured'): ('cleanup_controller', 'cleaning up', 'successfully cleaned up'),
+    ('unconfigured', 'inactive'): ('configure_controller', 'configuring',
+                                   'Successfully configured'),
+    ('active', 'inactive'): ('', 'stopping', 'Successfully deactivated'),
+    ('inactive', 'active'): ('', 'activating', 'Successfully activated'),
+}
 _BLUE, _CYAN, _RED, _YELLOW, _MAGENTA = 94, 96, 91, 93, 95
 
 
@@ -39,15 +47,6 @@ def _refuse(text: str) -> int:
     """Report a refusal where upstream does, on standard output."""
     print(_colored(text, _RED))
     return 1
-
-
-def _with_manager(verb: Callable[[Manager, Namespace], int | None]
-                  ) -> Callable[[Namespace], int | None]:
-    def run(options: Namespace) -> int | None:
-        with Session(options) as session:
-            return verb(Manager(session, options), options)
-
-    return run
 
 
 def _list_controllers(manager: Manager, options: Namespace) -> None:
@@ -158,40 +157,20 @@ def _load_controller(manager: Manager, options: Namespace) -> int:
     return _succeed(f'Successfully loaded controller {name} into state {options.set_state}')
 
 
-def _unload_controller(manager: Manager, options: Namespace) -> int:
-    name = options.controller_name
-    if not manager.call('unload_controller', name=name).ok:
-        return _refuse(f'Error unloading controller {name}, check controller_manager logs')
-    return _succeed(f'Successfully unloaded controller {name}')
-
-
-def _cleanup_controller(manager: Manager, options: Namespace) -> int:
-    name = options.controller_name
-    if not manager.call('cleanup_controller', name=name).ok:
-        return _refuse(f'Error cleaning up controller {name}, check controller_manager logs')
-    return _succeed(f'Successfully cleaned up controller {name}')
-
-
 def _set_controller_state(manager: Manager, options: Namespace) -> None:
     name, target = options.controller_name, options.state
     states = {entry.name: entry.state for entry in manager.controllers()}
     if name not in states:
         raise CliError(f'controller {name} does not seem to be loaded{hint(name, states)}')
     present = states[name]
-    if (present, target) == ('inactive', 'unconfigured'):
-        response, doing = manager.call('cleanup_controller', name=name), 'cleaning up'
-        done = 'successfully cleaned up'
-    elif (present, target) == ('unconfigured', 'inactive'):
-        response, doing = manager.call('configure_controller', name=name), 'configuring'
-        done = 'Successfully configured'
-    elif (present, target) == ('active', 'inactive'):
-        response, doing, done = manager.switch([], [name]), 'stopping', 'Successfully deactivated'
-    elif (present, target) == ('inactive', 'active'):
-        response, doing, done = manager.switch([name], []), 'activating', 'Successfully activated'
-    else:
+    if (present, target) not in _TRANSITIONS:
         change = {'unconfigured': f'cleanup {name}', 'active': f'activate {name}'}.get(
             target, f"put {name} in 'inactive' state")
         raise CliError(f'cannot {change} from its current state {present}')
+    service, doing, done = _TRANSITIONS[present, target]
+    response = (manager.call(service, name=name) if service
+                else manager.switch([name], []) if target == 'active'
+                else manager.switch([], [name]))
     if not response.ok:
         raise CliError(f'Error {doing} controller, check controller_manager logs')
     print(f'{done} {name}')
@@ -233,7 +212,24 @@ def _manager_options(parser: Parser) -> None:
 
 def _verb(about: str, run: Callable[[Manager, Namespace], int | None], *arguments: Arguments
           ) -> Verb:
-    return Verb(about, _with_manager(run), [*arguments, _manager_options, node_options])
+    """Return a verb that calls a controller manager."""
+    return graph_verb(about, lambda session, options: run(Manager(session, options), options),
+                      *arguments, _manager_options)
+
+
+def _controller_verb(about: str, service: str, doing: str, done: str) -> Verb:
+    """
+    Return a verb that calls a service of the manager with the name of a controller.
+
+    :param doing, done: words for a failure and for success.
+    """
+    def run(manager: Manager, options: Namespace) -> int:
+        name = options.controller_name
+        if not manager.call(service, name=name).ok:
+            return _refuse(f'Error {doing} controller {name}, check controller_manager logs')
+        return _succeed(f'Successfully {done} controller {name}')
+
+    return _verb(about, run, _controller)
 
 
 _controller = argument('controller_name', help='name of the controller')
@@ -241,8 +237,8 @@ _state = argument('state', choices=list(_STATES), help='the target state')
 _verbose = flag('-v', '--verbose', about='print all details')
 
 VERBS = {
-    'cleanup_controller': _verb('bring a controller to unconfigured', _cleanup_controller,
-                                _controller),
+    'cleanup_controller': _controller_verb(
+        'bring a controller to unconfigured', 'cleanup_controller', 'cleaning up', 'cleaned up'),
     'list_controller_types': _verb('print the types of controllers', _list_controller_types),
     'list_controllers': _verb(
         'print the loaded controllers', _list_controllers,
@@ -269,10 +265,11 @@ VERBS = {
         'activate and deactivate controllers at once', _switch_controllers,
         argument('--activate', nargs='*', default=[], metavar='NAME', help='to be activated'),
         argument('--deactivate', nargs='*', default=[], metavar='NAME', help='to be deactivated'),
-        exclusive((('--strict',), {'action': 'store_true', 'help': 'all or none'}),
-                  (('--best-effort',), {'action': 'store_true', 'help': 'as many as possible'})),
+        exclusive(flag('--strict', about='all or none'),
+                  flag('--best-effort', about='as many as possible')),
         flag('--activate-asap', about='activate as soon as possible'),
         argument('--switch-timeout', type=float, default=5.0, metavar='S',
                  help='longest time (default: %(default)s)')),
-    'unload_controller': _verb('unload a controller', _unload_controller, _controller),
+    'unload_controller': _controller_verb(
+        'unload a controller', 'unload_controller', 'unloading', 'unloaded'),
 }

@@ -114,7 +114,7 @@ def _graph_problems(options: Namespace) -> Iterator[tuple[str, str]]:
     with session:
         session.settle()
         names = session.nodes()
-        topics = session.topics()
+        topics = session.names('topic')
         print(f'{"graph":20} {len(names)} nodes, {len(topics)} topics')
         for name in sorted({name for name in names if names.count(name) > 1}):
             yield (f'{names.count(name)} nodes have the name {name}',

@@ -9,15 +9,12 @@ from collections.abc import Iterable
 import sys
 
 from armsim_ros2.errors import CliError, hint
-from armsim_ros2.interfaces import all_names, definition_file, KINDS, load
+from armsim_ros2.interfaces import all_names, definition_file, KINDS, load, nested_type
 from armsim_ros2.packages import prefix_of, resources
 from armsim_ros2.parsing import argument, exclusive, flag, Parser, Verb
 from armsim_ros2.values import to_yaml
 
 _TITLES = {'msg': 'Messages', 'srv': 'Services', 'action': 'Actions'}
-_PRIMITIVES = frozenset((
-    'bool', 'byte', 'char', 'float32', 'float64', 'int8', 'uint8', 'int16', 'uint16', 'int32',
-    'uint32', 'int64', 'uint64', 'string', 'wstring'))
 
 
 def _kinds(options: Namespace) -> list[str]:
@@ -80,22 +77,6 @@ def _print_definition(name: str, comments: bool, nested_comments: bool, depth: i
             _print_definition(nested, nested_comments, nested_comments, depth + 1)
 
 
-def nested_type(code: str, package: str) -> str | None:
-    """
-    Return the message type of a field, None for other lines.
-
-    :param code: a line of a definition without its comment.
-    :param package: that the definition belongs to.
-    """
-    words = code.split()
-    if len(words) < 2:
-        return None
-    kind = words[0].partition('[')[0].partition('<')[0]
-    if kind in _PRIMITIVES:
-        return None
-    return kind.replace('/', '/msg/') if '/' in kind else f'{package}/msg/{kind}'
-
-
 def _proto(options: Namespace) -> None:
     parts = options.type.split('/')
     kind = parts[1] if len(parts) == 3 else 'msg'
@@ -124,10 +105,7 @@ VERBS = {
     'proto': Verb('print the default values of an interface as YAML', _proto, [
         _type, flag('--no-quotes', about='print them without quotes')]),
     'show': Verb('print the definition of an interface', _show, [
-        exclusive(
-            (('--all-comments',), {'action': 'store_true',
-                                   'help': 'print comments of nested types, too'}),
-            (('--no-comments',), {'action': 'store_true',
-                                  'help': 'print neither comments nor empty lines'})),
+        exclusive(flag('--all-comments', about='print comments of nested types, too'),
+                  flag('--no-comments', about='print neither comments nor empty lines')),
         _type]),
 }

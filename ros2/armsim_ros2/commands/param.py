@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from argparse import Namespace
+from collections.abc import Callable
 from pathlib import Path
 import re
 import sys
@@ -12,11 +13,12 @@ from typing import Any
 
 import yaml
 
+from armsim_ros2.commands.names import name_argument
 from armsim_ros2.errors import CliError, hint
 from armsim_ros2.interfaces import load
 from armsim_ros2.parameter_files import parameters_in
-from armsim_ros2.parsing import argument, flag, node_options, Verb
-from armsim_ros2.session import Session
+from armsim_ros2.parsing import argument, Arguments, flag, hidden, Verb
+from armsim_ros2.session import graph_verb, Session
 
 #: Number of a parameter's type -> name, label of its value, field of the message.
 _TYPES = (
@@ -72,58 +74,50 @@ def value_of(message: Any) -> Any:
 
 
 def _node(session: Session, options: Namespace) -> _Node:
-    return _Node(session, session.require_node(
-        options.node_name, options.include_hidden_nodes, getattr(options, 'timeout', 0.0)))
+    return _Node(session, session.require_node(options.node_name, options.hidden,
+                                               getattr(options, 'timeout', 0.0)))
 
 
-def _list(options: Namespace) -> None:
-    pattern = None
-    if options.filter is not None:
+def _list(session: Session, options: Namespace) -> None:
+    try:
+        pattern = re.compile(options.filter)
+    except re.error as error:
+        raise CliError(f"Invalid filter '{options.filter}': {error}") from None
+    if options.node_name:
+        nodes = [_node(session, options)]
+    else:
+        session.settle()
+        nodes = [_Node(session, name) for name in sorted(set(session.nodes(options.hidden)))
+                 if f'{name}/list_parameters' in session.names('service')]
+    for node in nodes:
         try:
-            pattern = re.compile(options.filter)
-        except re.error as error:
-            raise CliError(f"Invalid filter '{options.filter}': {error}") from None
-    with Session(options) as session:
-        if options.node_name:
-            nodes = [_node(session, options)]
+            names = [name for name in node.names(options.param_prefixes) if pattern.match(name)]
+        except CliError as failure:
+            print(failure, file=sys.stderr)
+            continue
+        if names and not options.node_name:
+            print(f'{node.name}:')
+        if options.param_type:
+            for descriptor in node.descriptors(names):
+                print(f'  {descriptor.name} (type: {_TYPES[descriptor.type][0]})')
         else:
-            session.settle()
-            nodes = [_Node(session, name)
-                     for name in sorted(set(session.nodes(options.include_hidden_nodes)))
-                     if f'{name}/list_parameters' in session.services()]
-        for node in nodes:
-            try:
-                names = node.names(options.param_prefixes)
-            except CliError as failure:
-                print(failure, file=sys.stderr)
-                continue
-            names = [name for name in names if pattern is None or pattern.match(name)]
-            if names and not options.node_name:
-                print(f'{node.name}:')
-            if options.param_type:
-                for descriptor in node.descriptors(names):
-                    print(f'  {descriptor.name} (type: {_TYPES[descriptor.type][0]})')
-            else:
-                for name in names:
-                    print(f'  {name}')
+            for name in names:
+                print(f'  {name}')
 
 
-def _get(options: Namespace) -> None:
-    with Session(options) as session:
-        node = _node(session, options)
-        values = node.call('get_parameters', names=[options.parameter_name]).values
-        if not values:
-            raise CliError(f"Parameter not set: '{options.parameter_name}'"
-                           f'{hint(options.parameter_name, node.names())}')
-        value = value_of(values[0])
-        if options.hide_type:
-            print(value)
-        elif value is None:
-            print(_TYPES[0][1])
-            print(f"{node.name} has no parameter '{options.parameter_name}'"
-                  f'{hint(options.parameter_name, node.names())}', file=sys.stderr)
-        else:
-            print(_TYPES[values[0].type][1], value)
+def _get(session: Session, options: Namespace) -> None:
+    node, name = _node(session, options), options.parameter_name
+    values = node.call('get_parameters', names=[name]).values
+    if not values:
+        raise CliError(f"Parameter not set: '{name}'{hint(name, node.names())}")
+    value = value_of(values[0])
+    if options.hide_type:
+        print(value)
+    elif value is None:
+        print(_TYPES[0][1])
+        print(f"{node.name} has no parameter '{name}'{hint(name, node.names())}", file=sys.stderr)
+    else:
+        print(_TYPES[values[0].type][1], value)
 
 
 def _report(result: Any, success: str, failure: str) -> None:
@@ -132,7 +126,7 @@ def _report(result: Any, success: str, failure: str) -> None:
           file=sys.stdout if result.successful else sys.stderr)
 
 
-def _set(options: Namespace) -> None:
+def _set(session: Session, options: Namespace) -> None:
     from rclpy.parameter import get_parameter_value
 
     try:
@@ -141,95 +135,93 @@ def _set(options: Namespace) -> None:
         raise CliError(f"'{options.value}' is not the value of a parameter: "
                        f'{" ".join(str(error).split())}') from None
     parameter = load('rcl_interfaces/Parameter', 'msg')(name=options.parameter_name, value=value)
-    with Session(options) as session:
-        (result,) = _node(session, options).set([parameter])
-        _report(result, 'Set parameter successful', 'Setting parameter failed')
+    (result,) = _node(session, options).set([parameter])
+    _report(result, 'Set parameter successful', 'Setting parameter failed')
 
 
-def _delete(options: Namespace) -> None:
+def _delete(session: Session, options: Namespace) -> None:
     parameter = load('rcl_interfaces/Parameter', 'msg')(name=options.parameter_name)
-    with Session(options) as session:
-        (result,) = _node(session, options).set([parameter])
-        _report(result, 'Deleted parameter successfully', 'Deleting parameter failed')
+    (result,) = _node(session, options).set([parameter])
+    _report(result, 'Deleted parameter successfully', 'Deleting parameter failed')
 
 
-def _describe(options: Namespace) -> None:
-    with Session(options) as session:
-        node = _node(session, options)
-        for descriptor in node.descriptors(options.parameter_names):
-            print('Parameter name:', descriptor.name)
-            print('  Type:', _TYPES[descriptor.type][0])
-            if descriptor.description:
-                print('  Description:', descriptor.description)
-            print('  Constraints:')
-            if descriptor.read_only:
-                print('    Read only: true')
-            for limits in [*descriptor.floating_point_range, *descriptor.integer_range][:1]:
-                print('    Min value:', limits.from_value)
-                print('    Max value:', limits.to_value)
-                if limits.step:
-                    print('    Step:', limits.step)
-            if descriptor.additional_constraints:
-                print('    Additional constraints:', descriptor.additional_constraints)
+def _describe(session: Session, options: Namespace) -> None:
+    for descriptor in _node(session, options).descriptors(options.parameter_names):
+        print('Parameter name:', descriptor.name)
+        print('  Type:', _TYPES[descriptor.type][0])
+        if descriptor.description:
+            print('  Description:', descriptor.description)
+        print('  Constraints:')
+        if descriptor.read_only:
+            print('    Read only: true')
+        for limits in [*descriptor.floating_point_range, *descriptor.integer_range][:1]:
+            print('    Min value:', limits.from_value)
+            print('    Max value:', limits.to_value)
+            if limits.step:
+                print('    Step:', limits.step)
+        if descriptor.additional_constraints:
+            print('    Additional constraints:', descriptor.additional_constraints)
 
 
-def _dump(options: Namespace) -> None:
-    with Session(options) as session:
-        node = _node(session, options)
-        names = node.names()
-        values = node.call('get_parameters', names=names).values
-        tree: dict[str, Any] = {}
-        for name, message in zip(names, values, strict=False):
-            *path, last = name.split('.')
-            branch = tree
-            for part in path:
-                branch = branch.setdefault(part, {})
-            branch[last] = value_of(message)
-        print(yaml.dump({node.name: {'ros__parameters': tree}}, default_flow_style=False))
+def _dump(session: Session, options: Namespace) -> None:
+    node = _node(session, options)
+    names = node.names()
+    tree: dict[str, Any] = {}
+    for name, message in zip(names, node.call('get_parameters', names=names).values, strict=False):
+        *path, last = name.split('.')
+        branch = tree
+        for part in path:
+            branch = branch.setdefault(part, {})
+        branch[last] = value_of(message)
+    print(yaml.dump({node.name: {'ros__parameters': tree}}, default_flow_style=False))
 
 
-def _load(options: Namespace) -> None:
+def _load(session: Session, options: Namespace) -> None:
     from rclpy.parameter import Parameter
 
-    file = Path(options.parameter_file)
-    with Session(options) as session:
-        node = _node(session, options)
-        values = parameters_in(file, node.name, not options.no_use_wildcard)
-        if not values:
-            raise CliError(f"Parameter file '{file}' has no parameters for {node.name}")
-        try:
-            parameters = [Parameter(name, value=value).to_parameter_msg()
-                          for name, value in values.items()]
-        except (AssertionError, TypeError, ValueError) as error:
-            raise CliError(f"Parameter file '{file}': {error}") from None
-        for parameter, result in zip(parameters, node.set(parameters), strict=True):
-            _report(result, f'Set parameter {parameter.name} successful',
-                    f'Set parameter {parameter.name} failed')
+    file, node = Path(options.parameter_file), _node(session, options)
+    values = parameters_in(file, node.name, not options.no_use_wildcard)
+    if not values:
+        raise CliError(f"Parameter file '{file}' has no parameters for {node.name}")
+    try:
+        parameters = [Parameter(name, value=value).to_parameter_msg()
+                      for name, value in values.items()]
+    except (AssertionError, TypeError, ValueError) as error:
+        raise CliError(f"Parameter file '{file}': {error}") from None
+    for parameter, result in zip(parameters, node.set(parameters), strict=True):
+        _report(result, f'Set parameter {parameter.name} successful',
+                f'Set parameter {parameter.name} failed')
 
 
-_name = argument('node_name', help='name of the node')
 _parameter = argument('parameter_name', help='name of the parameter')
-_hidden = flag('--include-hidden-nodes', about='include hidden nodes')
-_timeout = argument('--timeout', type=float, default=1.0, metavar='S',
-                    help='time to wait for the node (default: %(default)s)')
-_common = [_hidden, _timeout, node_options]
+
+
+def _verb(about: str, run: Callable[[Session, Namespace], None], *arguments: Arguments) -> Verb:
+    """Return a verb for the parameters of one node."""
+    return graph_verb(
+        about, run, name_argument('node'), *arguments, hidden('node'),
+        argument('--timeout', type=float, default=1.0, metavar='S',
+                 help='time to wait for the node (default: %(default)s)'))
+
 
 VERBS = {
-    'delete': Verb('delete a parameter', _delete, [_name, _parameter, *_common]),
-    'describe': Verb('print the descriptions of parameters', _describe, [
-        _name, argument('parameter_names', nargs='+', help='names of the parameters'), *_common]),
-    'dump': Verb('print the parameters of a node as a parameter file', _dump, [_name, *_common]),
-    'get': Verb('print a parameter', _get, [
-        _name, _parameter, flag('--hide-type', about='print only the value'), *_common]),
-    'list': Verb('print the names of parameters', _list, [
+    'delete': _verb('delete a parameter', _delete, _parameter),
+    'describe': _verb('print the descriptions of parameters', _describe, argument(
+        'parameter_names', nargs='+', help='names of the parameters')),
+    'dump': _verb('print the parameters of a node as a parameter file', _dump),
+    'get': _verb('print a parameter', _get, _parameter,
+                 flag('--hide-type', about='print only the value')),
+    'list': graph_verb(
+        'print the names of parameters', _list,
         argument('node_name', nargs='?', help='name of the node; all nodes by default'),
-        argument('--filter', metavar='REGEX', help='only names that match from their start'),
+        argument('--filter', default='', metavar='REGEX',
+                 help='only names that match from their start'),
         argument('--param-prefixes', nargs='+', default=[], metavar='PREFIX',
                  help='only names with these prefixes'),
-        flag('--param-type', about='print types, too'), _hidden, node_options]),
-    'load': Verb('set the parameters of a parameter file', _load, [
-        _name, argument('parameter_file', help='the YAML file'),
-        flag('--no-use-wildcard', about='do not use entries of /**'), *_common]),
-    'set': Verb('set a parameter', _set, [
-        _name, _parameter, argument('value', help='as YAML: 1.5, true, [a, b]'), *_common]),
+        flag('--param-type', about='print types, too'), hidden('node')),
+    'load': _verb('set the parameters of a parameter file', _load,
+                  argument('parameter_file', help='the YAML file'),
+                  flag('--no-use-wildcard', about='do not use entries of /**')),
+    'set': _verb('set a parameter', _set, _parameter,
+                 argument('value', help='as YAML: 1.5, true, [a, b]')),
 }

@@ -7,21 +7,13 @@ from __future__ import annotations
 from argparse import Namespace
 from typing import Any
 
+from armsim_ros2.commands.names import name_argument
 from armsim_ros2.errors import CliError, hint
 from armsim_ros2.interfaces import load
-from armsim_ros2.parsing import (
-    argument,
-    Arguments,
-    flag,
-    hidden_topics,
-    natural_int,
-    node_options,
-    positive_float,
-    Verb,
-)
+from armsim_ros2.parsing import argument, Arguments, flag, hidden, natural_int, positive_float
 from armsim_ros2.qos import compatible_profile, qos_options
-from armsim_ros2.session import Session
-from armsim_ros2.values import dump, field_of, predicate, to_csv, to_yaml
+from armsim_ros2.session import graph_verb, Session
+from armsim_ros2.values import dump, field_of, predicate, Style, to_csv, to_yaml
 
 #: Options of how messages are printed; ``service echo`` has them, too.
 PRINTING: list[Arguments] = [
@@ -35,12 +27,10 @@ PRINTING: list[Arguments] = [
 ]
 
 
-def text_of(message: Any, options: Namespace) -> str:
-    """Return the text of a message."""
-    most = None if options.full_length else options.truncate_length
-    if options.csv:
-        return to_csv(message, most, options.no_arr, options.no_str) + '\n'
-    return to_yaml(message, most, options.no_arr, options.no_str, options.flow_style) + '---\n'
+def style_of(options: Namespace) -> Style:
+    """Return how much of a message the options show."""
+    return Style(None if options.full_length else options.truncate_length, options.no_arr,
+                 options.no_str)
 
 
 def topic_class(session: Session, topic: str) -> Any | None:
@@ -49,7 +39,7 @@ def topic_class(session: Session, topic: str) -> Any | None:
 
     :raises CliError: it has several types, or its type is not installed.
     """
-    types = session.topics().get(session.absolute(topic))
+    types = session.names('topic').get(session.absolute(topic))
     if types and len(types) > 1:
         raise CliError(f"Cannot echo topic '{topic}', as it contains more than one type: "
                        f'[{", ".join(types)}]')
@@ -65,6 +55,7 @@ class _Echo:
 
     def __init__(self, options: Namespace) -> None:
         self._options = options
+        self._style = style_of(options)
         self._field = field_of(options.field) if options.field is not None else None
         self._filter = predicate(options.filter_expr) if options.filter_expr else None
         self.done = False
@@ -73,20 +64,24 @@ class _Echo:
         """Print a message."""
         if self.done:
             return
+        options = self._options
         value = self._field(message) if self._field else message
         if self._filter is not None and not self._filter(value):
             return
-        self.done = self._options.once
+        self.done = options.once
+        before = ''
         if not hasattr(value, 'SLOT_TYPES'):
-            if self._options.include_message_info:
-                print(f'---Got new message, message info:---\n{info}\n---Message data:---')
-            print(f'{value}\n---')
-            return
-        text = text_of(value, self._options)
-        if self._options.include_message_info:
-            text = (f'{",".join(map(str, info.values()))},{text}' if self._options.csv
-                    else f'{dump(dict(sorted(info.items())))}---\n{text}')
-        print(text, end='')
+            if options.include_message_info:
+                before = f'---Got new message, message info:---\n{info}\n---Message data:---\n'
+            print(f'{before}{value}\n---')
+        elif options.csv:
+            if options.include_message_info:
+                before = f'{",".join(map(str, info.values()))},'
+            print(before + to_csv(value, self._style))
+        else:
+            if options.include_message_info:
+                before = f'{dump(dict(sorted(info.items())))}---\n'
+            print(before + to_yaml(value, self._style, options.flow_style) + '---')
 
 
 def _lost(status: Any) -> None:
@@ -94,49 +89,38 @@ def _lost(status: Any) -> None:
           f'\ttotal count: {status.total_count}', end='---\n')
 
 
-def _echo(options: Namespace) -> None:
-    echo = _Echo(options)
-    kind = None
-    if options.message_type is not None:
-        kind = load(options.message_type, 'msg', "The passed message type is invalid: '{}'")
-    with Session(options) as session:
-        topic = session.absolute(options.topic_name)
-        found = session.find(lambda: topic_class(session, topic)) if kind is None else None
-        kind = kind or found
-        if kind is None:
-            print(f'WARNING: topic [{options.topic_name}] does not appear to be published yet')
-            raise CliError(f"Could not determine the type for the passed topic: '{topic}'"
-                           f'{hint(topic, session.topics())}')
-        session.settle()
-        publishers = session.node.get_publishers_info_by_topic(topic)
-        _subscribe(session, kind, topic, echo, options,
-                   compatible_profile(options, publishers))
-        session.spin(lambda: echo.done, options.timeout or float('inf'))
-
-
-def _subscribe(session: Session, kind: Any, topic: str, echo: _Echo, options: Namespace,
-               profile: Any) -> None:
+def _echo(session: Session, options: Namespace) -> None:
     from rclpy.event_handler import SubscriptionEventCallbacks, UnsupportedEventTypeError
+
+    echo = _Echo(options)
+    topic = session.absolute(options.topic_name)
+    kind = (load(options.message_type, 'msg', "The passed message type is invalid: '{}'")
+            if options.message_type else session.find(lambda: topic_class(session, topic)))
+    if kind is None:
+        print(f'WARNING: topic [{options.topic_name}] does not appear to be published yet')
+        raise CliError(f"Could not determine the type for the passed topic: '{topic}'"
+                       f'{hint(topic, session.names("topic"))}')
+    session.settle()
+    profile = compatible_profile(options, session.node.get_publishers_info_by_topic(topic))
 
     def receive(message: Any, info: dict[str, Any]) -> None:
         echo.receive(message, info)
 
-    def subscribe(events: Any) -> None:
+    def subscribe(events: SubscriptionEventCallbacks | None) -> None:
         session.node.create_subscription(
             kind, topic, receive,  # type: ignore[arg-type] # rclpy annotates no info
             profile, event_callbacks=events, raw=options.raw)
 
-    if options.no_lost_messages:
-        subscribe(None)
-        return
     try:
-        subscribe(SubscriptionEventCallbacks(message_lost=_lost))
+        subscribe(None if options.no_lost_messages
+                  else SubscriptionEventCallbacks(message_lost=_lost))
     except UnsupportedEventTypeError:
         subscribe(None)
+    session.spin(lambda: echo.done, options.timeout or float('inf'))
 
 
-ECHO = Verb('print the messages of a topic', _echo, [
-    argument('topic_name', help='name of the topic'),
+ECHO = graph_verb(
+    'print the messages of a topic', _echo, name_argument('topic'),
     argument('message_type', nargs='?', help='such as std_msgs/msg/String; by default the '
                                              "publishers'"),
     flag('--once', about='end after the first message'),
@@ -148,4 +132,4 @@ ECHO = Verb('print the messages of a topic', _echo, [
     flag('--raw', about='print the serialized bytes'),
     flag('--no-lost-messages', about='do not report lost messages'),
     flag('-i', '--include-message-info', about='print time stamps of the transport, too'),
-    qos_options('sensor_data'), hidden_topics, node_options])
+    qos_options('sensor_data'), hidden('topic'))

@@ -10,12 +10,14 @@ import sys
 import time
 from typing import Any
 
+from armsim_ros2.commands.names import name_argument
 from armsim_ros2.errors import CliError
 from armsim_ros2.interfaces import load
 from armsim_ros2.parsing import (
     argument,
     exclusive,
-    hidden_topics,
+    flag,
+    hidden,
     natural_int,
     node_options,
     positive_float,
@@ -85,17 +87,16 @@ def _wait(session: Session, publisher: Any, needed: int, spin_time: float, limit
 
 
 PUB = Verb('publish messages', _pub, [
-    argument('topic_name', help='name of the topic'),
-    argument('message_type', help='such as std_msgs/msg/String'),
+    name_argument('topic'), argument('message_type', help='such as std_msgs/msg/String'),
     yaml_argument('values', 'fields of the message as YAML, such as {data: hello}; header: auto '
                             'and stamp: now are the time of publication'),
     argument('-r', '--rate', type=positive_float, default=1.0, metavar='HZ',
              help='messages per second (default: %(default)s)'),
     argument('-p', '--print', type=int, default=1, metavar='N',
              help='print every N-th message (default: %(default)s)'),
-    exclusive((('-1', '--once'), {'action': 'store_true', 'help': 'publish one message'}),
-              (('-t', '--times'), {'type': natural_int, 'default': 0, 'metavar': 'N',
-                                   'help': 'publish so many messages'})),
+    exclusive(flag('-1', '--once', about='publish one message'),
+              argument('-t', '--times', type=natural_int, default=0, metavar='N',
+                       help='publish so many messages')),
     argument('-w', '--wait-matching-subscriptions', type=natural_int, metavar='N',
              help='wait for so many subscriptions (default: 1 with --once and --times)'),
     argument('--max-wait-time-secs', type=positive_float, metavar='S',
@@ -103,4 +104,4 @@ PUB = Verb('publish messages', _pub, [
     argument('--keep-alive', type=positive_float, default=0.1, metavar='S',
              help='time to stay after the last message (default: %(default)s)'),
     argument('-n', '--node-name', help='name of the node'),
-    qos_options('default'), hidden_topics, node_options])
+    qos_options('default'), hidden('topic'), node_options])

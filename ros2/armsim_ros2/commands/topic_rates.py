@@ -7,22 +7,14 @@ from __future__ import annotations
 from argparse import Namespace
 from collections import deque
 from collections.abc import Callable, Sequence
-import math
 import sys
 import time
 from typing import Any
 
 from armsim_ros2.commands.topic_echo import topic_class
 from armsim_ros2.errors import CliError
-from armsim_ros2.parsing import (
-    argument,
-    Arguments,
-    hidden_topics,
-    node_options,
-    positive_int,
-    Verb,
-)
-from armsim_ros2.session import Session
+from armsim_ros2.parsing import argument, Arguments, hidden, positive_int
+from armsim_ros2.session import graph_verb, Session
 from armsim_ros2.values import predicate
 
 
@@ -41,11 +33,17 @@ def _subscribe(session: Session, topic: str, receive: Callable[[Any], None], raw
                                      qos_profile_sensor_data, raw=raw)
 
 
-def summary(samples: Sequence[float]) -> tuple[float, float, float, float]:
-    """Return mean, least, greatest and standard deviation."""
-    mean = sum(samples) / len(samples)
-    spread = math.sqrt(sum((sample - mean) ** 2 for sample in samples) / len(samples))
-    return mean, min(samples), max(samples), spread
+def summary(title: str, average: float, samples: Sequence[int]) -> str:
+    """
+    Return the text about a window.
+
+    :param samples: times [ns].
+    """
+    import numpy
+
+    return (f'{title}: {average:.3f}\n\tmin: {min(samples) * 1e-9:.3f}s '
+            f'max: {max(samples) * 1e-9:.3f}s std dev: {numpy.std(samples) * 1e-9:.5f}s '
+            f'window: {len(samples)}')
 
 
 class Intervals:
@@ -84,28 +82,24 @@ class Intervals:
         if self._last < self._printed + 1_000_000_000:
             return None
         self._printed = self._last
-        mean, least, greatest, spread = summary(self._intervals)
-        rate = 1e9 / mean if mean > 0 else 0.0
-        return (f'average rate: {rate:.3f}\n\tmin: {least * 1e-9:.3f}s '
-                f'max: {greatest * 1e-9:.3f}s std dev: {spread * 1e-9:.5f}s '
-                f'window: {len(self._intervals)}')
+        mean = sum(self._intervals) / len(self._intervals)
+        return summary('average rate', 1e9 / mean if mean > 0 else 0.0, self._intervals)
 
 
-def _hz(options: Namespace) -> None:
+def _hz(session: Session, options: Namespace) -> None:
     accept = predicate(options.filter_expr) if options.filter_expr else None
-    intervals = Intervals(options.window_size)
-    with Session(options) as session:
-        clock = session.node.get_clock()
+    intervals = Intervals(options.window)
+    clock = session.node.get_clock()
 
-        def receive(message: Any) -> None:
-            if accept is None or accept(message):
-                intervals.add(time.time_ns() if options.use_wtime else clock.now().nanoseconds)
-                text = intervals.report()
-                if text:
-                    print(text)
+    def receive(message: Any) -> None:
+        if accept is None or accept(message):
+            intervals.add(time.time_ns() if options.wall_time else clock.now().nanoseconds)
+            text = intervals.report()
+            if text:
+                print(text)
 
-        _subscribe(session, options.topic_name, receive, raw=accept is None)
-        session.spin()
+    _subscribe(session, options.topic, receive, raw=accept is None)
+    session.spin()
 
 
 def bandwidth_text(sizes: Sequence[int], duration: float) -> str:
@@ -129,80 +123,74 @@ def bandwidth_text(sizes: Sequence[int], duration: float) -> str:
             f'\tMessage size mean: {mean} min: {least} max: {greatest}')
 
 
-def _bw(options: Namespace) -> None:
+def _bw(session: Session, options: Namespace) -> None:
     window: deque[tuple[int, int]] = deque(maxlen=options.window)
-    with Session(options) as session:
-        clock = session.node.get_clock()
+    clock = session.node.get_clock()
 
-        def report() -> None:
-            if len(window) < 2:
-                return
-            duration = (clock.now().nanoseconds - window[0][0]) * 1e-9
-            if duration <= 0:
-                print('WARNING: time is reset!', file=sys.stderr)
-                window.clear()
-                return
-            print(bandwidth_text([size for _, size in window], duration))
+    def report() -> None:
+        if len(window) < 2:
+            return
+        duration = (clock.now().nanoseconds - window[0][0]) * 1e-9
+        if duration <= 0:
+            print('WARNING: time is reset!', file=sys.stderr)
+            window.clear()
+            return
+        print(bandwidth_text([size for _, size in window], duration))
 
-        _subscribe(session, options.topic,
-                   lambda data: window.append((clock.now().nanoseconds, len(data))), raw=True)
-        print(f'Subscribed to [{options.topic}]')
-        session.node.create_timer(1.0, report)
-        session.spin()
+    _subscribe(session, options.topic,
+               lambda data: window.append((clock.now().nanoseconds, len(data))), raw=True)
+    print(f'Subscribed to [{options.topic}]')
+    session.node.create_timer(1.0, report)
+    session.spin()
 
 
-def _delay(options: Namespace) -> None:
+def _delay(session: Session, options: Namespace) -> None:
     delays: deque[int] = deque(maxlen=options.window)
     new = False
-    with Session(options) as session:
-        clock = session.node.get_clock()
+    clock = session.node.get_clock()
 
-        def receive(message: Any) -> None:
-            nonlocal new
-            stamp = getattr(getattr(message, 'header', None), 'stamp', None)
-            if stamp is None:
-                raise CliError(f"msg does not have header: topic '{options.topic}'")
-            now = clock.now().nanoseconds
-            if now == 0:
-                if delays:
-                    print('time has reset, resetting counters')
-                delays.clear()
-                return
-            delays.append(now - stamp.sec * 1_000_000_000 - stamp.nanosec)
-            new = True
+    def receive(message: Any) -> None:
+        nonlocal new
+        stamp = getattr(getattr(message, 'header', None), 'stamp', None)
+        if stamp is None:
+            raise CliError(f"msg does not have header: topic '{options.topic}'")
+        now = clock.now().nanoseconds
+        if now == 0:
+            if delays:
+                print('time has reset, resetting counters')
+            delays.clear()
+            return
+        delays.append(now - stamp.sec * 1_000_000_000 - stamp.nanosec)
+        new = True
 
-        def report() -> None:
-            nonlocal new
-            if not delays:
-                return
-            if not new:
-                print('no new messages')
-                return
-            new = False
-            mean, least, greatest, spread = summary(delays)
-            print(f'average delay: {mean * 1e-9:.3f}\n\tmin: {least * 1e-9:.3f}s '
-                  f'max: {greatest * 1e-9:.3f}s std dev: {spread * 1e-9:.5f}s '
-                  f'window: {len(delays)}')
+    def report() -> None:
+        nonlocal new
+        if not delays:
+            return
+        if not new:
+            print('no new messages')
+            return
+        new = False
+        print(summary('average delay', sum(delays) / len(delays) * 1e-9, delays))
 
-        _subscribe(session, options.topic, receive)
-        session.node.create_timer(1.0, report)
-        session.spin()
+    _subscribe(session, options.topic, receive)
+    session.node.create_timer(1.0, report)
+    session.spin()
 
 
-def _window(name: str, default: int) -> Arguments:
-    return argument('-w', '--window', dest=name, type=positive_int, default=default, metavar='N',
+def _window(default: int) -> Arguments:
+    return argument('-w', '--window', type=positive_int, default=default, metavar='N',
                     help='number of messages that count (default: %(default)s)')
 
 
 _topic = argument('topic', help='name of the topic')
 
-HZ = Verb('print the rate of a topic', _hz, [
-    argument('topic_name', help='name of the topic'), _window('window_size', 10000),
+HZ = graph_verb(
+    'print the rate of a topic', _hz, _topic, _window(10000),
     argument('--filter', dest='filter_expr', metavar='EXPR',
              help='count only messages for which this Python expression of m is true'),
-    argument('--wall-time', dest='use_wtime', action='store_true',
-             help='measure with the system clock'), hidden_topics, node_options])
-BW = Verb('print the bandwidth of a topic', _bw, [
-    _topic, _window('window', 100), hidden_topics, node_options])
-DELAY = Verb('print the age of messages by the stamp of their header', _delay, [
-    _topic, _window('window', 10000), hidden_topics, node_options])
+    argument('--wall-time', action='store_true', help='measure with the system clock'),
+    hidden('topic'))
+BW = graph_verb('print the bandwidth of a topic', _bw, _topic, _window(100), hidden('topic'))
+DELAY = graph_verb('print the age of messages by the stamp of their header', _delay, _topic,
+                   _window(10000), hidden('topic'))

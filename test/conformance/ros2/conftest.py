@@ -16,6 +16,7 @@ import pytest
 
 from armsim_ros.testing.programs.domain import private_domain, ros_environment
 from armsim_ros.testing.programs.program import start_program
+from armsim_ros2 import session
 from armsim_ros2.main import run
 
 READY = 'You can start planning now!'
@@ -62,7 +63,13 @@ def robot(until_folder_ends: Callable[..., int]) -> int:
 @pytest.fixture
 def ros2(robot: int, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
          ) -> Ros2:
-    """Give a function that runs a command in this process."""
+    """
+    Give a function that runs a command in this process.
+
+    A name is not in the graph once all programs of this machine are known: the time that a
+    command waits beyond that is for programs that start beside it.
+    """
+    monkeypatch.setattr(session, 'PATIENCE', {True: 0.0, False: 0.0})
     monkeypatch.setenv('ROS_DOMAIN_ID', str(robot))
     monkeypatch.setenv('AMENT_PREFIX_PATH', os.environ.get('AMENT_PREFIX_PATH', sys.prefix))
 

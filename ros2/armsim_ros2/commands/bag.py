@@ -1,0 +1,312 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""``ros2 bag``: recordings as MCAP, as rosbag2 and Foxglove read them."""
+
+from __future__ import annotations
+
+from argparse import Namespace
+from collections.abc import Iterator
+from contextlib import contextmanager
+from datetime import datetime
+import os
+from pathlib import Path
+import re
+import sys
+import time
+from typing import Any
+
+import yaml
+
+from armsim_ros2.errors import CliError, hint
+from armsim_ros2.interfaces import definition_text, load
+from armsim_ros2.parsing import argument, flag, hidden, positive_float, Verb
+from armsim_ros2.qos import from_plain, matched, to_plain
+from armsim_ros2.session import Session
+
+_SECOND = 1_000_000_000
+#: How often new topics are looked for while recording [s].
+_PERIOD = 0.1
+
+
+class _Recorder:
+    """
+    Writes what is published.
+
+    :param options: say which topics.
+    :param stream: of the file.
+    """
+
+    def __init__(self, session: Session, options: Namespace, stream: Any) -> None:
+        from mcap.writer import Writer
+
+        self._session = session
+        self._chosen = {session.absolute(name) for name in (*options.topics, *options.more_topics)}
+        self._left_out = {session.absolute(name) for name in options.exclude_topics}
+        self._options = options
+        self._pattern = re.compile(options.regex)
+        self._writer = Writer(stream)
+        self._writer.start('ros2', 'armsim_ros2')
+        self._schemas: dict[str, int] = {}
+        self._known: set[str] = set()
+
+    def subscribe(self) -> None:
+        """Subscribe to topics that are published and not yet recorded."""
+        from rclpy.qos import QoSProfile
+
+        node = self._session.node
+        for topic, types in self._session.names('topic', self._options.hidden).items():
+            publishers = node.get_publishers_info_by_topic(topic)
+            if topic in self._known or not publishers or not self._is_chosen(topic):
+                continue
+            self._known.add(topic)
+            try:
+                kind = load(types[0], 'msg', "The message type '{}' is not installed")
+                channel = self._add_channel(topic, types[0], publishers)
+            except CliError as failure:
+                print(f'{topic} is not recorded: {failure}', file=sys.stderr)
+                continue
+            node.create_subscription(kind, topic, self._write_to(channel),
+                                     matched(QoSProfile(depth=100), publishers), raw=True)
+            print(f"Subscribed to topic '{topic}'")
+
+    def _is_chosen(self, topic: str) -> bool:
+        if topic in self._left_out:
+            return False
+        return (self._options.all or topic in self._chosen
+                or bool(self._options.regex and self._pattern.search(topic)))
+
+    def _add_channel(self, topic: str, kind: str, publishers: list[Any]) -> int:
+        if kind not in self._schemas:
+            text = definition_text(kind)
+            self._schemas[kind] = self._writer.register_schema(kind, 'ros2msg', text.encode())
+        profiles = [to_plain(info.qos_profile) for info in publishers]
+        return self._writer.register_channel(topic, 'cdr', self._schemas[kind], {
+            'offered_qos_profiles': yaml.safe_dump(profiles, sort_keys=False),
+            'topic_type_hash': str(publishers[0].topic_type_hash)})
+
+    def _write_to(self, channel: int) -> Any:
+        clock = self._session.node.get_clock()
+
+        def write(data: bytes) -> None:
+            now = clock.now().nanoseconds
+            if now:  # there is no simulated time yet
+                self._writer.add_message(channel, now, data, now)
+
+        return write
+
+    def finish(self) -> None:
+        """Write the index."""
+        self._writer.finish()  # type: ignore[no-untyped-call] # mcap's
+
+
+def _record(options: Namespace) -> None:
+    if not (options.all or options.topics or options.more_topics or options.regex):
+        raise CliError('Invalid choice: Must specify topics, --all or --regex')
+    folder = Path(options.output or time.strftime('rosbag2_%Y_%m_%d-%H_%M_%S'))
+    if folder.exists():
+        raise CliError(f"Output folder '{folder}' already exists.")
+    folder.mkdir(parents=True)
+    file = folder / f'{folder.name}_0.mcap'
+    with Session(options) as session, open(file, 'wb') as stream:
+        recorder = _Recorder(session, options, stream)
+        try:
+            print('Recording...')
+            while True:
+                recorder.subscribe()
+                session.spin(limit=_PERIOD)
+        except (KeyboardInterrupt, SystemExit):
+            print('Recording stopped')
+        finally:
+            recorder.finish()
+    with _opened(str(file)) as (reader, _):
+        tree = {'rosbag2_bagfile_information': _metadata(reader, file)}
+    (folder / 'metadata.yaml').write_text(yaml.safe_dump(tree, sort_keys=False))
+
+
+@contextmanager
+def _opened(name: str) -> Iterator[tuple[Any, Path]]:
+    """
+    Open a recording.
+
+    :param name: of its folder or file.
+    :returns: the reader and the file.
+    :raises CliError: there is none, or it is not MCAP.
+    """
+    from mcap.exceptions import McapError
+    from mcap.reader import make_reader
+
+    path = Path(name)
+    files = sorted(path.glob('*.mcap')) if path.is_dir() else [path]
+    if not path.exists():
+        beside = [entry.name for entry in path.absolute().parent.glob('*')]
+        raise CliError(f"Bag path '{name}' does not exist!{hint(path.name, beside)}")
+    if len(files) != 1:
+        raise CliError(f"'{name}' has {len(files)} .mcap files, not one; name one file of a bag "
+                       'that was split, and convert other storages to mcap')
+    with open(files[0], 'rb') as stream:
+        try:
+            reader = make_reader(stream)
+            if reader.get_summary() is None:
+                raise CliError(f"'{files[0]}' was not closed: it has no index")
+            yield reader, files[0]
+        except McapError as error:
+            raise CliError(f"'{files[0]}' is not a readable MCAP file: {error}") from None
+
+
+def _metadata(reader: Any, file: Path) -> dict[str, Any]:
+    """Return the metadata of a bag as rosbag2 writes them."""
+    summary = reader.get_summary()
+    statistics = summary.statistics
+    start = {'nanoseconds_since_epoch': statistics.message_start_time}
+    duration = {'nanoseconds': statistics.message_end_time - statistics.message_start_time}
+    return {
+        'version': 9, 'storage_identifier': 'mcap', 'duration': duration, 'starting_time': start,
+        'message_count': statistics.message_count,
+        'topics_with_message_count': [{
+            'topic_metadata': {
+                'name': channel.topic, 'type': summary.schemas[channel.schema_id].name,
+                'serialization_format': channel.message_encoding,
+                'offered_qos_profiles': _profiles(channel),
+                'type_description_hash': channel.metadata.get('topic_type_hash', '')},
+            'message_count': statistics.channel_message_counts.get(channel.id, 0),
+        } for channel in summary.channels.values()],
+        'compression_format': '', 'compression_mode': '', 'relative_file_paths': [file.name],
+        'files': [{'path': file.name, 'starting_time': dict(start), 'duration': dict(duration),
+                   'message_count': statistics.message_count}],
+        'custom_data': None, 'ros_distro': os.environ.get('ROS_DISTRO', 'jazzy'),
+    }
+
+
+def _profiles(channel: Any) -> list[dict[str, Any]]:
+    return yaml.safe_load(channel.metadata.get('offered_qos_profiles', '')) or []
+
+
+def _info(options: Namespace) -> None:
+    with _opened(options.bag_path) as (reader, file):
+        bag = _metadata(reader, file)
+    topics = bag['topics_with_message_count']
+    if options.topic_name:
+        print(*(entry['topic_metadata']['name'] for entry in topics), sep='\n')
+        return
+    start = bag['starting_time']['nanoseconds_since_epoch']
+    duration = bag['duration']['nanoseconds']
+    rows = ('\n' + ' ' * 19).join(
+        f'Topic: {data["name"]} | Type: {data["type"]} | Count: {entry["message_count"]} | '
+        f'Serialization Format: {data["serialization_format"]}'
+        for entry in topics for data in [entry['topic_metadata']])
+    print(f'\nFiles:             {file.name}\nBag size:          {_size_text(file)}\n'
+          f'Storage id:        mcap\nROS Distro:        {bag["ros_distro"]}\n'
+          f'Duration:          {_seconds(duration)}s\n'
+          f'Start:             {_moment(start)}\nEnd:               '
+          f'{_moment(start + duration)}\nMessages:          {bag["message_count"]}\n'
+          f'Topic information: {rows}\nService:           0\nService information: ')
+
+
+def _size_text(file: Path) -> str:
+    size, units = float(file.stat().st_size), ['B', 'KiB', 'MiB', 'GiB', 'TiB']
+    while size >= 1024 and len(units) > 1:
+        size /= 1024
+        units.pop(0)
+    return f'{size:.{0 if units[0] == "B" else 1}f} {units[0]}'
+
+
+def _seconds(nanoseconds: int) -> str:
+    return f'{nanoseconds // _SECOND}.{nanoseconds % _SECOND:09d}'
+
+
+def _moment(nanoseconds: int) -> str:
+    day = datetime.fromtimestamp(nanoseconds // _SECOND)
+    return (f'{day:%b %e %Y %H:%M:%S}.{nanoseconds % _SECOND:09d} ({_seconds(nanoseconds)})')
+
+
+def _play(options: Namespace) -> None:
+    from rclpy.qos import QoSProfile
+
+    with _opened(options.bag_path) as (reader, _), Session(options) as session:
+        summary = reader.get_summary()
+        publishers = {}
+        for channel in summary.channels.values():
+            if options.topics and channel.topic not in map(session.absolute, options.topics):
+                continue
+            try:
+                kind = load(summary.schemas[channel.schema_id].name, 'msg')
+            except CliError as failure:
+                print(f'{channel.topic} is not played: {failure}', file=sys.stderr)
+                continue
+            profile = next(map(from_plain, _profiles(channel)), QoSProfile(depth=10))
+            publishers[channel.id] = session.node.create_publisher(kind, channel.topic, profile)
+        session.settle()
+        first: int = summary.statistics.message_start_time + round(options.start_offset * _SECOND)
+        while True:
+            _play_once(session, reader, publishers, first, options)
+            if not options.loop:
+                break
+        for publisher in publishers.values():
+            publisher.wait_for_all_acked()
+
+
+def _play_once(session: Session, reader: Any, publishers: dict[int, Any], first: int,
+               options: Namespace) -> None:
+    """
+    Publish the messages once.
+
+    :param publishers: by the number of the recorded channel.
+    :param first: time of the recording to begin with [ns].
+    """
+    session.spin(limit=options.delay)
+    start = time.monotonic()
+
+    def reached() -> int:
+        """Return the time of the recording that is reached [ns]."""
+        return first + int((time.monotonic() - start) * options.rate * _SECOND)
+
+    timer = None
+    if options.clock:
+        clock_type = load('rosgraph_msgs/Clock', 'msg')
+        clock = session.node.create_publisher(clock_type, '/clock', 10)
+
+        def publish_clock() -> None:
+            message = clock_type()
+            message.clock.sec, message.clock.nanosec = divmod(reached(), _SECOND)
+            clock.publish(message)
+
+        timer = session.node.create_timer(1 / options.clock, publish_clock)
+    for _, channel, message in reader.iter_messages():
+        if channel.id in publishers and message.log_time >= first:
+            wait = (message.log_time - reached()) / options.rate / _SECOND
+            session.spin(limit=wait)
+            publishers[channel.id].publish(message.data)
+    if timer is not None:
+        session.node.destroy_timer(timer)
+        session.node.destroy_publisher(clock)
+
+
+_bag = argument('bag_path', help='folder or .mcap file of the recording')
+_storage = argument('-s', '--storage', choices=['mcap'], default='mcap', help='the only one')
+
+VERBS = {
+    'info': Verb('print the topics and the duration of a recording', _info, [
+        _bag, _storage, flag('-t', '--topic-name', about='print only the names of topics')]),
+    'play': Verb('publish the messages of a recording', _play, [
+        _bag, _storage,
+        argument('-r', '--rate', type=positive_float, default=1.0,
+                 help='times as fast as recorded (default: %(default)s)'),
+        argument('--topics', nargs='+', default=[], metavar='TOPIC', help='only these topics'),
+        flag('-l', '--loop', about='begin again at the end'),
+        argument('--clock', type=positive_float, nargs='?', const=40.0, metavar='HZ',
+                 help='publish the time of the recording on /clock (40 times per second)'),
+        argument('-d', '--delay', type=positive_float, default=0.0, metavar='S',
+                 help='time to wait before each start'),
+        argument('--start-offset', type=float, default=0.0, metavar='S',
+                 help='skip so much of the recording')]),
+    'record': Verb('record topics until Ctrl-C', _record, [
+        argument('topics', nargs='*', metavar='topic', help='topics to record'),
+        argument('--topics', dest='more_topics', nargs='+', default=[], metavar='TOPIC',
+                 help='topics to record'),
+        flag('-a', '--all', about='record all topics'),
+        argument('-e', '--regex', default='', help='record topics that contain this expression'),
+        argument('--exclude-topics', nargs='+', default=[], metavar='TOPIC',
+                 help='topics to leave out'),
+        argument('-o', '--output', metavar='FOLDER', help='a new folder for the recording'),
+        _storage, flag('--use-sim-time', about='use the time of /clock'), hidden('topic')]),
+}
