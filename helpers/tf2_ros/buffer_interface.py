@@ -115,10 +115,8 @@ class BufferInterface:
         :raises TypeException: the type is not registered.
         :raises tf2_py.TransformException: the transform is not available.
         """
-        function = self.registration.get(type(object_stamped))
-        header = object_stamped.header
-        return _as_type(new_type, function(object_stamped, self.lookup_transform(
-            target_frame, header.frame_id, header.stamp, timeout)))
+        return self._transformed(object_stamped, new_type, lambda header: self.lookup_transform(
+            target_frame, header.frame_id, header.stamp, timeout))
 
     def transform_full(self, object_stamped: Any, target_frame: str, target_time: Any,
                        fixed_frame: str, timeout: Duration = AT_ONCE,
@@ -131,10 +129,15 @@ class BufferInterface:
 
         Other parameters and exceptions as transform.
         """
+        return self._transformed(
+            object_stamped, new_type, lambda header: self.lookup_transform_full(
+                target_frame, target_time, header.frame_id, header.stamp, fixed_frame, timeout))
+
+    def _transformed(self, object_stamped: Any, new_type: Any,
+                     look_up: Callable[[Header], TransformStamped]) -> Any:
         function = self.registration.get(type(object_stamped))
-        header = object_stamped.header
-        return _as_type(new_type, function(object_stamped, self.lookup_transform_full(
-            target_frame, target_time, header.frame_id, header.stamp, fixed_frame, timeout)))
+        result = function(object_stamped, look_up(object_stamped.header))
+        return result if new_type is None else convert(result, new_type)
 
     def lookup_transform(self, target_frame: str, source_frame: str, time: Any,
                          timeout: Duration = AT_ONCE) -> TransformStamped:
@@ -179,10 +182,6 @@ def convert(a: Any, b_type: Any) -> Any:
             return deepcopy(a)
         return registration.get_from_msg(b_type)(registration.get_to_msg(type(a))(a))
     return function(a)
-
-
-def _as_type(new_type: Any, result: Any) -> Any:
-    return result if new_type is None else convert(result, new_type)
 
 
 def _registered(functions: dict[Any, Callable[..., Any]], key: Any) -> Callable[..., Any]:

@@ -37,7 +37,8 @@ sunday:
 
 
 def documented_lines():
-    """Return the lines in blocks of the documents, in order: a parameter per command."""
+    """Return the lines in blocks of the documents, in order: a parameter per different command."""
+    seen = []
     for document in DOCUMENTS:
         inside = False
         for line in document.read_text().replace('\\\n', ' ').splitlines():
@@ -46,6 +47,9 @@ def documented_lines():
                 inside = not inside
             elif inside and command.startswith(('ros2 ', 'armsim ')):
                 words = shlex.split(command, comments=True)
+                if words in seen:
+                    continue
+                seen.append(words)
                 yield pytest.param(words, id=f'{document.stem}: {" ".join(words)[:60]}')
 
 
