@@ -71,8 +71,7 @@ class ControlLoop:
     One tick is one physics step; the controllers run first where their period begins. Only the
     thread that ticks may touch simulation and clock; others hand it a function by ``call``.
 
-    Planned updates change no result, and ``run`` sleeps through them, until a listener is due or
-    a request comes.
+    Planned updates change no result; ``run`` sleeps through them until a listener is due.
 
     :param simulation: the plant.
     :param controllers: the controller manager.
@@ -162,9 +161,9 @@ class ControlLoop:
         clock, stable = self.clock, True
         end = clock.steps + steps
         while stable and clock.steps < end:
-            begin, limit = clock.steps, self._until_observed(end - clock.steps)
-            rest = -self._step_in_period % self.steps_per_update
-            if self._plan(limit, rest):
+            begin, rest = clock.steps, -self._step_in_period % self.steps_per_update
+            limit = self._until_observed(end - begin) if end - begin > 1 else 1
+            if (self._planned or limit > rest + 1) and self._plan(limit, rest):
                 stable = self._move(partial(self._follow, limit))
                 if not stable or clock.steps > begin:
                     continue
@@ -366,7 +365,10 @@ class ControlLoop:
 
     def poll_faults(self) -> list[str]:
         """Return the faults of the physics since the last call; from any thread."""
-        return [self._faults.popleft() for _ in range(len(self._faults))]
+        faults = []
+        while self._faults:
+            faults.append(self._faults.popleft())
+        return faults
 
     def _serve(self) -> None:
         if not self._requests:
@@ -391,10 +393,8 @@ def steps_per_update(step_ns: int, update_rate: float) -> int:
     steps = round(1e9 / (update_rate * step_ns))
     if steps < 1 or abs(steps * step_ns * update_rate * 1e-9 - 1.0) > 1e-6:
         highest = 1e9 / step_ns
-        fitting = [highest / n for n in (1, 2, 4, 5, 10)]
+        fitting = ', '.join(f'{highest / n:g}' for n in (1, 2, 4, 5, 10))
         raise ControllerError(
             f'an update rate of {update_rate:g} Hz does not fit a timestep of '
-            f'{step_ns * 1e-9:g} s; allowed: {highest:g} Hz by a whole number, such as '
-            + ', '.join(f'{rate:g}' for rate in fitting)
-        )
+            f'{step_ns * 1e-9:g} s; allowed: {highest:g} Hz by a whole number, such as {fitting}')
     return steps
