@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, ExitStack
 from dataclasses import dataclass
 import os
 from pathlib import Path
@@ -14,6 +14,7 @@ import sys
 
 import pytest
 
+from armsim_ros.cli.environment import FASTDDS_PROFILES
 from armsim_ros.testing.programs.domain import private_domain, ros_environment
 from armsim_ros.testing.programs.program import start_program
 from armsim_ros2 import session
@@ -48,8 +49,11 @@ Ros2 = Callable[..., Done]
 
 @contextmanager
 def running_robot() -> Iterator[int]:
-    """Run the default robot; gives its domain."""
-    with private_domain() as domain, start_program('bringup', domain) as program:
+    """Run the default robot, with the package's settings of Fast DDS; gives its domain."""
+    with private_domain() as domain, ExitStack() as stack:
+        with pytest.MonkeyPatch.context() as patch:
+            patch.delenv(FASTDDS_PROFILES[0])
+            program = stack.enter_context(start_program('bringup', domain))
         program.wait_for_line(READY, START_TIMEOUT)
         yield domain
 
