@@ -165,7 +165,7 @@ class Controller(ABC, Generic[ParametersT]):
 
         The controller stays active; ``activate`` is called where it goes on.
 
-        :param reason: for those who wait for a goal.
+        :param reason: for clients that wait for a goal.
         """
         self.deactivate(time_ns)
 
@@ -180,7 +180,7 @@ class Controller(ABC, Generic[ParametersT]):
 
     def next_update(self, time_ns: int) -> int:
         """
-        Return from when on an update matters [ns]; one before would change no command.
+        Return from when on an update matters [ns]; an earlier update would change no command.
 
         The control loop's thread asks between updates; those that do not matter may be left out,
         see :meth:`pass_updates`.

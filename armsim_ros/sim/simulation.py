@@ -164,7 +164,7 @@ class Simulation(SimulatedLinks, SavableSimulation, HardwareInterface):
 
     def touching(self) -> tuple[NDArray[np.int32], Vector]:
         """
-        Return the contacts of the last step as they are, for those who look often.
+        Return the contacts of the last step without conversion, for frequent callers.
 
         :returns: (n, 2) bodies, whose names are in ``body_names``, and (n,) overlaps [m],
             negative where there is still a gap.

@@ -71,13 +71,13 @@ class Broadcaster(Controller[ParametersT], Generic[ParametersT, SampleT]):
         """
         Have a function called, in the control loop's thread, when there is a sample.
 
-        While nobody listens no update is made for a sample; those that are made take it.
+        Without a listener no update is made for a sample; those that are made take it.
         """
         self._listener = listener
         self.context.wake()
 
     def next_update(self, time_ns: int) -> int:
-        """Return when the next sample is due for who listens [ns]."""
+        """Return when the next sample is due for the listener [ns]."""
         due_ns = self._rate.next_due_ns(time_ns) if self._listener is not None else None
         return NEVER_NS if due_ns is None else due_ns
 

@@ -261,7 +261,7 @@ class ControllerManager:
         """
         End the goals of all active controllers before the plant is put elsewhere.
 
-        :param reason: for those who wait for a goal.
+        :param reason: for clients that wait for a goal.
         """
         for controller, _ in self._switches.active:
             controller.interrupt(time_ns, reason)

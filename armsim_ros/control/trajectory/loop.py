@@ -91,7 +91,7 @@ class TrajectoryLoop:
         self._events = events
         self._hardware = hardware
         self.inbox: Mailbox[Request] = Mailbox(context.wake)
-        #: The pace that somebody wants, until an update takes it over.
+        #: The requested pace, until an update takes it over.
         self.wanted_scaling: float | None = None
 
     def activate(self, time_ns: int) -> None:
@@ -116,7 +116,7 @@ class TrajectoryLoop:
         """
         End all goals and let go of the joints.
 
-        :param message: why, for those who wait for the goals.
+        :param message: why, for clients that wait for the goals.
         """
         self.execution.end_goals(GoalStatus.ABORTED, message, TrajectoryErrorCode.INVALID_GOAL)
         self.abort_pending(message)
