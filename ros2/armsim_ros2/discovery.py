@@ -15,8 +15,9 @@ _PERIOD = 0.02
 #: Discovery is complete when nothing new has come for so many periods. Programs of other machines
 #: announce themselves again after 0.3 s if their first answer was lost.
 _QUIET, _QUIET_SUBNET = 5, 16
-#: How many periods more discovery may take while programs are known to be missing.
-_LATE = 150
+#: How many periods more discovery may take while programs are known to be missing: the middleware
+#: sends again every second what was lost.
+_LATE = 60
 #: Each participant has one writer of this topic.
 _PARTICIPANTS = 'ros_discovery_info'
 

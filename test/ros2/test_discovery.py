@@ -90,7 +90,7 @@ def test_programs_of_this_machine_are_waited_for(settled):
 
 def test_waiting_ends_if_a_program_never_answers(settled):
     """Such as one that uses DDS without ROS."""
-    assert settled((1, 2, [], ()), programs=5) == 25 + 150
+    assert settled((1, 2, [], ()), programs=5) == 25 + 60
 
 
 def test_alone_in_the_graph_the_spin_time_is_waited(settled):

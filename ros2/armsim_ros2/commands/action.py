@@ -79,6 +79,8 @@ def _send_goal(options: Namespace) -> None:
         except (BrokenPipeError, KeyboardInterrupt, SystemExit):
             _cancel(session, accepted)
             raise
+        finally:
+            client.destroy()  # it keeps the node in the graph
         _print_result(result.result())
 
 
