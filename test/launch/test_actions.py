@@ -129,6 +129,15 @@ def test_start_handlers_and_timers(entities):
     assert list(said.processes()) == ['first', 'next', 'soon', 'late']
 
 
+def test_a_timer_sees_the_configurations_of_its_group(entities):
+    """P36 TimerAction, P37 GroupAction: what the group had set holds for its later actions."""
+    said = entities("""
+        GroupAction([SetLaunchConfiguration('a', 'inside'),
+                     TimerAction(period=1.0, actions=[node(LaunchConfiguration('a'))])]),
+    """)
+    assert list(said.processes()) == ['inside']
+
+
 def test_events_and_shutdown_are_accepted(entities):
     """P36 EmitEvent, Shutdown, OnShutdown, LogInfo: a dry run goes on after them."""
     said = entities("""

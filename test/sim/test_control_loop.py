@@ -43,6 +43,12 @@ class Recorder:
     def wake_with(self, wake):
         self.wake = wake
 
+    def interrupt(self, time_ns, reason):
+        self.updates.clear()
+
+    def resume(self, time_ns):
+        pass
+
 
 @pytest.fixture
 def controllers():
@@ -63,6 +69,15 @@ def test_updates_controllers_at_their_rate(simulation, controllers):
         loop.tick()
     assert controllers.updates == [(0, 0.004), (4_000_000, 0.004), (8_000_000, 0.004)]
     assert simulation.time_ns == 10_000_000
+
+
+def test_updates_begin_with_time_after_a_reset(simulation, controllers):
+    """The first update is at 0 again, in whichever step of a period the reset came."""
+    loop = ControlLoop(simulation, controllers, 250)
+    loop.advance(6)
+    loop.restart('again', time=True)
+    loop.advance(5)
+    assert [time_ns for time_ns, _ in controllers.updates] == [0, 4_000_000]
 
 
 @pytest.mark.parametrize('rate', [300, 2000, 999])
