@@ -52,6 +52,13 @@ def test_limits_hold_between_points(zigzag):
     assert np.abs(acceleration).max() <= 5.0 * 1.01
 
 
+def test_limits_hold_at_the_peaks(zigzag):
+    """The extremes of velocity and acceleration between the points exceed no limit."""
+    velocity, acceleration = time_path(BlendedPath(zigzag, 0.05), limits()).peaks()
+    assert velocity.max() <= 2.0 * (1.0 + 1e-9)
+    assert acceleration.max() <= 5.0 * (1.0 + 1e-9)
+
+
 def test_the_motion_is_not_much_slower_than_the_limits_allow(zigzag):
     """Some joint is at one of its limits for most of the time."""
     motion = time_path(BlendedPath(zigzag, 0.05), limits())
