@@ -194,6 +194,17 @@ def test_not_a_number_is_refused(rig):
     assert 'finite' in gripper(rig()).send_goal(float('nan')).reason
 
 
+def test_refusal_is_an_event(rig):
+    """Every refused goal leaves its reason for the log and the topic of rejected goals."""
+    r = rig()
+    hand = gripper(r)
+    r.manager.poll_events()
+    reason = hand.send_goal(float('nan')).reason
+    (event,) = r.manager.poll_events()
+    assert (event.kind, event.level, event.source) == ('goal_rejected', 'error', 'gripper')
+    assert reason in event.text
+
+
 def test_interface_that_does_not_exist(rig):
     """N2: a bound's interface that the hardware lacks makes activation fail."""
     r = rig()
