@@ -38,7 +38,7 @@ class Table:
             f'**{self.title}**', '', '| ' + ' | '.join(self.head) + ' |',
             '|' + '---|' * len(self.head),
             *('| ' + ' | '.join(row) + ' |' for row in self.rows), '',
-        ]  # fmt: skip
+        ]
 
 
 def machine_load() -> str:

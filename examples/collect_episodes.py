@@ -117,7 +117,7 @@ class DataSet:
             'timestamp': (frames * PERIOD).astype(np.float32), 'frame_index': frames,
             'episode_index': np.full(length, number), 'index': frames + first,
             'task_index': np.zeros(length, dtype=np.int64),
-        }  # fmt: skip
+        }
         table = pa.table({
             name: pa.FixedSizeListArray.from_arrays(values.ravel(), values.shape[1])
             if values.ndim == 2 else pa.array(values)
@@ -160,7 +160,7 @@ class DataSet:
                 'timestamp': {**feature, 'dtype': 'float32'},
                 **dict.fromkeys(('frame_index', 'episode_index', 'index', 'task_index'), feature),
             },
-        }  # fmt: skip
+        }
         (meta / 'info.json').write_text(json.dumps(info, indent=4), encoding='utf-8')
         task = json.dumps({'task_index': 0, 'task': TASK})
         (meta / 'tasks.jsonl').write_text(f'{task}\n', encoding='utf-8')

@@ -49,7 +49,7 @@ def main() -> None:
     near, far = SHADES
     shades = 255.0 * (far - np.clip(own.depth, near, far)) / (far - near)
     for name, pixels in (('world_feeding_place', outside.colour), ('camera_colour', own.colour),
-                         ('camera_depth', shades.astype(np.uint8))):  # fmt: skip
+                         ('camera_depth', shades.astype(np.uint8))):
         Image.fromarray(np.ascontiguousarray(pixels)).quantize(128).save(
             FOLDER / f'{name}.png', optimize=True)
         print(FOLDER / f'{name}.png')

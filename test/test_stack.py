@@ -165,7 +165,7 @@ def test_the_example_prints_the_same_digest_in_two_processes():
             env={'PYTHONPATH': str(ROOT), 'PYTHONHASHSEED': seed, 'PATH': '/usr/bin:/bin'},
         ).stdout
         for seed in ('1', '2')
-    ]  # fmt: skip
+    ]
     assert 'digest' in runs[0]
     assert runs[0] == runs[1]
 

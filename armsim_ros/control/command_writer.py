@@ -65,7 +65,7 @@ class CommandWriter:
             [i if chained else hardware.index[name] for i, name in enumerate(commanded)])
         self._joints = len(parameters.joints)
         self._kinds = tuple(kind for kind in COMMAND_INTERFACES
-                            if kind in parameters.command_interfaces)  # fmt: skip
+                            if kind in parameters.command_interfaces)
         self._commanded = joints
         self._references = [
             (kind, [f'{name}/{kind}' for name in commanded]) for kind in self._kinds if chained]

@@ -12,7 +12,7 @@ Level = Literal['info', 'warning', 'error']
 Kind = Literal[
     'goal_rejected', 'trajectory_rejected', 'goal_aborted', 'tolerance', 'stop', 'warning',
     'state', 'failure',
-]  # fmt: skip
+]
 
 CAPACITY = 1000
 """So many events are kept for a reader; then the oldest are dropped."""

@@ -21,7 +21,7 @@ class Pid:
     """
 
     __slots__ = ('_deadband', '_gains', '_integral', '_lower', '_output', '_strategy',
-                 '_time_constant', '_upper')  # fmt: skip
+                 '_time_constant', '_upper')
 
     def __init__(self, gains: PidGains) -> None:
         self._integral = 0.0

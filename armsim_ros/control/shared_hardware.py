@@ -96,7 +96,7 @@ class HardwarePart(HardwareInterface):
     def other_states(self) -> Mapping[str, float]:
         """Interface of a sensor or gpio -> its value, but for those of the other robots."""
         shown = {name: value for name, value in self._shared.hardware.other_states.items()
-                 if name.rpartition('/')[0] not in self._foreign}  # fmt: skip
+                 if name.rpartition('/')[0] not in self._foreign}
         return {**shown, **self.given_states}
 
     def commands_of(self, owner: str) -> tuple[str, ...]:

@@ -109,7 +109,7 @@ class ArmEnv(Env):
         self._actions = Actions(
             action, KinematicModel(model), self.joints, group, tip,
             pose_matrix(placement.xyz, placement.rpy)[:3, :3], twist=twist, cups=cups,
-            period=period)  # fmt: skip
+            period=period)
         self._observations = Observations(self.joints, tip, self.objects, cups)
         self.action_space: Any = self._actions.space
         self.observation_space: Any = self._observations.space

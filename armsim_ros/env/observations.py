@@ -33,7 +33,7 @@ class Observations:
         sizes = {
             'joint_positions': len(joints), 'joint_velocities': len(joints),
             'joint_efforts': len(joints), 'tip_pose': 7, 'object_poses': 7 * len(objects),
-        }  # fmt: skip
+        }
         spaces = {name: Box(np.full(size, -np.inf), np.full(size, np.inf), dtype=np.float64)
                   for name, size in sizes.items() if size}
         if cups:

@@ -52,7 +52,7 @@ def arm_group(kinematics: KinematicModel, controllers: Iterable[Sequence[str]]) 
         if group.active_joints and (group.chain is not None or len(group.tips) == 1)
     }
     fitting = {name: joints for name, joints in groups.items()
-               if any(set(joints) <= joints_of for joints_of in moved)}  # fmt: skip
+               if any(set(joints) <= joints_of for joints_of in moved)}
     return max(fitting or groups, key=lambda name: len(groups[name]), default='')
 
 
@@ -64,7 +64,7 @@ def check_parameters(
     wrong = []
     for name, value in (
         ('move_group_name', group), ('active_subgroup', parameters.active_subgroup)
-    ):  # fmt: skip
+    ):
         if (value or name == 'move_group_name') and value not in groups:
             wrong.append(
                 f"{name}: '{value}' is no planning group ({', '.join(groups) or 'there is none'}) "
@@ -147,7 +147,7 @@ def _smoothing(
         name for name, limits in zip(target.names, joints, strict=True)
         if not np.isfinite(limits.acceleration)
         or (plugin == RUCKIG and not np.isfinite(limits.jerk))
-    ]  # fmt: skip
+    ]
     warnings = []
     if lacking:
         kinds = 'acceleration and jerk limits' if plugin == RUCKIG else 'acceleration limits'

@@ -70,7 +70,7 @@ class TargetVelocity:
         if not set(moving) <= set(self.indices):
             known = kinematics.robot.semantic.groups
             parts = [name for name in known
-                     if set(kinematics.group_indices(name)) < set(self.indices)]  # fmt: skip
+                     if set(kinematics.group_indices(name)) < set(self.indices)]
             raise PlanningError(
                 MoveItErrorCode.INVALID_GROUP_NAME,
                 f"planning group '{subgroup}' is no part of '{group}'; allowed: "
@@ -185,7 +185,7 @@ class TargetVelocity:
         return np.concatenate((
             way * _approach(distance, scale.linear, APPROACH[0], period),
             turn * _approach(angle, scale.rotational, APPROACH[1], period),
-        )), ()  # fmt: skip
+        )), ()
 
     # ---------------------------------------------------------------- kinematics
 

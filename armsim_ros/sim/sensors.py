@@ -114,7 +114,7 @@ def sensors_of(
         HardwareSensor(name, one.link, tuple(
             f'{quantity}.{axis}' for quantity, axes in _KINDS[one.type] for axis in axes))
         for name, one in settings.items()
-    )  # fmt: skip
+    )
 
 
 def _add(values: dict[str, float], kinds: tuple[str, str], pair: Vector) -> None:

@@ -99,7 +99,7 @@ class Simulation(SimulatedLinks, SavableSimulation, HardwareInterface):
         if isinstance(self._active, slice):
             self._driven_views = (
                 _part(self.command, self._active), _part(self.feedforward, self._active)
-            )  # fmt: skip
+            )
         self._plant = Plant(
             spec, self.joint_names, self.state, self._active, fingers_driven(model))
         self._bounded = self.effort_bound.tobytes()

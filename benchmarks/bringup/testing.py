@@ -62,7 +62,7 @@ def in_process(robot: str) -> dict[str, tuple[float, float]]:
         'first arm up': _past(begin, first), 'arm of the next test': _past(first, second),
         f'{MOTION:g} s at rest': _past(second, rested),
         f'{MOTION:g} s of motion': _past(rested, _now()),
-    }  # fmt: skip
+    }
 
 
 def over_dds(robot: str) -> dict[str, tuple[float, float]]:

@@ -73,7 +73,7 @@ def lockstep_tables(options: Options) -> Iterable[Table]:
                lambda sim: sim.execute(sim.plan('scan_food'))),
          _task('scan_food, planned and executed', options.robot,
                lambda sim: sim.execute(sim.plan('scan_food')))],
-    )  # fmt: skip
+    )
 
 
 def _situations(robot: str, folder: Path) -> list[Situation]:

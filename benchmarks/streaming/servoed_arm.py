@@ -40,7 +40,7 @@ class ServoedArm:
         self.stream, _ = build_stream(
             self.kinematics, sim.scene, CollisionChecker(sim.scene),
             ServoNodeSettings(moveit_servo=self.parameters), self.group,
-        )  # fmt: skip
+        )
         self._window = TrajectoryWindow(
             self.stream.target.names, round(self.parameters.max_expected_latency * 1e9))
         self._steps = round(
@@ -103,7 +103,7 @@ def touched(sim: ArmSim, links: frozenset[str]) -> set[tuple[str, str]]:
     bodies, overlaps = sim.simulation.touching()
     names = sim.simulation.body_names
     pairs = {(names[first], names[second]) for (first, second), depth
-             in zip(bodies, overlaps, strict=True) if depth > 0.0}  # fmt: skip
+             in zip(bodies, overlaps, strict=True) if depth > 0.0}
     return {(min(pair), max(pair)) for pair in pairs if links & set(pair)}
 
 

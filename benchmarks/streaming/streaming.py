@@ -73,7 +73,7 @@ class User:
             (JointTrajectoryControllerState, f'/sunday/{CONTROLLER}/controller_state',
              self._state),
             (JointState, '/sunday/joint_states', self._joints),
-        )  # fmt: skip
+        )
         for kind, name, receive in topics:
             node.create_subscription(kind, name, receive, deep)
         self.trajectories = node.create_publisher(
@@ -145,7 +145,7 @@ def main(options: Options) -> None:
 
 def _measured(user: User, pid: int, idle: float) -> Table:
     user.client.call('/servo_node/switch_command_type', ServoCommandType,
-                     ServoCommandType.Request(command_type=1))  # fmt: skip
+                     ServoCommandType.Request(command_type=1))
     time.sleep(1.0)
     user.go(PLACE)
     watched = _load(pid, lambda: time.sleep(8.0))
@@ -155,7 +155,7 @@ def _measured(user: User, pid: int, idle: float) -> Table:
     rows: list[tuple[str, ...]] = [(
         'status', f'{len(gaps) / (user.status[-1] - user.status[0]):.1f} Hz',
         f'p95 of the gaps {1e3 * np.percentile(gaps, 95):.1f} ms',
-    )]  # fmt: skip
+    )]
     user.jog(0.3, TWENTIETH)
     out, reference, stops, rates = [], [], [], []
     for _ in range(RUNS):
@@ -179,7 +179,7 @@ def _measured(user: User, pid: int, idle: float) -> Table:
         (f'silence, {TIMEOUT:g} s after the last twist, to rest',
          *_spread([stop - TIMEOUT for stop in stops])),
         ('forward command to the first change of the joint states', *_forward(user)),
-    ]  # fmt: skip
+    ]
     user.go(PLACE)
     user.references.clear()
     user.measured.clear()
@@ -191,7 +191,7 @@ def _measured(user: User, pid: int, idle: float) -> Table:
         ('processor time of servo_node at rest', f'{100 * idle:.1f} %', 'of a core'),
         ('the same while somebody listens to its status', f'{100 * watched:.1f} %', ''),
         (f'the same while it streams among {OBJECTS} objects', f'{100 * busy:.1f} %', ''),
-    ]  # fmt: skip
+    ]
     return Table('Streaming to a running arm', ('what', 'figure', 'and'), rows)
 
 
@@ -200,7 +200,7 @@ def _changes(references: list[Reference]) -> list[float]:
     return [
         later[0] for before, later in pairwise(references)
         if np.abs(later[2] - before[2]).max() > 1e-7
-    ]  # fmt: skip
+    ]
 
 
 def _forward(user: User) -> tuple[str, str]:
@@ -257,7 +257,7 @@ def _straightness(user: User) -> list[tuple[str, ...]]:
         ('straight line at 0.100 m/s', f'{length:.3f} m at {speed:.3f} m/s',
          f'at most {1e3 * sideways.max():.2f} mm sideways'),
         ('joints whose velocity changes its sign on the way', f'{flips}', ''),
-    ]  # fmt: skip
+    ]
 
 
 def _spread(times: list[float]) -> tuple[str, str]:

@@ -78,7 +78,7 @@ def jogs_table(count: int, seed: int) -> Table:
         ('contacts', ', '.join(f'{one} and {two}' for one, two in sorted(contacts)) or '0'),
         ('past the limit of a joint', f'{max(0.0, passed):.4f} rad'),
         ('status of the cycles', shares),
-    ])  # fmt: skip
+    ])
 
 
 def _jog(random: np.random.Generator, arm: ServoedArm) -> Command:

@@ -74,7 +74,7 @@ class _Switcher:
         self.goals: list[TrajectoryGoal] = []
         self.share = 0.0
         limits = [self.sim.model.joints[name].limits.velocity
-                  for name in self.sim.simulation.joint_names]  # fmt: skip
+                  for name in self.sim.simulation.joint_names]
         period = self.sim.simulation.clock.step_ns * 1e-9
         self._allowed = np.array(limits) * period
         self._before = self.sim.simulation.reference_positions
@@ -113,7 +113,7 @@ class _Switcher:
         names = self.arm.stream.target.names
         here = self.arm.q[self.arm.stream.target.indices]
         target = np.clip(here + self.random.uniform(-FAR, FAR, len(names)),
-                         self._lower, self._upper)  # fmt: skip
+                         self._lower, self._upper)
         speed = np.clip((target - here) / LONGEST, -FAST, FAST)
         if self.mode == 'servo':
             self.arm.start()
@@ -149,7 +149,7 @@ def switches_table(count: int, seed: int) -> Table:
     sim.step(10)
     ends = Counter(goal.status.name for goal in switcher.goals)
     unexplained = sum(goal.done and not (goal.result and goal.result.message)
-                      for goal in switcher.goals)  # fmt: skip
+                      for goal in switcher.goals)
     lost = sum(not goal.done for goal in switcher.goals)
     return Table('Switches between kinds of control, without ROS', ('what', 'figure'), [
         ('switches', f'{count:,} in {sim.time - begin:,.0f} s of simulated time'),
@@ -158,4 +158,4 @@ def switches_table(count: int, seed: int) -> Table:
         ('goals', ', '.join(f'{ends[name]} {name.lower()}' for name in sorted(ends))),
         ('goals without an end', str(lost)),
         ('goals that ended without a reason', str(unexplained)),
-    ])  # fmt: skip
+    ])

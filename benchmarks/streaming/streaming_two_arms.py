@@ -73,7 +73,7 @@ def pairs_table(count: int, seed: int) -> Table:
         ('time until both have ended, beside the longer one', _spread(ratios)),
         ('pairs in which the arms met, as commanded, on their own shapes', str(met)),
         ("pairs in which the physics' convex hulls touched", str(touched)),
-    ])  # fmt: skip
+    ])
 
 
 def _spread(ratios: list[float]) -> str:
@@ -90,7 +90,7 @@ def _plan(sim: ArmSim, random: np.random.Generator, side: str) -> JointTrajector
     for _ in range(100):
         goal = {joint.name: float(random.uniform(max(joint.limits.lower, -2.0),
                                                  min(joint.limits.upper, 2.0)))
-                for joint in joints}  # fmt: skip
+                for joint in joints}
         try:
             return sim.plan(goal, group)
         except PlanningError as error:

@@ -23,7 +23,7 @@ def test_dynamic_parameters(parameters):
         parameters,
         {'constraints.a.goal': 0.5, 'constraints.arm.b.trajectory': 0.2, 'gains.arm.b.p': 3,
          'constraints.goal_time': 2, 'allow_partial_joints_goal': True},
-    )  # fmt: skip
+    )
     assert new.constraints.joints['a'].goal == 0.5
     assert new.constraints.joints['arm.b'].trajectory == 0.2
     assert new.gains['arm.b'].p == 3.0

@@ -34,7 +34,7 @@ any_trajectory = st.builds(
     lambda names, rows, stamp_ns: JointTrajectory.of_points(
         names, [time for time, _ in rows], [point for _, point in rows], stamp_ns),
     names, st.lists(st.tuples(times, points), max_size=3), st.integers(-(10**10), 10**10),
-)  # fmt: skip
+)
 
 
 @settings(deadline=None, max_examples=30)

@@ -38,7 +38,7 @@ def test_arms_that_stay_apart(cell, model):
     motions = []
     for robot in cell.robots:
         start = np.array([q[model.index(name)] for name in model.names
-                          if name in robot.model.active_joints])  # fmt: skip
+                          if name in robot.model.active_joints])
         motions.append(motion(model, robot, start, start + 0.05))
     assert meeting(checker, q, *motions) is None
 

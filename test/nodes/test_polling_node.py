@@ -27,12 +27,12 @@ def test_waits_for_a_message(node):
     """It tells of a message that was not yet taken; then, and before, the time is over."""
     taken = []
     awaited = node.poll(Int32, 'numbers', lambda message: taken.append(message.data),
-                        qos.LATCHED)  # fmt: skip
+                        qos.LATCHED)
     other = node.poll(Int32, 'others', taken.append, qos.LATCHED)
     wait = node.waiter(awaited)
     assert not wait(0.0)
     publishers = {name: node.create_publisher(Int32, name, qos.LATCHED)
-                  for name in ('numbers', 'others')}  # fmt: skip
+                  for name in ('numbers', 'others')}
     publishers['others'].publish(Int32(data=1))
     publishers['numbers'].publish(Int32(data=2))
     assert wait(30.0)

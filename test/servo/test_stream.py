@@ -179,7 +179,7 @@ def test_joint_bound(streamer):
 def test_a_slow_joint_brakes_before_its_bound_beside_a_fast_one(streamer, after):
     """What another joint still has to do leaves a joint no less able to stop in time."""
     made = streamer(start=(2.55, 0.4569, 0.4905, 0.9504, 1.57, 0.0), check_collisions=False,
-                    scale={'joint': 3.0}, halt_all_joints_in_joint_mode=False)  # fmt: skip
+                    scale={'joint': 3.0}, halt_all_joints_in_joint_mode=False)
     made.run(jog(joint_1=0.25, joint_6=-1.0), 0.35)
     made.run(None if after == 'silence' else jog(joint_1=0.25, joint_6=1.0), 1.0)
     assert np.max([p[0] for p in made.positions]) < 2.79 - 0.1 + 0.005
@@ -190,7 +190,7 @@ def test_a_slow_joint_brakes_before_its_bound_beside_a_fast_one(streamer, after)
 def test_others_at_a_bound(streamer, all_halt):
     """A joint at its bound stops the others too, unless the parameter says no."""
     made = streamer(start=(2.7, 0.4569, 0.4905, 0.9504, 1.57, 0.0),
-                    halt_all_joints_in_joint_mode=all_halt)  # fmt: skip
+                    halt_all_joints_in_joint_mode=all_halt)
     made.run(jog(joint_1=1.0, joint_6=1.0), 0.5)
     moved = abs(made.positions[-1][5] - made.positions[0][5])
     assert (moved < 1e-3) == all_halt
@@ -254,7 +254,7 @@ def test_obstacle(streamer):
     assert finding.code in (ServoStatus.HALT_FOR_COLLISION, ServoStatus.DECELERATE_FOR_COLLISION)
     assert "'wall'" in finding.message
     assert not any(made.checker.in_collision(
-        made.kinematics.insert(made.q, 'manipulator', p)) for p in made.positions)  # fmt: skip
+        made.kinematics.insert(made.q, 'manipulator', p)) for p in made.positions)
     assert made.tip[1, 3] > tip[1] + 0.03
     before = made.tip[1, 3]
     made.run(twist((0.0, -0.2, 0.0), frame='world'), 0.5)
@@ -274,7 +274,7 @@ def test_random_jogs_among_boxes(streamer):
         made.run(twist(linear, angular), 0.3)
         made.run(jog(**{f'joint_{i}': random.uniform(-1, 1) for i in range(1, 7)}), 0.3)
     touching = [p for p in made.positions[::3] if made.checker.in_collision(
-        made.kinematics.insert(made.q, 'manipulator', p))]  # fmt: skip
+        made.kinematics.insert(made.q, 'manipulator', p))]
     assert not touching
     assert (np.array(made.positions) <= made.kinematics.upper[:6]).all()
     assert (np.array(made.positions) >= made.kinematics.lower[:6]).all()

@@ -193,7 +193,7 @@ def test_who_looks_finds_an_update_made_for_him(simulation, controllers, loop):
     loop.every(10_000_000, lambda time_ns: seen.append((time_ns, controllers.updates[-1][0])))
     loop.advance(37)
     assert seen[1:] == [(t, t - 1_000_000) for t in (10_000_000, 20_000_000, 30_000_000,
-                                                     40_000_000)]  # fmt: skip
+                                                     40_000_000)]
 
 
 @pytest.mark.parametrize('rate', [1000, 250, 100])

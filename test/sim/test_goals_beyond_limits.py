@@ -85,7 +85,7 @@ def streaming(arm):
         name = f'{kind}_stream'
         controller = sim.manager.load(SimpleNamespace(
             name=name, parameters={'joints': JOINTS},
-            type=f'{kind}_controllers/JointGroup{kind.title()}Controller'))  # fmt: skip
+            type=f'{kind}_controllers/JointGroup{kind.title()}Controller'))
         sim.manager.configure(name)
         result = sim.manager.switch(activate=[name], deactivate=['arm_joint_controller'])
         assert result.ok, result.message

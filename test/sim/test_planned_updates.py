@@ -23,7 +23,7 @@ LISTENER_NS = 10_000_000
 MOTION = JointTrajectory(
     tuple(f'joint_{i}' for i in range(1, 7)), np.array([0.3, 0.6]),
     np.array([[0.1] * 6, [0.3] * 6]), np.array([[0.5] * 6, [0.0] * 6]),
-)  # fmt: skip
+)
 
 
 class PacedArm:
@@ -166,7 +166,7 @@ def test_batched_updates_equal_single_ones_with_controllers_of_any_rate(rate):
             ('front', TRAJECTORY, {'joints': list(front)}),
             ('back', TRAJECTORY, {'joints': list(back), 'constraints': {
                 'goal_time': 0.0423, **{joint: {'goal': 1e-6} for joint in back}}}),
-        ):  # fmt: skip
+        ):
             made[name] = sim.manager.load(
                 SimpleNamespace(name=name, type=kind, parameters=parameters))
             sim.manager.configure(name)

@@ -109,4 +109,4 @@ def test_unknown_link():
     """The message names the sensor, the link and the nearest one that exists."""
     with pytest.raises(SimulationError, match=r"'wrist' sits on 'link_66'.*link_6"):
         ArmSim('sunday', overrides={
-            'simulation.sensors': {'wrist': {'type': 'imu', 'link': 'link_66'}}})  # fmt: skip
+            'simulation.sensors': {'wrist': {'type': 'imu', 'link': 'link_66'}}})

@@ -22,7 +22,7 @@ class Streamer:
 
     def __init__(self, kinematics, start=ELBOW_UP, group=GROUP, **parameters):
         servo = {key: parameters.pop(key) for key in ('butterworth_filter_coeff',)
-                 if key in parameters}  # fmt: skip
+                 if key in parameters}
         self.kinematics, self.group = kinematics, group
         self.settings = ServoNodeSettings(moveit_servo=ServoParameters(**parameters), **servo)
         self.parameters = self.settings.moveit_servo
@@ -61,7 +61,7 @@ class Streamer:
     def add_box(self, name, size, xyz):
         """Put a box into the scene."""
         self.scene.apply_object(CollisionObject(
-            name, pose=pose_matrix(xyz), shapes=(ObjectShape(Box(size), np.eye(4)),)))  # fmt: skip
+            name, pose=pose_matrix(xyz), shapes=(ObjectShape(Box(size), np.eye(4)),)))
 
     def steps(self):
         """Return the largest step of each joint, and the largest change of it."""

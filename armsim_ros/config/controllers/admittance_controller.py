@@ -119,7 +119,7 @@ class AdmittanceControllerParameters(ControllerParameters):
     def _together(self) -> Self:
         if len(self.command_joints) not in (0, len(self.joints)):
             raise ValueError(f'command_joints has {len(self.command_joints)} names and joints '
-                             f'{len(self.joints)}')  # fmt: skip
+                             f'{len(self.joints)}')
         if 'position' not in self.state_interfaces:
             raise ValueError('state_interfaces: position is needed')
         return self

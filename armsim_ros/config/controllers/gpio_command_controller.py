@@ -49,10 +49,10 @@ class GpioCommandControllerParameters(BroadcasterParameters):
                 if name not in self.gpios:
                     raise ValueError(f"{key}: '{name}' is not among gpios ("
                                      f'{", ".join(self.gpios)}) {nearest(name, self.gpios)}'
-                                     .rstrip())  # fmt: skip
+                                     .rstrip())
         return self
 
 
 def _names(gpios: tuple[str, ...], chosen: dict[str, GpioInterfaces]) -> tuple[str, ...]:
     return tuple(f'{gpio}/{name}' for gpio in gpios if gpio in chosen
-                 for name in chosen[gpio].interfaces)  # fmt: skip
+                 for name in chosen[gpio].interfaces)

@@ -59,11 +59,11 @@ class PidControllerParameters(ControllerParameters):
         measured = self.reference_and_state_dof_names
         if measured and len(measured) != len(self.dof_names):
             raise ValueError(f'reference_and_state_dof_names has {len(measured)} names and '
-                             f'dof_names {len(self.dof_names)}')  # fmt: skip
+                             f'dof_names {len(self.dof_names)}')
         strange = sorted(set(self.gains) - set(self.dof_names))
         if strange:
             raise ValueError(f"gains: '{strange[0]}' is not among dof_names "
-                             f'({", ".join(self.dof_names)})')  # fmt: skip
+                             f'({", ".join(self.dof_names)})')
         return self
 
     @property

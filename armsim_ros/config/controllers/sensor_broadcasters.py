@@ -144,7 +144,7 @@ class IMUSensorBroadcasterParameters(BroadcasterParameters):
     def interfaces(self) -> tuple[str, ...]:
         """Those of orientation, angular velocity, linear acceleration."""
         return _of(self.sensor_name, ('orientation', _TURN), ('angular_velocity', _AXES),
-                   ('linear_acceleration', _AXES))  # fmt: skip
+                   ('linear_acceleration', _AXES))
 
     @property
     def missing(self) -> str:

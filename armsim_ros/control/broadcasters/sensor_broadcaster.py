@@ -69,7 +69,7 @@ class SensorBroadcaster(Broadcaster[BroadcasterParameters, SensorSample]):
         """Return what is published of now [ns]."""
         states = self.context.hardware.other_states
         values = np.array([states[name] if name else math.nan
-                           for name in self.interfaces])  # fmt: skip
+                           for name in self.interfaces])
         return SensorSample(time_ns, self._shown(values))
 
     def _shown(self, values: Vector) -> Vector:

@@ -134,7 +134,7 @@ class AdmittanceController(ChainableController[AdmittanceControllerParameters]):
                 return self.drop(f"{kind}: 'chainable_command_interfaces' are {', '.join(kinds)}")
             if len(values) != count or not np.isfinite(values).all():
                 return self.drop(f'{kind} {list(values)}; expected one finite value for each of '
-                                 f'{", ".join(self.joints)}')  # fmt: skip
+                                 f'{", ".join(self.joints)}')
             found[kinds.index(kind)] = values
         if not np.isfinite(found).any():
             return self.drop('neither positions nor velocities')

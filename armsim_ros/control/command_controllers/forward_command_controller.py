@@ -102,7 +102,7 @@ class ForwardController(Controller[ForwardParameters]):
         if not finite.all():
             place = int(np.argmin(finite))
             return self._drop(f'{values[place]} for {self.required_command_interfaces[place]}',
-                              values)  # fmt: skip
+                              values)
         self._inbox.post(command)
         return ''
 

@@ -51,7 +51,7 @@ class GpioCommandController(SensorBroadcaster):
             return self._own.interfaces
         hardware = self.context.hardware
         return tuple(f'{gpio}/{kind}' for gpio in self._own.gpios
-                     for kind in hardware.states_of(gpio))  # fmt: skip
+                     for kind in hardware.states_of(gpio))
 
     def configure(self) -> None:
         """Look whether there is something to command or to tell."""
@@ -81,7 +81,7 @@ class GpioCommandController(SensorBroadcaster):
         for gpio, names, values in groups:
             if len(names) != len(values):
                 return self.drop(f"'{gpio}' has {len(names)} interface names and "
-                                  f'{len(values)} values')  # fmt: skip
+                                  f'{len(values)} values')
             for name, value in zip(names, values, strict=True):
                 interface = f'{gpio}/{name}'
                 if not math.isfinite(value):

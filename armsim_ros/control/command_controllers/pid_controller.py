@@ -117,7 +117,7 @@ class PidController(ChainableController[PidControllerParameters]):
         self._output.stop()
 
     def receive(self, names: Sequence[str], values: Sequence[float],
-                derivatives: Sequence[float]) -> str:  # fmt: skip
+                derivatives: Sequence[float]) -> str:
         """
         Take references from the topic.
 
@@ -130,7 +130,7 @@ class PidController(ChainableController[PidControllerParameters]):
         return self.drop(found) if isinstance(found, str) else self.offer(found)
 
     def measure(self, names: Sequence[str], values: Sequence[float],
-                derivatives: Sequence[float]) -> str:  # fmt: skip
+                derivatives: Sequence[float]) -> str:
         """Take measured states, as :meth:`receive` takes references."""
         found = self._values.sorted(names, values, derivatives)
         if isinstance(found, str):
@@ -170,7 +170,7 @@ class PidController(ChainableController[PidControllerParameters]):
         error[1] = np.where(np.isfinite(change), change, 0.0)
         self._last_error = error[0].copy()
         output = np.array([pid.compute(error[0, i], error[1, i], period)
-                           for i, pid in enumerate(self._pids)])  # fmt: skip
+                           for i, pid in enumerate(self._pids)])
         if self._feedforward or self.parameters.enable_feedforward:
             own = wanted[-1] * np.array([gain.feedforward_gain for gain in gains])
             output += np.where(np.isfinite(own), own, 0.0)

@@ -35,7 +35,7 @@ class StateRecord:
     __slots__ = (
         'actual_time', 'compared', 'data', 'desired_time', 'error', 'feedback', 'goal',
         'motion', 'output', 'reference', 'scaling', 'sequence', 'time_ns',
-    )  # fmt: skip
+    )
 
     def __init__(self, joints: int, width: int, compared: int) -> None:
         """

@@ -231,7 +231,7 @@ class JointTrajectoryController(Controller[JointTrajectoryControllerParameters])
         return snapshot_of(
             self._loop.ring, self.joints, parameters.state_interfaces,
             parameters.command_interfaces,
-        )  # fmt: skip
+        )
 
     def query_state(self, time_ns: int) -> QueryResult:
         """Sample the running trajectory at an absolute time [ns]."""

@@ -45,7 +45,7 @@ def query(snapshot: ControllerSnapshot, time_ns: int) -> QueryResult:
     if motion is None:
         held = snapshot.reference
         return QueryResult(False, 'no trajectory is running: the joints are held', names,
-                           held.positions, held.velocities, held.accelerations)  # fmt: skip
+                           held.positions, held.velocities, held.accelerations)
     passed = (time_ns - snapshot.time_ns) * 1e-9 * snapshot.speed_scaling_factor
     time = snapshot.desired_time_from_start + passed
     if time < motion.start - TIME_RESOLUTION:

@@ -104,7 +104,7 @@ def stop_brakes(
         events.add(
             time_ns, 'warning', 'warning',
             f'decelerate_on_cancel is not possible, a cancel stops at once: {lacking}',
-        )  # fmt: skip
+        )
         return None
     return brakes
 
@@ -119,6 +119,6 @@ def command_timeout(
             time_ns, 'warning', 'warning',
             f'cmd_timeout {timeout:g} s is switched off: it has to be above '
             f'constraints.goal_time {goal_time:g} s',
-        )  # fmt: skip
+        )
         return 0.0
     return timeout

@@ -41,5 +41,5 @@ def read_greeting(message: bytes) -> tuple[tuple[Camera, ...], bool]:
     """Return what a greeting says."""
     words = json.loads(message)
     cameras = (Camera(**{**one, 'mount': tuple(one['mount']), 'range': tuple(one['range'])})
-               for one in words['cameras'])  # fmt: skip
+               for one in words['cameras'])
     return tuple(cameras), bool(words['lockstep'])

@@ -19,7 +19,7 @@ from armsim_ros.sim.camera.picture import Picture, points
 
 _BIG_ENDIAN = sys.byteorder == 'big'
 _POINT_FIELDS = [PointField(name=name, offset=4 * i, datatype=PointField.FLOAT32, count=1)
-                 for i, name in enumerate(('x', 'y', 'z', 'rgb'))]  # fmt: skip
+                 for i, name in enumerate(('x', 'y', 'z', 'rgb'))]
 _POINT_SIZE = 16
 _LONGEST_TRANSPORT = Duration(seconds=10)
 

@@ -64,7 +64,7 @@ class SerializedMessage:
                 _places(data, _stamps(_MARK_NS).tobytes(), len(stamps), 4),
                 [_places(data, _stamps(span).tobytes(), 1, 4)[0] for span in spans],
             )
-        )  # fmt: skip
+        )
 
     def set_numbers(self, values: Vector) -> None:
         """Write all numbers (n,), in their order."""

@@ -78,7 +78,7 @@ class ServoNode:
         self._follower = SceneFollower(
             node, self.scene, parameters.monitored_planning_scene_topic,
             serves=parameters.is_primary_planning_scene_monitor,
-        )  # fmt: skip
+        )
         controller = ControllerWatch(node, topic, stream.target.names)
         self._streaming = Streaming(
             node=node,
@@ -133,7 +133,7 @@ class ServoNode:
     ) -> ServoNodeSettings:
         """Declare all parameters and return their values."""
         moved = [one.joints for one in robot.moveit_controllers
-                 if one.type == 'FollowJointTrajectory']  # fmt: skip
+                 if one.type == 'FollowJointTrajectory']
         own = robot.servo.moveit_servo
 
         def given(name: str) -> str:

@@ -58,7 +58,7 @@ class CommandTopics:
                 JointJogMessage, parameters.joint_command_in_topic, self._jog, qos.COMMAND),
             CommandType.POSE: node.poll(
                 PoseStamped, parameters.pose_command_in_topic, self._pose, qos.COMMAND),
-        }  # fmt: skip
+        }
 
     def _twist(self, message: TwistStamped) -> None:
         self._frame_named(message.header.frame_id)

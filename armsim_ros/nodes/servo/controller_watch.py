@@ -22,7 +22,7 @@ from armsim_ros.nodes.polling_node import PollingNode
 _BUSY = (GoalStatus.STATUS_ACCEPTED, GoalStatus.STATUS_EXECUTING, GoalStatus.STATUS_CANCELING)
 #: Actions of move_group that move the arm when they have planned.
 PLANNING = ('/move_action', '/execute_trajectory', '/sequence_move_group',
-            '/execute_task_solution')  # fmt: skip
+            '/execute_task_solution')
 _FRESH_NS = 200_000_000
 #: It takes no longer than this from a subscription to the first state [s].
 _FIRST = 0.5
@@ -70,7 +70,7 @@ class ControllerWatch:
         node.create_subscription(
             ControllerManagerActivity, f'{namespace}/controller_manager/activity',
             self._activity, qos.DESCRIPTION,
-        )  # fmt: skip
+        )
         #: To be read in each cycle, and those to be read while the arm is streamed to.
         self.own = self._own.subscription
         self.subscriptions = [each.subscription for each in self._plans]

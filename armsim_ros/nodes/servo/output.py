@@ -83,7 +83,7 @@ class JointCommands:
             ('positions', parameters.publish_joint_positions),
             ('velocities', parameters.publish_joint_velocities),
             ('accelerations', parameters.publish_joint_accelerations),
-        ) if wanted)  # fmt: skip
+        ) if wanted)
         self._publisher.publish(self._serialized(points, fields))
 
     def _serialized(self, points: WindowPoints, fields: tuple[str, ...]) -> bytes:
@@ -106,4 +106,4 @@ class JointCommands:
             message, [message.header.stamp],
             [(point, name) for point in points for name in fields],
             [point.time_from_start for point in points],
-        )  # fmt: skip
+        )

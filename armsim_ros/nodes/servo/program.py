@@ -30,7 +30,7 @@ class ServoProgram(ExecutorProgram):
             while not self._stop_wanted() and rclpy.ok():
                 if servo.failure:
                     node.get_logger().error(f'the stream has ended; please report this:\n'
-                                            f'{servo.failure}')  # fmt: skip
+                                            f'{servo.failure}')
                     return 1
                 with failures_logged(node):
                     callback, *_ = executor.wait_for_ready_callbacks(1.0, None, self._stop_wanted)

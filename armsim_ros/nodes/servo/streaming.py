@@ -162,7 +162,7 @@ class Streaming:
         if not self._is_ready:
             if self.states.missing:
                 self.status.publish(Finding(ServoStatus.INVALID, 'no joint states of '
-                                            + ', '.join(self.states.missing)))  # fmt: skip
+                                            + ', '.join(self.states.missing)))
                 return
             self._is_ready = True
             self.ready()

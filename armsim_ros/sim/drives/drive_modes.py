@@ -89,7 +89,7 @@ class Followed:
         """
         claims = tuple(claimed.get(name, frozenset()) for name in joints)
         modes = np.array([mode_of(*pair) for pair in zip(joints, claims, strict=True)],
-                         dtype=np.int64)  # fmt: skip
+                         dtype=np.int64)
         return cls(
             claims,
             modes == Mode.POSITION,

@@ -299,7 +299,7 @@ class Servo(Restorable):
         if self.gains.integrate:
             self._integral += self.gains.i * (references[0] - position) * h
             np.clip(self._integral, self.gains.integral_low, self.gains.integral_high,
-                    out=self._integral)  # fmt: skip
+                    out=self._integral)
             self._inputs[0] += np.where(free, 0.0, self._integral)
 
     def _set_plan(self, references: Matrix, velocities: Matrix, steps: int) -> None:

@@ -275,4 +275,4 @@ def set_inertial(body: Any, inertial: Inertial) -> None:
     body.mass, body.ipos = inertial.mass, inertial.origin[:3, 3]
     body.fullinertia = [
         turned[0, 0], turned[1, 1], turned[2, 2], turned[0, 1], turned[0, 2], turned[1, 2],
-    ]  # fmt: skip
+    ]

@@ -120,7 +120,7 @@ class SavableSimulation:
             self._inputs.copy(), dict(self.other_commands),
             tuple(dict(one) for one in (self.given_states, *self.given_states_of_parts)),
             self._written, (self.clock.steps, self.clock.start_ns),
-        )  # fmt: skip
+        )
 
     def restore_state(self, saved: SimulationState) -> None:
         """

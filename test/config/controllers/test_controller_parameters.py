@@ -21,12 +21,12 @@ from armsim_ros.config.controllers.pid_gains import PidGains
 READ_ONLY = {
     'joints', 'command_joints', 'command_interfaces', 'state_interfaces', 'open_loop_control',
     'interpolate_from_desired_state', 'action_monitor_rate', 'interpolation_method',
-}  # fmt: skip
+}
 DYNAMIC = {
     'allow_partial_joints_goal', 'allow_integration_in_goal_trajectories', 'cmd_timeout',
     'allow_nonzero_velocity_at_trajectory_end', 'constraints', 'gains',
     'set_last_command_interface_value_as_state_on_activation',
-}  # fmt: skip
+}
 
 
 def problems(model, **values):
@@ -67,7 +67,7 @@ def test_read_only_flags():
         GripperActionControllerParameters, ParallelGripperActionControllerParameters,
         ControllerManagerParameters,
     ],
-)  # fmt: skip
+)
 def test_every_parameter_is_described(model):
     """Every parameter says what it means."""
     assert all(field.description for field in model.model_fields.values())
@@ -176,7 +176,7 @@ def test_broadcaster_parameters():
     assert [(e.name, e.velocity) for e in p.extra_joints] == [('x', 0.0), ('y', 1.0)]
     assert math.isinf(p.publish_rate)
     assert all(read_only(JointStateBroadcasterParameters, n) for n in p.model_dump()
-               if n != 'map_interface_to_joint_state')  # fmt: skip
+               if n != 'map_interface_to_joint_state')
     assert 'publish_rate' in problems(JointStateBroadcasterParameters, publish_rate=math.nan)
 
 

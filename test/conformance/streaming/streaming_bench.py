@@ -136,7 +136,7 @@ class Streamed:
         node.create_subscription(
             JointTrajectoryControllerState, f'{NAMESPACE}/{ARM}/controller_state', self._state,
             QoSProfile(depth=50),
-        )  # fmt: skip
+        )
         node.create_subscription(
             ServoStatus, '/servo_node/status', self._status, QoSProfile(depth=50)
         )
@@ -263,10 +263,10 @@ class Streamed:
         """Choose the type of servo's commands."""
         request = ServoCommandType.Request(command_type=kind)
         return bool(self.client.call(
-            '/servo_node/switch_command_type', ServoCommandType, request).success)  # fmt: skip
+            '/servo_node/switch_command_type', ServoCommandType, request).success)
 
     def make_twist(self, linear: Any = (0, 0, 0), angular: Any = (0, 0, 0),
-                   frame: str = 'base_link') -> TwistStamped:  # fmt: skip
+                   frame: str = 'base_link') -> TwistStamped:
         """Return a twist, not stamped."""
         message = TwistStamped()
         message.header.frame_id = frame
@@ -286,7 +286,7 @@ class Streamed:
             time.sleep(period)
 
     def stream_until(self, publisher: Any, message: Any, condition: Any, what: str,
-                     timeout: float = 30.0) -> None:  # fmt: skip
+                     timeout: float = 30.0) -> None:
         """Publish a message again and again until something has come of it."""
         deadline = time.monotonic() + timeout
         while not condition():

@@ -26,10 +26,10 @@ statement = pytest.mark.statement
 def broadcasters(stack: Streamed) -> Iterator[None]:
     """Have all broadcasters active."""
     stack.client.call(f'{MANAGER}/switch_controller', SwitchController, SwitchController.Request(
-        activate_controllers=BROADCASTERS, strictness=2))  # fmt: skip
+        activate_controllers=BROADCASTERS, strictness=2))
     yield
     stack.client.call(f'{MANAGER}/switch_controller', SwitchController, SwitchController.Request(
-        deactivate_controllers=BROADCASTERS, strictness=2))  # fmt: skip
+        deactivate_controllers=BROADCASTERS, strictness=2))
 
 
 @pytest.mark.usefixtures('broadcasters')

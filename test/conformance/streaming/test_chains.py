@@ -36,7 +36,7 @@ def switch(arm: Streamed, activate: Any = (), deactivate: Any = ()) -> Any:
     return arm.client.call(f'{MANAGER}/switch_controller', SwitchController,
                            SwitchController.Request(
         activate_controllers=list(activate), deactivate_controllers=list(deactivate),
-        strictness=2))  # fmt: skip
+        strictness=2))
 
 
 def listed(arm: Streamed) -> dict[str, Any]:
@@ -91,7 +91,7 @@ def test_what_is_listed(chain: Streamed) -> None:
     answer = chain.client.call(f'{MANAGER}/list_hardware_interfaces', ListHardwareInterfaces)
     shown = {one.name: one for one in answer.command_interfaces}
     assert all(shown[f'loop/{name}'].is_available and shown[f'loop/{name}'].is_claimed
-               for name in REFERENCES)  # fmt: skip
+               for name in REFERENCES)
 
 
 @statement('CHN-1')
@@ -182,7 +182,7 @@ def test_yields_to_its_own_weight(soft: Streamed) -> None:
         assert message.joint_state.name == list(JOINTS)
         offset = np.array(message.joint_state.position)
         soft.until(lambda: np.abs(soft.positions - before - offset).max() < 5e-3,
-                   'the arm has yielded')  # fmt: skip
+                   'the arm has yielded')
     finally:
         states.close()
         yield_along(soft, [False] * 6)

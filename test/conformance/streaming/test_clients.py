@@ -22,7 +22,7 @@ def test_pymoveit2(arm: Streamed, legacy: bool) -> None:
     servo = servo_module.MoveIt2Servo(
         arm.client.node, 'base_link', linear_speed=0.2, angular_speed=0.2,
         legacy_interface=legacy,
-    )  # fmt: skip
+    )
     try:
         before = arm.positions
         end = time.monotonic() + 10.0

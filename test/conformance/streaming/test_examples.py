@@ -31,7 +31,7 @@ def started(
     """Run an example in the domain of the arm; it is gone afterwards."""
     environment = {**os.environ, 'ROS_DOMAIN_ID': str(arm.domain)}
     with subprocess.Popen([sys.executable, str(EXAMPLES / name), *arguments],
-                          env=environment, text=True, **streams) as program:  # fmt: skip
+                          env=environment, text=True, **streams) as program:
         try:
             yield program
         finally:
@@ -53,7 +53,7 @@ def test_jog(arm: Streamed, terminal: tuple[int, int]) -> None:
     """Keys in a terminal move the tip and turn joints; Ctrl-C ends it without a traceback."""
     keys, screen = terminal
     with started(arm, 'jog.py', stdin=screen, stdout=subprocess.PIPE,
-                 stderr=subprocess.STDOUT) as program:  # fmt: skip
+                 stderr=subprocess.STDOUT) as program:
         for key in (b'e', b'6'):
             before = arm.positions
             deadline = time.monotonic() + 60.0
@@ -84,7 +84,7 @@ def test_policy(arm: Streamed) -> None:
     """It switches over, moves the arm in its wave, and gives it back."""
     before = arm.positions
     with started(arm, 'policy.py', '--controller', '/sunday/position_stream', '--instead-of', ARM,
-                 '--seconds', '1.5', stderr=subprocess.PIPE) as program:  # fmt: skip
+                 '--seconds', '1.5', stderr=subprocess.PIPE) as program:
         arm.until(lambda: (arm.positions - before).min() > 0.05, 'all joints move', 60.0)
         _, text = program.communicate(timeout=60.0)
     assert (program.returncode, text) == (0, '')
@@ -95,7 +95,7 @@ def test_policy(arm: Streamed) -> None:
 def test_policy_with_an_unknown_controller(arm: Streamed) -> None:
     """It names the controllers that there are."""
     with started(arm, 'policy.py', '--controller', '/sunday/nobody',
-                 stderr=subprocess.PIPE) as program:  # fmt: skip
+                 stderr=subprocess.PIPE) as program:
         _, text = program.communicate(timeout=60.0)
     assert program.returncode == 1
     assert "no controller 'nobody'" in text

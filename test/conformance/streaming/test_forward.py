@@ -71,7 +71,7 @@ def test_a_velocity_stands_until_the_next_command(arm: Streamed) -> None:
     arm.use('velocity_stream')
     command = Float64MultiArray(data=[0.2, 0.0, 0.0, 0.0, 0.0, 0.0])
     arm.stream_until(arm.streams['velocity_stream'], command,
-                     lambda: arm.positions[0] > 0.05, 'the arm moves')  # fmt: skip
+                     lambda: arm.positions[0] > 0.05, 'the arm moves')
     arm.until(lambda: arm.positions[0] > 0.3, 'the arm goes on in silence')
     arm.stream(arm.streams['velocity_stream'], Float64MultiArray(data=[0.0] * 6), 0.1)
     arm.rest()

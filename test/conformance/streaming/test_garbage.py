@@ -56,7 +56,7 @@ CONTROLLERS = [
          JointTrajectoryPoint(velocities=[1.0]), 'velocity [1.0]'),
         ('CHN-3', 'soft', 'joint_references', JointTrajectoryPoint(), 'neither positions'),
     )
-]  # fmt: skip
+]
 
 
 @pytest.mark.parametrize(('name', 'topic', 'message', 'words'), CONTROLLERS)
@@ -66,7 +66,7 @@ def test_controllers(arm: Streamed, name: str, topic: str, message: Any, words: 
     before, marker = arm.positions, len(arm.program.text)
     with arm.publisher(type(message), f'{NAMESPACE}/{name}/{topic}') as publisher:
         arm.stream_until(publisher, message, lambda: words in arm.program.text[marker:],
-                         f'the log has: {words}')  # fmt: skip
+                         f'the log has: {words}')
     arm.rest(0.2)
     np.testing.assert_allclose(arm.positions, before, atol=2e-3)
     arm.use(ARM)  # strictly: it fails where the other one is no longer active
@@ -106,7 +106,7 @@ def test_types_that_do_not_exist(arm: Streamed, kind: int) -> None:
     arm.until(lambda: f'{kind} is no command type' in arm.program.text[marker:], 'the log says so')
     before = arm.positions
     arm.stream_until(arm.jog, JointJog(joint_names=['joint_6'], velocities=[1.0]),
-                     arm.has_moved(before, 0.02), 'the joint moves')  # fmt: skip
+                     arm.has_moved(before, 0.02), 'the joint moves')
     arm.rest()
 
 

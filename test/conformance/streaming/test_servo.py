@@ -80,7 +80,7 @@ def test_twist_and_silence(arm: Streamed) -> None:
     arm.choose(TWIST)
     arm.forget()
     arm.stream_until(arm.twist, arm.make_twist((0, 0, -0.2)),
-                     arm.has_moved(arm.positions, 0.15), 'the arm moves')  # fmt: skip
+                     arm.has_moved(arm.positions, 0.15), 'the arm moves')
     arm.rest(0.5)
     references, stamps = arm.moved(arm.reference), np.array(arm.reference.stamps)
     assert np.abs(references[-1] - references[0]).max() > 0.1
@@ -96,7 +96,7 @@ def test_jog(arm: Streamed) -> None:
     arm.choose(JOG)
     before = arm.positions
     arm.stream_until(arm.jog, JointJog(joint_names=['joint_6'], velocities=[1.0]),
-                     arm.has_moved(before, 0.2), 'the joint moves')  # fmt: skip
+                     arm.has_moved(before, 0.2), 'the joint moves')
     arm.rest()
     moved = arm.positions - before
     assert moved[5] > 0.2
@@ -202,7 +202,7 @@ def test_other_controller(arm: Streamed) -> None:
     arm.forget()
     arm.stream_until(arm.twist, arm.make_twist((0, 0, -0.2)),
                      lambda: any(ARM in text for _, text in arm.said()),
-                     'the status names the inactive controller')  # fmt: skip
+                     'the status names the inactive controller')
     np.testing.assert_allclose(arm.positions, before, atol=1e-3)
 
 
@@ -231,7 +231,7 @@ def test_an_object_in_the_way(arm: Streamed) -> None:
     try:
         arm.forget()
         arm.stream_until(arm.twist, arm.make_twist((0, 0, -0.3)), arm.has_said("'wall'", 4, 5),
-                         'the status names the object')  # fmt: skip
+                         'the status names the object')
         arm.rest()
         assert arm.said()[-1][0] in (0, 4, 5)
     finally:

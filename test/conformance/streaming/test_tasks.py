@@ -68,7 +68,7 @@ def run(arm: Streamed, action: PatientActionClient, *parts: SubTrajectory) -> An
     goal = ExecuteTaskSolution.Goal(solution=Solution(sub_trajectory=list(parts)))
     assert action.wait_for_server(10.0)
     handle = arm.client.result(action.send_goal_async(
-        goal, lambda m: seen.append((m.feedback.sub_id, m.feedback.sub_no))))  # fmt: skip
+        goal, lambda m: seen.append((m.feedback.sub_id, m.feedback.sub_no))))
     assert handle.accepted
     result = arm.client.result(handle.get_result_async(), 30.0).result
     return result.error_code.val, result.error_code.message, seen
@@ -165,7 +165,7 @@ def test_a_failing_part_ends_the_task(arm: Streamed, action: PatientActionClient
     code, message, _ = run(
         arm, action,
         part(PLACE, there, thing='kept'), part(elsewhere, PLACE), part(thing='too late'),
-    )  # fmt: skip
+    )
     assert code == CONTROL_FAILED
     assert 'part 1 of 3' in message
     assert 'kept' in objects(arm)
@@ -180,7 +180,7 @@ def test_newer_motion_takes_over(arm: Streamed, action: PatientActionClient) -> 
     Upstream: plan_execution.cpp, executeAndMonitor: stopped, but not by the client.
     """
     slow = ExecuteTaskSolution.Goal(
-        solution=Solution(sub_trajectory=[part(PLACE, beside(0.3), seconds=100.0)]))  # fmt: skip
+        solution=Solution(sub_trajectory=[part(PLACE, beside(0.3), seconds=100.0)]))
     handle = arm.client.result(action.send_goal_async(slow))
     arm.until(lambda: arm.positions[0] > 0.002, 'the arm moves')
     code, message, _ = run(arm, action, part(arm.positions, beside(-0.1)))
@@ -196,7 +196,7 @@ def test_cancel(arm: Streamed, action: PatientActionClient) -> None:
     """A cancel stops the arm; the goal is canceled with code -7."""
     there = beside(1.0)
     goal = ExecuteTaskSolution.Goal(
-        solution=Solution(sub_trajectory=[part(PLACE, there, seconds=4.0)]))  # fmt: skip
+        solution=Solution(sub_trajectory=[part(PLACE, there, seconds=4.0)]))
     handle = arm.client.result(action.send_goal_async(goal))
     arm.until(lambda: arm.positions[0] > 0.02, 'the arm moves')
     arm.client.result(handle.cancel_goal_async())

@@ -35,7 +35,7 @@ def test_joints_of_the_urdf_in_alphabetical_order(rig):
     joint_state_broadcaster.cpp, init_joint_data.
     """
     kinds = {'b': JointType.REVOLUTE, 'a': JointType.PRISMATIC, 'm': JointType.REVOLUTE,
-             'fixed': JointType.FIXED}  # fmt: skip
+             'fixed': JointType.FIXED}
     r = rig(kinds, mimics=('m',))
     states = broadcaster(r)
     r.hardware.state.position[:] = [1.0, 2.0, 3.0, 4.0]
@@ -202,7 +202,7 @@ def test_interface_map_without_effect(rig):
     """
     r = rig()
     states = broadcaster(r, joints=['a'], interfaces=['effort', 'acceleration'],
-                         map_interface_to_joint_state={'effort': 'acceleration'})  # fmt: skip
+                         map_interface_to_joint_state={'effort': 'acceleration'})
     r.hardware.state.acceleration[:] = 7.0
     r.hardware.state.effort[:] = 1.0
     r.step()
@@ -248,7 +248,7 @@ def test_states_of_controllers_are_not_needed(rig):
     """A broadcaster of everything becomes active beside a controller that exports states."""
     r = rig()
     r.load('loop', 'pid_controller/PidController', dof_names=['a'], command_interface='velocity',
-           reference_and_state_interfaces=['position'], gains={'a': {'p': 1.0}})  # fmt: skip
+           reference_and_state_interfaces=['position'], gains={'a': {'p': 1.0}})
     states = broadcaster(r)
     r.step()
     assert samples(states)[0].names == ('a', 'b')

@@ -15,7 +15,7 @@ SPEED = 'ur_controllers/SpeedScalingStateBroadcaster'
 SCALED = 'ur_controllers/ScaledJointTrajectoryController'
 FACTOR = 'speed_scaling/speed_scaling_factor'
 FORCES = {f'wrist/{kind}.{axis}': 1.0 + i for i, (kind, axis) in enumerate(
-    (kind, axis) for kind in ('force', 'torque') for axis in 'xyz')}  # fmt: skip
+    (kind, axis) for kind in ('force', 'torque') for axis in 'xyz')}
 
 
 def active(rig, kind, states=(), **parameters):
@@ -39,7 +39,7 @@ def test_wrench_of_a_sensor(rig):
     made, broadcaster = active(
         rig, WRENCH, FORCES, sensor_name='wrist', frame_id='tool', publish_rate=0.0,
         offset={'force': {'x': 10.0}}, multiplier={'force': {'x': 2.0}, 'torque': {'z': -1.0}},
-    )  # fmt: skip
+    )
     made.step(3)
     found = samples(broadcaster)
     assert len(found) == 3
@@ -64,7 +64,7 @@ def test_axes_without_an_interface_are_nan(rig):
     (IMU, {'sensor_name': 'a', 'frame_id': 'b', 'static_covariance_orientation': [1.0]},
      'static_covariance_orientation'),
     (POSE, {'frame_id': 'world'}, "'pose_name'"),
-])  # fmt: skip
+])
 def test_what_is_missing_is_named(rig, kind, parameters, words):
     """A parameter that is needed, or wrong, is told of by its name."""
     with pytest.raises(ControllerError, match=words):
@@ -83,7 +83,7 @@ def test_a_sensor_that_is_not_there(rig):
 def test_rate(rig):
     """So many samples a second, in the rhythm of simulated time."""
     made, broadcaster = active(rig, WRENCH, FORCES, sensor_name='wrist', frame_id='tool',
-                               publish_rate=20.0)  # fmt: skip
+                               publish_rate=20.0)
     made.run(1.0)
     assert len(samples(broadcaster)) == 20
 

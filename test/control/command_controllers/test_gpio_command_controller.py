@@ -10,7 +10,7 @@ from armsim_ros.errors import ControllerError
 
 GPIO = 'gpio_controllers/GpioCommandController'
 LAMP = {'gpios': ['lamp'], 'command_interfaces': {'lamp': {'interfaces': ['on', 'hue']}},
-        'publish_rate': 0.0}  # fmt: skip
+        'publish_rate': 0.0}
 
 
 @pytest.fixture
@@ -38,7 +38,7 @@ def test_named_values_are_set(made):
     ([('lamp', ['on', 'hue'], [1.0])], '2 interface names and 1 values'),
     ([('lamp', ['on'], [math.nan])], 'nan for lamp/on'),
     ([('lamp', ['on'], [1.0]), ('lamp', ['hue'], [math.inf])], 'inf for lamp/hue'),
-])  # fmt: skip
+])
 def test_what_is_no_command(made, groups, words):
     """It is dropped as a whole, with a reason; the controller stays active."""
     assert words in made.gpios.receive(groups)
@@ -70,7 +70,7 @@ def test_what_is_missing(rig):
         rig().load('gpios', GPIO, gpios=['lamp'])
     with pytest.raises(ControllerError, match="'lamb' is not among gpios"):
         rig().load('gpios', GPIO, gpios=['lamp'],
-                   command_interfaces={'lamb': {'interfaces': ['on']}})  # fmt: skip
+                   command_interfaces={'lamb': {'interfaces': ['on']}})
     made = rig()
     made.load('gpios', GPIO, **LAMP)
     result = made.manager.switch(activate=['gpios'])

@@ -61,7 +61,7 @@ def test_life_of_a_controller(rig):
             ['constraints.goal_time', 'verbos'],
         ),
     ],
-)  # fmt: skip
+)
 def test_load_refuses(rig, settings, words):
     """B22, P1: the name is taken, the type unknown, a parameter wrong: all of them named."""
     r = rig()
@@ -214,7 +214,7 @@ def test_stale_position_commands_are_forgotten(rig):
     """C3: after another interface moved the joint, the old position command is not held."""
     r = rig()
     r.load('speed', ARM, joints=['a', 'b'], command_interfaces=['velocity'],
-           gains={'a': {'p': 1.0}})  # fmt: skip
+           gains={'a': {'p': 1.0}})
     r.arm()
     r.manager.switch(['speed'], ['arm'])
     r.hardware.state.position[0] = 1.0

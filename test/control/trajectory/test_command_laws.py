@@ -93,7 +93,7 @@ def test_order_of_command_interfaces_is_free(rig):
     arm = rig().arm(command_interfaces=['effort', 'position'])
     assert arm.required_command_interfaces == (
         'a/effort', 'a/position', 'b/effort', 'b/position',
-    )  # fmt: skip
+    )
 
 
 def pid(**gains):
@@ -246,7 +246,7 @@ def test_a_timeout_decelerates(rig, trajectory):
     r.hardware.frozen = True
     constraints = {'decelerate_on_cancel': True}
     arm = r.arm(command_interfaces=['position', 'velocity'], cmd_timeout=0.1, constraints={
-        **constraints, **{j: {'max_deceleration_on_cancel': 10.0} for j in 'ab'}})  # fmt: skip
+        **constraints, **{j: {'max_deceleration_on_cancel': 10.0} for j in 'ab'}})
     arm.set_trajectory(trajectory((0.25, [0.0, 0.0], [0.0, 0.0])))
     r.run(0.3)
     r.hardware.step = lambda period: None

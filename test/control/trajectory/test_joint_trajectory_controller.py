@@ -130,7 +130,7 @@ def test_the_initial_factor_counts_for_positions_alone(rig):
     """With other command interfaces the pace is 1, with a warning (on_configure)."""
     r = rig()
     arm = r.arm(command_interfaces=['position', 'velocity'],
-                speed_scaling={'initial_scaling_factor': 0.7})  # fmt: skip
+                speed_scaling={'initial_scaling_factor': 0.7})
     assert arm.snapshot().speed_scaling_factor == 1.0
     assert any('initial_scaling_factor' in text for text in r.texts())
 
@@ -166,7 +166,7 @@ def test_unknown_scaling_interface_fails_activation(rig):
     """B15: an interface that does not exist makes activation fail, with its name."""
     r = rig()
     r.load('arm', 'joint_trajectory_controller/JointTrajectoryController', joints=['a'],
-           speed_scaling={'state_interface': 'speed/factor'})  # fmt: skip
+           speed_scaling={'state_interface': 'speed/factor'})
     result = r.manager.switch(activate=['arm'])
     assert not result.ok
     assert 'speed/factor' in result.message
@@ -307,7 +307,7 @@ def test_fewer_command_joints(rig):
         ({'joints': ['a'], 'command_interfaces': ['effort'], 'state_interfaces': ['position']},
          'velocity'),
     ],
-)  # fmt: skip
+)
 def test_configure_refuses(rig, parameters, word):
     """B2, B5: what does not fit is found when the controller is configured."""
     with pytest.raises(ControllerError, match=word):

@@ -137,7 +137,7 @@ def test_effort_is_linear_by_itself(trajectory):
     m = motion(
         trajectory, (1.0, [1.0], [0], [0], [4.0]), (2.0, [1.0], [0], [0]),
         start=np.zeros(4), effort=True,
-    )  # fmt: skip
+    )
     assert [m.at(t)[3] for t in (0.5, 1.0, 1.5)] == pytest.approx([2.0, 4.0, 2.0])
 
 
@@ -199,7 +199,7 @@ def test_more_than_a_turn_inside_a_message_is_followed(trajectory):
     m = motion(
         trajectory, (1.0, [2 * math.pi]), (2.0, [7 * math.pi]),
         continuous=np.array([0]),
-    )  # fmt: skip
+    )
     assert m.at(2.0)[0] - m.at(1.0)[0] == pytest.approx(5 * math.pi)
     assert m.at(1.0)[0] == pytest.approx(0.0)
 

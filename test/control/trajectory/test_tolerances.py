@@ -270,7 +270,7 @@ def test_a_tolerance_parameter_that_is_not_positive_is_unchecked(rig, trajectory
     """
     r = rig()
     arm = r.arm(constraints={'a': {'trajectory': value, 'goal': value},
-                             'stopped_velocity_tolerance': value})  # fmt: skip
+                             'stopped_velocity_tolerance': value})
     goal = arm.send_goal(trajectory((0.2, [0.1, 0.0]))).goal
     r.hardware.frozen = True
     r.run(0.3)
@@ -322,7 +322,7 @@ def test_after_a_goal_nothing_is_checked(rig, trajectory):
 def test_the_checks_after_a_topic_trajectory_are_few(rig, trajectory):
     """They need an update every 10 ms, and none without goal tolerance or goal_time."""
     for constraints, wait_ns in (({'goal_time': 0.2, 'a': {'goal': 0.05}}, 10_000_000),
-                                 ({'a': {'goal': 0.05}}, NEVER_NS)):  # fmt: skip
+                                 ({'a': {'goal': 0.05}}, NEVER_NS)):
         r = rig()
         arm = r.arm(constraints={'stopped_velocity_tolerance': 0.0, **constraints})
         arm.set_trajectory(trajectory((0.1, [0.2, 0.0])))

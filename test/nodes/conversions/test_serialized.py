@@ -40,7 +40,7 @@ def test_arrays_and_durations() -> None:
     serialized = SerializedMessage(
         message, [message.header.stamp], [(point, 'positions') for point in points],
         [point.time_from_start for point in points],
-    )  # fmt: skip
+    )
     values, spans = np.arange(6.0), np.array([1, 12_345_678_901])
     serialized.set_numbers(values)
     serialized.set_durations(spans)

@@ -39,14 +39,14 @@ class Cycles:
         self.controller = SimpleNamespace(
             own=None, subscriptions=(), goal_runs=False, plan_runs=False, inactive='',
             reference=lambda now: self.reference, awaited=False,
-        )  # fmt: skip
+        )
         self.reference = np.array(ELBOW_UP)
         self.output = SimpleNamespace(
             heard=True, topic='/arm/joint_trajectory',
             start=lambda now, stream: self.window.start(now, stream.state),
             go_back=lambda now, stream: self.window.go_back(now, PERIOD_NS, stream),
             publish=self._send, replan=lambda *arguments: self.replanned.append(self.now),
-        )  # fmt: skip
+        )
         made = Streamer(kinematics)
         self.streaming = Streaming(
             node=SimpleNamespace(catch_up=lambda *subscriptions: None),

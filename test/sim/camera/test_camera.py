@@ -29,7 +29,7 @@ def test_the_focal_length_scales_with_the_height(sunday):
     own = sunday.settings.simulation.cameras['camera']
     lines = {height: own.model_copy(update={'height': height}) for height in (1080, 480)}
     focal = {height: cameras_of({'camera': one}, sunday.model)[0].focal
-             for height, one in lines.items()}  # fmt: skip
+             for height, one in lines.items()}
     assert focal[1080] == pytest.approx(1043.99, abs=0.005)
     assert focal[480] == pytest.approx(1043.99 * 480 / 1080, abs=0.005)
 
@@ -65,7 +65,7 @@ def test_a_camera_may_stand_in_the_world(sunday):
     ('front', {}, "has no link 'front_color_optical_frame'; say with 'link'"),
     ('front', {'link': 'link_55'}, "'link_55', which is no link .*'link_5'"),
     ('camera', {'link': 'link_5'}, "has the link 'camera_link' already; leave 'link' out"),
-])  # fmt: skip
+])
 def test_a_camera_that_cannot_sit_there_is_refused(sunday, name, settings, text):
     """The message says what to write."""
     with pytest.raises(SimulationError, match=text):

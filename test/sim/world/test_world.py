@@ -189,7 +189,7 @@ def test_neighbours_and_disabled_pairs_do_not_touch(arm):
     arm = replace(arm, semantic=semantic)
     assert untouching_pairs(arm) == [
         ('base', 'upper'), ('hand', 'lower'), ('hand', 'upper'), ('lower', 'upper'),
-    ]  # fmt: skip
+    ]
 
 
 def test_without_an_srdf_no_links_of_the_robot_touch(arm):
@@ -235,7 +235,7 @@ def asleep(simulation):
     """Return the objects that the physics leaves alone."""
     model, data = simulation.mujoco_model, simulation.mujoco_data
     trees = {name: model.body_treeid[model.body(f'object/{name}').id]
-             for name in simulation.world.names}  # fmt: skip
+             for name in simulation.world.names}
     return {name for name, tree in trees.items() if tree >= 0 and data.tree_asleep[tree] >= 0}
 
 

@@ -84,7 +84,7 @@ class ExecuteTaskSolution:
         names: Sequence[str],
     ) -> None:
         strangers = [name for name in trajectory.joint_names if name not in self._grouped
-                     and not self._follows(name)]  # fmt: skip
+                     and not self._follows(name)]
         if strangers and len(trajectory):
             raise PlanningError(
                 MoveItErrorCode.INVALID_MOTION_PLAN,

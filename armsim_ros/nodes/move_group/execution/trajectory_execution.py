@@ -174,7 +174,7 @@ class TrajectoryExecutionManager:
                 if continues(rival.trajectory, turn.trajectory, tolerances.common or 0.01):
                     return False
             check_start(turn.trajectory, self._context.states.positions, self._context.robot,
-                        tolerances)  # fmt: skip
+                        tolerances)
         except PlanningError:
             return False  # it is refused when its turn comes, unless the robot is there by then
         return True

@@ -11,7 +11,7 @@ from armsim_ros.planning.pilz.commands import PIPELINE as PILZ
 REQUEST_ADAPTERS = (
     'ResolveConstraintFrames', 'ValidateWorkspaceBounds', 'CheckStartStateBounds',
     'CheckStartStateCollision',
-)  # fmt: skip
+)
 RESPONSE_ADAPTERS = ('AddTimeOptimalParameterization', 'ValidateSolution', 'DisplayMotionPath')
 PILZ_RESPONSE_ADAPTERS = RESPONSE_ADAPTERS[1:]
 

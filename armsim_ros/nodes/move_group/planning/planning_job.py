@@ -66,7 +66,7 @@ class PlanningJob:
         ompl = context.settings.ompl
         self._states = PipelineStates(context.node, ompl)
         self._contacts = DisplayContacts(
-            context.node, ompl.display_contacts_topic, context.frame)  # fmt: skip
+            context.node, ompl.display_contacts_topic, context.frame)
 
     async def run(
         self,

@@ -45,9 +45,9 @@ class GpioTopics:
         gpios, groups = message.interface_groups, message.interface_values
         if len(gpios) != len(groups):
             self._controller.drop(f'{len(gpios)} interface_groups and {len(groups)} '
-                                  'interface_values')  # fmt: skip
+                                  'interface_values')
             return
         self._controller.receive([
             (gpio, group.interface_names, group.values)
             for gpio, group in zip(gpios, groups, strict=True)
-        ])  # fmt: skip
+        ])

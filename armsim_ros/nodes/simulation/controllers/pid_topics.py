@@ -32,7 +32,7 @@ class PidTopics:
             node.create_subscription(MultiDOFCommand, '~/reference', self._refer, qos.COMMAND),
             node.create_service(SetBool, '~/set_feedforward_control', self._set_feedforward,
                                 qos_profile=qos.SERVICES),
-        ]  # fmt: skip
+        ]
         if controller.parameters.use_external_measured_states:
             self._inputs.append(node.create_subscription(
                 MultiDOFCommand, '~/measured_state', self._measure, qos.COMMAND))
@@ -57,7 +57,7 @@ class PidTopics:
                 output=float(snapshot.output[i]),
             )
             for i, name in enumerate(snapshot.names)
-        ])  # fmt: skip
+        ])
         fill_time(message.header.stamp, snapshot.time_ns)
         self._publisher.publish(message, time_ns)
 

@@ -33,7 +33,7 @@ class WrenchTopics:
 
     def __init__(self, node: Node, parameters: ForceTorqueSensorBroadcasterParameters) -> None:
         self._publishers = [WantedPublisher(node, WrenchStamped, topic, qos.STATE)
-                            for topic in ('~/wrench', '~/wrench_filtered')]  # fmt: skip
+                            for topic in ('~/wrench', '~/wrench_filtered')]
         self._topics = 2 if parameters.sensor_filter_chain else 1
         self._message = WrenchStamped()
         self._message.header.frame_id = parameters.frame_id

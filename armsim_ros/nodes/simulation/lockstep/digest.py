@@ -31,7 +31,7 @@ class Digest:
         node.create_service(  # type: ignore[misc] # rclpy annotates no coroutine
             Trigger, '/simulation/digest', self._answer,
             callback_group=ReentrantCallbackGroup(),
-        )  # fmt: skip
+        )
 
     async def _answer(self, _: Any, response: Trigger.Response) -> Trigger.Response:
         try:

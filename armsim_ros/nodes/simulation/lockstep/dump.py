@@ -48,7 +48,7 @@ class Dump:
         node.create_service(  # type: ignore[misc] # rclpy annotates no coroutine
             Trigger, '/simulation/dump', self._answer,
             callback_group=ReentrantCallbackGroup(),
-        )  # fmt: skip
+        )
 
     def write_soon(self, reason: str) -> None:
         """Write a recording in the background and log its path; from any thread."""

@@ -35,7 +35,7 @@ class Sync:
         node.create_service(  # type: ignore[misc] # rclpy annotates no coroutine
             Trigger, '/simulation/sync', self._answer,
             callback_group=ReentrantCallbackGroup(),
-        )  # fmt: skip
+        )
 
     async def _answer(self, _: Any, response: Trigger.Response) -> Trigger.Response:
         try:

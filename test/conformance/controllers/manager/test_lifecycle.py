@@ -49,7 +49,7 @@ def test_endpoints_come_with_the_life_cycle(bench: Bench, load: Callable[..., bo
     joint_trajectory_controller.cpp, on_configure; gripper_action_controller_impl.hpp, on_activate.
     """
     gripper = {'joint': 'finger', 'joints': None, 'command_interfaces': None,
-               'state_interfaces': None}  # fmt: skip
+               'state_interfaces': None}
     query, action = bench.name('late/query_state'), bench.name('later/gripper_cmd')
     send_goal = f'{action}/_action/send_goal'
     assert load('late')

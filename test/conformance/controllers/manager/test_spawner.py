@@ -92,7 +92,7 @@ def side_by_side(bench: Bench, start: Start, *calls: tuple[str, ...]) -> list[Sp
         ParameterClient(bench.client, bench.name(words[0])).get('constraints.goal_time')
         if words[0] in states else None
         for words in calls
-    ]  # fmt: skip
+    ]
     return [
         Spawned(status, program.text, states, goal_time)
         for status, program, goal_time in zip(statuses, programs, goal_times, strict=True)

@@ -85,7 +85,7 @@ def execution(cell, kinematics, monkeypatch):
     """Return the queue of a move_group whose controllers are not there."""
     monkeypatch.setattr(trajectory_execution, 'Execution', Execution)
     monkeypatch.setattr(controller_managers, 'HANDLES', {
-        'FollowJointTrajectory': lambda node, settings, wake: None})  # fmt: skip
+        'FollowJointTrajectory': lambda node, settings, wake: None})
     monkeypatch.setattr(Execution, 'made', ())
 
     async def now(work):
@@ -98,7 +98,7 @@ def execution(cell, kinematics, monkeypatch):
             f'{arm}_joint{number}': 0.0 for arm in ('left', 'right') for number in range(1, 6)}),
         execution_settings=cell.settings.trajectory_execution,
         queries=SimpleNamespace(submit=now),
-    ))  # fmt: skip
+    ))
 
 
 def motion(arm, *ways):
@@ -112,7 +112,7 @@ def motion(arm, *ways):
 def test_two_arms_at_once(execution):
     """Motions on different controllers run at once."""
     jobs = [Job(execution.queued(motion(arm, START, OUTWARD[arm]), ExecutionWatch()))
-            for arm in ('left', 'right')]  # fmt: skip
+            for arm in ('left', 'right')]
     assert len(Execution.made) == 2
     for made, job in zip(Execution.made, jobs, strict=True):
         made.over = True
@@ -190,7 +190,7 @@ def test_what_cannot_be_run_is_told_at_once(execution, arm):
 def test_stop_ends_all(execution):
     """The word "stop" ends every motion and every wait."""
     jobs = [Job(execution.queued(motion(arm, START, OUTWARD[arm]), ExecutionWatch()))
-            for arm in ('left', 'right', 'left')]  # fmt: skip
+            for arm in ('left', 'right', 'left')]
     assert execution.stop()
     for job in jobs:
         job.step()

@@ -27,17 +27,17 @@ from armsim_ros.nodes.move_group.planning.pipeline_state import PipelineStates
 from armsim_ros.planning.collision.contacts import BodyType, Contact
 
 BEFORE = ['ResolveConstraintFrames', 'ValidateWorkspaceBounds', 'CheckStartStateBounds',
-          'CheckStartStateCollision']  # fmt: skip
+          'CheckStartStateCollision']
 AFTER = ['AddTimeOptimalParameterization', 'ValidateSolution', 'DisplayMotionPath']
 PILZ = 'pilz_industrial_motion_planner'
 
 
 def told(code: int, source: str = '', heard: int = 1, pipeline: str = 'ompl',
-         **settings: Any) -> list[tuple[str, int]]:  # fmt: skip
+         **settings: Any) -> list[tuple[str, int]]:
     """Return the stages that are told of a plan, with the codes that they have."""
     published: list[PipelineState] = []
     publisher = SimpleNamespace(
-        get_subscription_count=lambda: heard, publish=published.append)  # fmt: skip
+        get_subscription_count=lambda: heard, publish=published.append)
     node: Any = SimpleNamespace(create_publisher=lambda kind, topic, depth: publisher)
     states = PipelineStates(node, OmplSettings(**settings))
     response = MotionPlanResponse()
@@ -68,7 +68,7 @@ def test_stages_end_where_the_request_was_refused(source: str, last: str) -> Non
 def test_adapters_of_the_user() -> None:
     """They are told by the names that they have in the user's file."""
     stages = told(1, request_adapters=('default_planning_request_adapters/CheckStartStateBounds',),
-                  response_adapters=())  # fmt: skip
+                  response_adapters=())
     assert [stage for stage, _ in stages] == ['', 'CheckStartStateBounds', 'OMPL']
 
 
@@ -76,7 +76,7 @@ def test_adapters_of_pilz() -> None:
     """Its plans have times already: no adapter adds them."""
     stages = told(1, response_adapters=(), pipeline=PILZ)
     assert [stage for stage, _ in stages] == [
-        '', *BEFORE, 'Pilz Industrial Motion Planner', *AFTER[1:]]  # fmt: skip
+        '', *BEFORE, 'Pilz Industrial Motion Planner', *AFTER[1:]]
 
 
 class FakeNode:
@@ -98,7 +98,7 @@ class FakeNode:
 @pytest.mark.parametrize(('pipeline', 'adapters', 'topics'), [
     ('ompl', None, ['mine']), ('ompl', ('x/DisplayMotionPath',), ['mine']),
     ('ompl', ('x/ValidateSolution',), []), (PILZ, (), ['display_planned_path']),
-])  # fmt: skip
+])
 def test_plans_are_published_by_an_adapter(
     pipeline: str, adapters: tuple[str, ...] | None, topics: list[str]
 ) -> None:
@@ -109,7 +109,7 @@ def test_plans_are_published_by_an_adapter(
     """
     node: Any = FakeNode()
     display = DisplayPlannedPath(node, 'robot', OmplSettings(
-        display_path_topic='mine', response_adapters=adapters))  # fmt: skip
+        display_path_topic='mine', response_adapters=adapters))
     display.publish_plan(pipeline, RobotState(), RobotTrajectory())
     assert [topic for topic, heard in node.published.items() if heard] == topics
     assert all(len(message.trajectory) == 1

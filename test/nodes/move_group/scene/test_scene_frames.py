@@ -55,7 +55,7 @@ def published():
         scene.apply_object(CollisionObject(
             name, pose=pose_matrix((0.5, 0.1, 1.2)),
             shapes=(ObjectShape(Box((0.1, 0.1, 0.1)), np.eye(4)),),
-            subframes={'top': pose_matrix((0, 0, 0.05))}))  # fmt: skip
+            subframes={'top': pose_matrix((0, 0, 0.05))}))
     scene.apply_attached(AttachedObject('link_6', CollisionObject('tool')))
 
     def make(**parameters):
@@ -81,7 +81,7 @@ def test_objects_and_subframes(published):
     assert node.period == pytest.approx(0.1)
     assert set(transforms) == {
         'move_group/box', 'move_group/box/top', 'move_group/tool', 'move_group/tool/top',
-    }  # fmt: skip
+    }
     box = transforms['move_group/box']
     assert box.header.frame_id == 'world'
     assert box.transform.translation.z == pytest.approx(1.2)
