@@ -26,7 +26,7 @@ from action_msgs.msg import GoalInfo
 from action_msgs.srv import CancelGoal
 from control_msgs.msg import JointJog
 from geometry_msgs.msg import PoseStamped, TwistStamped
-from moveit_msgs.msg import PlanningScene
+from moveit_msgs.msg import LinkPadding, LinkScale, PlanningScene
 from moveit_msgs.srv import ApplyPlanningScene, GetPlanningScene
 from rcl_interfaces.msg import Parameter
 from rcl_interfaces.srv import (
@@ -238,12 +238,22 @@ class Fuzz:
         scene: PlanningScene = self._client.call(name, GetPlanningScene).scene
         self._joints = scene.robot_state.joint_state
         scene.robot_state.joint_state = JointState()
+        # A link without shapes, too, has a padding and a scale once it was given them.
+        self._padded = {item.link_name for item in scene.link_padding}
+        self._scaled = {item.link_name for item in scene.link_scale}
+        scene.link_padding = [item for item in scene.link_padding if item.padding != 0.0]
+        scene.link_scale = [item for item in scene.link_scale if item.scale != 1.0]
         return scene
 
     def _apply(self, scene: PlanningScene) -> bool:
+        self._current_scene()  # for the joints, and the links that have a padding now
         request = ApplyPlanningScene.Request(scene=copy.deepcopy(scene))
         # Without joints a scene keeps what is attached.
         request.scene.robot_state.joint_state = self._joints
+        none = [LinkPadding(link_name=name, padding=0.0) for name in self._padded]
+        own_size = [LinkScale(link_name=name, scale=1.0) for name in self._scaled]
+        request.scene.link_padding = [*none, *scene.link_padding]
+        request.scene.link_scale = [*own_size, *scene.link_scale]
         name = f'{self._namespace}/apply_planning_scene'
         return bool(self._client.call(name, ApplyPlanningScene, request).success)
 

@@ -132,9 +132,9 @@ def test_a_straight_line_is_planned_and_executed(agent: Agent) -> None:
 def test_an_execution_is_aborted(agent: Agent) -> None:
     """The goal is cancelled, and the arm stands before its target."""
     target = [value + 0.4 for value in agent.positions]
-    plan = agent.run(agent.backend.plan_to_joints(target, 0.1, 0.1))
+    plan = agent.run(agent.backend.plan_to_joints(target, 0.02, 0.02))
     asked = iter(range(100))
-    result = agent.execute(plan, lambda: next(asked) > 20)
+    result = agent.execute(plan, lambda: next(asked) > 5)
     assert result.aborted, result.message
     assert 'CANCELED' in result.message
     assert max(abs(a - b) for a, b in zip(agent.positions, target, strict=True)) > 0.1

@@ -172,7 +172,8 @@ def test_sigint_interrupts_no_callback() -> None:
 
         raise SystemExit(spin('any', [], make))
     """)], capture_output=True, text=True, timeout=60, check=False)
-    assert (made.returncode, made.stdout) == (0, 'made\n'), made.stderr
+    # Fast DDS may print a line of its own where two participants open a port at the same time.
+    assert (made.returncode, made.stdout.splitlines()[-1:]) == (0, ['made']), made.stderr
 
 
 @pytest.mark.parametrize('words', [
