@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from concurrent.futures import Future
 from typing import Any
 
@@ -31,27 +32,32 @@ class Stopper:
             lambda: client.node.create_publisher(String, _EVENT, 10)).result(5.0)
 
     def actions(self) -> list[str]:
-        """Return the names of the actions whose goals move a robot."""
-        found = []
-        for name, kinds in self._client.node.get_service_names_and_types():
-            if name.endswith('/_action/send_goal') and kinds[0].startswith(_MOVING):
-                found.append(name.removesuffix('/_action/send_goal'))
-        return sorted(found)
+        """Return the names of the actions whose goals move a robot and that have a server."""
+        node = self._client.node
+        return sorted(
+            name.removesuffix('/_action/send_goal')
+            for name, kinds in node.get_service_names_and_types()
+            if name.endswith('/_action/send_goal') and kinds[0].startswith(_MOVING)
+            and node.count_services(name))
 
-    def prepare(self) -> None:
-        """Make the clients of all that can be stopped now, so that none is waited for later."""
-        for action in self.actions():
+    def prepare(self) -> list[str] | None:
+        """Make the clients of all actions that can be stopped; return these, None without any."""
+        actions = self.actions()
+        for action in actions:
             self._client.prepare(CancelGoal, action + _CANCEL)
+        return actions or None
 
-    def ready(self) -> bool:
-        """Return whether every prepared action would hear."""
-        return all(self._client.serves(CancelGoal, action + _CANCEL) for action in self.actions())
+    def hears(self, action: str) -> bool:
+        """Return whether the server of a prepared action would receive a request."""
+        return self._client.serves(CancelGoal, action + _CANCEL)
 
-    def stop(self) -> list[Future[Any]]:
+    def stop(self, actions: Sequence[str] | None = None) -> list[Future[Any]]:
         """
-        Ask all to stop; a goal id of zeros with the time zero means every goal.
+        Ask move_group and actions to stop; a goal id of zeros with the time zero is every goal.
 
-        :returns: the answers to be, CancelGoal's responses.
+        :param actions: None asks all.
+        :returns: their responses to be, of CancelGoal.
         """
         self._client.in_thread(lambda: self._publisher.publish(String(data='stop')))
-        return [self._client.call(CancelGoal, action + _CANCEL) for action in self.actions()]
+        return [self._client.call(CancelGoal, action + _CANCEL)
+                for action in (self.actions() if actions is None else actions)]

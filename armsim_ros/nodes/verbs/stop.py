@@ -5,26 +5,46 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from concurrent.futures import Future
+import time
+from typing import Any
 
 from armsim_ros.errors import ArmsimError
 from armsim_ros.nodes.client.ros_client import RosClient
 from armsim_ros.nodes.client.stop import Stopper
 from armsim_ros.nodes.verbs.terminal import parser, read, show, until, wait
 
+#: How long no further action may appear until all count as known [s]. Announcements that were lost
+#: come again after a second.
+_QUIET = 1.2
+_PERIOD = 0.02
+
 
 def main(argv: Sequence[str] | None = None) -> int:
     """
-    Stop.
+    Stop each action as soon as it is found.
 
     :returns: 0, or 1 where an action did not answer.
-    :raises ArmsimError: nothing is there that moves.
+    :raises ArmsimError: there is no action that moves a robot.
     """
     words, ros = read(parser('stop', 'cancel every goal of controllers and move_group'), argv)
     with RosClient('armsim_stop', ros) as client:
         stopper = Stopper(client)
-        actions = until(lambda: _reached(stopper), words.timeout, 'an action that moves')
-        ended, silent = 0, []
-        for name, answer in zip(actions, stopper.stop(), strict=False):
+        answers: dict[str, Future[Any]] = {}
+        until(stopper.prepare, words.timeout, 'an action that moves')
+        start = last = time.monotonic()
+        while True:
+            now = time.monotonic()
+            others = [action for action in stopper.prepare() or () if action not in answers]
+            found = [action for action in others if stopper.hears(action)]
+            if found:
+                answers.update(zip(found, stopper.stop(found), strict=True))
+                last = now
+            elif (not others and now - last > _QUIET) or now - start > words.timeout:
+                break
+            time.sleep(_PERIOD)
+        ended, silent = 0, others
+        for name, answer in answers.items():
             try:
                 ended += len(wait(answer, 2.0, name).goals_canceling)
             except ArmsimError:
@@ -34,10 +54,3 @@ def main(argv: Sequence[str] | None = None) -> int:
         text += f"; no answer from {', '.join(silent)}"
     show({'stopped': ended, 'silent': silent}, words.json, text)
     return 1 if silent else 0
-
-
-def _reached(stopper: Stopper) -> list[str] | None:
-    """Return the actions that are known by now, None as long as not all of them would hear."""
-    stopper.prepare()
-    actions = stopper.actions()
-    return actions if actions and stopper.ready() else None

@@ -4,10 +4,12 @@
 
 import json
 
+from moveit_msgs.action import MoveGroup
 import pytest
 
 from armsim_ros.cli.arguments import UsageError
 from armsim_ros.errors import ArmsimError
+from armsim_ros.nodes.client.ros_client import RosClient
 from armsim_ros.nodes.verbs import go, plot, state, stop
 
 pytestmark = pytest.mark.usefixtures('fake_stack')
@@ -67,6 +69,13 @@ def test_stop_asks_every_action(capsys):
     """There is nothing to stop, and that is said."""
     status, told = output_of(stop, capsys)
     assert (status, told) == (0, {'stopped': 0, 'silent': []})
+
+
+def test_stop_waits_for_no_action_without_a_server(capsys):
+    """A client of an action that nothing serves delays and fails nothing."""
+    with RosClient('test_stop') as client:
+        client.prepare(MoveGroup, '/unserved/move_action', action=True)
+        assert output_of(stop, capsys) == (0, {'stopped': 0, 'silent': []})
 
 
 def test_a_robot_that_is_not_there_is_said_in_a_sentence():
