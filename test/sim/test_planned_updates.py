@@ -265,3 +265,37 @@ def test_a_restart_without_states_equals_single_steps():
             sim.step(steps)
         outcomes.append(sim.digest())
     assert outcomes[0] == outcomes[1]
+
+
+def test_a_goal_ends_at_the_same_update_however_steps_are_requested():
+    """Batched updates end before the last waypoint."""
+    ends = []
+    for steps in (1, 700):
+        sim = ArmSim(built_cell('sunday', None, {}))
+        sim.step(20)
+        goal = sim.manager.controllers['arm_joint_controller'].send_goal(MOTION).goal
+        goal.add_done_callback(lambda _, sim=sim: ends.append(sim.time))
+        for _ in range(700 // steps):
+            sim.step(steps)
+    assert len(ends) == 2
+    assert ends[0] == ends[1]
+
+
+def test_a_motion_that_begins_as_the_pace_ends_equals_single_steps():
+    """What was planned while the arm was at rest is dropped: nothing of it is followed later."""
+    arm, sent = PacedArm(), []
+    arm.loop.every(4_000_000, lambda time_ns: None)
+
+    def send():
+        if not sent and arm.clock.now > 50_000_000:
+            sent.extend((arm.sim.time, arm.controller.send_goal(MOTION).goal))
+            arm.sim.simulation.clock.real_time_factor = 0.0
+            arm.alarm.at = arm.clock.now + 1_400_000
+
+    arm.alarm.on_nap = send
+    arm.run(1000)
+    single = PacedArm()
+    single.sim.run_until(sent[0])
+    expected = single.controller.send_goal(MOTION).goal
+    single.sim.run_until(arm.sim.time)
+    assert outcome(arm.sim, sent[1]) == outcome(single.sim, expected)
