@@ -1,9 +1,14 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""How long the verbs of the ros2 command take beside a running robot: processor and wall time."""
+"""
+How long the verbs of the ros2 command take beside a running robot: processor and wall time.
+
+With a ROS installation's ros2 on PATH both are measured in turn; that has its daemon running.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 import os
 from pathlib import Path
 import subprocess
@@ -11,11 +16,14 @@ import sys
 import time
 
 from armsim_ros.testing.programs.domain import ros_environment
+from armsim_ros2.handover import environment_for_real_ros2, find_real_ros2
 from benchmarks.options import Options
 from benchmarks.stack import joint_states_of, median, running_stack
 from benchmarks.tables import Table
 
 SOURCES = Path(__file__).parents[2] / 'ros2'
+#: Heading -> command and environment.
+Programs = Mapping[str, tuple[list[str], dict[str, str]]]
 
 
 def main(options: Options) -> None:
@@ -32,22 +40,42 @@ def main(options: Options) -> None:
         'service call /get_planning_scene moveit_msgs/srv/GetPlanningScene',
     )
     with running_stack(f'robot:={options.robot}') as stack:
-        environment = {**os.environ, **ros_environment(stack.domain), 'PYTHONPATH': str(SOURCES)}
-        rows = []
-        for line in lines:
-            times = [measure(line, environment) for _ in range(options.runs)]
-            rows.append((f'ros2 {line}', *(f'{median([pair[i] for pair in times]):.2f}'
-                                           for i in (0, 1)), f'{max(times)[0]:.2f}'))
-    Table(f'The ros2 command, {options.runs} runs each',
-          ('command', 'CPU median s', 'wall median s', 'CPU worst s'), rows).print()
+        domain = ros_environment(stack.domain)
+        own = {**os.environ, **domain, 'PYTHONPATH': str(SOURCES)}
+        programs = {'': ([sys.executable, '-m', 'armsim_ros2'], own)}
+        real = find_real_ros2(os.environ.get('PATH', ''))
+        if real is not None:
+            theirs = {**environment_for_real_ros2(), **domain}
+            programs["upstream's "] = ([str(real)], theirs)
+            subprocess.run([real, 'daemon', 'start'], env=theirs, stdout=subprocess.DEVNULL)
+        rows = [(f'ros2 {line}', *(cell for times in measure(line, programs, options.runs)
+                                   for cell in cells(times))) for line in lines]
+        if real is not None:
+            subprocess.run([real, 'daemon', 'stop'], env=theirs, stdout=subprocess.DEVNULL)
+    head = (f'{name}{figure}' for name in programs for figure in (
+        'CPU median s', 'wall median s', 'CPU worst s'))
+    Table(f'The ros2 command, {options.runs} runs each', ('command', *head), rows).print()
 
 
-def measure(line: str, environment: dict[str, str]) -> tuple[float, float]:
-    """Return processor and wall time of a command [s]."""
-    start = time.monotonic()
-    process = subprocess.Popen([sys.executable, '-m', 'armsim_ros2', *line.split()],
-                               env=environment, stdout=subprocess.DEVNULL,
-                               stderr=subprocess.DEVNULL)
-    _, _, usage = os.wait4(process.pid, 0)
-    process.returncode = 0  # it was waited for
-    return usage.ru_utime + usage.ru_stime, time.monotonic() - start
+def cells(times: Sequence[tuple[float, float]]) -> list[str]:
+    """Return the medians of processor and wall time, and the largest processor time."""
+    return [f'{value:.2f}' for value in (
+        median([cpu for cpu, _ in times]), median([wall for _, wall in times]), max(times)[0])]
+
+
+def measure(line: str, programs: Programs, runs: int) -> list[list[tuple[float, float]]]:
+    """
+    Run a command by each program in turn.
+
+    :returns: for each program, the processor and wall time of each run [s].
+    """
+    times: list[list[tuple[float, float]]] = [[] for _ in programs]
+    for _ in range(runs):
+        for found, (command, environment) in zip(times, programs.values(), strict=True):
+            start = time.monotonic()
+            process = subprocess.Popen([*command, *line.split()], env=environment,
+                                       stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+            _, _, usage = os.wait4(process.pid, 0)
+            process.returncode = 0  # it was waited for
+            found.append((usage.ru_utime + usage.ru_stime, time.monotonic() - start))
+    return times

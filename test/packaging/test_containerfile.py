@@ -11,7 +11,8 @@ import pytest
 from armsim_ros.cli.arguments import parse_arguments
 from armsim_ros.nodes.bringup.main import page_command
 
-TEXT = (Path(__file__).parent.parent.parent / 'Containerfile').read_text()
+ROOT = Path(__file__).parent.parent.parent
+TEXT = (ROOT / 'Containerfile').read_text()
 
 
 @pytest.fixture
@@ -27,6 +28,13 @@ def test_the_default_command_serves_the_page_to_other_machines(command):
     assert program == 'bringup'
     page, = page_command(parse_arguments(words)).values()
     assert 'host:=0.0.0.0' in page
+
+
+@pytest.mark.parametrize('file', ['README.md', '.ci/dist'])
+def test_the_image_installs_what_is_documented_and_tested(file):
+    """The same requirement, found in dist/ (run in an empty environment by .ci/dist)."""
+    (wanted,) = re.findall(r"pip install .*--find-links /dist ('\S+')", TEXT)
+    assert f'--find-links dist {wanted}' in (ROOT / file).read_text()
 
 
 def test_the_image_has_no_compiler_and_no_root():

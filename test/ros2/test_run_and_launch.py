@@ -65,8 +65,8 @@ def test_a_prefix_command_goes_before(ros2):
     (['run', 'prats', 'count'], "Package 'prats' not found; did you mean 'parts'?", 1),
     (['run', 'parts', 'cuont'], "No executable found: package 'parts' has no program 'cuont'; "
                                 "did you mean 'count'? (it has: count)", 1),
-    (['run', 'parts'], 'a package and a program are required', 2),
-    (['run', '--perfix', 'x', 'parts', 'count'], "unknown option '--perfix'", 2),
+    (['run', 'parts'], 'the following arguments are required: program', 2),
+    (['run', '--perfix', 'x', 'parts', 'count'], 'unrecognized arguments: --perfix', 2),
 ])
 def test_what_cannot_be_run_is_explained(words, text, status, ros2):
     """Words and status of ros2run, and the most similar name."""
