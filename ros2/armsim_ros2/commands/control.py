@@ -191,7 +191,7 @@ def _set_hardware_component_state(manager: Manager, options: Namespace) -> None:
     if not response.ok:
         doing = {'unconfigured': 'cleaning up', 'inactive': 'stopping'}.get(
             options.state, 'activating')
-        raise CliError(f"Error {doing} hardware component '{name}', check controller_manager logs"
+        raise CliError(f'Error {doing} hardware component, check controller_manager logs'
                        + ('' if name in known else hint(name, known)))
     print(f'Successfully set {name} to state {response.state}')
 

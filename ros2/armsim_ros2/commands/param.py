@@ -182,7 +182,8 @@ def _load(session: Session, options: Namespace) -> None:
     file, node = Path(options.parameter_file), _node(session, options)
     values = parameters_in(file, node.name, not options.no_use_wildcard)
     if not values:
-        raise CliError(f"Parameter file '{file}' has no parameters for {node.name}")
+        raise CliError(f"Param file does not contain selected parameters: '{file}' has none for "
+                       f'{node.name}')
     try:
         parameters = [Parameter(name, value=value).to_parameter_msg()
                       for name, value in values.items()]
