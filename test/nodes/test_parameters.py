@@ -130,6 +130,15 @@ def test_an_illegal_change_is_refused(node: Node, name: str, value: object, word
     assert parameters.settings == Example()
 
 
+def test_an_objection_is_the_reason(node: Node) -> None:
+    """What the owner of the settings objects to is refused in its words and changes nothing."""
+    parameters = SettingsParameters(
+        node, Example(), objection=lambda settings: 'no seven' if settings.count == 7 else '')
+    result = node.set_parameters([Parameter('count', value=7)])[0]
+    assert (result.successful, result.reason) == (False, 'no seven')
+    assert parameters.settings == Example()
+
+
 def test_two_changes_that_are_legal_only_together(node: Node) -> None:
     """Parameters that are set atomically are checked together."""
     parameters = SettingsParameters(node, Example())

@@ -62,11 +62,12 @@ def outcome(sim, goal):
 
 
 def test_a_paced_motion_equals_single_steps_and_takes_few_naps(arm):
-    """How the wall clock's time is slept through changes no bit."""
-    goal = arm.controller.send_goal(MOTION).goal
+    """How the wall clock's time is slept through changes no bit, within path tolerances too."""
+    tolerances = [JointTolerance('joint_2', position=0.1)]
+    goal = arm.controller.send_goal(MOTION, tolerances).goal
     arm.run(1000)
     single = PacedArm(arm.sim.settings.controller_manager.update_rate)
-    expected = single.controller.send_goal(MOTION).goal
+    expected = single.controller.send_goal(MOTION, tolerances).goal
     while single.sim.time < arm.sim.time:
         single.sim.step()
     assert goal.status is GoalStatus.SUCCEEDED
@@ -113,10 +114,14 @@ def test_states_are_read_when_their_time_has_come_while_the_arm_moves():
 
 
 def test_a_path_tolerance_ends_a_paced_goal_at_its_tick():
-    """A joint that is pushed away aborts the goal at the same tick as with single steps."""
-    ends = []
+    """A joint that is pushed away aborts the goal, and is seen, as with single steps."""
+    ends, samples = [], ([], [])
     for paced in (True, False):
         arm = PacedArm()
+        states = arm.sim.manager.controllers['joint_state_controller']
+        while states.poll() is not None:
+            pass
+        states.listen(lambda poll=states.poll, found=samples[paced]: found.append(poll()))
         goal = arm.controller.send_goal(
             MOTION, [JointTolerance('joint_2', position=0.001)]).goal
         arm.sim.simulation.apply_wrench('link_3', force=(60.0, 0.0, 60.0))
@@ -127,6 +132,10 @@ def test_a_path_tolerance_ends_a_paced_goal_at_its_tick():
         ends.append(outcome(arm.sim, goal))
     assert ends[0][0] is GoalStatus.ABORTED
     assert ends[0] == ends[1]
+    single, paced = (
+        [(one.time_ns, one.values.tobytes()) for one in found] for found in samples)
+    assert single == paced
+    assert len(single) > 5
 
 
 def test_a_fault_in_a_planned_motion_is_told_as_in_single_steps():

@@ -136,6 +136,14 @@ def test_objects_can_be_put_elsewhere(crowded):
     np.testing.assert_allclose(crowded.world.pose('ball')[:3, 3], (0.0, 3.0, 0.56), atol=2e-3)
 
 
+@pytest.mark.parametrize('name', ['ball', 'shelf'])
+def test_a_pose_is_read_as_it_was_set(crowded, name):
+    """That of a free object and that of a fixed one, with their rotations."""
+    pose = pose_matrix((0.0, 3.0, 1.0), (0.3, -0.5, 0.7))
+    crowded.world.set_pose(name, pose)
+    np.testing.assert_allclose(crowded.world.pose(name), pose, atol=1e-12)
+
+
 def test_a_thing_in_the_way_stops_the_arm(arm, settings, claim):
     """A fixed block stops the arm: it pushes with no more than its effort and stays outside."""
     simulation = Simulation(arm, settings)

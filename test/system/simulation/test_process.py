@@ -3,6 +3,7 @@
 """The simulation as a process: its start, its end, its refusals."""
 
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
 import shutil
 import signal
@@ -19,6 +20,7 @@ from armsim_ros.resources import find_robot
 from armsim_ros.testing.clients.client_node import ClientNode
 from armsim_ros.testing.clients.controller_manager_client import ControllerManagerClient
 from armsim_ros.testing.clients.trajectory_client import (
+    ABORTED,
     SUCCEEDED,
     trajectory_message,
     TrajectoryClient,
@@ -75,6 +77,22 @@ def test_a_signal_ends_it_with_status_0(
     program.signal(number)
     assert program.wait(1.0) == 0
     assert 'Traceback' not in program.text
+
+
+def test_a_running_goal_ends_with_the_simulation(ros_domain: int, client: ClientNode) -> None:
+    """A signal aborts the goal, and its client gets the reason before the program ends."""
+    with start_program('simulation', ros_domain) as program:
+        arm = TrajectoryClient(client, '/sunday/arm_joint_controller')
+        names = [f'joint_{i}' for i in range(1, 7)]
+        goal = arm.send(trajectory_message(names, [(20.0, [0.2] * 6)]))
+        assert goal.accepted()
+        with ThreadPoolExecutor(1) as pool:
+            result = pool.submit(goal.result)
+            goal.wait_for_feedback(5)
+            program.signal(signal.SIGINT)
+        assert program.wait(10.0) == 0
+    assert result.result().status == ABORTED
+    assert result.result().error_string == 'the simulation is shutting down'
 
 
 def test_a_second_one_under_the_same_name_is_refused(
