@@ -144,8 +144,8 @@ class Packages:
     """
 
     def __init__(self, path: Iterable[Path] = (), *, near: Iterable[Path] = ()) -> None:
-        self.path = tuple(Path(os.path.abspath(one)) for one in path)
-        self.near = tuple(dict.fromkeys(Path(os.path.abspath(one)) for one in near))
+        self.path = tuple(Path(os.path.abspath(folder)) for folder in path)
+        self.near = tuple(dict.fromkeys(Path(os.path.abspath(folder)) for folder in near))
         self._trees: dict[_Tree, dict[str, Path]] = {}
         self._found: dict[str, Path | None] = {}
 
@@ -242,8 +242,8 @@ class Packages:
         if own.is_dir():
             yield own
         for folder in (*self.path, *self._folders_around()):
-            yield from (one for one in (folder, folder / name)
-                        if one.name == name and one.is_dir())
+            yield from (candidate for candidate in (folder, folder / name)
+                        if candidate.name == name and candidate.is_dir())
 
     def _in_tree(self, tree: _Tree, name: str) -> Iterator[Path]:
         found = self._read(tree).get(name)
@@ -305,14 +305,16 @@ def split_path(text: str) -> tuple[Path, ...]:
 
 
 def _prefixes() -> list[Path]:
-    return [Path(one) for one in os.environ.get('AMENT_PREFIX_PATH', '').split(os.pathsep) if one]
+    return [Path(prefix) for prefix in os.environ.get('AMENT_PREFIX_PATH', '').split(os.pathsep)
+            if prefix]
 
 
 def _of_this_name(folder: Path, name: str) -> Iterator[Path]:
     """Yield a folder, or the one inside it, that has the name and no manifest with another."""
-    for one in (folder, folder / name):
-        if one.name == name and one.is_dir() and package_name(one) in (None, name):
-            yield one
+    for candidate in (folder, folder / name):
+        if (candidate.name == name and candidate.is_dir()
+                and package_name(candidate) in (None, name)):
+            yield candidate
 
 
 def _installed(prefix: Path, name: str) -> Iterator[Path]:

@@ -182,7 +182,7 @@ class ArmSim:
         :returns: one goal for each controller.
         :raises ControllerError: no controller has the joints, or a controller rejects its part.
         """
-        return tuple(one.goal for one in self._send(trajectory))
+        return tuple(part.goal for part in self._send(trajectory))
 
     def _send(self, trajectory: JointTrajectory) -> list[SentGoal]:
         from armsim_ros.execution.in_process import send_parts
@@ -205,16 +205,16 @@ class ArmSim:
         )
         self._advance(
             round(allowed * 1e9) // self.simulation.clock.step_ns + 1,
-            lambda: all(one.goal.done for one in sent),
+            lambda: all(part.goal.done for part in sent),
         )
-        for one in sent:
-            if not one.goal.done:
+        for part in sent:
+            if not part.goal.done:
                 raise SimulationError(
                     f'the trajectory did not end within {allowed:g} s of simulated time'
                 )
-            if not one.succeeded:
+            if not part.succeeded:
                 raise ControllerError(
-                    f'the trajectory was {one.goal.status.name.lower()}: {one.failure}')
+                    f'the trajectory was {part.goal.status.name.lower()}: {part.failure}')
 
     @cached_property
     def fingers(self) -> FingerContacts:

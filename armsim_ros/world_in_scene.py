@@ -61,8 +61,8 @@ class WorldInScene:
         now = self._watch.look()
         if names is not None:
             now = replace(
-                now, objects={name: one for name, one in now.objects.items() if name in names},
-                held={name: one for name, one in now.held.items() if name in names})
+                now, objects={name: item for name, item in now.objects.items() if name in names},
+                held={name: holder for name, holder in now.held.items() if name in names})
         for update in self._updates(self._mirror.news(now)):
             self._ownership.apply(update)
 
@@ -85,5 +85,5 @@ class WorldInScene:
 
 def _grasps(pairs: tuple[tuple[str, Holder], ...], operation: ObjectOperation) -> SceneUpdate:
     return SceneUpdate(robot_state=StartState(attached_objects=tuple(
-        AttachedObject(one.link, CollisionObject(name, operation), one.touch_links)
-        for name, one in pairs)))
+        AttachedObject(attached.link, CollisionObject(name, operation), attached.touch_links)
+        for name, attached in pairs)))

@@ -68,8 +68,8 @@ def _sources(arguments: ProgramArguments, xacro: Mapping[str, str]) -> FileOptio
         'config': _path(arguments.config),
         'urdf': _path(arguments.urdf),
         'srdf': _path(arguments.srdf),
-        'controllers': tuple(Path(one).expanduser()
-                             for one in arguments.controllers.split(',') if one),
+        'controllers': tuple(Path(path).expanduser()
+                             for path in arguments.controllers.split(',') if path),
         'arguments': xacro,
         'packages_path': split_path(arguments.packages_path),
     }
@@ -86,7 +86,8 @@ def cell_of(arguments: ProgramArguments) -> tuple[Cell, list[str]]:
     survey = survey_cell(arguments.robot, **survey_options(arguments))
     check_xacro_words(arguments, survey.declared)
     cell = survey.checked()
-    warnings = [str(one) for one in survey.problems if one.severity is Severity.WARNING]
+    warnings = [str(problem) for problem in survey.problems
+                if problem.severity is Severity.WARNING]
     warnings += shadowed_xacro_words(arguments, survey.declared)
     moved = _moved(arguments)
     if moved:
@@ -165,7 +166,7 @@ def _mode(arguments: ProgramArguments) -> dict[str, object]:
 def _check_recording(file: str) -> None:
     """Refuse at the start what could not be written at the end of the run."""
     path = Path(file).expanduser().absolute()
-    place = next(one for one in (path, *path.parents) if one.exists())
+    place = next(parent for parent in (path, *path.parents) if parent.exists())
     if path.is_dir() or (place != path and not place.is_dir()):
         wrong = f"'{place}' is a {'folder' if path.is_dir() else 'file'}"
     elif not os.access(place, os.W_OK):

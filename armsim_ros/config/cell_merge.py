@@ -39,26 +39,27 @@ def merged_settings(own: RobotSettings, robots: Robots, problems: list[Problem])
     simulation = merge.simulation()
     return own.model_copy(update={
         'files': tuple(dict.fromkeys(
-            [*own.files, *(file for one in robots.values() for file in one.files)])),
+            [*own.files, *(file for settings in robots.values() for file in settings.files)])),
         'controllers': tuple(
-            controller.model_copy(update={'name': f'{one.namespace}/{controller.name}'.strip('/')})
-            for one in robots.values() for controller in one.controllers),
-        'spawn': tuple(f'{one.namespace}/{name}'.strip('/')
-                       for one in robots.values() for name in one.spawn),
+            controller.model_copy(update={
+                'name': f'{settings.namespace}/{controller.name}'.strip('/')})
+            for settings in robots.values() for controller in settings.controllers),
+        'spawn': tuple(f'{settings.namespace}/{name}'.strip('/')
+                       for settings in robots.values() for name in settings.spawn),
         'controller_manager': own.controller_manager.model_copy(
             update={'update_rate': merge.update_rate(simulation)}),
         'simulation': simulation,
         'joint_limits': merge.block(
             'joint_limits', own.joint_limits, joint_limits=merge.joint_limits()),
-        'kinematics': {group: solver for one in merge.all
-                       for group, solver in one.kinematics.items()},
+        'kinematics': {group: solver for settings in merge.all
+                       for group, solver in settings.kinematics.items()},
         'ompl': merge.ompl(),
-        'moveit_controllers': tuple({controller.name: controller for one in merge.all
-                                     for controller in one.moveit_controllers}.values()),
+        'moveit_controllers': tuple({controller.name: controller for settings in merge.all
+                                     for controller in settings.moveit_controllers}.values()),
         'trajectory_execution': merge.block(
             'trajectory_execution', own.trajectory_execution, allowed_start_tolerance_joints={
-                joint: tolerance for one in merge.all for joint, tolerance
-                in one.trajectory_execution.allowed_start_tolerance_joints.items()}),
+                joint: tolerance for settings in merge.all for joint, tolerance
+                in settings.trajectory_execution.allowed_start_tolerance_joints.items()}),
         'planning_parameters': merge.block(
             'planning_parameters', own.planning_parameters,
             joint_state_topics=merge.joint_state_topics()),
@@ -110,8 +111,8 @@ class _Merge:
     def joint_limits(self) -> dict[str, JointLimitOverrides]:
         """Return the limits of all joints, each value for itself as parameters of a node are."""
         found: dict[str, JointLimitOverrides] = {}
-        for one in self.all:
-            for joint, limits in one.joint_limits.joint_limits.items():
+        for settings in self.all:
+            for joint, limits in settings.joint_limits.joint_limits.items():
                 given = {key: getattr(limits, key) for key in limits.model_fields_set}
                 found[joint] = found.get(joint, limits).model_copy(update=given)
         return found
@@ -122,31 +123,31 @@ class _Merge:
             'simulation', self._own.simulation.servo, inside='servo',
             gains=self._gains(), default_gains=self._own.simulation.servo.default_gains)
         own = self._own.simulation
-        for name, one in self._robots.items():
-            if one.simulation.world:
+        for name, settings in self._robots.items():
+            if settings.simulation.world:
                 self._problems.append(Problem(
-                    f"the world '{one.simulation.world}' of robot '{name}' is not used here: the "
-                    'world of a cell stands in its own simulation.yaml',
-                    one.locate('simulation', 'world'), severity=Severity.INFO))
-        cameras = {name: camera for one in self.all
-                   for name, camera in one.simulation.cameras.items()}
+                    f"the world '{settings.simulation.world}' of robot '{name}' is not used here: "
+                    'the world of a cell stands in its own simulation.yaml',
+                    settings.locate('simulation', 'world'), severity=Severity.INFO))
+        cameras = {name: camera for settings in self.all
+                   for name, camera in settings.simulation.cameras.items()}
         return self.block(
             'simulation', own, servo=servo, world=own.world, placement=own.placement,
             initial_state=own.initial_state, initial_positions=own.initial_positions,
             cameras=cameras, vacuum_grippers=self._vacuum_grippers(),
-            sensors={sensor: entry for one in self.all
-                     for sensor, entry in one.simulation.sensors.items()})
+            sensors={sensor: entry for settings in self.all
+                     for sensor, entry in settings.simulation.sensors.items()})
 
     def _vacuum_grippers(self) -> dict[str, VacuumGripperSettings]:
         """Return all suction cups by the names that their services have."""
         cups = dict(self._own.simulation.vacuum_grippers)
-        for robot, one in self._robots.items():
-            for name, cup in one.simulation.vacuum_grippers.items():
-                full = f'{one.namespace}/{name}'.strip('/')
+        for robot, settings in self._robots.items():
+            for name, cup in settings.simulation.vacuum_grippers.items():
+                full = f'{settings.namespace}/{name}'.strip('/')
                 if full in cups:
                     self._problems.append(Problem(
                         f"two suction cups are called '{full}'; one is that of robot '{robot}'",
-                        one.locate('simulation', 'vacuum_grippers', name),
+                        settings.locate('simulation', 'vacuum_grippers', name),
                         remedy=f"give '{robot}' a namespace of its own"))
                 cups[full] = cup
         return cups
@@ -155,8 +156,9 @@ class _Merge:
         """Return the rate of all controllers: the cell's own, else the highest that is given."""
         path = ('controller_manager', 'update_rate')
         fastest = round(1.0 / simulation.timestep)
-        asked = {name: one.controller_manager.update_rate for name, one in self._robots.items()
-                 if one.locate(*path) is not None}
+        asked = {name: settings.controller_manager.update_rate
+                 for name, settings in self._robots.items()
+                 if settings.locate(*path) is not None}
         rate = max(asked.values(), default=fastest)
         if self._own.locate(*path) is not None:
             rate = self._own.controller_manager.update_rate
@@ -172,12 +174,12 @@ class _Merge:
         """Return the planners; those of one name that differ get the name of their robot."""
         configs: dict[str, PlannerConfig] = dict(self._own.ompl.planner_configs)
         groups: dict[str, OmplGroup] = {}
-        for name, one in self._robots.items():
+        for name, settings in self._robots.items():
             renamed = {}
-            for key, config in one.ompl.planner_configs.items():
+            for key, config in settings.ompl.planner_configs.items():
                 renamed[key] = key if configs.get(key, config) == config else f'{name}_{key}'
                 configs[renamed[key]] = config
-            for group, block in one.ompl.groups.items():
+            for group, block in settings.ompl.groups.items():
                 default = block.default_planner_config
                 groups[group] = block.model_copy(update={
                     'default_planner_config': renamed.get(default, default),
@@ -188,19 +190,19 @@ class _Merge:
 
     def joint_state_topics(self) -> tuple[str, ...]:
         """Return where all robots' joint states come from."""
-        topics = [topic for one in self._robots.values()
-                  for topic in one.planning_parameters.joint_state_topics
-                  or (one.joint_states_topic,)]
+        topics = [topic for settings in self._robots.values()
+                  for topic in settings.planning_parameters.joint_state_topics
+                  or (settings.joint_states_topic,)]
         own = self._own.planning_parameters.joint_state_topics
         return own or tuple(dict.fromkeys(topics))
 
     def _gains(self) -> dict[str, PidGains]:
         """Return the gains of the drives, where a robot's simulation.yaml gives any."""
         gains: dict[str, PidGains] = {}
-        for one in self._robots.values():
-            servo = one.simulation.servo
+        for settings in self._robots.values():
+            servo = settings.simulation.servo
             if 'default_gains' in servo.model_fields_set:
-                gains.update(dict.fromkeys(_ungained(one), servo.default_gains))
+                gains.update(dict.fromkeys(_ungained(settings), servo.default_gains))
             gains.update(servo.gains)
         return {**gains, **self._own.simulation.servo.gains}
 

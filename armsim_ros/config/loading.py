@@ -56,7 +56,7 @@ def load_robot_settings(
     """
     settings = survey_robot_settings(robot, **options)
     found = map(strictly, settings.remarks) if strict else settings.remarks
-    mistakes = [one for one in found if one.severity is Severity.ERROR]
+    mistakes = [problem for problem in found if problem.severity is Severity.ERROR]
     if mistakes:
         raise ConfigError(mistakes)
     return settings
@@ -117,7 +117,7 @@ def survey_files(
     chosen = _namespace(draft, namespace)
     values = read_sections(draft, published=files.package is not None)
     if files.package is not None:
-        draft.problems[:] = [_of_published(one, files.package) for one in draft.problems]
+        draft.problems[:] = [_of_published(problem, files.package) for problem in draft.problems]
     world_file, world_settings = _read_world(
         world, values['simulation'].world, files, draft)
     if is_foreign_world(world_file) and values['planning_parameters'].scene_from_world == 'fixed':

@@ -60,14 +60,14 @@ def prefixed_settings(settings: RobotSettings, prefix: str, namespace: str) -> R
     limits, execution = settings.joint_limits, settings.trajectory_execution
     return settings.model_copy(update={
         'namespace': f'/{namespace}' if namespace else '',
-        'controllers': tuple(_controller(one, name) for one in settings.controllers),
+        'controllers': tuple(_controller(controller, name) for controller in settings.controllers),
         'joint_limits': limits.model_copy(update={'joint_limits': keys(limits.joint_limits)}),
-        'kinematics': {name(group): _kinematics(one, name)
-                       for group, one in settings.kinematics.items()},
+        'kinematics': {name(group): _kinematics(solver, name)
+                       for group, solver in settings.kinematics.items()},
         'ompl': _ompl(settings.ompl, name),
         'moveit_controllers': tuple(
-            _moveit_controller(one, name, settings.namespace.strip('/'), namespace)
-            for one in settings.moveit_controllers),
+            _moveit_controller(controller, name, settings.namespace.strip('/'), namespace)
+            for controller in settings.moveit_controllers),
         'trajectory_execution': execution.model_copy(update={
             'allowed_start_tolerance_joints': keys(execution.allowed_start_tolerance_joints)}),
         'simulation': _simulation(settings.simulation, name),
@@ -92,7 +92,7 @@ def _controller(controller: ControllerSettings, name: Rename) -> ControllerSetti
         elif key in _JOINT_INTERFACES:
             content[key] = name(value)
         elif key == 'extra_joints':
-            content[key] = [{**one, 'name': name(one['name'])} for one in value]
+            content[key] = [{**entry, 'name': name(entry['name'])} for entry in value]
         elif key == 'gpios':
             content[key] = list(map(name, value))
         elif isinstance(parameters, GpioCommandControllerParameters) and key.endswith('faces'):
@@ -121,11 +121,12 @@ def _rename(content: dict[str, Any], parameters: Any, path: Sequence[str], name:
 def _kinematics(block: KinematicsSettings, name: Rename) -> KinematicsSettings:
     return block.model_copy(update={
         'joints': tuple(name(joint) for joint in block.joints),
-        'weights': {name(joint): one for joint, one in block.weights.items()}})
+        'weights': {name(joint): weight for joint, weight in block.weights.items()}})
 
 
 def _ompl(block: OmplSettings, name: Rename) -> OmplSettings:
-    groups = {name(group): _ompl_group(one, name) for group, one in block.groups.items()}
+    groups = {name(group): _ompl_group(group_block, name)
+              for group, group_block in block.groups.items()}
     return block.model_copy(update={'groups': groups})
 
 
@@ -151,17 +152,17 @@ def _moveit_controller(controller: MoveItControllerSettings, name: Rename, befor
 
 
 def _simulation(block: SimulationSettings, name: Rename) -> SimulationSettings:
-    gains = {name(joint): one for joint, one in block.servo.gains.items()}
+    gains = {name(joint): gain for joint, gain in block.servo.gains.items()}
     group, slash, state = block.initial_state.rpartition('/')
     return block.model_copy(update={
         'servo': block.servo.model_copy(update={'gains': gains}),
         'initial_positions': {name(joint): position
                               for joint, position in block.initial_positions.items()},
         'initial_state': f'{name(group)}{slash}{state}',
-        'cameras': {name(camera): one.model_copy(update={'link': name(one.link)})
-                    for camera, one in block.cameras.items()},
-        'vacuum_grippers': {cup: one.model_copy(update={'link': name(one.link)})
-                            for cup, one in block.vacuum_grippers.items()},
-        'sensors': {name(sensor): one.model_copy(update={'link': name(one.link)})
-                    for sensor, one in block.sensors.items()},
+        'cameras': {name(camera): settings_of.model_copy(update={'link': name(settings_of.link)})
+                    for camera, settings_of in block.cameras.items()},
+        'vacuum_grippers': {cup: gripper.model_copy(update={'link': name(gripper.link)})
+                            for cup, gripper in block.vacuum_grippers.items()},
+        'sensors': {name(sensor): entry.model_copy(update={'link': name(entry.link)})
+                    for sensor, entry in block.sensors.items()},
     })

@@ -110,8 +110,8 @@ def find_files(robot: str, *, config: Path | None = None, urdf: Path | None = No
     if config is not None and not config.is_dir():
         raise ConfigError(Problem(f"config '{config}' is no folder"))
     named = [path for path in (urdf, srdf, *controllers) if path is not None]
-    for kind, file in (('urdf', urdf), ('srdf', srdf), *(('controllers', one)
-                                                         for one in controllers)):
+    for kind, file in (('urdf', urdf), ('srdf', srdf), *(('controllers', path)
+                                                         for path in controllers)):
         if file is not None and not file.is_file():
             raise ConfigError(Problem(f"{kind} '{file}' is no file"))
     packages = packages.beside(*named, folder)
@@ -170,13 +170,13 @@ def _moveit_package(folder: Path, packages: Packages, *, named: bool) -> Path | 
         return folder
     if own:
         name = package_name(folder) or folder.name
-        found = {one: place for one, place in packages.names().items()
+        found = {package: place for package, place in packages.names().items()
                  if place != folder and depends_on(place, name)
                  and PackageFiles(place, packages).srdf() is not None}
     elif _candidates(folder, (*_URDF_ENDINGS, *_YAML_ENDINGS)):
         return None
     else:
-        found = {one: place for one, place in packages_below(folder).items()
+        found = {package: place for package, place in packages_below(folder).items()
                  if PackageFiles(place, packages).srdf() is not None}
     if len(found) > 1:
         raise ConfigError(Problem(
@@ -193,7 +193,7 @@ def _of_package(found: PackageFiles, urdf: Path | None, srdf: Path | None,
     """Return the files of a MoveIt configuration package, or of one like it."""
     urdf_file = urdf or found.urdf()
     if urdf_file is None:
-        raise ConfigError([*(one for one in found.problems), Problem(
+        raise ConfigError([*(problem for problem in found.problems), Problem(
             f"package '{found.folder.name}' has no URDF that its files name", Location(
                 str((found.folder / MANIFEST).resolve().parent)), remedy=urdf_remedy(found))])
     roles = PackageRoles.of(found, controllers)

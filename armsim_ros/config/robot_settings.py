@@ -94,7 +94,8 @@ class RobotSettings(Settings):
 
     def controller(self, name: str) -> ControllerSettings | None:
         """Return a controller by its name, None where there is none."""
-        return next((one for one in self.controllers if one.name == name), None)
+        return next((controller for controller in self.controllers
+                     if controller.name == name), None)
 
     @property
     def joint_states_topic(self) -> str:

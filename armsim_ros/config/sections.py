@@ -178,18 +178,18 @@ def _with_fitting_rate(draft: ConfigDraft, node: YamlNode, timestep: float) -> Y
                if abs(round(1.0 / (steps * timestep)) * steps * timestep - 1.0) < 1e-6]
     if rate.value in fitting or not fitting:
         return node
-    taken = min((one for one in fitting if one > rate.value), default=fitting[0])
+    taken = min((candidate for candidate in fitting if candidate > rate.value), default=fitting[0])
     draft.problems.append(Problem(
         f'controllers cannot run at {rate.value} Hz with physics steps of {timestep:g} s; '
         f'they run at {taken} Hz', rate.place, '', 'to change it, give a rate that fits: '
-        + ', '.join(str(one) for one in fitting[:8]), Severity.WARNING))
+        + ', '.join(str(rate_hz) for rate_hz in fitting[:8]), Severity.WARNING))
     return node.with_value({**node.entries, 'update_rate': node_of(taken, rate.place)})
 
 
 def _controllers(draft: ConfigDraft, published: bool) -> tuple[ControllerSettings, ...]:
     found = [read_controller(name, node, draft.problems, published=published)
              for name, node in draft.section('controllers').entries.items()]
-    return tuple(one for one in found if one is not None)
+    return tuple(entry for entry in found if entry is not None)
 
 
 def _spawn(draft: ConfigDraft, controllers: tuple[ControllerSettings, ...],
@@ -225,42 +225,44 @@ def _spawn_planned(draft: ConfigDraft, controllers: tuple[ControllerSettings, ..
     """
     entries = draft.section('moveit_controllers').entries
     planned = {name.rpartition('/')[2]: node.get('default') for name, node in entries.items()}
-    names = [one.name for one in controllers if one.type == BROADCASTER][:1]
-    moving = [one for one in controllers if one.joints]
-    known = [one.name for one in moving if one.name in planned]
+    names = [controller.name for controller in controllers if controller.type == BROADCASTER][:1]
+    moving = [controller for controller in controllers if controller.joints]
+    known = [controller.name for controller in moving if controller.name in planned]
     if known:
         # Of those that share joints the first to start wins: one that holds a joint by itself,
         # then move_group's default.
         return (*names, *sorted(known, key=lambda name: (
             name in _of_effort(controllers), not _is_true(planned[name]))))
     owner: set[str] = set()
-    for one in moving:
-        if not owner.intersection(one.joints):
-            names.append(one.name)
-            owner.update(one.joints)
+    for controller in moving:
+        if not owner.intersection(controller.joints):
+            names.append(controller.name)
+            owner.update(controller.joints)
     return tuple(names)
 
 
 def _of_effort(controllers: tuple[ControllerSettings, ...]) -> list[str]:
     """Return the controllers that command nothing but effort."""
-    return [one.name for one in controllers
-            if tuple(getattr(one.parameters, 'command_interfaces', ())) == ('effort',)]
+    return [controller.name for controller in controllers
+            if tuple(getattr(controller.parameters, 'command_interfaces', ())) == ('effort',)]
 
 
 def _with_default(found: tuple[MoveItControllerSettings, ...], spawn: tuple[str, ...]
                   ) -> tuple[MoveItControllerSettings, ...]:
     """Return the controllers; of those that share joints the first to start is the default."""
-    def start(one: MoveItControllerSettings) -> int:
-        name = one.name.rpartition('/')[2]
+    def start(candidate: MoveItControllerSettings) -> int:
+        name = candidate.name.rpartition('/')[2]
         return spawn.index(name) if name in spawn else len(spawn)
 
-    def preferred(one: MoveItControllerSettings) -> bool:
+    def preferred(candidate: MoveItControllerSettings) -> bool:
         rivals = [other for other in found
-                  if start(other) != start(one) and not set(other.joints).isdisjoint(one.joints)]
-        first = all(start(one) < start(other) for other in rivals)
-        return first and (one.default or any(other.default for other in rivals))
+                  if start(other) != start(candidate)
+                  and not set(other.joints).isdisjoint(candidate.joints)]
+        first = all(start(candidate) < start(other) for other in rivals)
+        return first and (candidate.default or any(other.default for other in rivals))
 
-    return tuple(one.model_copy(update={'default': preferred(one)}) for one in found)
+    return tuple(candidate.model_copy(update={'default': preferred(candidate)})
+                 for candidate in found)
 
 
 def _is_true(node: YamlNode | None) -> bool:
@@ -275,20 +277,21 @@ def _spawn_all(draft: ConfigDraft, controllers: tuple[ControllerSettings, ...]
     Broadcasters come first, then those that move_group knows.
     """
     planned = [name.rpartition('/')[2] for name in draft.section('moveit_controllers').entries]
-    ordered = sorted(controllers, key=lambda one: (one.type != BROADCASTER,
-                                                   one.name not in planned))
+    ordered = sorted(controllers, key=lambda controller: (controller.type != BROADCASTER,
+                                                   controller.name not in planned))
     names: list[str] = []
     owner: dict[str, str] = {}
-    for one in ordered:
-        shared = [joint for joint in one.joints if joint in owner]
+    for controller in ordered:
+        shared = [joint for joint in controller.joints if joint in owner]
         if shared:
             draft.problems.append(Problem(
-                f"controller '{one.name}' starts inactive: joint '{shared[0]}' belongs to "
-                f"'{owner[shared[0]]}'", draft.section('controllers').locate([one.name]), '',
+                f"controller '{controller.name}' starts inactive: joint '{shared[0]}' belongs to "
+                f"'{owner[shared[0]]}'",
+                draft.section('controllers').locate([controller.name]), '',
                 "name the ones to start in 'spawn' of simulation.yaml", Severity.WARNING))
             continue
-        names.append(one.name)
-        owner.update(dict.fromkeys(one.joints, one.name))
+        names.append(controller.name)
+        owner.update(dict.fromkeys(controller.joints, controller.name))
     return tuple(names)
 
 
@@ -323,7 +326,7 @@ def _kinematics(draft: ConfigDraft) -> dict[str, KinematicsSettings]:
 def _with_weights(node: YamlNode) -> YamlNode:
     """Return a solver's block with those of its joints in one."""
     listed = node.get('joints')
-    names = () if listed is None else (one.value for one in listed.items)
+    names = () if listed is None else (item.value for item in listed.items)
     blocks = {name: node.entries[name] for name in names
               if isinstance(name, str) and name in node.entries}
     if not blocks:
@@ -353,15 +356,15 @@ def _moveit_controllers(draft: ConfigDraft) -> tuple[MoveItControllerSettings, .
     found = []
     for name, node in draft.section('moveit_controllers').entries.items():
         title, problems = f"MoveIt controller '{name}'", list[Problem]()
-        one = read_settings(MoveItControllerSettings, node, problems, title=title,
+        settings = read_settings(MoveItControllerSettings, node, problems, title=title,
                             unused=UNUSED_MOVEIT_CONTROLLER_KEYS)
         lacking = [key for key in NEEDED_KEYS if node.is_mapping and node.get(key) is None]
         if lacking:
-            one, problems = None, [Problem(
+            settings, problems = None, [Problem(
                 f"{title} has no {', '.join(map(repr, lacking))}", node.place)]
-        if one is None:
+        if settings is None:
             problems = [replace(each, remedy=each.remedy or 'the controller is left out')
                         for each in problems]
         draft.problems += map(ignored, problems)
-        found.append(one)
-    return tuple(one for one in found if one is not None)
+        found.append(settings)
+    return tuple(entry for entry in found if entry is not None)

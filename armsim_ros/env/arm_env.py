@@ -105,7 +105,8 @@ class ArmEnv(Env):
         placement = settings.simulation.placement
         self.joints: tuple[str, ...] = model.active_joints
         self.objects = tuple(
-            name for name, one in settings.world.objects.items() if one.mass is not None)
+            name for name, settings_of in settings.world.objects.items()
+            if settings_of.mass is not None)
         self._actions = Actions(
             action, KinematicModel(model), self.joints, group, tip,
             pose_matrix(placement.xyz, placement.rpy)[:3, :3], twist=twist, cups=cups,
@@ -223,8 +224,8 @@ class ArmEnv(Env):
         cell = Cell(settings, self.cell.model, self.cell.robots)
         self._sim = sim = ArmSim(cell, seed=episode.seed)
         for manager in sim.managers.values():
-            active = [name for name, one in manager.controllers.items()
-                      if one.active and one.required_command_interfaces]
+            active = [name for name, controller in manager.controllers.items()
+                      if controller.active and controller.required_command_interfaces]
             result = manager.switch(deactivate=active, strictness=Strictness.STRICT)
             if not result.ok:
                 raise SimulationError(f'the controllers cannot be stopped: {result.message}')

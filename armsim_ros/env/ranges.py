@@ -97,9 +97,9 @@ def checked(kind: type[AnySettings], given: Mapping[str, Any], title: str) -> An
         return kind.model_validate(dict(given))
     except ValidationError as error:
         raise ConfigError([
-            Problem(f'{title}: {".".join(map(str, one["loc"]))}: {one["msg"]}',
+            Problem(f'{title}: {".".join(map(str, detail["loc"]))}: {detail["msg"]}',
                     allowed=', '.join(kind.model_fields))
-            for one in error.errors(include_url=False)
+            for detail in error.errors(include_url=False)
         ]) from None
 
 
@@ -118,8 +118,8 @@ def ranges_from(given: Mapping[str, Any], world: WorldSettings, model: RobotMode
                 raise ConfigError(Problem(
                     f"there is no {kind} '{name}' to vary", allowed=', '.join(known) or 'none',
                     remedy=nearest(name, known)))
-    for name, one in ranges.objects.items():
-        if one.mass is not None and world.objects[name].mass is None:
+    for name, object_ranges in ranges.objects.items():
+        if object_ranges.mass is not None and world.objects[name].mass is None:
             raise ConfigError(Problem(
                 f"object '{name}' never moves, so its mass cannot vary",
                 remedy='give it a mass in the world file'))
@@ -129,9 +129,9 @@ def ranges_from(given: Mapping[str, Any], world: WorldSettings, model: RobotMode
 def merged(ranges: Ranges, over: Ranges) -> Ranges:
     """Return ranges with others over them, word by word."""
     objects = dict(ranges.objects)
-    for name, one in over.objects.items():
+    for name, object_ranges in over.objects.items():
         words = {word: value for word in ObjectRanges.model_fields
-                 if (value := getattr(one, word)) is not None}
+                 if (value := getattr(object_ranges, word)) is not None}
         objects[name] = objects.get(name, ObjectRanges()).model_copy(update=words)
     return Ranges(objects=objects, joints={**ranges.joints, **over.joints})
 
@@ -143,8 +143,8 @@ def drawn(ranges: Ranges, world: WorldSettings, random: np.random.Generator) -> 
     :raises ConfigError: a value that an object cannot have.
     """
     objects = dict(world.objects)
-    for name, one in sorted(ranges.objects.items()):
-        objects[name] = _drawn_object(name, one, objects[name], random)
+    for name, object_ranges in sorted(ranges.objects.items()):
+        objects[name] = _drawn_object(name, object_ranges, objects[name], random)
     joints = {name: float(random.uniform(*span)) for name, span in sorted(ranges.joints.items())}
     seed = int(random.integers(2**31))
     return Episode(world.model_copy(update={'objects': objects}), joints, seed)

@@ -62,7 +62,7 @@ class ProcessVector:
         :returns: observations (k, n), a row for each environment.
         """
         seeds = [None if seed is None else seed + place for place in range(len(self))]
-        answers = self._ask('reset', [{'seed': one} for one in seeds])
+        answers = self._ask('reset', [{'seed': number} for number in seeds])
         return _stacked([observation for observation, _ in answers])
 
     def step(self, actions: Matrix) -> tuple[Observations, Matrix, Matrix, Matrix]:
@@ -90,9 +90,9 @@ class ProcessVector:
             process.join()
 
     def _ask(self, method: str, words: Sequence[dict[str, Any]]) -> list[Any]:
-        for pipe, one in zip(self._pipes, words, strict=True):
+        for pipe, arguments in zip(self._pipes, words, strict=True):
             with suppress(BrokenPipeError):  # it has ended; its answer will say so
-                pipe.send((method, one))
+                pipe.send((method, arguments))
         return self._answers()
 
     def _answers(self) -> list[Any]:
@@ -149,4 +149,5 @@ def _serve(pipe: Connection, maker: MakeEnv) -> None:
 
 
 def _stacked(observations: Sequence[dict[str, Matrix]]) -> Observations:
-    return {name: np.stack([one[name] for one in observations]) for name in observations[0]}
+    return {name: np.stack([observation[name] for observation in observations])
+            for name in observations[0]}

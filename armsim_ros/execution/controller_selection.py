@@ -102,7 +102,8 @@ def _best(
     fitting = sorted(
         (chosen for chosen in combinations(candidates, count) if _covers(chosen, wanted)),
         key=lambda chosen: _demerit(chosen, active))
-    running = [] if manages else [one for one in fitting if _all_active(one, active)]
+    running = [] if manages else [combination for combination in fitting
+                                  if _all_active(combination, active)]
     return next(iter((*running, *fitting)), ())
 
 

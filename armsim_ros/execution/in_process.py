@@ -99,8 +99,9 @@ def _settings(name: str, controller: Controller[Any], known: Sequence[MoveItCont
         return MoveItControllerSettings(name=name, joints=controller.parameters.joints)
     if not isinstance(controller, (GripperController, ParallelGripperController)):
         return None
-    own = next((one for one in known if one.name.rpartition('/')[2] == controller.name
-                and controller.parameters.joint in one.joints), None)
+    own = next((candidate for candidate in known
+                if candidate.name.rpartition('/')[2] == controller.name
+                and controller.parameters.joint in candidate.joints), None)
     if own is not None:
         return own.model_copy(update={'name': name})
     return MoveItControllerSettings(name=name, joints=controller.joints)

@@ -59,26 +59,28 @@ class ManagedControllers:
 
     def __post_init__(self) -> None:
         """Leave all controllers out where an active one commands several others."""
-        several = any(one.active and len(one.chained_to) > 1 for one in self.listed)
+        several = any(listed.active and len(listed.chained_to) > 1 for listed in self.listed)
         object.__setattr__(
-            self, '_by_name', {} if several else {one.name: one for one in self.listed})
+            self, '_by_name', {} if several else {listed.name: listed for listed in self.listed})
 
     @property
     def settings(self) -> tuple[MoveItControllerSettings, ...]:
         """Those of a known type, by their absolute names."""
         found = []
-        for one in self._by_name.values():
-            joints = self._joints(one)
-            if one.type in ACTIONS and joints:
-                kind, action = ACTIONS[one.type]
+        for controller in self._by_name.values():
+            joints = self._joints(controller)
+            if controller.type in ACTIONS and joints:
+                kind, action = ACTIONS[controller.type]
                 found.append(MoveItControllerSettings(
-                    name=self._absolute(one.name), type=kind, action_ns=action, joints=joints))
+                    name=self._absolute(controller.name), type=kind, action_ns=action,
+                    joints=joints))
         return tuple(found)
 
     @property
     def active(self) -> frozenset[str]:
         """Absolute names of those that are active."""
-        return frozenset(self._absolute(one.name) for one in self._by_name.values() if one.active)
+        return frozenset(self._absolute(controller.name) for controller in self._by_name.values()
+                         if controller.active)
 
     def switch(
         self, activate: Iterable[str], deactivate: Iterable[str]
@@ -93,9 +95,11 @@ class ManagedControllers:
         :param activate: absolute names; those of other managers are left out.
         :returns: names without the namespace.
         """
-        commanded = {one.name: one.chained_to for one in self._by_name.values()}
+        commanded = {controller.name: controller.chained_to
+                     for controller in self._by_name.values()}
         commanding = {
-            name: tuple(one.name for one in self._by_name.values() if name in one.chained_to)
+            name: tuple(controller.name for controller in self._by_name.values()
+                        if name in controller.chained_to)
             for name in commanded}
         starting = self._with(activate, commanded, lambda name: not self._by_name[name].active)
         stopping = [name for name in self._with(
@@ -103,8 +107,9 @@ class ManagedControllers:
             if self._by_name[name].type in ACTIONS]
         starting = [name for name in reversed(starting) if self._by_name[name].type in ACTIONS]
         holder = {
-            _joint(interface): one.name for one in self._by_name.values()
-            if one.active and one.name not in stopping for interface in one.claimed}
+            _joint(interface): controller.name for controller in self._by_name.values()
+            if controller.active and controller.name not in stopping
+            for interface in controller.claimed}
         for name in starting:
             for joint in self._joints(self._by_name[name]):
                 if holder.get(joint, name) not in (name, *stopping):
@@ -127,11 +132,11 @@ class ManagedControllers:
             found = [*found, *(name for name in queue if included(name))]
         return found
 
-    def _joints(self, one: ListedController) -> tuple[str, ...]:
+    def _joints(self, controller: ListedController) -> tuple[str, ...]:
         """Return the joints that a controller moves, by itself or through another one."""
-        chained = [interface for name in one.chained_to if name in self._by_name
+        chained = [interface for name in controller.chained_to if name in self._by_name
                    for interface in self._by_name[name].references]
-        return tuple(dict.fromkeys(map(_joint, (*one.required, *chained))))
+        return tuple(dict.fromkeys(map(_joint, (*controller.required, *chained))))
 
     def _absolute(self, name: str) -> str:
         return f'{self.namespace.rstrip("/")}/{name}'

@@ -246,7 +246,7 @@ class _Run:
                 path = path.parent / '**' / path.name
             found += sorted(glob.glob(str(path), recursive=True))
         self._variables[words[1]] = ';'.join(
-            os.path.relpath(one, base) if base else one for one in found)
+            os.path.relpath(file, base) if base else file for file in found)
 
     def _string(self, words: list[str]) -> None:
         if words[:1] == ['REPLACE'] and len(words) > 4:
@@ -336,10 +336,10 @@ class _Run:
 
 
 def _xacro_options(words: Sequence[str]) -> dict[str, list[str]]:
-    return _keywords(words, _XACRO_WORDS, one=_XACRO_ONE, none=_XACRO_NONE)
+    return _keywords(words, _XACRO_WORDS, single=_XACRO_ONE, none=_XACRO_NONE)
 
 
-def _keywords(words: Sequence[str], known: frozenset[str], *, one: frozenset[str] = frozenset(),
+def _keywords(words: Sequence[str], known: frozenset[str], *, single: frozenset[str] = frozenset(),
               none: frozenset[str] = frozenset()) -> dict[str, list[str]]:
     """
     Return keyword -> its words; '' -> those of no keyword.
@@ -355,7 +355,7 @@ def _keywords(words: Sequence[str], known: frozenset[str], *, one: frozenset[str
             current = '' if word in none else word
         else:
             found[current].append(word)
-            current = '' if current in one else current
+            current = '' if current in single else current
     return found
 
 

@@ -93,10 +93,10 @@ class _Module:
         if isinstance(node, ast.List):
             return list(self._elements(node.elts))
         if isinstance(node, ast.Tuple):
-            return tuple(self._value(one) for one in node.elts)
+            return tuple(self._value(element) for element in node.elts)
         if isinstance(node, ast.JoinedStr):
-            return ''.join(str(self._value(one.value if isinstance(one, ast.FormattedValue)
-                                           else one)) for one in node.values)
+            return ''.join(str(self._value(part.value if isinstance(part, ast.FormattedValue)
+                                           else part)) for part in node.values)
         if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Add):
             return self._sum(self._value(node.left), self._value(node.right))
         if isinstance(node, ast.Call):
@@ -121,13 +121,13 @@ class _Module:
 
     def _call(self, node: ast.Call) -> Any:
         name = ast.unparse(node.func)
-        words = [self._value(one) for one in node.args]
+        words = [self._value(argument) for argument in node.args]
         if not words or not all(isinstance(word, str) for word in words):
             raise _UnknownError
         if name in ('os.path.join', 'path.join', 'join'):
             return posixpath.join(*words)
         if name in ('glob', 'glob.glob'):
             found = glob.glob(str(self._folder / words[0]), recursive=True)
-            return [os.path.relpath(one, self._folder) for one in sorted(found)
-                    if os.path.isfile(one)]
+            return [os.path.relpath(file, self._folder) for file in sorted(found)
+                    if os.path.isfile(file)]
         raise _UnknownError

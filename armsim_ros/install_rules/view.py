@@ -45,7 +45,7 @@ def installed_programs(folder: Path, name: str) -> dict[str, Path]:
     found: dict[str, Path] = {}
     for target, source in install_targets(folder, name):
         if isinstance(source, Path) and target == place and source.is_dir():
-            found.update((one.name, one) for one in source.iterdir() if one.is_file())
+            found.update((file.name, file) for file in source.iterdir() if file.is_file())
         elif isinstance(source, Path) and os.path.dirname(target) == place and source.is_file():
             found[os.path.basename(target)] = source
     return found
@@ -108,8 +108,8 @@ def _missing(folder: Path, name: str, find: Callable[[str], Path]) -> Missing:
         elif source.exists() and not place.exists() and path not in found:
             found[path] = source
         elif source.is_dir() and not (place.exists() and source.samefile(place)):
-            for one in source.iterdir():
-                add(os.path.join(path, one.name), one)
+            for entry in source.iterdir():
+                add(os.path.join(path, entry.name), entry)
 
     for target, source in install_targets(folder, name):
         if target == share or target.startswith(f'{share}/'):
@@ -152,8 +152,8 @@ def _open(place: Path, source: Path) -> None:
     """Make a folder of links to what another folder has, in place of a link to that."""
     place.unlink(missing_ok=True)
     place.mkdir()
-    for one in source.iterdir():
-        (place / one.name).symlink_to(one)
+    for entry in source.iterdir():
+        (place / entry.name).symlink_to(entry)
 
 
 def _digest(folder: Path) -> str:
@@ -165,8 +165,8 @@ def _digest(folder: Path) -> str:
 
 
 def _entries(folder: Path) -> Iterable[Path]:
-    for one in folder.iterdir():
-        if one.is_dir() and not one.is_symlink():
-            yield from _entries(one)
+    for entry in folder.iterdir():
+        if entry.is_dir() and not entry.is_symlink():
+            yield from _entries(entry)
         else:
-            yield one
+            yield entry

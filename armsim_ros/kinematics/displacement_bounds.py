@@ -143,8 +143,8 @@ def _extent(kinematics: KinematicModel, body: int, points: Matrix) -> Extent:
             float(np.linalg.norm(points, axis=1).max(initial=0.0)))
 
 
-def _both(one: Extent, other: Extent) -> Extent:
-    return max(one[0], other[0]), max(one[1], other[1])
+def _both(first: Extent, other: Extent) -> Extent:
+    return max(first[0], other[0]), max(first[1], other[1])
 
 
 def _axis(joint: Joint) -> Vector:

@@ -75,8 +75,8 @@ class Engine:
             if not self._report.keeps_going(error, entity, self.context):
                 raise
             return
-        for one in found or ():
-            self.visit(one)
+        for child in found or ():
+            self.visit(child)
 
     def emit(self, event: Any) -> None:
         """Queue an event; the end of what never ran does not end the launch."""
@@ -273,8 +273,8 @@ class Engine:
     def _visit_all(self, entities: Iterable[Any], scope: Any) -> None:
         context = self.context
         if scope is None:
-            for one in entities:
-                self.visit(one)
+            for entity in entities:
+                self.visit(entity)
             return
         values, configurations = scope
         event = context.get_locals_as_dict().get('event')
@@ -284,8 +284,8 @@ class Engine:
                 if name not in context.launch_configurations}
         context.launch_configurations.update(lost)
         try:
-            for one in entities:
-                self.visit(one)
+            for entity in entities:
+                self.visit(entity)
         finally:
             context.pop_locals()
             for name, value in lost.items():

@@ -96,8 +96,8 @@ class Launch:
             print("Arguments (pass arguments as '<name>:=<value>'):")
             if not shown:
                 print('\n    No arguments.')
-            for one in shown.values():
-                print(f'\n    {_argument_text(one)}')
+            for argument in shown.values():
+                print(f'\n    {_argument_text(argument)}')
         return USAGE_STATUS if report.failures else 0
 
     def print_description(self) -> int:
@@ -121,11 +121,12 @@ class Launch:
 
     def _collect(self, entities: Iterable[LaunchDescriptionEntity], context: LaunchContext,
                  shown: dict[str, DeclareLaunchArgument], depth: int) -> None:
-        for one in declared_arguments(entities):
-            shown.setdefault(one.name, one)
-            if one.default_value is not None and one.name not in context.launch_configurations:
+        for argument in declared_arguments(entities):
+            shown.setdefault(argument.name, argument)
+            if (argument.default_value is not None
+                    and argument.name not in context.launch_configurations):
                 with _ignoring_failures():
-                    one.execute(context)
+                    argument.execute(context)
         if depth >= _SHOWN_DEPTH:
             return
         for include in _includes(entities):
@@ -153,22 +154,22 @@ class Launch:
 
 
 def _includes(entities: Iterable[LaunchDescriptionEntity]) -> Iterator[IncludeLaunchDescription]:
-    for one in entities:
-        if isinstance(one, IncludeLaunchDescription):
-            yield one
-        yield from _includes(one.describe_sub_entities())
-        for _, inside in one.describe_conditional_sub_entities():
+    for entity in entities:
+        if isinstance(entity, IncludeLaunchDescription):
+            yield entity
+        yield from _includes(entity.describe_sub_entities())
+        for _, inside in entity.describe_conditional_sub_entities():
             yield from _includes(inside)
 
 
-def _argument_text(one: DeclareLaunchArgument) -> str:
-    lines = [f"'{one.name}':"]
-    text = ' '.join(one.description.split())
-    if one.choices:
-        text += f' Valid choices are: {one.choices}'
+def _argument_text(argument: DeclareLaunchArgument) -> str:
+    lines = [f"'{argument.name}':"]
+    text = ' '.join(argument.description.split())
+    if argument.choices:
+        text += f' Valid choices are: {argument.choices}'
     lines.append(f'    {text}')
-    if one.default_value is not None:
-        lines.append(f'    (default: {describe_text(one.default_value)})')
+    if argument.default_value is not None:
+        lines.append(f'    (default: {describe_text(argument.default_value)})')
     return '\n    '.join(lines)
 
 

@@ -84,8 +84,9 @@ class Lookup:
     def installed(self, package: str, name: str) -> Path | None:
         """Return the executable file of a program of a package that is built, else None."""
         found = self.packages.find(package)
-        prefixes = [Path(one) for one in os.environ.get('AMENT_PREFIX_PATH', '').split(os.pathsep)
-                    if one]
+        prefixes = [Path(folder)
+                    for folder in os.environ.get('AMENT_PREFIX_PATH', '').split(os.pathsep)
+                    if folder]
         if found is not None and found.parent.name == 'share':
             prefixes.insert(0, found.parent.parent)
         for prefix in (*prefixes, Path(sys.prefix)):
@@ -148,9 +149,9 @@ def _source_program(folder: Path, name: str) -> Path | None:
     places = (folder / 'scripts', folder / 'nodes', folder / 'src', folder / 'bin', folder,
               folder / folder.name)
     for place in places:
-        for one in names:
-            if (place / one).is_file() and _is_python(place / one):
-                return place / one
+        for candidate in names:
+            if (place / candidate).is_file() and _is_python(place / candidate):
+                return place / candidate
     return None
 
 

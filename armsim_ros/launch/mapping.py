@@ -233,8 +233,8 @@ class Mapping:
             found = [packages.find(name) for name in dict.fromkeys(_PACKAGE.findall(text))]
             found += [package_of(Path(path)) for path in dict.fromkeys(_FILE.findall(text))]
         else:
-            found = [one for path in packages.near for one in _around(path)]
-        places = dict.fromkeys((*packages.path, *(one for one in found if one is not None)))
+            found = [folder for path in packages.near for folder in _around(path)]
+        places = dict.fromkeys((*packages.path, *filter(None, found)))
         return {'armsim.packages_path': os.pathsep.join(map(str, places))} if places else {}
 
     def _description(self, node: RosNode) -> str:

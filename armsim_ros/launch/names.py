@@ -187,8 +187,8 @@ class _Finder(MetaPathFinder, Loader):
     def find_spec(self, fullname: str, path: Any = None, target: Any = None) -> Any:
         top = fullname.partition('.')[0]
         if top in self._names:
-            if fullname in MODULES or any(one.startswith(f'{fullname}.') for one in MODULES) \
-                    or _class_of(fullname) is not None:
+            if (fullname in MODULES or _class_of(fullname) is not None
+                    or any(module.startswith(f'{fullname}.') for module in MODULES)):
                 return ModuleSpec(fullname, self, is_package=True)
             return None
         return self._source_package(fullname) if top == fullname else None
@@ -248,7 +248,7 @@ def importable(lookup: Lookup) -> Iterator[None]:
         sys.meta_path.remove(first)
         sys.meta_path.remove(finder)
         for name in list(sys.modules):
-            if name.partition('.')[0] in {one.partition('.')[0] for one in finder.made}:
+            if name.partition('.')[0] in {made.partition('.')[0] for made in finder.made}:
                 del sys.modules[name]
         sys.modules.update(hidden)
         sys.path[:] = before_path
@@ -282,8 +282,8 @@ def _is_real(name: str) -> bool:
 
 def _children(name: str) -> list[str]:
     depth = name.count('.') + 1
-    found = {'.'.join(one.split('.')[:depth + 1]) for one in MODULES
-             if one.startswith(f'{name}.')}
+    found = {'.'.join(module.split('.')[:depth + 1]) for module in MODULES
+             if module.startswith(f'{name}.')}
     return sorted(found)
 
 

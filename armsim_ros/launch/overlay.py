@@ -63,7 +63,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 def overlay_folder() -> Path:
     """Return where the overlay of this Python environment and this installation lies."""
     cache = os.environ.get('XDG_CACHE_HOME') or str(Path.home() / '.cache')
-    identity = '\0'.join([sys.prefix, *(str(one) for one in _prefixes(None))])
+    identity = '\0'.join([sys.prefix, *(str(prefix) for prefix in _prefixes(None))])
     key = hashlib.sha256(identity.encode()).hexdigest()[:12]
     return Path(cache, 'armsim_ros', f'overlay-{key}')
 
@@ -100,7 +100,7 @@ def write_overlay(folder: Path) -> Path:
 
 def environment_with(folder: Path) -> dict[str, str]:
     """Return this process's environment with an overlay sourced."""
-    rest = [str(one) for one in _prefixes(folder)]
+    rest = [str(prefix) for prefix in _prefixes(folder)]
     return {**os.environ, 'AMENT_PREFIX_PATH': os.pathsep.join([str(folder), *rest])}
 
 
@@ -122,8 +122,8 @@ def _write_programs(folder: Path, programs: Mapping[str, str], original: Path | 
 
 
 def _prefixes(without: Path | None) -> list[Path]:
-    return [Path(one) for one in os.environ.get('AMENT_PREFIX_PATH', '').split(os.pathsep)
-            if one and (without is None or Path(one) != without)]
+    return [Path(prefix) for prefix in os.environ.get('AMENT_PREFIX_PATH', '').split(os.pathsep)
+            if prefix and (without is None or Path(prefix) != without)]
 
 
 def _check(words: Sequence[str]) -> int:

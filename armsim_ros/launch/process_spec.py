@@ -79,7 +79,7 @@ class ProcessSpec:
         node = self.node
         program = self.label.partition('/')[2]
         name = (node.name if node is not None and node.name else self.name) or program
-        names = [_parameter_word(one) for one in parameter_names(node)] if node else []
+        names = [_parameter_word(parameter) for parameter in parameter_names(node)] if node else []
         return (f'process: {_word(self.label)} name={_word(name)} '
                 f'ns={node.namespace if node else "/"} parameters={",".join(names)}')
 

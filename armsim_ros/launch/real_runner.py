@@ -88,27 +88,27 @@ class ProcessRunner:
 
     def start(self, batch: Sequence[tuple[ExecuteLocal, ProcessSpec]]) -> None:
         """Start the processes of a batch."""
-        for one in self._mapping.decide(batch):
-            if one.simulation is not None:
-                self._begin(one.simulation, 'simulation')
+        for start in self._mapping.decide(batch):
+            if start.simulation is not None:
+                self._begin(start.simulation, 'simulation')
             self._count += 1
-            name = f'{one.spec.name}-{self._count}'
-            if one.kind is Kind.UNKNOWN:
-                self._report.not_installed(one.spec)
-                self._lost.not_started(one.action, one.spec)
-                self._engine.process_ended(one.action, name, 0, one.spec, 0, was_run=False)
-            elif one.kind is Kind.RUN:
-                self._run(one, name, 0)
-            elif one.kind is Kind.REFUSED:
-                self._report.log('ERROR', f'{one.action.where}: {one.note}', name)
-                self._engine.shut_down(one.note, failed=True)
+            name = f'{start.spec.name}-{self._count}'
+            if start.kind is Kind.UNKNOWN:
+                self._report.not_installed(start.spec)
+                self._lost.not_started(start.action, start.spec)
+                self._engine.process_ended(start.action, name, 0, start.spec, 0, was_run=False)
+            elif start.kind is Kind.RUN:
+                self._run(start, name, 0)
+            elif start.kind is Kind.REFUSED:
+                self._report.log('ERROR', f'{start.action.where}: {start.note}', name)
+                self._engine.shut_down(start.note, failed=True)
             else:
-                self._report.log('INFO', one.note, name)
-                self._engine.process_started(one.action, name, 0, one.spec)
-                if one.kind is Kind.DONE:
-                    self._engine.process_ended(one.action, name, 0, one.spec, 0)
+                self._report.log('INFO', start.note, name)
+                self._engine.process_started(start.action, name, 0, start.spec)
+                if start.kind is Kind.DONE:
+                    self._engine.process_ended(start.action, name, 0, start.spec, 0)
                 else:
-                    self._parts[name] = (one.action, one.spec)
+                    self._parts[name] = (start.action, start.spec)
 
     def now(self) -> float:
         """Return the time [s]."""
@@ -125,9 +125,9 @@ class ProcessRunner:
         """Send a signal to the processes that an event matches."""
         number = getattr(event, 'signal', signal.SIGINT)
         number = signal.Signals[number] if isinstance(number, str) else signal.Signals(number)
-        for one in list(self._running.values()):
-            if event.process_matcher(one.start.action):
-                self._send(one, number)
+        for process in list(self._running.values()):
+            if event.process_matcher(process.start.action):
+                self._send(process, number)
 
     def stop(self) -> None:
         """Begin to end all processes."""
@@ -138,22 +138,22 @@ class ProcessRunner:
         for name, (action, spec) in self._parts.items():
             self._engine.process_ended(action, name, 0, spec, 0)
         self._parts.clear()
-        for one in self._running.values():
-            self._send(one, signal.SIGINT)
-            spec = one.start.spec
-            self._loop.call_later(spec.sigterm_timeout, self._escalate, one, signal.SIGTERM)
+        for process in self._running.values():
+            self._send(process, signal.SIGINT)
+            spec = process.start.spec
+            self._loop.call_later(spec.sigterm_timeout, self._escalate, process, signal.SIGTERM)
             self._loop.call_later(spec.sigterm_timeout + spec.sigkill_timeout, self._escalate,
-                                  one, signal.SIGKILL)
+                                  process, signal.SIGKILL)
 
     async def close(self) -> None:
         """Kill the remaining processes."""
         self._lost.report()
         for number in _STOP_SIGNALS:
             self._loop.remove_signal_handler(number)
-        for one in self._running.values():
-            self._send(one, signal.SIGKILL)
-        for one in list(self._running.values()):
-            await one.process.wait()
+        for process in self._running.values():
+            self._send(process, signal.SIGKILL)
+        for process in list(self._running.values()):
+            await process.process.wait()
 
     # Starting and watching ----------------------------------------------------------------------
 
@@ -191,20 +191,20 @@ class ProcessRunner:
             self._report.log('ERROR', f'cannot start {start.command[0]}: {error.strerror}', name)
             self._engine.process_ended(start.action, name, 0, spec, 127)
             return
-        one = _Process(start, name, process, retries=retries)
-        self._running[name] = one
+        running = _Process(start, name, process, retries=retries)
+        self._running[name] = running
         self._report.log('INFO', f'process started with pid [{process.pid}]', name)
         self._lost.started(spec, name, is_simulation=start.is_simulation)
         if not (start.is_simulation and start.spec.label.endswith('create')):
             self._engine.process_started(start.action, name, process.pid, spec)
         for fd, stream in ((1, process.stdout), (2, process.stderr)):
             assert stream is not None
-            one.tasks.append(self._loop.create_task(self._forward(one, stream, fd)))
-        self._loop.create_task(self._watch(one)).add_done_callback(_raise)
+            running.tasks.append(self._loop.create_task(self._forward(running, stream, fd)))
+        self._loop.create_task(self._watch(running)).add_done_callback(_raise)
         if self._stopping:
-            self._send(one, signal.SIGINT)
+            self._send(running, signal.SIGINT)
 
-    async def _forward(self, one: _Process, stream: asyncio.StreamReader, fd: int) -> None:
+    async def _forward(self, running: _Process, stream: asyncio.StreamReader, fd: int) -> None:
         while True:
             try:
                 line = await stream.readline()
@@ -215,43 +215,43 @@ class ProcessRunner:
             sink = sys.stdout if fd == 1 else sys.stderr
             text = line.decode(errors='replace').rstrip('\r\n')
             with contextlib.suppress(BrokenPipeError):
-                print(f'[{one.name}] {text}', file=sink, flush=True)
-            self._lost.printed(one.name, text)
+                print(f'[{running.name}] {text}', file=sink, flush=True)
+            self._lost.printed(running.name, text)
             if fd == 2 and (missing := _MISSING_MODULE.match(text)):
-                one.missing_module = missing[1]
-            self._engine.printed(one.start.action, one.name, one.pid, line, fd)
+                running.missing_module = missing[1]
+            self._engine.printed(running.start.action, running.name, running.pid, line, fd)
             self._changed.set()
 
-    async def _watch(self, one: _Process) -> None:
-        status = await one.process.wait()
+    async def _watch(self, ended: _Process) -> None:
+        status = await ended.process.wait()
         # Processes left in its group would hold its pipes open.
         with contextlib.suppress(ProcessLookupError, PermissionError):
-            os.killpg(one.pid, signal.SIGKILL)
-        await asyncio.wait(one.tasks, timeout=1.0)
-        del self._running[one.name]
-        spec = one.start.spec
+            os.killpg(ended.pid, signal.SIGKILL)
+        await asyncio.wait(ended.tasks, timeout=1.0)
+        del self._running[ended.name]
+        spec = ended.start.spec
         if status == 0:
-            self._report.log('INFO', f'process has finished cleanly [pid {one.pid}]', one.name)
+            self._report.log('INFO', f'process has finished cleanly [pid {ended.pid}]', ended.name)
         else:
             level = 'INFO' if self._stopping and status in (-2, 130) else 'ERROR'
-            words = ' '.join(one.start.command)
+            words = ' '.join(ended.start.command)
             words = words if len(words) < 300 else words[:300] + '...'
-            self._report.log(level, f'process has died [pid {one.pid}, exit code {status}, cmd '
-                             f"'{words}']", one.name)
-            if one.missing_module:
-                module = one.missing_module
+            self._report.log(level, f'process has died [pid {ended.pid}, exit code {status}, cmd '
+                             f"'{words}']", ended.name)
+            if ended.missing_module:
+                module = ended.missing_module
                 text = missing_module_text(module, current_lookup().module(module.split('.')[0]))
-                self._report.log('ERROR', text, one.name)
+                self._report.log('ERROR', text, ended.name)
         if not self._stopping:
-            self._lost.ended(one.start.action, spec, one.name, status)
-        if one.start.is_simulation:
+            self._lost.ended(ended.start.action, spec, ended.name, status)
+        if ended.start.is_simulation:
             self._simulation_ended(status)
-        if not (one.start.is_simulation and spec.label.endswith('create')):
-            self._engine.process_ended(one.start.action, one.name, one.pid, spec, status)
+        if not (ended.start.is_simulation and spec.label.endswith('create')):
+            self._engine.process_ended(ended.start.action, ended.name, ended.pid, spec, status)
         retries = spec.respawn_max_retries
-        if spec.respawn and not self._stopping and not one.start.is_simulation and (
-                retries < 0 or one.retries < retries):
-            self._run(one.start, one.name, one.retries + 1, spec.respawn_delay)
+        if spec.respawn and not self._stopping and not ended.start.is_simulation and (
+                retries < 0 or ended.retries < retries):
+            self._run(ended.start, ended.name, ended.retries + 1, spec.respawn_delay)
         self._changed.set()
 
     def _simulation_ended(self, status: int) -> None:
@@ -272,19 +272,20 @@ class ProcessRunner:
             self._report.log('WARNING', f'user interrupted with {name}')
             self._engine.shut_down('interrupted')
         else:
-            for one in self._running.values():
-                self._send(one, signal.SIGTERM if self._interrupts == 2 else signal.SIGKILL)
+            for process in self._running.values():
+                self._send(process, signal.SIGTERM if self._interrupts == 2 else signal.SIGKILL)
         self._changed.set()
 
-    def _escalate(self, one: _Process, number: signal.Signals) -> None:
-        if self._running.get(one.name) is one:
-            self._report.log('ERROR', f"process does not end; sending '{number.name}'", one.name)
-            self._send(one, number)
+    def _escalate(self, running: _Process, number: signal.Signals) -> None:
+        if self._running.get(running.name) is running:
+            self._report.log('ERROR', f"process does not end; sending '{number.name}'",
+                             running.name)
+            self._send(running, number)
 
-    def _send(self, one: _Process, number: signal.Signals) -> None:
-        if one.process.returncode is None:
+    def _send(self, running: _Process, number: signal.Signals) -> None:
+        if running.process.returncode is None:
             with contextlib.suppress(ProcessLookupError, PermissionError):
-                os.killpg(one.pid, number)
+                os.killpg(running.pid, number)
 
 
 def _raise(task: asyncio.Task[Any]) -> None:

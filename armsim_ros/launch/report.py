@@ -144,6 +144,6 @@ def _sets(entity: Any, context: Any) -> list[str]:
     if name is None or not hasattr(entity, '_value'):
         return []
     try:
-        return [''.join(one.perform(context) for one in name)]
+        return [''.join(substitution.perform(context) for substitution in name)]
     except Exception:  # noqa: BLE001 - the name is lost as well
         return []

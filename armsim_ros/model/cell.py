@@ -78,4 +78,4 @@ class CellSurvey:
 
 def mistakes_of(problems: Iterable[Problem]) -> list[Problem]:
     """Return the problems that stop a program."""
-    return [one for one in problems if one.severity is Severity.ERROR]
+    return [problem for problem in problems if problem.severity is Severity.ERROR]

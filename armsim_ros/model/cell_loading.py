@@ -97,13 +97,13 @@ def survey_cell(
     settings = survey_files(files, world=world, namespace=namespace, overrides=overrides)
     if files.is_cell:
         return _CellReader(files, settings).read()
-    found = [strictly(one) if strict else one for one in settings.remarks]
+    found = [strictly(remark) if strict else remark for remark in settings.remarks]
     mistaken = bool(mistakes_of(found))
     model, of_model = survey_robot_model(
         settings, partial=mistaken, urdf=descriptions[0], srdf=descriptions[1])
     found += of_model
-    declared = {name: value for one in reversed(descriptions) if one is not None
-                for name, value in one.arguments.items()}
+    declared = {name: value for description in reversed(descriptions) if description is not None
+                for name, value in description.arguments.items()}
     cell = None
     if model is not None and not mistakes_of(found):
         if files.package is not None:
@@ -124,17 +124,17 @@ def survey_cell(
 def _at_full_speed(settings: RobotSettings, problems: list[Problem]) -> RobotSettings:
     """Return settings whose controllers ask no hardware for a speed that none declares."""
     controllers = []
-    for one in settings.controllers:
-        scaling = getattr(one.parameters, 'speed_scaling', None)
+    for controller in settings.controllers:
+        scaling = getattr(controller.parameters, 'speed_scaling', None)
         if scaling is not None and (scaling.state_interface or scaling.command_interface):
             quiet = scaling.model_copy(update={'state_interface': '', 'command_interface': ''})
-            one = one.model_copy(update={
-                'parameters': one.parameters.model_copy(update={'speed_scaling': quiet})})
+            controller = controller.model_copy(update={
+                'parameters': controller.parameters.model_copy(update={'speed_scaling': quiet})})
             problems.append(Problem(
-                f"controller '{one.name}' runs at full speed: the URDF declares no hardware with "
-                f"'{scaling.state_interface or scaling.command_interface}'",
-                settings.locate('controllers', one.name), severity=Severity.CHANGED))
-        controllers.append(one)
+                f"controller '{controller.name}' runs at full speed: the URDF declares no "
+                f"hardware with '{scaling.state_interface or scaling.command_interface}'",
+                settings.locate('controllers', controller.name), severity=Severity.CHANGED))
+        controllers.append(controller)
     return settings.model_copy(update={'controllers': tuple(controllers)})
 
 
@@ -166,7 +166,7 @@ def with_plugin_files(files: RobotFolder, urdf: Description, *, keep: bool = Fal
         Location(str(files.urdf_file)), severity=Severity.WARNING) for file in missing)
     present = [file for file in named if file.is_file()]
     package = files.package.with_controllers(present) if present else files.package
-    own = tuple(one for one in files.remarks if one not in files.package.remarks)
+    own = tuple(remark for remark in files.remarks if remark not in files.package.remarks)
     return replace(files, package=package, yaml_files=package.files,
                    remarks=(*own, *package.remarks, *remarks))
 
@@ -189,8 +189,8 @@ class _CellReader:
                 found, model = self._survey(self._folder(entry))
             except ConfigError as error:
                 here = self._node.locate(['robots', name, 'robot'])
-                self._problems += [replace(one, where=one.where or here)
-                                   for one in error.problems]
+                self._problems += [replace(problem, where=problem.where or here)
+                                   for problem in error.problems]
                 continue
             settings[name] = found
             if model is not None:
@@ -203,7 +203,7 @@ class _CellReader:
             cell = self._merged(settings, placed)
         return CellSurvey(
             tuple(dict.fromkeys(self._problems)), self._own,
-            tuple(one for one, _ in self._read.values()),
+            tuple(description for description, _ in self._read.values()),
             cell.model if cell else None, None if mistakes_of(self._problems) else cell)
 
     def _folder(self, entry: CellRobot) -> str:
@@ -247,9 +247,9 @@ class _CellReader:
 
     def _merged(self, found: Mapping[str, RobotSettings], placed: Mapping[str, PlacedRobot]
                 ) -> Cell | None:
-        renamed = {name: prefixed_settings(one, self._cell.prefix(name),
+        renamed = {name: prefixed_settings(settings_of, self._cell.prefix(name),
                                            self._cell.namespace(name))
-                   for name, one in found.items()}
+                   for name, settings_of in found.items()}
         try:
             model, of_srdf, places = merged_model(
                 self._own.name, placed, self._own_srdf())
@@ -264,8 +264,8 @@ class _CellReader:
         self._problems += of_srdf
         # What the robots' own files name was checked when they were read.
         own_files = {str(file) for file in (*self._own.files, self._own.srdf_file) if file}
-        self._problems += [one for one in check_settings(merged, model, places)
-                           if one.where is not None and one.where.file in own_files]
+        self._problems += [problem for problem in check_settings(merged, model, places)
+                           if problem.where is not None and problem.where.file in own_files]
         rate = merged.controller_manager.update_rate
         return Cell(merged, model, tuple(
             Robot(name, _with_rate(renamed[name], rate), placed[name].model) for name in renamed))
@@ -278,7 +278,7 @@ class _CellReader:
                     placed: Mapping[str, PlacedRobot], model: RobotModel) -> RobotSettings:
         """Return the settings with one start for all: the robots' own, then the cell's."""
         start: dict[str, float] = {}
-        begun = [(placed[name].model, one) for name, one in robots.items()]
+        begun = [(placed[name].model, robot) for name, robot in robots.items()]
         for each, settings in (*begun, (model, self._own)):
             try:
                 start.update(initial_positions(each, settings.simulation))

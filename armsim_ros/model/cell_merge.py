@@ -44,12 +44,12 @@ def clashes(robots: Mapping[str, PlacedRobot]) -> Iterator[tuple[str, str]]:
         if WORLD in robot.model.links:
             yield name, (f"link '{WORLD}' of robot '{name}' has the name of the link that all "
                          'robots stand on')
-    for (first, one), (second, other) in combinations(robots.items(), 2):
+    for (first, first_robot), (second, other) in combinations(robots.items(), 2):
         for kind, names, others in (
-            ('link', one.model.links, other.model.links),
-            ('joint', one.model.joints, other.model.joints),
-            ('planning group', one.model.semantic.groups, other.model.semantic.groups),
-            ('end effector', one.model.semantic.end_effectors,
+            ('link', first_robot.model.links, other.model.links),
+            ('joint', first_robot.model.joints, other.model.joints),
+            ('planning group', first_robot.model.semantic.groups, other.model.semantic.groups),
+            ('end effector', first_robot.model.semantic.end_effectors,
              other.model.semantic.end_effectors),
         ):
             shared = [each for each in names if each in others]
@@ -79,8 +79,8 @@ def merged_model(name: str, robots: Mapping[str, PlacedRobot],
         joints[robot.mount] = _mount(robot)
         joints.update(robot.model.joints)
     link_order, joint_order = tree_order(WORLD, joints)
-    links = {one: links[one] for one in link_order}
-    joints = {one: joints[one] for one in joint_order}
+    links = {link: links[link] for link in link_order}
+    joints = {joint: joints[joint] for joint in joint_order}
     root = _merged_srdf(name, robots, srdf)
     semantic, text = SemanticModel(), ''
     problems: list[Problem] = []
@@ -89,11 +89,11 @@ def merged_model(name: str, robots: Mapping[str, PlacedRobot],
         content = read_srdf(root, robot_name=name, root_link=WORLD, links=links, joints=joints)
         semantic, text = content.semantic, xml_text(root)
         # What is wrong with a robot's own SRDF is said where that is read.
-        problems = [one for one in content.problems
-                    if srdf and one.where is not None and one.where.file == srdf[1]]
+        problems = [problem for problem in content.problems
+                    if srdf and problem.where is not None and problem.where.file == srdf[1]]
         places = content.places
     urdf = xml_text(_merged_urdf(name, robots))
-    hardware = tuple(system for one in robots.values() for system in one.model.hardware)
+    hardware = tuple(system for robot in robots.values() for system in robot.model.hardware)
     model = RobotModel(name, links, joints, WORLD, semantic, hardware, urdf, text)
     return model, problems, places
 
@@ -132,8 +132,8 @@ def _merged_srdf(name: str, robots: Mapping[str, PlacedRobot], srdf: tuple[str, 
                                  if child.tag != 'virtual_joint')
         if not model.semantic.disabled_collisions:
             root.children.extend(
-                _element('disable_collisions', link1=one, link2=two, reason='Adjacent')
-                for one, two in adjacent_pairs(model))
+                _element('disable_collisions', link1=first, link2=two, reason='Adjacent')
+                for first, two in adjacent_pairs(model))
         for quiet in sorted(model.semantic.default_disabled):
             root.children.extend(
                 _element('enable_collisions', link1=quiet, link2=link)

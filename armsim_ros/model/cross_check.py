@@ -41,7 +41,8 @@ def fitting_controllers(settings: RobotSettings, model: RobotModel) -> tuple[str
         return joint is not None and joint.active
 
     found = (settings.controller(name) for name in settings.spawn)
-    return tuple(one.name for one in found if one is not None and all(map(drives, one.joints)))
+    return tuple(controller.name for controller in found if controller is not None
+                 and all(map(drives, controller.joints)))
 
 
 class _Check:
@@ -87,19 +88,21 @@ class _Check:
 
     def moveit_controllers(self) -> None:
         """Check the joints of move_group's controllers, and that somebody serves their action."""
-        served = {self._relative(one.name): one for one in self._settings.controllers}
-        for one in self._settings.moveit_controllers:
-            title = f"MoveIt controller '{one.name}'"
-            for position, joint in enumerate(one.joints):
-                where = self._settings.locate('moveit_controllers', one.name, 'joints', position)
+        served = {self._relative(controller.name): controller
+                  for controller in self._settings.controllers}
+        for controller in self._settings.moveit_controllers:
+            title = f"MoveIt controller '{controller.name}'"
+            for position, joint in enumerate(controller.joints):
+                where = self._settings.locate('moveit_controllers', controller.name, 'joints',
+                                              position)
                 self._known_joint(title, joint, where, Severity.ERROR)
-            if one.name.strip('/') not in served:
+            if controller.name.strip('/') not in served:
                 known = tuple(served)
                 self._add(
                     f'{title}: no controller of this name runs here, so nobody serves its action '
-                    f"'{one.action_name}'",
-                    self._settings.locate('moveit_controllers', one.name),
-                    allowed=', '.join(known), remedy=nearest(one.name.strip('/'), known))
+                    f"'{controller.action_name}'",
+                    self._settings.locate('moveit_controllers', controller.name),
+                    allowed=', '.join(known), remedy=nearest(controller.name.strip('/'), known))
 
     def joints_in_settings(self) -> None:
         """Check the joints that the other files name."""
@@ -179,7 +182,8 @@ class _Check:
                           remedy="add a 'controller_list' (controllers_gazebo.yaml) or "
                                  'moveit_controllers.yaml')
             return
-        covered = {joint for one in self._settings.moveit_controllers for joint in one.joints}
+        covered = {joint for controller in self._settings.moveit_controllers
+                   for joint in controller.joints}
         for group in self._model.semantic.groups.values():
             missing = [joint for joint in group.active_joints if joint not in covered]
             if missing:
@@ -190,8 +194,8 @@ class _Check:
 
     def _suggestion(self, group: PlanningGroup, missing: list[str]) -> str:
         """Return the one line of YAML that would move the joints."""
-        owner = next((one.name for one in self._settings.controllers
-                      if set(missing) <= set(one.joints)), f'{group.name}_controller')
+        owner = next((controller.name for controller in self._settings.controllers
+                      if set(missing) <= set(controller.joints)), f'{group.name}_controller')
         return (f'- {{name: {self._relative(owner)}, action_ns: follow_joint_trajectory, '
                 f"type: FollowJointTrajectory, joints: [{', '.join(missing)}]}}")
 
@@ -214,7 +218,7 @@ class _Check:
         """Return whether it is the joint of a following controller, ``controller/joint``."""
         owner, slash, own = joint.partition('/')
         return bool(slash) and own in self._model.joints and any(
-            one.name == owner for one in self._settings.controllers)
+            controller.name == owner for controller in self._settings.controllers)
 
     def _known_joint(self, title: str, joint: str, where: Location | None,
                      severity: Severity) -> bool:

@@ -87,7 +87,7 @@ def _named_state(model: RobotModel, wanted: str) -> dict[str, float]:
     for candidate, values in states.items():
         if name in values and group in ('', candidate):
             return values[name]
-    known = [f'{one}/{state}' for one, values in states.items() for state in values]
+    known = [f'{key}/{state}' for key, values in states.items() for state in values]
     raise SimulationError(
         f"the initial state '{wanted}' is not in the SRDF of robot '{model.name}'; "
         f'allowed: {", ".join(known) or "the SRDF has none"}'

@@ -45,7 +45,7 @@ def load_robot_model(
         name what the robot has not.
     """
     model, found = survey_robot_model(settings, visual_meshes=visual_meshes)
-    mistakes = [one for one in found if one.severity is Severity.ERROR]
+    mistakes = [problem for problem in found if problem.severity is Severity.ERROR]
     if mistakes or model is None:
         raise ConfigError(mistakes)
     if report is not None:
@@ -139,14 +139,15 @@ def _parse_urdf(settings: RobotSettings, text: str, packages: Packages,
         content = parse_urdf(text, name, read_mesh=read_mesh,
                              read_visual_mesh=read_mesh if visual_meshes else None)
     except ModelError as error:
-        raise ModelError([_to_source(one, text, source) for one in error.problems]) from None
+        raise ModelError([_to_source(problem, text, source)
+                          for problem in error.problems]) from None
     if source is None:
         return content
     places = {what: _place_in_source(where, text, source)
               for what, where in content.places.items()}
     return replace(
         content, places=places,
-        problems=tuple(_to_source(one, text, source) for one in content.problems),
+        problems=tuple(_to_source(problem, text, source) for problem in content.problems),
         plugin_namespaces={name: _place_in_source(where, text, source)
                            for name, where in content.plugin_namespaces.items()})
 

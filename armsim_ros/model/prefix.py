@@ -52,7 +52,7 @@ def prefixed_model(model: RobotModel, prefix: str, *, urdf_file: str, srdf_file:
         srdf = xml_text(root)
         semantic = read_srdf(root, robot_name=model.name, root_link=root_link, links=links,
                              joints=joints).semantic
-    hardware = tuple(_hardware(one, prefix) for one in model.hardware)
+    hardware = tuple(_hardware(system, prefix) for system in model.hardware)
     return RobotModel(model.name, links, joints, root_link, semantic, hardware,
                       xml_text(prefixed_urdf(model.urdf, urdf_file, prefix)), srdf)
 
@@ -78,9 +78,9 @@ def _prefixed(element: XmlElement, names: Mapping[str, tuple[str, ...]], prefix:
 
 
 def _hardware(system: HardwareSystem, prefix: str) -> HardwareSystem:
-    joints = tuple(replace(one, name=prefix + one.name) for one in system.joints)
-    sensors = tuple(replace(one, name=prefix + one.name, frame=prefix + one.frame)
-                    for one in system.sensors)
+    joints = tuple(replace(joint, name=prefix + joint.name) for joint in system.joints)
+    sensors = tuple(replace(sensor, name=prefix + sensor.name, frame=prefix + sensor.frame)
+                    for sensor in system.sensors)
     states = {prefix + name: value for name, value in system.other_states.items()}
     commands = tuple(prefix + name for name in system.other_commands)
     return replace(system, name=prefix + system.name, joints=joints, sensors=sensors,

@@ -149,4 +149,4 @@ def world_in_root(settings: RobotSettings) -> Matrix:
 
 def world_objects(settings: WorldSettings) -> tuple[WorldObject, ...]:
     """Return all objects of a world file in its order."""
-    return tuple(object_from_settings(name, one) for name, one in settings.objects.items())
+    return tuple(object_from_settings(name, entry) for name, entry in settings.objects.items())

@@ -63,7 +63,7 @@ class OverloadWatch:
                     for thread, end in times.items()
                     if (begin := before.get(thread)) is not None
                 ),
-                key=lambda one: one[1],
+                key=lambda entry: entry[1],
                 default=(0.0, 0.0),
             )
             span = now - then

@@ -168,7 +168,7 @@ class JerkFilter(SmoothingFilter):
         self._past.append(self._inner.smooth(positions))
         # Means of differences: what does not move is passed on as it is.
         newest = self._past[-1]
-        mean: Vector = newest + np.mean([one - newest for one in self._past], axis=0)
+        mean: Vector = newest + np.mean([past - newest for past in self._past], axis=0)
         return mean
 
     def saved(self) -> tuple[tuple[Vector, Vector], tuple[Vector, ...]]:

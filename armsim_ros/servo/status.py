@@ -71,4 +71,4 @@ NOTHING = Finding(ServoStatus.NO_WARNING)
 
 def weightiest(findings: Iterable[Finding]) -> Finding:
     """Return the finding that a status tells of, of several."""
-    return min(findings, key=lambda one: _PRECEDENCE.index(one.code), default=NOTHING)
+    return min(findings, key=lambda finding: _PRECEDENCE.index(finding.code), default=NOTHING)

@@ -170,7 +170,7 @@ def build_managers(cell: Cell, hardware: HardwareInterface) -> dict[str, Control
     problems: list[Problem] = []
     owned = {robot.name: _sensors_and_gpios(robot) for robot in cell.robots}
     for robot in cell.robots:
-        foreign = {one for name in owned if name != robot.name for one in owned[name]}
+        foreign = {interface for name in owned if name != robot.name for interface in owned[name]}
         part = shared.part(robot.model.movable_joints, foreign)
         try:
             managers[robot.name] = build_manager(robot.settings, robot.model, part)

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from itertools import chain
 
 import mujoco
 import numpy as np
@@ -46,8 +47,9 @@ class Sensors:
         self._plant = plant
         self._root = model.root_link
         self._sensors = [
-            (one, _carrier(model, one.frame), {name.partition('.')[0] for name in one.states})
-            for one in (*(one for system in model.hardware for one in system.sensors), *more)
+            (sensor, _carrier(model, sensor.frame),
+             {name.partition('.')[0] for name in sensor.states})
+            for sensor in chain(*(system.sensors for system in model.hardware), more)
         ]
 
     def read(self) -> dict[str, float]:
@@ -104,16 +106,16 @@ def sensors_of(
 
     :raises SimulationError: one is on a link that is not there.
     """
-    for name, one in settings.items():
-        if one.link not in model.links:
+    for name, entry in settings.items():
+        if entry.link not in model.links:
             raise SimulationError(
-                f"sensor '{name}' sits on '{one.link}', which is no link of robot "
-                f"'{model.name}'; " + (nearest(one.link, tuple(model.links)) or 'see its URDF')
+                f"sensor '{name}' sits on '{entry.link}', which is no link of robot "
+                f"'{model.name}'; " + (nearest(entry.link, tuple(model.links)) or 'see its URDF')
             )
     return tuple(
-        HardwareSensor(name, one.link, tuple(
-            f'{quantity}.{axis}' for quantity, axes in _KINDS[one.type] for axis in axes))
-        for name, one in settings.items()
+        HardwareSensor(name, entry.link, tuple(
+            f'{quantity}.{axis}' for quantity, axes in _KINDS[entry.type] for axis in axes))
+        for name, entry in settings.items()
     )
 
 
@@ -135,8 +137,8 @@ def _carrier(model: RobotModel, frame: str) -> str:
 
 def _weighs(model: RobotModel, link: str) -> bool:
     """Return whether a link, or what is attached to it, has mass or can be touched."""
-    one = model.links[link]
-    if one.collisions or (one.inertial is not None and one.inertial.mass > 0.0):
+    carrier = model.links[link]
+    if carrier.collisions or (carrier.inertial is not None and carrier.inertial.mass > 0.0):
         return True
     return any(_weighs(model, joint.child) for joint in model.joints.values()
                if joint.parent == link)

@@ -106,8 +106,8 @@ class Simulation(SimulatedLinks, SavableSimulation, HardwareInterface):
         self._servo = Servo(model, self.settings, gains or {}, self._plant.tune, weights)
         self.world = WorldScene(self._plant, things, ground)
         self.vacuum_grippers = {
-            name: VacuumGripper(name, one, self._plant, self.world)
-            for name, one in self.settings.vacuum_grippers.items()
+            name: VacuumGripper(name, gripper, self._plant, self.world)
+            for name, gripper in self.settings.vacuum_grippers.items()
         }
         self._command_interfaces = {name: offered_commands(model, name)
                                     for name in self.joint_names}

@@ -34,7 +34,8 @@ def assert_no_collision(arm: Arm, since: float | None = None) -> None:
     """
     __tracebackhide__ = True
     own = f'{arm.name}/'
-    hits = [one for one in arm.touches(since) if any(name.startswith(own) for name in one.bodies)]
+    hits = [touch for touch in arm.touches(since)
+            if any(name.startswith(own) for name in touch.bodies)]
     if hits:
         raise AssertionError(f'{arm.name} was in collision: {_told(hits)}')
 
@@ -51,8 +52,8 @@ def assert_no_contact(
     """
     __tracebackhide__ = True
     hits = [
-        one for one in arm.touches(since)
-        if one.names(first) and (second is None or one.names(second))
+        touch for touch in arm.touches(since)
+        if touch.names(first) and (second is None or touch.names(second))
     ]
     if hits:
         raise AssertionError(f"'{first}' was touched: {_told(hits)}")
@@ -95,9 +96,9 @@ def assert_rejected(arm: Arm, points: Points, match: str = '') -> str:
 
 def _told(touches: list[Touch]) -> str:
     lines = [
-        f"'{one.bodies[0]}' and '{one.bodies[1]}' overlapped by {one.depth * 1e3:.2f} mm "
-        f'from {one.start:.3f} to {one.end:.3f} s'
-        for one in touches[:5]
+        f"'{touch.bodies[0]}' and '{touch.bodies[1]}' overlapped by {touch.depth * 1e3:.2f} mm "
+        f'from {touch.start:.3f} to {touch.end:.3f} s'
+        for touch in touches[:5]
     ]
     if len(touches) > 5:
         lines.append(f'and {len(touches) - 5} more')

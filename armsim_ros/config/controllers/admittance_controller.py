@@ -76,7 +76,7 @@ class AdmittanceSettings(Settings):
     @field_validator('mass', 'stiffness', 'damping_ratio')
     @classmethod
     def _within(cls, value: Axes) -> Axes:
-        if not all(0.0 <= one < float('inf') for one in value):
+        if not all(0.0 <= entry < float('inf') for entry in value):
             raise ValueError(f'{list(value)}; allowed: six finite numbers, none below 0')
         return value
 

@@ -191,7 +191,7 @@ STAND_INS: tuple[StandIn, ...] = (
 
 def stand_in_for(kind: str) -> StandIn | None:
     """Return what runs in place of a type that is not ours, None where nothing does."""
-    return next((one for one in STAND_INS if one.pattern.fullmatch(kind)), None)
+    return next((stand_in for stand_in in STAND_INS if stand_in.pattern.fullmatch(kind)), None)
 
 
 def allowed_types() -> tuple[str, ...]:
@@ -261,8 +261,8 @@ def _without_strange_joints(title: str, block: YamlNode, problems: list[Problem]
         inner = block.get(key)
         if inner is None or not joints:
             continue
-        strange = [name for name, one in inner.entries.items()
-                   if one.is_mapping and name not in joints]
+        strange = [name for name, entry in inner.entries.items()
+                   if entry.is_mapping and name not in joints]
         for name in strange:
             problems.append(ignored(Problem(
                 f"{title}: {key}: '{name}' is not among the controller's joints and has no effect",

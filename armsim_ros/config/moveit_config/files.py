@@ -251,7 +251,7 @@ class PackageFiles:
                  for file in (self.folder / folder).iterdir() if file.is_file()
                  and file.name.endswith(_SRDF_ENDINGS) == (endings == _SRDF_ENDINGS)]
         rank = {ending: number for number, ending in enumerate(endings)}
-        found = [(min(rank[one] for one in endings if file.name.endswith(one)), file)
+        found = [(min(rank[ending] for ending in endings if file.name.endswith(ending)), file)
                  for file in files if file.name.endswith(endings)
                  and not _MACRO.search(file.name)]
         return [file for _, file in sorted(found)]

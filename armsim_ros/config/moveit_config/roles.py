@@ -46,8 +46,8 @@ class PackageRoles:
         roles: dict[Path, Role] = {file: role for file, role in self.roles.items()
                  if role is not Role.ROS2_CONTROLLERS}
         roles.update((file, Role.ROS2_CONTROLLERS) for file in files)
-        remarks = tuple(one for one in self.remarks
-                        if one.where is None or Path(one.where.file) not in roles)
+        remarks = tuple(remark for remark in self.remarks
+                        if remark.where is None or Path(remark.where.file) not in roles)
         return replace(self, roles=roles, remarks=remarks)
 
     @classmethod

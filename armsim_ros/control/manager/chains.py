@@ -19,19 +19,19 @@ Connections = dict[str, tuple[str, ...]]
 """Following controller -> its references, as ``joint/interface``."""
 
 
-def precedes(one: AnyController, other: AnyController) -> bool:
+def precedes(first: AnyController, other: AnyController) -> bool:
     """Return whether a controller writes to references of another one."""
-    return not set(one.required_command_interfaces).isdisjoint(other.reference_interfaces)
+    return not set(first.required_command_interfaces).isdisjoint(other.reference_interfaces)
 
 
 def preceding(controller: AnyController, others: Iterable[AnyController]) -> list[AnyController]:
     """Return those of the others that write to a controller's references."""
-    return [one for one in others if precedes(one, controller)]
+    return [other for other in others if precedes(other, controller)]
 
 
 def following(controller: AnyController, others: Iterable[AnyController]) -> list[AnyController]:
     """Return those of the others to whose references a controller writes."""
-    return [one for one in others if precedes(controller, one)]
+    return [other for other in others if precedes(controller, other)]
 
 
 def group_of(
@@ -41,8 +41,8 @@ def group_of(
     others = list(controllers)
     found = [controller]
     for member in found:
-        found += [one for one in others if one not in found
-                  and (precedes(one, member) or precedes(member, one))]
+        found += [other for other in others if other not in found
+                  and (precedes(other, member) or precedes(member, other))]
     return found
 
 
@@ -52,7 +52,8 @@ def in_order(controllers: Sequence[AnyController]) -> list[AnyController]:
     left = list(controllers)
     while left:
         # A ring of controllers has no first one; it is cut where it was loaded first.
-        first = next((one for one in left if not preceding(one, _without(left, one))), left[0])
+        first = next((candidate for candidate in left
+                      if not preceding(candidate, _without(left, candidate))), left[0])
         ordered.append(first)
         left.remove(first)
     return ordered
@@ -64,8 +65,9 @@ def connections(
     """Return the references that a controller writes to, by the controller that has them."""
     commanded = controller.required_command_interfaces
     return {
-        one.name: tuple(relative(name) for name in commanded if name in one.reference_interfaces)
-        for one in following(controller, controllers)
+        follower.name: tuple(relative(name) for name in commanded
+                             if name in follower.reference_interfaces)
+        for follower in following(controller, controllers)
     }
 
 
@@ -93,15 +95,15 @@ def start_obstacle(
 
     :param starting: names of the controllers that the same request activates.
     """
-    for one in all_following(controller, controllers):
-        if one.name in starting:
+    for follower in all_following(controller, controllers):
+        if follower.name in starting:
             continue
-        if one.name in stopping:
-            return (f"'{controller.name}' writes to references of '{one.name}', which the same "
-                    'request deactivates')
-        if not one.active:
-            return (f"'{controller.name}' writes to references of '{one.name}', which is not "
-                    f"active; activate '{one.name}' before it or with it")
+        if follower.name in stopping:
+            return (f"'{controller.name}' writes to references of '{follower.name}', which the "
+                    'same request deactivates')
+        if not follower.active:
+            return (f"'{controller.name}' writes to references of '{follower.name}', which is not "
+                    f"active; activate '{follower.name}' before it or with it")
     return ''
 
 
@@ -116,10 +118,10 @@ def stop_obstacle(
 
     :param starting: names of the controllers that the same request activates.
     """
-    for one in preceding(controller, controllers):
-        if (one.active and one.name not in stopping) or (not one.active and one.name in starting):
-            return (f"'{controller.name}' cannot be deactivated: '{one.name}' writes to its "
-                    f"references; deactivate '{one.name}' before it or with it")
+    for leader in preceding(controller, controllers):
+        if leader.name not in stopping if leader.active else leader.name in starting:
+            return (f"'{controller.name}' cannot be deactivated: '{leader.name}' writes to its "
+                    f"references; deactivate '{leader.name}' before it or with it")
     return ''
 
 
@@ -130,10 +132,10 @@ def all_following(
     others = list(controllers)
     found = following(controller, others)
     for member in found:
-        found += [one for one in following(member, others)
-                  if one not in found and one is not controller]
+        found += [follower for follower in following(member, others)
+                  if follower not in found and follower is not controller]
     return found
 
 
-def _without(controllers: Iterable[AnyController], one: AnyController) -> list[AnyController]:
-    return [other for other in controllers if other is not one]
+def _without(controllers: Iterable[AnyController], removed: AnyController) -> list[AnyController]:
+    return [other for other in controllers if other is not removed]

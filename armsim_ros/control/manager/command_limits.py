@@ -58,13 +58,13 @@ class CommandLimits:
         soft = [joints[name].soft_limits if name in joints else None for name in names]
 
         def of_soft(value: Callable[[SoftLimits], float], default: float) -> Vector:
-            return np.array([default if one is None else value(one) for one in soft])
+            return np.array([default if limits is None else value(limits) for limits in soft])
 
-        self._is_soft = np.array([one is not None for one in soft], dtype=bool)
-        self._soft_lower = of_soft(lambda one: one.lower, -np.inf)
-        self._soft_upper = of_soft(lambda one: one.upper, np.inf)
-        self._k_position = of_soft(lambda one: one.k_position, 0.0)
-        self._k_velocity = of_soft(lambda one: one.k_velocity, 0.0)
+        self._is_soft = np.array([limits is not None for limits in soft], dtype=bool)
+        self._soft_lower = of_soft(lambda limits: limits.lower, -np.inf)
+        self._soft_upper = of_soft(lambda limits: limits.upper, np.inf)
+        self._k_position = of_soft(lambda limits: limits.k_position, 0.0)
+        self._k_velocity = of_soft(lambda limits: limits.k_velocity, 0.0)
         self._before = {kind: np.full(len(names), np.nan) for kind in (POSITION, VELOCITY)}
 
     def _narrow(self, model: RobotModel) -> None:

@@ -37,7 +37,8 @@ def fallback_obstacle(
 ) -> str:
     """Return why a controller's fallback controllers could not take over, '' where they could."""
     names = controller.fallback_controllers
-    active = {one.name for one in controllers.values() if one.active}.union(names)
+    active = {controller.name for controller in controllers.values()
+              if controller.active}.union(names)
     for name in names:
         fallback = controllers.get(name)
         text = f"'{controller.name}' cannot be activated: its fallback controller '{name}' "
@@ -56,5 +57,5 @@ def holders_of(
     """Return the active controllers that hold command interfaces of the named ones."""
     needed = {interface for name in names if name in controllers
               for interface in controllers[name].required_command_interfaces}
-    return [one for one in controllers.values()
-            if one.active and not needed.isdisjoint(one.required_command_interfaces)]
+    return [controller for controller in controllers.values()
+            if controller.active and not needed.isdisjoint(controller.required_command_interfaces)]

@@ -91,18 +91,19 @@ def interface_infos(
     :param unavailable: joints, sensors and gpios of hardware that is not configured.
     """
     controllers = tuple(controllers)
-    active = [one for one in controllers if one.active]
-    claimed = {interface for one in active for interface in one.required_command_interfaces}
-    exported = {name for one in active for name in one.exported_states}
-    own = {name for one in controllers for name in one.exported_states}
+    active = [controller for controller in controllers if controller.active]
+    claimed = {interface for controller in active
+               for interface in controller.required_command_interfaces}
+    exported = {name for controller in active for name in controller.exported_states}
+    own = {name for controller in controllers for name in controller.exported_states}
     commands = [*_names(hardware.command_interfaces.items()),
-                *(name for one in systems for name in one.other_commands)]
+                *(name for system in systems for name in system.other_commands)]
     states = [*_names(hardware.state_interfaces.items()), *hardware.other_states]
     return (
         [InterfaceInfo(name, name.rpartition('/')[0] not in unavailable, name in claimed)
          for name in commands]
-        + [InterfaceInfo(name, one.active, name in claimed)
-           for one in controllers for name in one.reference_interfaces
+        + [InterfaceInfo(name, controller.active, name in claimed)
+           for controller in controllers for name in controller.reference_interfaces
            if name in hardware.references],
         [InterfaceInfo(name, name in exported if name in own
                        else name.rpartition('/')[0] not in unavailable, False)

@@ -72,7 +72,7 @@ class HardwareComponent:
 
         :raises ControllerError: an unknown state, or the component is finalized.
         """
-        allowed = [one.value for one in LifecycleState]
+        allowed = [member.value for member in LifecycleState]
         if state not in allowed:
             raise ControllerError(f"'{state}' is not a state; allowed: {', '.join(allowed)}")
         if self.state is LifecycleState.FINALIZED and state != self.state.value:
@@ -99,7 +99,7 @@ class Resources:
         self.hardware = hardware
         self.systems = model.hardware if model is not None else ()
         name = model.name if model is not None and model.name else 'hardware'
-        self.components = (tuple(HardwareComponent(one.name, one) for one in self.systems)
+        self.components = (tuple(HardwareComponent(system.name, system) for system in self.systems)
                            or (HardwareComponent(name),))
         self._allow_inactive = (
             parameters.defaults.allow_controller_activation_with_inactive_hardware)
@@ -119,9 +119,11 @@ class Resources:
     @property
     def idle_joints(self) -> frozenset[str]:
         """Joints that hold their positions because their hardware is not active."""
-        idle = [one for one in self.components if not one.active]
+        idle = [component for component in self.components if not component.active]
+        if not idle:
+            return frozenset()
         return frozenset(name for name in self.hardware.joint_names
-                         if any(one.has(name) for one in idle)) if idle else frozenset()
+                         if any(component.has(name) for component in idle))
 
     @property
     def holds(self) -> bool:
@@ -145,7 +147,7 @@ class Resources:
 
         :raises ControllerError: an unknown name or state.
         """
-        known = {one.name: one for one in self.components}
+        known = {component.name: component for component in self.components}
         if name not in known:
             hint = nearest(name, tuple(known)) or f'known: {", ".join(known)}'
             raise ControllerError(f"no hardware component '{name}'; {hint}")
@@ -162,8 +164,9 @@ class Resources:
             return ''
         owners = {name.rpartition('/')[0] for name in interfaces
                   if name not in self.hardware.references}
-        return next((one.name for one in self.components
-                     if one.state is LifecycleState.INACTIVE and any(map(one.has, owners))), '')
+        return next((component.name for component in self.components
+                     if component.state is LifecycleState.INACTIVE
+                     and any(map(component.has, owners))), '')
 
     def lack_of(self, controller: Controller[Any], active: Collection[str]) -> str:
         """
@@ -180,12 +183,13 @@ class Resources:
                 owner, _, quantity = interface.rpartition('/')
                 need = f"'{controller.name}' needs the {kind} interface {interface}, which "
                 if quantity not in offered(owner):
-                    known = ', '.join(f'{owner}/{one}' for one in offered(owner)) or 'none'
+                    known = ', '.join(f'{owner}/{existing}'
+                                      for existing in offered(owner)) or 'none'
                     return f"{need}does not exist; '{owner}' has: {known}"
                 if interface in hardware.references and owner.partition('/')[0] not in active:
                     return f'{need}is not available: its controller is not active'
-                idle = next((one for one in self.components
-                             if not one.configured and one.has(owner)), None)
+                idle = next((component for component in self.components
+                             if not component.configured and component.has(owner)), None)
                 if idle is not None and not (kind == 'state' and controller.reads_all_states):
                     return f"{need}is not available: hardware '{idle.name}' is {idle.state.value}"
         return ''
@@ -194,10 +198,11 @@ class Resources:
                    ) -> tuple[list[InterfaceInfo], list[InterfaceInfo]]:
         """Return command interfaces and state interfaces, as ``joint/interface``."""
         owners = {*self.hardware.joint_names,
-                  *(name.rpartition('/')[0] for one in self.systems
-                    for name in (*one.other_states, *one.other_commands))}
-        missing = [one for one in self.components if not one.configured]
-        unavailable = {owner for owner in owners if any(one.has(owner) for one in missing)}
+                  *(name.rpartition('/')[0] for system in self.systems
+                    for name in (*system.other_states, *system.other_commands))}
+        missing = [component for component in self.components if not component.configured]
+        unavailable = {owner for owner in owners
+                       if any(component.has(owner) for component in missing)}
         return interface_infos(self.hardware, controllers, self.systems, unavailable)
 
     def info(self, controllers: Iterable[Controller[Any]]) -> list[HardwareComponentInfo]:
@@ -206,13 +211,13 @@ class Resources:
         own = f'{kind.__module__.partition(".")[0]}/{kind.__qualname__}'
         command, state = self.interfaces(controllers)
         return [HardwareComponentInfo(
-            one.name,
-            one.system.type if one.system is not None else 'system',
-            one.system.plugin if one.system is not None else own,
-            one.state.value,
-            tuple(info for info in command if one.has(info.name.rpartition('/')[0])),
-            tuple(info for info in state if one.has(info.name.rpartition('/')[0])),
-        ) for one in self.components]
+            component.name,
+            component.system.type if component.system is not None else 'system',
+            component.system.plugin if component.system is not None else own,
+            component.state.value,
+            tuple(info for info in command if component.has(info.name.rpartition('/')[0])),
+            tuple(info for info in state if component.has(info.name.rpartition('/')[0])),
+        ) for component in self.components]
 
     def _held_positions(self) -> dict[int, float]:
         """Return place -> position of the joints that are held, and of the other commands."""
@@ -229,7 +234,8 @@ class Resources:
         places = [hardware.index[name] for name in self.idle_joints]
         values = [positions.get(place, hardware.state.position[place]) for place in places]
         self._held = (np.array(places), np.array(values)) if places else None
-        others = {name for one in self.components if not one.active and one.system is not None
-                  for name in one.system.other_commands}
+        others = {name for component in self.components if not component.active
+                  and component.system is not None
+                  for name in component.system.other_commands}
         now = {**hardware.other_commands, **self._held_others}
         self._held_others = {name: now[name] for name in others if name in now}

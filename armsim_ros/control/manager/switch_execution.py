@@ -114,11 +114,11 @@ class SwitchExecution:
         """
         text = f"'{failed.name}' failed and is deactivated: {error.__class__.__name__}: {error}"
         self._events.add(time_ns, 'error', 'failure', text)
-        chain = [one for one in group_of(failed, controllers.values()) if one.active]
+        chain = [member for member in group_of(failed, controllers.values()) if member.active]
         fallbacks = tuple(dict.fromkeys(
-            name for one in chain for name in one.fallback_controllers))
+            name for member in chain for name in member.fallback_controllers))
         stopping = tuple(dict.fromkeys(
-            one.name for one in (*chain, *holders_of(fallbacks, controllers))))
+            member.name for member in (*chain, *holders_of(fallbacks, controllers))))
         failures: list[str] = []
         try:
             starting = plan_switch(
@@ -134,7 +134,7 @@ class SwitchExecution:
 
     def _follow_hardware(self, controllers: Controllers, time_ns: int) -> None:
         """Have the hardware follow the active controllers, where it is active itself."""
-        active = [one for one in controllers.values() if one.active]
+        active = [controller for controller in controllers.values() if controller.active]
         try:
             self._hardware.perform_command_mode_switch(self._claims(active))
         except ArmsimError as error:
@@ -156,9 +156,11 @@ class SwitchExecution:
         """
         stopping = [controllers[name] for name in deactivate]
         starting = [controllers[name] for name in activate]
-        staying = [one for one in controllers.values() if one.active and one not in stopping]
+        staying = [controller for controller in controllers.values() if controller.active
+                   and controller not in stopping]
         wanted = [*staying, *starting]
-        restarting = [one for one in staying if bool(preceding(one, wanted)) != one.chained]
+        restarting = [controller for controller in staying
+                      if bool(preceding(controller, wanted)) != controller.chained]
         starting = in_order([*starting, *restarting])[::-1]
         try:
             self._hardware.perform_command_mode_switch(self._claims(wanted))
@@ -169,16 +171,18 @@ class SwitchExecution:
         self._forget_positions(wanted)
         for controller in wanted:
             controller.chained = bool(preceding(controller, wanted))
-        failures = [text for one in starting if (text := self._start(one, controllers, time_ns))]
+        failures = [text for controller in starting
+                    if (text := self._start(controller, controllers, time_ns))]
         if failures:
             if strict:
-                active = [one for one in starting if one.active]
+                active = [controller for controller in starting if controller.active]
                 for controller in in_order(active):
                     self._deactivate(controller, time_ns)
                 if active:
-                    names = ', '.join(f"'{one.name}'" for one in active)
+                    names = ', '.join(f"'{controller.name}'" for controller in active)
                     failures.append(f'deactivated again: {names}')
-            failures += self._open_chains([one for one in wanted if one.active], time_ns)
+            failures += self._open_chains([controller for controller in wanted
+                                           if controller.active], time_ns)
             self._follow_hardware(controllers, time_ns)
         self._refresh(controllers)
         return failures
@@ -194,9 +198,9 @@ class SwitchExecution:
 
     def _start(self, controller: Controller[Any], controllers: Controllers, time_ns: int) -> str:
         """Activate a controller unless one that follows it has failed to start."""
-        for one in following(controller, controllers.values()):
-            if not one.active:
-                return f"'{controller.name}' stays inactive without '{one.name}'"
+        for follower in following(controller, controllers.values()):
+            if not follower.active:
+                return f"'{controller.name}' stays inactive without '{follower.name}'"
         return self._activate(controller, time_ns)
 
     def _activate(self, controller: Controller[Any], time_ns: int) -> str:
@@ -237,8 +241,9 @@ class SwitchExecution:
     def _refresh(self, controllers: Controllers) -> None:
         rate = self._parameters.update_rate
         self.active = tuple(
-            (one, round(rate / one.update_rate))
-            for one in in_order([one for one in controllers.values() if one.active]))
+            (controller, round(rate / controller.update_rate))
+            for controller in in_order([controller for controller in controllers.values()
+                                        if controller.active]))
         self.generation += 1
 
     def _strict(self, strictness: int) -> bool:

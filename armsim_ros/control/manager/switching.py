@@ -166,11 +166,12 @@ def _conflicts(
     stopping: Sequence[str],
 ) -> Iterator[str]:
     """Yield why controllers cannot have their interfaces."""
-    running = [one for one in controllers.values()
-               if one.active and (one.name not in stopping or one.name in starting)]
-    owners = {interface: one.name for one in running
-              for interface in one.required_command_interfaces}
-    active = {one.name for one in running}.union(starting)
+    running = [controller for controller in controllers.values()
+               if controller.active
+               and (controller.name not in stopping or controller.name in starting)]
+    owners = {interface: controller.name for controller in running
+              for interface in controller.required_command_interfaces}
+    active = {controller.name for controller in running}.union(starting)
     for name in starting:
         controller = controllers[name]
         if idle := resources.inactive_owner(controller.required_command_interfaces):

@@ -264,9 +264,9 @@ class TrajectoryExecution:
         waiting = self.scheduled.goal if self.scheduled is not None else None
         self.scheduled = None
         goal, self.goal = self.goal, None
-        for one in (goal, waiting):
-            if one is not None:
-                _finish(one, status, message, code)
+        for ended in (goal, waiting):
+            if ended is not None:
+                _finish(ended, status, message, code)
 
     def _preempt(self) -> None:
         ros1 = self.parameters.compat == 'ros1'

@@ -44,8 +44,8 @@ def get_packages_with_prefixes() -> dict[str, str]:
 
 def get_search_paths() -> list[str]:
     """Return the prefixes that packages are installed under."""
-    return [one for one in os.environ.get('AMENT_PREFIX_PATH', '').split(os.pathsep)
-            if one and os.path.isdir(one)]
+    return [prefix for prefix in os.environ.get('AMENT_PREFIX_PATH', '').split(os.pathsep)
+            if prefix and os.path.isdir(prefix)]
 
 
 def has_resource(resource_type: str, resource_name: str) -> str | bool:

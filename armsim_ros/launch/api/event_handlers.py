@@ -71,7 +71,7 @@ class _OfTarget(EventHandler):
         if target is None:
             return True
         if isinstance(target, (list, tuple)):
-            return any(event.action is one for one in target)
+            return any(event.action is action for action in target)
         if isinstance(target, LaunchDescriptionEntity):
             return event.action is target
         return bool(target(event.action))

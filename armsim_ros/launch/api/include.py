@@ -152,9 +152,9 @@ class IncludeLaunchDescription(Action):
             raise failure.at(self.where) from None
         if path:
             check_depth(context, path)
-        missing = [(one.name, one.choices or ()) for one in declared_arguments(
-            description.entities) if one.default_value is None and one.condition is None
-            and one.name not in given and one.name not in context.launch_configurations]
+        missing = [(argument.name, argument.choices or ()) for argument in declared_arguments(
+            description.entities) if argument.default_value is None and argument.condition is None
+            and argument.name not in given and argument.name not in context.launch_configurations]
         if missing:
             raise MissingArgumentsError(list(dict.fromkeys(
                 (name, tuple(choices)) for name, choices in missing)))

@@ -89,7 +89,7 @@ class ExecuteLocal(Action):
     def ends_launch(self) -> bool:
         """Whether the launch ends with it."""
         return not callable(self._on_exit) and any(
-            isinstance(one, Shutdown) for one in normalize_to_list_of_entities(
+            isinstance(entity, Shutdown) for entity in normalize_to_list_of_entities(
                 [self._on_exit] if self._on_exit is not None else ()))
 
     def describe_conditional_sub_entities(
@@ -102,7 +102,7 @@ class ExecuteLocal(Action):
 
     def describe(self) -> str:
         """Return a description for messages."""
-        words = [' + '.join(one.describe() for one in word) for word in self._executable.cmd]
+        words = [' + '.join(part.describe() for part in word) for word in self._executable.cmd]
         return f"{type(self).__name__}(cmd=[{', '.join(words)}])"
 
     def execute(self, context: LaunchContext) -> None:
@@ -127,7 +127,7 @@ class ExecuteLocal(Action):
         if made.additional_env is not None:
             environment.update(_variables(context, made.additional_env))
         name = perform_text(context, made.name) if made.name is not None else ''
-        term, kill = (self._seconds(context, one, 5.0) for one in self._timeouts)
+        term, kill = (self._seconds(context, timeout, 5.0) for timeout in self._timeouts)
         return ProcessSpec(
             command=words,
             environment=environment,

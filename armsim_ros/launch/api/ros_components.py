@@ -86,12 +86,12 @@ class LoadComposableNodes(Action):
         """Have the engine load each component."""
         if context.engine is None:
             return
-        for one in _flat(self._nodes):
-            node = one.node(context)
+        for component in _flat(self._nodes):
+            node = component.node(context)
             if node is None:
                 continue
             if node.executable in COMPONENTS:
-                context.engine.visit(one.process(*COMPONENTS[node.executable]))
+                context.engine.visit(component.process(*COMPONENTS[node.executable]))
             else:
                 context.engine.load_component(node, self._container(context))
 
@@ -130,8 +130,8 @@ class ComposableNodeContainer(Node):
 
 def _flat(nodes: Iterable[Any]) -> list[Any]:
     found: list[Any] = []
-    for one in nodes:
-        found += _flat(one) if isinstance(one, (list, tuple)) else [one]
-    return [one for one in found if one is not None]
+    for item in nodes:
+        found += _flat(item) if isinstance(item, (list, tuple)) else [item]
+    return [item for item in found if item is not None]
 
 

@@ -118,8 +118,8 @@ class Node(ExecuteProcess):
                 '' if self._namespace is None else perform_text(context, self._namespace)),
             parameters=parameters,
             remappings=[*own.get(REMAPPINGS_KEY, ()), *self._pairs(context)],
-            arguments=[_word(context, one) for one in self._arguments],
-            ros_arguments=[_word(context, one) for one in self._ros_arguments],
+            arguments=[_word(context, argument) for argument in self._arguments],
+            ros_arguments=[_word(context, argument) for argument in self._ros_arguments],
         )
         if self.process_description.name is None:
             made.name = executable
@@ -224,7 +224,7 @@ class SetRemap(Action):
 
     def execute(self, context: LaunchContext) -> None:
         """Add it."""
-        source, target = (perform_text(context, one) for one in self._pair)
+        source, target = (perform_text(context, part) for part in self._pair)
         _extend(context, REMAPPINGS_KEY, [(source, target)])
 
 

@@ -151,10 +151,10 @@ def plain_value(context: LaunchContext, value: Any) -> Any:
         return os.fspath(value)
     if isinstance(value, (list, tuple)):
         if value and _has_substitution(value) and all(
-                _is_text(one) for one in value) and not all(
-                isinstance(one, (list, tuple)) for one in value):
+                _is_text(item) for item in value) and not all(
+                isinstance(item, (list, tuple)) for item in value):
             return _typed(perform_text(context, value))
-        return [_element(context, one) for one in value]
+        return [_element(context, item) for item in value]
     return value
 
 
@@ -176,11 +176,11 @@ def _is_text(value: Any) -> bool:
     if isinstance(value, (str, Substitution)):
         return True
     return isinstance(value, (list, tuple)) and bool(value) and all(
-        isinstance(one, (str, Substitution)) or _is_text(one) for one in value) and \
+        isinstance(item, (str, Substitution)) or _is_text(item) for item in value) and \
         _has_substitution(value)
 
 
 def _has_substitution(value: Any) -> bool:
     if isinstance(value, (list, tuple)):
-        return any(_has_substitution(one) for one in value)
+        return any(_has_substitution(item) for item in value)
     return isinstance(value, Substitution)

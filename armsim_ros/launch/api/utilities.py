@@ -54,14 +54,15 @@ def normalize_to_list_of_substitutions(subs: SomeText | Iterable[Any]) -> list[S
     if isinstance(subs, os.PathLike):
         return [TextSubstitution(text=os.fspath(subs))]
     if isinstance(subs, Iterable):
-        return [one for item in subs for one in normalize_to_list_of_substitutions(item)]
+        return [substitution for item in subs
+                for substitution in normalize_to_list_of_substitutions(item)]
     raise TypeError(f"a text or a substitution is needed, not '{subs}' "
                     f'of type {type(subs).__name__}')
 
 
 def perform_substitutions(context: LaunchContext, subs: Iterable[Substitution]) -> str:
     """Return the concatenated texts of substitutions."""
-    return ''.join(context.perform_substitution(one) for one in subs)
+    return ''.join(context.perform_substitution(substitution) for substitution in subs)
 
 
 def perform_text(context: LaunchContext, text: SomeText | Iterable[Any]) -> str:
@@ -74,17 +75,18 @@ def normalize_to_list_of_entities(
 ) -> list[LaunchDescriptionEntity]:
     """Return nested sequences of entities as one list."""
     flat: list[LaunchDescriptionEntity] = []
-    for one in entities:
-        if isinstance(one, (list, tuple)):
-            flat += normalize_to_list_of_entities(one)
-        elif one is not None:
-            flat.append(one)
+    for entity in entities:
+        if isinstance(entity, (list, tuple)):
+            flat += normalize_to_list_of_entities(entity)
+        elif entity is not None:
+            flat.append(entity)
     return flat
 
 
 def describe_text(text: SomeText | Iterable[Any]) -> str:
     """Return a description of a text for messages."""
-    return ' + '.join(one.describe() for one in normalize_to_list_of_substitutions(text))
+    return ' + '.join(substitution.describe()
+                      for substitution in normalize_to_list_of_substitutions(text))
 
 
 def to_bool(text: str, what: str) -> bool:
@@ -116,7 +118,7 @@ def as_yaml_value(text: str) -> Any:
         return text
     if isinstance(value, (bool, int, float, str)):
         return value
-    if isinstance(value, list) and not any(isinstance(one, (dict, list)) for one in value):
+    if isinstance(value, list) and not any(isinstance(item, (dict, list)) for item in value):
         return value
     return text
 
@@ -138,7 +140,7 @@ def coerce(text: Any, kind: Any) -> Any:
     inner = getattr(kind, '__args__', None)
     if inner:
         items = value if isinstance(value, list) else [value]
-        return [inner[0](one) if inner[0] in (int, float, str, bool) else one for one in items]
+        return [inner[0](item) if inner[0] in (int, float, str, bool) else item for item in items]
     if kind is bool:
         return to_bool(text, 'a true/false value')
     if kind is float and isinstance(value, (int, float)) and not isinstance(value, bool):

@@ -101,11 +101,12 @@ def _of_body(name: str, body: Any, path: Path, line: Any) -> Element:
     for key, value in body.items():
         if key == '__line__':
             continue
-        if isinstance(value, list) and value and all(isinstance(one, dict) for one in value):
+        if isinstance(value, list) and value and all(isinstance(item, dict) for item in value):
             if key == 'children':
                 children += _children(value, path)
             else:
-                children += [_of_body(str(key), one, path, one.get('__line__')) for one in value]
+                children += [_of_body(str(key), item, path, item.get('__line__'))
+                             for item in value]
         elif isinstance(value, dict):
             children.append(_of_body(str(key), value, path, value.get('__line__')))
         else:

@@ -84,13 +84,14 @@ class Parser:
                 return make(element)
         except LaunchError as failure:
             raise failure.at(element.where) from None
-        known = [one.removeprefix('_make_') for one in dir(self) if one.startswith('_make_')]
+        known = [method.removeprefix('_make_') for method in dir(self)
+                 if method.startswith('_make_')]
         hint = nearest(name, known) or f"known: {', '.join(known)}"
         raise LaunchError(f'<{element.type_name}> is no element of a launch file; {hint}',
                             element.where)
 
     def _all(self, elements: Iterable[Element]) -> list[Entity]:
-        return [self.parse_action(one) for one in elements]
+        return [self.parse_action(element) for element in elements]
 
     def _at(self, made: Any, element: Element) -> Any:
         made.where = element.where
@@ -147,14 +148,14 @@ class Parser:
         return groups.GroupAction(
             self._all(inside), scoped=_truth(element, 'scoped', True),
             forwarding=_truth(element, 'forwarding', True),
-            launch_configurations={one.get_attr('name'): self._text(one, 'value')
-                                   for one in kept},
+            launch_configurations={child.get_attr('name'): self._text(child, 'value')
+                                   for child in kept},
             condition=self.condition_of(element))
 
     def _make_include(self, element: Element) -> Entity:
         source = self._at(AnyLaunchDescriptionSource(self._text(element, 'file')), element)
-        pairs = [(one.get_attr('name'), self._text(one, 'value', 'default'))
-                 for one in (*element.all('arg'), *element.all('let'))]
+        pairs = [(child.get_attr('name'), self._text(child, 'value', 'default'))
+                 for child in (*element.all('arg'), *element.all('let'))]
         included = IncludeLaunchDescription(
             source, launch_arguments=pairs, condition=self.condition_of(element))
         namespace = element.text('ns')
@@ -215,10 +216,10 @@ class Parser:
 
     def _components(self, element: Element) -> list[Any]:
         return [ros_components.ComposableNode(
-            package=self._text(one, 'pkg'), plugin=self._text(one, 'plugin'),
-            name=self._optional(one, 'name'), namespace=self._optional(one, 'namespace'),
-            parameters=self._parameters(one), remappings=self._remappings(one),
-            condition=self.condition_of(one)) for one in element.all('composable_node')]
+            package=self._text(node, 'pkg'), plugin=self._text(node, 'plugin'),
+            name=self._optional(node, 'name'), namespace=self._optional(node, 'namespace'),
+            parameters=self._parameters(node), remappings=self._remappings(node),
+            condition=self.condition_of(node)) for node in element.all('composable_node')]
 
     def _process(self, element: Element) -> dict[str, Any]:
         given: dict[str, Any] = {'output': self._optional(element, 'output') or 'log'}
@@ -234,7 +235,8 @@ class Parser:
             given['shell'] = _truth(element, 'shell', False)
         if element.text('on_exit') == 'shutdown' or element.text('required') == 'true':
             given['on_exit'] = [events.Shutdown()]
-        variables = {one.get_attr('name'): self._text(one, 'value') for one in element.all('env')}
+        variables = {child.get_attr('name'): self._text(child, 'value')
+                     for child in element.all('env')}
         if variables:
             given['additional_env'] = variables
         condition = self.condition_of(element)
@@ -261,10 +263,11 @@ class Parser:
         return given
 
     def _remappings(self, element: Element) -> list[tuple[Any, Any]]:
-        return [(self._text(one, 'from'), self._text(one, 'to')) for one in element.all('remap')]
+        return [(self._text(child, 'from'), self._text(child, 'to'))
+                for child in element.all('remap')]
 
     def _parameters(self, element: Element) -> list[Any]:
-        return [self._parameter(one) for one in element.all('param')]
+        return [self._parameter(child) for child in element.all('param')]
 
     def _parameter(self, element: Element) -> Any:
         file = element.text('from')
@@ -276,8 +279,8 @@ class Parser:
         inner = element.all('param')
         if inner:
             block: dict[str, Any] = {}
-            for one in inner:
-                block.update(self._parameter(one))
+            for child in inner:
+                block.update(self._parameter(child))
             return {name: block}
         return {name: self._value(element)}
 
@@ -287,10 +290,10 @@ class Parser:
             element.text('type') or '')
         separator = element.text('value-sep') or element.text('value_sep')
         if separator is not None and isinstance(value, str):
-            value = [one.strip() for one in value.split(separator)]
+            value = [part.strip() for part in value.split(separator)]
         if isinstance(value, list):
-            return [coerce(one, kind) if isinstance(one, str) and '$(' not in one
-                    else self._text_value(one, kind, element) for one in value]
+            return [coerce(part, kind) if isinstance(part, str) and '$(' not in part
+                    else self._text_value(part, kind, element) for part in value]
         if not isinstance(value, str):
             return value
         return self._text_value(value, kind, element)

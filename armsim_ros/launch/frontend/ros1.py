@@ -13,15 +13,15 @@ _MARKS = ('rosparam', 'param', 'machine', 'test', 'env', 'remap')
 
 def is_ros1(root: Element) -> bool:
     """Return whether a file is one of ROS 1: nodes by type, parameters outside of nodes."""
-    for one in root.children:
-        if one.type_name in _MARKS:
+    for child in root.children:
+        if child.type_name in _MARKS:
             return True
-        if one.type_name == 'node' and 'type' in one.attributes:
+        if child.type_name == 'node' and 'type' in child.attributes:
             return True
         if any('$(arg ' in str(value) or '$(find ' in str(value)
-               for value in one.attributes.values()):
+               for value in child.attributes.values()):
             return True
-        if one.type_name in ('group', 'include') and is_ros1(one):
+        if child.type_name in ('group', 'include') and is_ros1(child):
             return True
     return False
 
@@ -34,7 +34,7 @@ def translate(root: Element) -> Element:
     likewise. ``required`` becomes ``on_exit="shutdown"``.
     """
     return Element(root.type_name, root.attributes, [
-        one for child in root.children for one in _translated(child)], root.where)
+        translated for child in root.children for translated in _translated(child)], root.where)
 
 
 def _translated(element: Element) -> list[Element]:
@@ -55,7 +55,7 @@ def _translated(element: Element) -> list[Element]:
         return _parameter(element)
     if name == 'rosparam':
         return _file(element)
-    children = [one for child in element.children for one in _inside(name, child)]
+    children = [inner for child in element.children for inner in _inside(name, child)]
     if name == 'group' and 'ns' in attributes:
         push = Element('push_ros_namespace', {'namespace': attributes.pop('ns')}, [],
                        element.where)

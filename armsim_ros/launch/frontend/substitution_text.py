@@ -105,8 +105,8 @@ def _sequence(text: str, start: int, more: dict[str, Any], ends: str
             if letters:
                 parts.append(TextSubstitution(text=''.join(letters)))
                 letters = []
-            one, position = _substitution(text, position + 2, more)
-            parts.append(one)
+            substitution, position = _substitution(text, position + 2, more)
+            parts.append(substitution)
             continue
         if ends and depth == 0 and sign in ends:
             break
@@ -158,8 +158,8 @@ def _quoted(text: str, start: int, quote: str, more: dict[str, Any]
             if letters:
                 parts.append(TextSubstitution(text=''.join(letters)))
                 letters = []
-            one, position = _substitution(text, position + 2, more)
-            parts.append(one)
+            substitution, position = _substitution(text, position + 2, more)
+            parts.append(substitution)
         else:
             letters.append(text[position])
             position += 1
@@ -195,4 +195,4 @@ def _joined(words: Sequence[Argument]) -> Argument:
 
 
 def _plain(word: Argument) -> str:
-    return ''.join(one.text for one in word if isinstance(one, TextSubstitution))
+    return ''.join(part.text for part in word if isinstance(part, TextSubstitution))

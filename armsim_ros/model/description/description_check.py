@@ -35,13 +35,15 @@ def _namespace(settings: RobotSettings, content: UrdfContent) -> Iterator[Proble
 
 def _interfaces(settings: RobotSettings, content: UrdfContent) -> Iterator[Problem]:
     offered: dict[str, set[str]] = {}
-    for one in content.transmissions:
-        offered.setdefault(one.joint, set()).update(
-            command for kind in one.interfaces for command in _COMMANDS.get(kind, (kind,)))
+    for transmission in content.transmissions:
+        offered.setdefault(transmission.joint, set()).update(
+            command for kind in transmission.interfaces
+            for command in _COMMANDS.get(kind, (kind,)))
     for controller in settings.controllers:
         wanted = getattr(controller.parameters, 'command_interfaces', ())
         for joint in controller.joints:
-            missing = [one for one in wanted if one not in offered.get(joint, {one})]
+            missing = [command for command in wanted
+                       if command not in offered.get(joint, {command})]
             if missing:
                 yield Problem(
                     f"controller '{controller.name}' commands {' and '.join(missing)} of joint "

@@ -149,7 +149,7 @@ def _read_system(element: XmlElement, frames: Mapping[str, str], joints: Mapping
     states: dict[str, float] = {}
     commands: list[str] = []
     sensors = []
-    end = _end_of_chain([one.name for one in read if one is not None], joints)
+    end = _end_of_chain([joint.name for joint in read if joint is not None], joints)
     for part in (*element.all('sensor'), *element.all('gpio')):
         content, owner = _interfaces(part, report), part.get('name')
         if not owner:
@@ -162,8 +162,8 @@ def _read_system(element: XmlElement, frames: Mapping[str, str], joints: Mapping
         if part.tag == 'sensor' and _MEASURED.intersection(content.states):
             sensors.append(_read_sensor(part, content.states, frames, end, report))
     return HardwareSystem(
-        name, kind, plugin, tuple(one for one in read if one is not None), states,
-        tuple(commands), tuple(one for one in sensors if one is not None), parameters,
+        name, kind, plugin, tuple(joint for joint in read if joint is not None), states,
+        tuple(commands), tuple(sensor for sensor in sensors if sensor is not None), parameters,
         deaf=mock.deaf, offset=mock.offset)
 
 
@@ -229,7 +229,7 @@ def _read_sensor(element: XmlElement, states: Iterable[str], frames: Mapping[str
         report.info(f"sensor '{name}' measures nothing: neither a <param name='frame_id'> nor a "
                     '<gazebo> element says which link it is on', element.where)
         return None
-    return HardwareSensor(name, frame, tuple(one for one in states if one in _MEASURED))
+    return HardwareSensor(name, frame, tuple(state for state in states if state in _MEASURED))
 
 
 def _read_joint(element: XmlElement, joints: Mapping[str, Joint], report: TextReport

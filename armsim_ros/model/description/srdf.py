@@ -117,7 +117,7 @@ class _Reader:
         written = [element.get('name') for element in self._root.all('group')]
         name = self._root.get('name')
         if written and not groups:
-            reasons = [one.what for one in self._report.problems]
+            reasons = [problem.what for problem in self._report.problems]
             self._report.error(
                 f"none of the planning groups {', '.join(written)} fits robot "
                 f"'{self._robot_name}'" + (f'; first: {reasons[0]}' if reasons else ''),
@@ -225,8 +225,8 @@ class _Reader:
                       group: str, link: str) -> str:
         """Return the group that carries an end effector: the named one, else the smallest."""
         own = set(groups[group].joints)
-        fitting = {name: one for name, one in groups.items()
-                   if link in one.links and not own & set(one.joints)}
+        fitting = {name: candidate for name, candidate in groups.items()
+                   if link in candidate.links and not own & set(candidate.joints)}
         named = element.get('parent_group')
         if named in fitting:
             return named

@@ -58,8 +58,8 @@ class GroupBuilder:
             way = ' -> '.join([*stack[stack.index(name):], name])
             self._report.warning(f'planning groups contain each other ({way}); they are left '
                                  'out', elements[name].where)
-            for one in stack[stack.index(name):]:
-                members[one] = None
+            for member in stack[stack.index(name):]:
+                members[member] = None
             return
         found: set[str] = set()
         for part in elements[name].children:

@@ -94,9 +94,9 @@ def parse_urdf(text: str, file: str, *, read_mesh: MeshReader,
     report.join_equal("joint '{}': limit 0 of ", 'joints {}: limit 0 of ')
     root_link = _check_tree(root, links, joints, places, report)
     hardware = read_hardware(root, links, joints, report) if with_hardware else ()
-    for one in (one for system in hardware for one in system.joints):
-        if one.free or one.follows is not None:
-            joints[one.name] = replace(joints[one.name], mimic=one.follows)
+    for driven in (driven for system in hardware for driven in system.joints):
+        if driven.free or driven.follows is not None:
+            joints[driven.name] = replace(joints[driven.name], mimic=driven.follows)
     _check_mimics(joints, places, report)
     transmissions = read_transmissions(root, report) if with_hardware else ()
     _check_transmissions(transmissions, joints, root.where, report)
@@ -202,10 +202,11 @@ def _plugin_namespaces(root: XmlElement) -> dict[str, Location]:
 
 def _check_transmissions(transmissions: tuple[Transmission, ...], joints: dict[str, Joint],
                          where: Location, report: TextReport) -> None:
-    for one in transmissions:
-        if one.joint not in joints:
-            report.warning(f"transmission '{one.name}': joint '{one.joint}' is not in the URDF; "
-                           'it has no effect', where, nearest(one.joint, tuple(joints)))
+    for transmission in transmissions:
+        if transmission.joint not in joints:
+            report.warning(f"transmission '{transmission.name}': joint '{transmission.joint}' "
+                           'is not in the URDF; it has no effect',
+                           where, nearest(transmission.joint, tuple(joints)))
 
 
 def _remark_others(root: XmlElement, report: TextReport) -> None:

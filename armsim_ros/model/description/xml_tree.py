@@ -81,9 +81,9 @@ class TextReport:
         """
         before, _, after = link.partition('{}')
         groups: dict[str, list[tuple[int, str]]] = {}
-        for number, one in enumerate(self.problems):
-            name, sign, rest = one.what.removeprefix(before).partition(after)
-            if one.what.startswith(before) and sign:
+        for number, problem in enumerate(self.problems):
+            name, sign, rest = problem.what.removeprefix(before).partition(after)
+            if problem.what.startswith(before) and sign:
                 groups.setdefault(rest, []).append((number, name))
         for rest, members in groups.items():
             if len(members) > 1:
@@ -92,7 +92,7 @@ class TextReport:
                 self.problems[first] = replace(
                     self.problems[first], what=f'{links.format(names)}{rest}')
                 drop = {number for number, _ in members[1:]}
-                self.problems = [one for number, one in enumerate(self.problems)
+                self.problems = [problem for number, problem in enumerate(self.problems)
                                  if number not in drop]
                 self.join_equal(link, links)
                 return
@@ -100,7 +100,7 @@ class TextReport:
     @property
     def mistakes(self) -> list[Problem]:
         """The errors alone."""
-        return [one for one in self.problems if one.severity is Severity.ERROR]
+        return [problem for problem in self.problems if problem.severity is Severity.ERROR]
 
     def raise_mistakes(self) -> None:
         """

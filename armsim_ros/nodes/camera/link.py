@@ -33,13 +33,13 @@ def socket_path(ros_args: Sequence[str]) -> Path:
 
 def greeting(cameras: Sequence[Camera], *, lockstep: bool) -> bytes:
     """Return the first message: the cameras, and whether pictures are waited for."""
-    words = {'cameras': [asdict(one) for one in cameras], 'lockstep': lockstep}
+    words = {'cameras': [asdict(camera) for camera in cameras], 'lockstep': lockstep}
     return json.dumps(words).encode()
 
 
 def read_greeting(message: bytes) -> tuple[tuple[Camera, ...], bool]:
     """Return what a greeting says."""
     words = json.loads(message)
-    cameras = (Camera(**{**one, 'mount': tuple(one['mount']), 'range': tuple(one['range'])})
-               for one in words['cameras'])
+    cameras = (Camera(**{**entry, 'mount': tuple(entry['mount']), 'range': tuple(entry['range'])})
+               for entry in words['cameras'])
     return tuple(cameras), bool(words['lockstep'])

@@ -121,7 +121,7 @@ class CameraProgram:
             _give_way({threading.get_native_id(), *(_threads() - before)})
         self._topics = [CameraTopics(self._node, camera) for camera in cameras]
         self._diagnostics.cameras = len(cameras)
-        frames = [transform(*one) for camera in cameras for one in camera.transforms]
+        frames = [transform(*arguments) for camera in cameras for arguments in camera.transforms]
         if frames:
             self._static_publisher.publish(TFMessage(transforms=frames))
         names = ', '.join(camera.name for camera in cameras)

@@ -45,19 +45,19 @@ class CameraTopics:
 
     def close(self) -> None:
         """Take the topics down."""
-        for one in (self._colour, self._depth, self._points, *self._infos):
-            self._node.destroy_publisher(one)
+        for publisher in (self._colour, self._depth, self._points, *self._infos):
+            self._node.destroy_publisher(publisher)
 
     @property
     def wanted(self) -> bool:
         """Whether anybody listens."""
-        return self.seen or any(one.get_subscription_count() for one in self._infos)
+        return self.seen or any(publisher.get_subscription_count() for publisher in self._infos)
 
     @property
     def seen(self) -> bool:
         """Whether anybody listens to what has to be drawn."""
-        return any(one.get_subscription_count()
-                   for one in (self._colour, self._depth, self._points))
+        return any(publisher.get_subscription_count()
+                   for publisher in (self._colour, self._depth, self._points))
 
     def publish(self, time_ns: int, picture: Picture | None) -> None:
         """
@@ -74,9 +74,9 @@ class CameraTopics:
 
     def wait_until_taken(self) -> None:
         """Wait until all reliable subscriptions have what was published, or are too slow."""
-        for one in (self._colour, self._depth, self._points, *self._infos):
-            if one.get_subscription_count():
-                one.wait_for_all_acked(_LONGEST_TRANSPORT)
+        for publisher in (self._colour, self._depth, self._points, *self._infos):
+            if publisher.get_subscription_count():
+                publisher.wait_for_all_acked(_LONGEST_TRANSPORT)
 
     def _publish_picture(self, picture: Picture) -> None:
         if self._colour.get_subscription_count():

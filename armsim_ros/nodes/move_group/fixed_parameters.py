@@ -58,7 +58,8 @@ def planning_parameters(node: Node, settings: RobotSettings) -> PlanningParamete
         values.update({name: shown for name in _PUBLISHED if not node.has_parameter(name)})
     tool = parameters_by_prefix(node, _CARTESIAN_LIMITS)
     values['cartesian_limits'] = {
-        **files.cartesian_limits.model_dump(), **{name: one.value for name, one in tool.items()}
+        **files.cartesian_limits.model_dump(),
+        **{name: parameter.value for name, parameter in tool.items()},
     }
     if node.has_parameter(_PIPELINE_NAMES):
         values['planning_pipelines'] = node.get_parameter(_PIPELINE_NAMES).value

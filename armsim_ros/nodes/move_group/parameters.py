@@ -81,11 +81,11 @@ class MoveGroupParameters:
 
     def _warn(self, parameters: Sequence[Parameter]) -> None:
         """Warn of parameters that take effect on another node."""
-        for one in parameters:
-            if one.name.startswith(_EXECUTION):
+        for changed in parameters:
+            if changed.name.startswith(_EXECUTION):
                 self._context.logger.warning(
-                    f"parameter '{one.name}' has no effect on this node while it runs; set it on "
-                    'moveit_simple_controller_manager')
+                    f"parameter '{changed.name}' has no effect on this node while it runs; set it "
+                    'on moveit_simple_controller_manager')
 
     def _changed(self, live: LiveParameters) -> None:
         context = self._context

@@ -73,8 +73,8 @@ class JointStatePublisher:
         self._options = JointStateOptions(
             use_mimic_tags=bool(given['use_mimic_tags']),
             use_smallest_joint_limits=bool(given['use_smallest_joint_limits']),
-            zeros={name: _number(f'zeros.{name}', one.value)
-                   for name, one in parameters_by_prefix(node, 'zeros').items()},
+            zeros={name: _number(f'zeros.{name}', parameter.value)
+                   for name, parameter in parameters_by_prefix(node, 'zeros').items()},
             defaults=[kind for kind, key in zip(
                 FIELDS, ('positions', 'velocities', 'efforts'), strict=True)
                 if given[f'publish_default_{key}']])

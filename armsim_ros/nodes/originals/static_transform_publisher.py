@@ -63,14 +63,14 @@ def read_transform(words: Sequence[str]) -> TransformStamped:
     made.header.frame_id = parent
     pose = pose_from_parts([values.get(axis, 0.0) for axis in 'xyz'], matrix_from_rpy(
         [values.get(axis, 0.0) for axis in ('roll', 'pitch', 'yaw')]))
-    xyzw = [float(one) for one in quat_xyzw_from_matrix(pose)]
+    xyzw = [float(component) for component in quat_xyzw_from_matrix(pose)]
     quaternion = ('qx', 'qy', 'qz', 'qw')
     if any(axis in values for axis in quaternion):
         xyzw = [values.get(axis, 1.0 if axis == 'qw' else 0.0) for axis in quaternion]
         length = math.hypot(*xyzw)
         if length < 1e-6:
             raise UsageError('the quaternion is zero')
-        xyzw = [one / length for one in xyzw]
+        xyzw = [component / length for component in xyzw]
     translation, rotation = made.transform.translation, made.transform.rotation
     translation.x, translation.y, translation.z = (values.get(axis, 0.0) for axis in 'xyz')
     rotation.x, rotation.y, rotation.z, rotation.w = xyzw

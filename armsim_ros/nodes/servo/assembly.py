@@ -132,8 +132,8 @@ class ServoNode:
         self, node: PollingNode, robot: RobotSettings, kinematics: KinematicModel
     ) -> ServoNodeSettings:
         """Declare all parameters and return their values."""
-        moved = [one.joints for one in robot.moveit_controllers
-                 if one.type == 'FollowJointTrajectory']
+        moved = [controller.joints for controller in robot.moveit_controllers
+                 if controller.type == 'FollowJointTrajectory']
         own = robot.servo.moveit_servo
 
         def given(name: str) -> str:
@@ -189,10 +189,10 @@ def _joint_topics(robot: RobotSettings) -> tuple[str, ...]:
 def _command_topic(robot: RobotSettings, joints: tuple[str, ...], kind: str) -> str:
     """Return where the robot's own controller of these joints takes commands."""
     if kind == ARRAY:
-        for one in robot.controllers:
-            forwards = 'forward' in one.type or 'JointGroup' in one.type
-            if forwards and tuple(one.joints) == joints:
-                return f'{robot.namespace}/{one.name}/commands'
+        for controller in robot.controllers:
+            forwards = 'forward' in controller.type or 'JointGroup' in controller.type
+            if forwards and tuple(controller.joints) == joints:
+                return f'{robot.namespace}/{controller.name}/commands'
         raise ServoSettingsError(
             'servo: command_out_topic is empty, and no forward controller has exactly the joints '
             f'{", ".join(joints)}'
@@ -200,9 +200,9 @@ def _command_topic(robot: RobotSettings, joints: tuple[str, ...], kind: str) -> 
     for mapped in robot.moveit_controllers:
         if mapped.type == 'FollowJointTrajectory' and set(joints) <= set(mapped.joints):
             return f"/{mapped.name.strip('/')}/joint_trajectory"
-    for one in robot.controllers:
-        if one.type in TRAJECTORY_CONTROLLERS and set(joints) <= set(one.joints):
-            return f'{robot.namespace}/{one.name}/joint_trajectory'
+    for controller in robot.controllers:
+        if controller.type in TRAJECTORY_CONTROLLERS and set(joints) <= set(controller.joints):
+            return f'{robot.namespace}/{controller.name}/joint_trajectory'
     raise ServoSettingsError(
         'servo: command_out_topic is empty, and no trajectory controller has the joints '
         f'{", ".join(joints)}'

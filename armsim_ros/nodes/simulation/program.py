@@ -232,7 +232,7 @@ class SimulationProgram:
         self._clock_publisher = Clock(
             self._simulation_node, period_ns if settings.simulation.deterministic else 0
         )
-        refusals = [text for one in self._managers.values() for text in one.refusals]
+        refusals = [text for manager in self._managers.values() for text in manager.refusals]
         logger = self._robots[0].node.get_logger()
         for text in (*self._warnings, *refusals, *self._simulation.warnings):
             logger.warning(text)

@@ -69,9 +69,9 @@ def parse_spawner_arguments(argv: Sequence[str]) -> SpawnerRequest:
         name, *own = rest[start + 1:end] or ['']
         if not name:
             parser.error(f'{BLOCK} needs the name of a controller')
-        one = argparse.ArgumentParser(add_help=False)
-        _add_controller_options(one)
-        given, unknown = one.parse_known_args(own)
+        block = argparse.ArgumentParser(add_help=False)
+        _add_controller_options(block)
+        given, unknown = block.parse_known_args(own)
         controllers.append(_request(name, given))
         ignored += unknown
     return SpawnerRequest(options, tuple(controllers), tuple(ignored))

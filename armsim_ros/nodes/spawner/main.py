@@ -119,7 +119,8 @@ class _Spawner:
                 signal.signal(number, signal.SIG_IGN)
             if not self._options.unload_on_kill:
                 raise
-            names = [one.name for one in self._request.controllers if not one.inactive]
+            names = [controller.name for controller in self._request.controllers
+                     if not controller.inactive]
             unload(self._manager, names, self._options.switch_timeout)
             self._log.info(f"unloaded: {', '.join(names) or 'none'}")
 

@@ -58,7 +58,7 @@ def entries_of(name: str, namespace: str, files: Sequence[str]) -> FileEntries:
         given = block.get('type')
         kind = kind or (given.text if given is not None and not given.is_mapping else '')
         listed = block.get('fallback_controllers')
-        fallbacks = fallbacks or (tuple(one.text for one in listed.items)
+        fallbacks = fallbacks or (tuple(item.text for item in listed.items)
                                   if listed is not None else ())
     return FileEntries(tuple(used), kind, fallbacks, tuple(remarks))
 

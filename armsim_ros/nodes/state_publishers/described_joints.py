@@ -45,13 +45,13 @@ def described_joints(text: str) -> list[DescribedJoint]:
     root = parse_xml(text, 'robot_description')
     if root.tag == 'sdf':
         model = _inside(root, 'model')
-        return [_joint_of_sdf(one) for one in model.all('joint')
-                if one.get('type') not in _NOT_IN_SDF]
+        return [_joint_of_sdf(joint) for joint in model.all('joint')
+                if joint.get('type') not in _NOT_IN_SDF]
     if root.tag == 'COLLADA':
         return list(_joints_of_collada(root))
     robot = root if root.tag == 'robot' else _inside(root, 'robot')
-    return [_joint_of_urdf(one) for one in robot.all('joint')
-            if one.get('type') not in _NOT_IN_URDF]
+    return [_joint_of_urdf(joint) for joint in robot.all('joint')
+            if joint.get('type') not in _NOT_IN_URDF]
 
 
 def _joint_of_urdf(element: XmlElement) -> DescribedJoint:

@@ -127,8 +127,8 @@ class _MovingTransforms:
         stamped = [transform(prefix + joint.parent, prefix + joint.child) for joint in joints]
         self._message = SerializedMessage(
             TFMessage(transforms=stamped),
-            [one.header.stamp for one in stamped],
-            [(getattr(one.transform, part), name) for one in stamped
+            [message.header.stamp for message in stamped],
+            [(getattr(message.transform, part), name) for message in stamped
              for part, names in (('translation', 'xyz'), ('rotation', 'xyzw'))
              for name in names],
         )

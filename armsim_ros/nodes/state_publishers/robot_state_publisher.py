@@ -56,7 +56,7 @@ class RobotStatePublisher:
         wrong = _objection(node.get_parameter(_FREQUENCY))
         if wrong:
             raise ConfigError(Problem(wrong))
-        self._static = {one.child_frame_id: one for one in fixed}
+        self._static = {transform.child_frame_id: transform for transform in fixed}
         self._tf = WantedPublisher(node, TFMessage, '/tf', qos.TF)
         self._tf_static = node.create_publisher(TFMessage, '/tf_static', qos.LATCHED)
         self._description = node.create_publisher(String, DESCRIPTION, qos.LATCHED)
@@ -93,7 +93,7 @@ class RobotStatePublisher:
         self._description.publish(String(data=urdf))
         now_ns = self._node.get_clock().now().nanoseconds
         found = self._transforms.static(self._prefix, now_ns)
-        self._static.update((one.child_frame_id, one) for one in found)
+        self._static.update((transform.child_frame_id, transform) for transform in found)
         self._tf_static.publish(TFMessage(transforms=list(self._static.values())))
         self._node.get_logger().info('Robot initialized')
 

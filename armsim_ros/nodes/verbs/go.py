@@ -104,7 +104,8 @@ def find_target(robot: RobotModel, words: Sequence[str], group: str
         if robot.joints[joint].type.value != 'continuous' and not lower <= target[joint] <= upper:
             raise UsageError(f'{joint}={text} is outside of its limits; '
                              f'allowed: {lower:.4g} to {upper:.4g}')
-    fitting = [name for name, one in groups.items() if set(target) <= set(one.active_joints)]
+    fitting = [name for name, candidate in groups.items()
+               if set(target) <= set(candidate.active_joints)]
     chosen = group or min(fitting, key=lambda name: len(groups[name].active_joints), default='')
     if not chosen or not set(target) <= set(groups[chosen].active_joints):
         raise UsageError(f"no planning group has all of {', '.join(target)}")

@@ -65,9 +65,9 @@ def main(argv: Sequence[str] | None = None) -> int:
             records = _listen(client, topic, asked.seconds, asked.timeout)
             records = with_tolerances(records, *_bounds(client, topic, records, asked.timeout))
     if asked.tolerance > 0.0:
-        records = [replace(one, tolerance=asked.tolerance) for one in records]
+        records = [replace(record, tolerance=asked.tolerance) for record in records]
     write_picture(records, asked.to)
-    violated = {one.name: one.violated for one in records if one.violated}
+    violated = {record.name: record.violated for record in records if record.violated}
     show({'file': str(asked.to), 'violated': violated}, asked.json,
          '\n'.join([str(asked.to), *(f'{name}: {text}' for name, text in violated.items())]))
     return 1 if violated else 0
@@ -121,15 +121,15 @@ def _bounds(client: RosClient, topic: str, records: Sequence[JointRecord], patie
             ) -> tuple[dict[str, float], dict[str, tuple[float, ...]]]:
     """Return tolerances and position limits, as far as controller and description tell them."""
     node = topic.rpartition('/')[0]
-    names = [f'constraints.{one.name}.trajectory' for one in records]
+    names = [f'constraints.{record.name}.trajectory' for record in records]
     tolerances: dict[str, float] = {}
     limits: dict[str, tuple[float, ...]] = {}
     try:
         values = call(client, GetParameters, f'{node}/get_parameters',
                       GetParameters.Request(names=names), patience).values
-        for one, value in zip(records, values, strict=False):
+        for record, value in zip(records, values, strict=False):
             if value.double_value > 0.0:
-                tolerances[one.name] = value.double_value
+                tolerances[record.name] = value.double_value
         limits = position_limits(published_robot(client, patience), records)
     except ArmsimError:
         return tolerances, limits  # drawn without what is not told

@@ -99,17 +99,18 @@ def write_picture(records: Sequence[JointRecord], file: Path) -> None:
 def with_tolerances(records: Sequence[JointRecord], tolerances: Mapping[str, float],
                     limits: Mapping[str, tuple[float, ...]]) -> list[JointRecord]:
     """Return the records with what their errors and positions are held against."""
-    return [JointRecord(one.name, one.rows, limits.get(one.name, ()), tolerances.get(one.name))
-            for one in records]
+    return [JointRecord(record.name, record.rows, limits.get(record.name, ()),
+                        tolerances.get(record.name))
+            for record in records]
 
 
 def _write_html(records: Sequence[JointRecord], file: Path) -> None:
     data: dict[str, Any] = {'joints': [{
-        'name': one.name, 'violated': one.violated, 'limits': list(one.limits),
-        'tolerance': one.tolerance,
-        **{name: np.round(one.rows[:, index], 7).tolist()
+        'name': record.name, 'violated': record.violated, 'limits': list(record.limits),
+        'tolerance': record.tolerance,
+        **{name: np.round(record.rows[:, index], 7).tolist()
            for index, name in enumerate(('times', 'desired', 'actual', 'error'))},
-    } for one in records]}
+    } for record in records]}
     text = (_STATIC / 'plot.html').read_text(encoding='utf-8')
     curves = (_STATIC / 'curves.js').read_text(encoding='utf-8').replace('export ', '')
     # '<' written as JSON may write it, so that no name of a joint can end the element.
@@ -125,25 +126,25 @@ def _write_png(records: Sequence[JointRecord], file: Path) -> None:
 
     figure = Figure(figsize=(11, 1.2 + 1.7 * len(records)), layout='constrained')
     rows = figure.subplots(len(records), 2, sharex=True, squeeze=False)
-    for (left, right), one in zip(rows, records, strict=True):
-        time, desired, actual, error = one.rows.T
+    for (left, right), record in zip(rows, records, strict=True):
+        time, desired, actual, error = record.rows.T
         left.plot(time, desired, '--', color='0.5', label='desired')
         left.plot(time, actual, color='tab:blue', label='actual')
         low, high = left.get_ylim()
-        for limit in one.limits:
+        for limit in record.limits:
             if low - (high - low) < limit < high + (high - low):
                 left.axhline(limit, color='tab:red', linestyle=':')
         right.plot(time, error, color='tab:orange', label='error')
-        left.set_ylabel(one.name)
+        left.set_ylabel(record.name)
         for axes in (left, right):
             axes.grid(alpha=0.3)
-        if one.tolerance is not None:
+        if record.tolerance is not None:
             for sign in (1.0, -1.0):
-                right.axhline(sign * one.tolerance, color='tab:red', linestyle=':')
-            right.fill_between(time, 0, 1, where=np.abs(error) > one.tolerance, alpha=0.2,
+                right.axhline(sign * record.tolerance, color='tab:red', linestyle=':')
+            right.fill_between(time, 0, 1, where=np.abs(error) > record.tolerance, alpha=0.2,
                                color='tab:red', transform=right.get_xaxis_transform())
-        if one.violated:
-            right.set_title(one.violated, color='tab:red', fontsize=9)
+        if record.violated:
+            right.set_title(record.violated, color='tab:red', fontsize=9)
     rows[0][0].legend(loc='best', fontsize=8)
     rows[0][1].legend(loc='best', fontsize=8)
     for axes in rows[-1]:

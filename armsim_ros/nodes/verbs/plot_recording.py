@@ -77,7 +77,7 @@ def read_recording(file: Path) -> list[JointRecord]:
 def position_limits(robot: RobotModel, records: Iterable[JointRecord]
                     ) -> dict[str, tuple[float, ...]]:
     """Return joint -> the ends of its range [rad or m], those that there are."""
-    return {one.name: tuple(float(end) for end in (robot.joints[one.name].limits.lower,
-                                                   robot.joints[one.name].limits.upper)
+    return {record.name: tuple(float(end) for end in (robot.joints[record.name].limits.lower,
+                                                   robot.joints[record.name].limits.upper)
                             if np.isfinite(end))
-            for one in records if one.name in robot.joints}
+            for record in records if record.name in robot.joints}

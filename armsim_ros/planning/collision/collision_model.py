@@ -309,10 +309,10 @@ class CollisionChecker:
             stage = tables.ready(exact, group)
             for first, second, distance in stage.near(q, within + widest):
                 first, second = _in_order(tables, first, second)
-                one, other = tables.shapes[first], tables.shapes[second]
+                shape, other = tables.shapes[first], tables.shapes[second]
                 found.append(PairDistance(
-                    (one.body.name, other.body.name), (one.body.type, other.body.type),
-                    (one.joint, other.joint), tables.apart(first, second, distance)))
+                    (shape.body.name, other.body.name), (shape.body.type, other.body.type),
+                    (shape.joint, other.joint), tables.apart(first, second, distance)))
         return found
 
     @property

@@ -75,7 +75,7 @@ def cameras_of(settings: Mapping[str, CameraSettings], model: RobotModel) -> tup
 
     :raises SimulationError: one is on a link that is not there, or has a frame of the URDF.
     """
-    return tuple(_camera(name, one, model) for name, one in settings.items())
+    return tuple(_camera(name, camera, model) for name, camera in settings.items())
 
 
 def _camera(name: str, settings: CameraSettings, model: RobotModel) -> Camera:

@@ -37,8 +37,8 @@ class SceneRenderer:
 
     def __init__(self, cameras: Iterable[Camera]) -> None:
         self._cameras = tuple(cameras)
-        self._size = (max(one.width for one in self._cameras),
-                      max(one.height for one in self._cameras))
+        self._size = (max(camera.width for camera in self._cameras),
+                      max(camera.height for camera in self._cameras))
         self._window = mujoco.GLContext(*self._size)
         self._window.make_current()
         self._context: Any = None

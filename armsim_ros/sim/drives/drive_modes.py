@@ -102,4 +102,4 @@ class Followed:
     def changed(self, other: Followed) -> Mask:
         """Return which joints (n,) have other claims than there."""
         pairs = zip(self.claims, other.claims, strict=True)
-        return np.array([one != two for one, two in pairs], dtype=np.bool_)
+        return np.array([first != two for first, two in pairs], dtype=np.bool_)

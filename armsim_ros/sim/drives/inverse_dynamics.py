@@ -233,6 +233,6 @@ def _mimic_map(model: RobotModel) -> tuple[Vector, Vector]:
     offset = np.array([zero[name] for name in names], dtype=np.float64)
     expand = np.zeros((len(names), len(active)))
     for column, driver in enumerate(active):
-        one = model.complete({**dict.fromkeys(active, 0.0), driver: 1.0})
-        expand[:, column] = np.array([one[name] for name in names]) - offset
+        positions = model.complete({**dict.fromkeys(active, 0.0), driver: 1.0})
+        expand[:, column] = np.array([positions[name] for name in names]) - offset
     return expand, offset

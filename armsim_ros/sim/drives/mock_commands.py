@@ -33,8 +33,8 @@ class MockCommands:
             return None
         joints = {joint.name: system for system in model.hardware for joint in system.joints}
         systems = [joints.get(name) for name in model.active_joints]
-        return cls(np.array([one is not None and one.deaf for one in systems]),
-                   np.array([one.offset if one is not None else 0.0 for one in systems]))
+        return cls(np.array([system is not None and system.deaf for system in systems]),
+                   np.array([system.offset if system is not None else 0.0 for system in systems]))
 
     def arriving(self, given: JointArrays) -> JointArrays:
         """Return what arrives of commands, or of their feed-forward (m,)."""

@@ -126,5 +126,5 @@ def _between(gripper: Gripper, contacts: Iterable[FingerContact]) -> list[str]:
 
 def _any_opposite(pushes: list[Vector]) -> bool:
     return any(
-        float(one.dot(other)) < OPPOSITE * float(np.linalg.norm(one) * np.linalg.norm(other))
-        for i, one in enumerate(pushes) for other in pushes[i + 1:])
+        float(push.dot(other)) < OPPOSITE * float(np.linalg.norm(push) * np.linalg.norm(other))
+        for i, push in enumerate(pushes) for other in pushes[i + 1:])

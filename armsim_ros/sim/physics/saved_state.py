@@ -116,9 +116,9 @@ class SavableSimulation:
             tuple(objects),
             {name: self.world.pose(name) for name in objects if objects[name].mass is None},
             self._plant.save(), self._servo.save(),
-            {name: one.save() for name, one in self.vacuum_grippers.items()},
+            {name: gripper.save() for name, gripper in self.vacuum_grippers.items()},
             self._inputs.copy(), dict(self.other_commands),
-            tuple(dict(one) for one in (self.given_states, *self.given_states_of_parts)),
+            tuple(dict(states) for states in (self.given_states, *self.given_states_of_parts)),
             self._written, (self.clock.steps, self.clock.start_ns),
         )
 

@@ -120,8 +120,8 @@ class WorldWatch:
         if self._fingers is not None:
             held.update((name, Holder(gripper.palm, gripper.links))
                         for name, gripper in self._fingers().items())
-        held.update((one.held, Holder(one.settings.link, (one.settings.link,)))
-                    for one in self._grippers if one.held in names)
+        held.update((cup.held, Holder(cup.settings.link, (cup.settings.link,)))
+                    for cup in self._grippers if cup.held in names)
         poses = {**self._fixed, **dict(zip(names, rows, strict=True))}
         return WorldSnapshot(self.epoch, self._objects, poses, held)
 

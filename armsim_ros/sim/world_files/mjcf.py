@@ -203,7 +203,7 @@ def _compiled(text: str, file: str, read_mesh: MeshReader, ignore_assets: bool =
     unused, meshes = Unused(), list[tuple[str, Mesh]]()
     for child in list(root.children):
         if child.tag == 'option':
-            for word in sorted({*child.attributes, *(one.tag for one in child.children)}):
+            for word in sorted({*child.attributes, *(inner.tag for inner in child.children)}):
                 if word != 'gravity':
                     unused.add(
                         f'{word} of <option>: the simulation keeps its own, see simulation.yaml')
@@ -271,7 +271,7 @@ def _leave_out(element: XmlElement, meshes: set[str]) -> None:
     for child in list(element.children):
         _leave_out(child, meshes)
         gone = child.tag == 'geom' and child.get('mesh') in meshes
-        shapes = any(one.tag in ('geom', 'body') for one in child.children)
+        shapes = any(inner.tag in ('geom', 'body') for inner in child.children)
         if gone or (child.tag == 'body' and not shapes):
             element.children.remove(child)
 
@@ -290,7 +290,7 @@ def _clean(element: XmlElement, unused: Unused) -> None:
 
 
 def _tells_gravity(text: str, file: str) -> bool:
-    return any(one.get('gravity') for one in parse_xml(text, file).all('option'))
+    return any(option.get('gravity') for option in parse_xml(text, file).all('option'))
 
 
 def _model_name(text: str, file: str) -> str:

@@ -136,7 +136,7 @@ class WorldResources:
         world, _, name = place.partition('/')
         worlds = self.worlds()
         if world not in worlds or not name:
-            allowed = [*MEASURES, *(f'{one}/<object>' for one in worlds)]
+            allowed = [*MEASURES, *(f'{known}/<object>' for known in worlds)]
             raise ResourceFaultError(
                 Fault.MISSING_ASSETS, f"'{uri}' names nothing; allowed: {SCHEME}"
                 + f', {SCHEME}'.join(allowed))
@@ -268,7 +268,7 @@ def _checked(kind: type[AnySettings], text: str, name: str) -> AnySettings:
         settings = read_settings(kind, node, problems, title='world', tolerant=False)
     except ConfigError as error:
         raise ResourceFaultError(Fault.RESOURCE_PARSE_ERROR, str(error)) from None
-    mistakes = [str(one) for one in problems if one.severity is Severity.ERROR]
+    mistakes = [str(problem) for problem in problems if problem.severity is Severity.ERROR]
     if settings is None or mistakes:
         raise ResourceFaultError(Fault.RESOURCE_PARSE_ERROR, '; '.join(mistakes))
     return settings

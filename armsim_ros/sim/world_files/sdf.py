@@ -91,8 +91,8 @@ def sdf_world(text: str, file: str, read_mesh: MeshReader, read_model: ModelRead
     pull = world.first('gravity')
     gravity = None if pull is None else _triple(_floats(pull, 3))
     scope = _Scope.of(world, ('model', 'frame'))
-    read = [reader.asset(reader.model, one, scope, 0) for one in world.all('model')]
-    read += [reader.asset(reader.include, one, scope, 0) for one in world.all('include')]
+    read = [reader.asset(reader.model, model, scope, 0) for model in world.all('model')]
+    read += [reader.asset(reader.include, include, scope, 0) for include in world.all('include')]
     things = [thing for thing in read if thing is not None]
     check_names(things)
     return LoadedWorld(world.get('name') or 'world', tuple(things), False, unused.lines, gravity,
@@ -107,7 +107,7 @@ class _Scope:
 
     @classmethod
     def of(cls, parent: XmlElement, tags: tuple[str, ...]) -> _Scope:
-        return cls({one.get('name'): one for tag in tags for one in parent.all(tag)})
+        return cls({element.get('name'): element for tag in tags for element in parent.all(tag)})
 
     def pose(self, element: XmlElement, base: str = '', seen: tuple[str, ...] = ()) -> Matrix:
         """
@@ -189,10 +189,11 @@ class _Reader:
             pose = scope.pose(link)
             rubbing = self._link(link, pose, parts, inertials, static)
             friction = rubbing if friction is None else friction
-        inner = [(scope.pose(one), self.model(one, scope, depth + 1))
-                 for one in element.all('model')]
+        inner = [(scope.pose(child), self.model(child, scope, depth + 1))
+                 for child in element.all('model')]
         inner += [(thing.pose, thing) for thing in (
-            self.asset(self.include, one, scope, depth + 1) for one in element.all('include'))
+            self.asset(self.include, included, scope, depth + 1)
+            for included in element.all('include'))
             if thing is not None]
         for pose, thing in inner:
             parts += [LinkGeometry(part.geometry, pose @ part.origin, rgba=part.rgba)

@@ -138,9 +138,10 @@ class InProcessArm(Arm):
 
     def _move_fingers(self, word: str, effort: float) -> None:
         state = self.finger_state(word)
-        grippers = [one for manager in self.sim.managers.values()
-                    for one in manager.controllers.values()
-                    if isinstance(one, GripperBase) and one.active and one.joints[0] in state]
+        grippers = [controller for manager in self.sim.managers.values()
+                    for controller in manager.controllers.values()
+                    if isinstance(controller, GripperBase) and controller.active
+                    and controller.joints[0] in state]
         if not grippers:
             joints = {name: at for name, at in state.items()
                       if self.sim.model.joints[name].mimic is None}

@@ -59,8 +59,9 @@ class RosArm(Arm):
         self._controllers = settings.moveit_controllers
         self._cups = tuple(settings.simulation.vacuum_grippers)
         self._grippers = {
-            one.parameters.joint: one for one in settings.controllers
-            if isinstance(one.parameters, GripperParameters) and one.name in settings.spawn
+            controller.parameters.joint: controller for controller in settings.controllers
+            if isinstance(controller.parameters, GripperParameters)
+            and controller.name in settings.spawn
         }
         self._states = robot.client.collect(f'{robot.namespace}/joint_states', JointState)
         self._start_ns = _stamp_ns(self._states.wait()[-1])
@@ -165,7 +166,7 @@ class RosArm(Arm):
         if self._cups:
             return
         state = self.finger_state(word)
-        grippers = {joint: one for joint, one in self._grippers.items() if joint in state}
+        grippers = {joint: gripper for joint, gripper in self._grippers.items() if joint in state}
         for joint, gripper in grippers.items():
             self._send_gripper(gripper, state[joint], effort)
         if not grippers:

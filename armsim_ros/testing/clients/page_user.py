@@ -201,9 +201,9 @@ class PageUser:
         mouse.up()
 
 
-def changed(one: Picture, other: Picture) -> int:
+def changed(first: Picture, other: Picture) -> int:
     """Return how many pixels of two pictures differ clearly."""
-    return int((np.abs(one - other).max(axis=2) > _CLEARLY).sum())
+    return int((np.abs(first - other).max(axis=2) > _CLEARLY).sum())
 
 
 def reddish(picture: Picture) -> int:

@@ -49,7 +49,7 @@ class ArmRequest:
         return self.robot, self.world, repr(sorted(self.overrides.items()))
 
 
-WORDS = tuple(one.name for one in fields(ArmRequest))
+WORDS = tuple(field.name for field in fields(ArmRequest))
 
 
 def requested(node: Any, *, mode: str, seed: int) -> ArmRequest:

@@ -39,8 +39,8 @@ def key_table(files: Iterable[Path], problems: Iterable[Problem]) -> list[KeySta
 
     :param problems: all that was found; their places tell the keys' states.
     """
-    states = {one.where: _STATE_OF[one.severity] for one in problems
-              if one.where is not None and one.severity in _STATE_OF}
+    states = {problem.where: _STATE_OF[problem.severity] for problem in problems
+              if problem.where is not None and problem.severity in _STATE_OF}
     table: list[KeyState] = []
     for file in files:
         try:

@@ -34,11 +34,11 @@ def report_lines(check: RobotCheck, *, list_keys: bool = False) -> Iterator[str]
         found = check.of(severity)
         if found:
             yield f'{title} ({len(found)})'
-            yield from (f'  {one}' for one in found)
+            yield from (f'  {problem}' for problem in found)
     if settings is not None:
-        files = [*settings.files, *(file for one in check.robots for file in one.files)]
+        files = [*settings.files, *(file for robot in check.robots for file in robot.files)]
         table = key_table(dict.fromkeys(files), check.problems)
-        counts = Counter(one.state for one in table)
+        counts = Counter(row.state for row in table)
         yield 'keys: ' + ', '.join(f'{counts[state]} {state}' for state in STATES)
         if list_keys:
             yield from _key_lines(table)
@@ -60,22 +60,22 @@ def _file_lines(settings: RobotSettings, robots: Sequence[RobotSettings]) -> Ite
     if robots:
         yield f"cell '{settings.name}'"
         yield f'  robots  {settings.urdf_file}'
-        of_robots = {file for one in robots for file in one.files}
+        of_robots = {file for robot in robots for file in robot.files}
         if settings.srdf_file is not None:
             yield f'  SRDF  {settings.srdf_file}'
         yield from (f'  YAML  {file}' for file in settings.files if file not in of_robots)
-    for one in robots or (settings,):
-        yield f"robot '{one.name}'"
-        yield f'  URDF  {one.urdf_file}'
-        yield f"  SRDF  {one.srdf_file or 'none: no planning groups'}"
-        yield from (f'  YAML  {file}' for file in one.files)
+    for shown in robots or (settings,):
+        yield f"robot '{shown.name}'"
+        yield f'  URDF  {shown.urdf_file}'
+        yield f"  SRDF  {shown.srdf_file or 'none: no planning groups'}"
+        yield from (f'  YAML  {file}' for file in shown.files)
 
 
 def _key_lines(table: list[KeyState]) -> Iterator[str]:
-    width = max((len(one.state) for one in table), default=0)
-    for one in table:
-        value = one.value if len(one.value) <= 40 else one.value[:37] + '...'
-        yield f'  {one.state:<{width}}  {one.where}: {one.path}: {value}'
+    width = max((len(row.state) for row in table), default=0)
+    for row in table:
+        value = row.value if len(row.value) <= 40 else row.value[:37] + '...'
+        yield f'  {row.state:<{width}}  {row.where}: {row.path}: {value}'
 
 
 def _coverage(check: RobotCheck) -> Iterator[str]:
@@ -87,7 +87,7 @@ def _coverage(check: RobotCheck) -> Iterator[str]:
         try:
             joints = controlled_joints(group.active_joints, model)
             chosen = select_controllers(joints, settings.moveit_controllers)
-            movers = ', '.join(one.name for one in chosen)
+            movers = ', '.join(controller.name for controller in chosen)
         except PlanningError:
             movers = 'no set of controllers: it can be planned for, not executed'
         yield f"  {name} ({', '.join(group.active_joints)}): {movers}"

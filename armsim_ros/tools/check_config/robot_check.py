@@ -59,7 +59,7 @@ class RobotCheck:
 
     def of(self, severity: Severity) -> list[Problem]:
         """Return the problems of one kind."""
-        return [one for one in self.problems if one.severity is severity]
+        return [problem for problem in self.problems if problem.severity is severity]
 
 
 def check_robot(robot: str, *, strict: bool = False, **options: Unpack[SurveyOptions]
@@ -81,10 +81,10 @@ def check_robot(robot: str, *, strict: bool = False, **options: Unpack[SurveyOpt
                       nearest(name, tuple(survey.declared)))
               for name, text in (options.get('arguments') or {}).items()
               if name not in survey.declared and not is_harmless(name, text)]
-    for one in survey.robots or (survey.settings,):
-        names = [controller.name for controller in one.controllers]
-        read = [file.name for file in one.files]
-        for file in launch_files(one.folder):
+    for part in survey.robots or (survey.settings,):
+        names = [controller.name for controller in part.controllers]
+        read = [file.name for file in part.files]
+        for file in launch_files(part.folder):
             # bringup reads none, so a mistake there stops nothing
             found += [replace(each, severity=Severity.WARNING)
                       if each.severity is Severity.ERROR else each
@@ -94,7 +94,7 @@ def check_robot(robot: str, *, strict: bool = False, **options: Unpack[SurveyOpt
         settings = survey.cell.settings
         found += _assemble(survey.cell)
     if strict:
-        found = [strictly(one) for one in found]
+        found = [strictly(problem) for problem in found]
     return RobotCheck(_sorted(found), settings, survey.model, survey.robots)
 
 

@@ -63,9 +63,9 @@ class _Finder:
 
     def groups(self) -> list[FoundGroup]:
         chains = self._chains(self._robot.root_link)
-        arms = [one for one in chains if _active(one.joints) >= LEAST_ARM_JOINTS]
+        arms = [chain for chain in chains if _active(chain.joints) >= LEAST_ARM_JOINTS]
         if not arms and chains:
-            arms = [max(chains, key=lambda one: _active(one.joints))]
+            arms = [max(chains, key=lambda chain: _active(chain.joints))]
         found: list[FoundGroup] = []
         for chain in arms:
             found += self._arm(chain, arms)
@@ -91,8 +91,8 @@ class _Finder:
         """Follow the only way down that has movable joints, until there is none or several."""
         joints: list[Joint] = []
         while True:
-            ways = [(one, self._movable_below(one)) for one in self._below[link]]
-            ways = [(one, movable) for one, movable in ways if movable]
+            ways = [(joint, self._movable_below(joint)) for joint in self._below[link]]
+            ways = [(joint, movable) for joint, movable in ways if movable]
             if len(ways) != 1:
                 return _Chain(joints, link, [movable for _, movable in ways])
             joint = ways[0][0]
@@ -108,7 +108,7 @@ class _Finder:
 
     def _arm(self, chain: _Chain, arms: list[_Chain]) -> list[FoundGroup]:
         joints = list(chain.joints)
-        fingers = [one for branch in chain.branches for one in branch
+        fingers = [joint for branch in chain.branches for joint in branch
                    if _active(branch) < LEAST_ARM_JOINTS]
         palm = chain.end
         while not chain.branches and _active(joints) > 1 and _JAW.search(joints[-1].name):
@@ -120,14 +120,14 @@ class _Finder:
             self._robot.parent_joint[palm]].parent
         tip = self._tool(last) if not fingers or (palm == last and _tools(self._frames(last))) \
             else carrier
-        arm = FoundGroup(name, tuple(one.name for one in joints),
-                         tuple(one.name for one in joints if one.active),
+        arm = FoundGroup(name, tuple(joint.name for joint in joints),
+                         tuple(joint.name for joint in joints if joint.active),
                          (joints[0].parent, tip))
-        if not any(one.active for one in fingers):
+        if not any(joint.active for joint in fingers):
             return [arm]
         gripper = 'gripper' if len(arms) == 1 else f'{_common_name(joints)}_gripper'
-        return [arm, FoundGroup(gripper, tuple(one.name for one in fingers),
-                                tuple(one.name for one in fingers if one.active),
+        return [arm, FoundGroup(gripper, tuple(joint.name for joint in fingers),
+                                tuple(joint.name for joint in fingers if joint.active),
                                 None, name, carrier)]
 
     def _tool(self, last: str) -> str:
@@ -152,8 +152,8 @@ class _Finder:
     def _rigid(self, link: str) -> list[str]:
         """Return a link and those fixed to it, the nearest first."""
         found = [link]
-        for one in found:
-            found += [joint.child for joint in self._below[one] if not joint.movable]
+        for rigid in found:
+            found += [joint.child for joint in self._below[rigid] if not joint.movable]
         return found
 
 
@@ -168,7 +168,7 @@ def _tools(links: list[str]) -> list[str]:
 
 def _common_name(joints: list[Joint]) -> str:
     """Return the words that all names share: 'left' for left_hip, left_knee; else the base."""
-    words = [one.name.split('_') for one in joints]
+    words = [joint.name.split('_') for joint in joints]
     common = [first for first, *others in zip(*words, strict=False) if {first} == {
         first, *others}]
     return '_'.join(word for word in common if word != 'joint') or joints[0].parent

@@ -76,7 +76,7 @@ def read_urdf(urdf: Path, arguments: Mapping[str, str] | None = None,
         arguments=dict(arguments or {}),
     ).with_source(empty_node(), Packages(packages_path))
     robot, found = survey_robot_model(settings)
-    mistakes = [one for one in found if one.severity is Severity.ERROR]
+    mistakes = [problem for problem in found if problem.severity is Severity.ERROR]
     if mistakes or robot is None:
         raise ConfigError(mistakes)
     return robot

@@ -79,9 +79,9 @@ def _kept_as_it_is(records: FileRecords) -> list[str] | None:
     if not records.kinds <= set(SAME_IN_BOTH):
         return None
     edits: dict[tuple[int, int], str] = {}
-    for one in records.records:
-        kind: Any = SAME_IN_BOTH[one.section]
-        node = one.node.with_value({one.key: one.node}) if one.key else one.node
+    for record in records.records:
+        kind: Any = SAME_IN_BOTH[record.section]
+        node = record.node.with_value({record.key: record.node}) if record.key else record.node
         edits |= real_number_edits(kind, node) if kind is not None else {}
     lines = records.text.edited(edits)
     bare = 'planner_configs' in records.root.entries
@@ -116,16 +116,16 @@ def _other_files(before: RobotSettings) -> list[Path]:
 
 
 def _left_out(before: RobotSettings) -> list[str]:
-    return [str(one) for one in before.remarks if one.severity is Severity.INFO]
+    return [str(remark) for remark in before.remarks if remark.severity is Severity.INFO]
 
 
 def _launch_answers(before: RobotSettings) -> list[str]:
     lines: list[str] = []
     for file in launch_files(before.folder):
         try:
-            lines += [str(one) for one in answer_launch_file(file)]
+            lines += [str(line) for line in answer_launch_file(file)]
         except ConfigError as error:
-            lines += [str(one) for one in error.problems]
+            lines += [str(problem) for problem in error.problems]
     return lines
 
 
@@ -138,7 +138,9 @@ def settings_values(settings: RobotSettings) -> dict[str, object]:
     """Return what must not depend on the layout of the files."""
     places = {'name', 'folder', 'files', 'remarks', 'urdf_file', 'srdf_file', 'world_file'}
     values = settings.model_dump(exclude={*places, 'controllers', 'moveit_controllers', 'spawn'})
-    values['controllers'] = {one.name: (one.type, one.parameters) for one in settings.controllers}
-    values['moveit_controllers'] = {one.name: one for one in settings.moveit_controllers}
+    values['controllers'] = {controller.name: (controller.type, controller.parameters)
+                             for controller in settings.controllers}
+    values['moveit_controllers'] = {controller.name: controller
+                                    for controller in settings.moveit_controllers}
     values['spawn'] = set(settings.spawn)
     return values

@@ -26,7 +26,7 @@ def real_number_edits(kind: Any, node: YamlNode) -> dict[tuple[int, int], str]:
 
 def _whole_numbers(kind: Any, node: YamlNode) -> Iterator[YamlNode]:
     if get_origin(kind) in (Union, UnionType):
-        kind = next((one for one in get_args(kind) if one is not type(None)), kind)
+        kind = next((member for member in get_args(kind) if member is not type(None)), kind)
     if kind is float:
         if isinstance(node.value, int) and not isinstance(node.value, bool):
             yield node
@@ -43,7 +43,7 @@ def _whole_numbers(kind: Any, node: YamlNode) -> Iterator[YamlNode]:
 
 def _values_of(annotation: Any) -> Any:
     """Return X of ``dict[str, X]`` or ``tuple[X, ...]``; of a text the class is not known."""
-    arguments = [one for one in get_args(annotation) if one is not Ellipsis]
+    arguments = [argument for argument in get_args(annotation) if argument is not Ellipsis]
     return arguments[-1] if arguments else None
 
 

@@ -54,7 +54,7 @@ class FileRecords(ConfigDraft):
     @property
     def kinds(self) -> set[str]:
         """The blocks that it has something of."""
-        return {one.section for one in self.records}
+        return {record.section for record in self.records}
 
     def add(self, section: str, node: YamlNode) -> None:
         """Note a whole block."""

@@ -74,7 +74,7 @@ class Ros2Files:
             return self._take_controller(file, record)
         if record.section == 'controller_manager':
             entries = {record.key: record.node} if record.key else record.node.entries
-            self._manager += _dumped({key: one.plain() for key, one in entries.items()})
+            self._manager += _dumped({key: entry.plain() for key, entry in entries.items()})
             self._say(file, record, CONTROLLERS, 'controller_manager')
             return CONTROLLERS
         if record.section == 'moveit_controllers':
@@ -142,7 +142,7 @@ class Ros2Files:
         lines = file.text.block(record.node, column, edits, dropped)
         if lines is not None:
             return lines
-        values = {key: one.plain() for key, one in record.node.entries.items()
+        values = {key: entry.plain() for key, entry in record.node.entries.items()
                   if key not in dropped}
         return _indented(_dumped(values), column) if values else []
 

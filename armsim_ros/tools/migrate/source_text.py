@@ -91,15 +91,15 @@ class SourceText:
         inner = [*node.entries.values(), *node.items]
         if not inner:
             return
-        starts = [_line(one) for one in inner]
+        starts = [_line(child) for child in inner]
         self._has_aliases |= starts != sorted(starts) or starts[0] < first or starts[-1] >= end
-        for one, following in zip(inner, [*starts[1:], end], strict=True):
-            line = _line(one)
+        for child, following in zip(inner, [*starts[1:], end], strict=True):
+            line = _line(child)
             stop = following
             if line < following <= len(self.lines):
                 stop = self._with_leading_comments(following)
-            self._ends[line, _column(one)] = max(stop, line + 1)
-            self._measure(one, line, max(stop, line + 1))
+            self._ends[line, _column(child)] = max(stop, line + 1)
+            self._measure(child, line, max(stop, line + 1))
 
     def _range(self, node: YamlNode) -> tuple[int, int]:
         line = _line(node)

@@ -55,7 +55,7 @@ class DeclareLaunchArgument(Action):
         kwargs['description'] = entity.get_attr('description', optional=True)
         choices = entity.get_attr('choice', data_type=list, optional=True)
         if choices:
-            kwargs['choices'] = [one.get_attr('value') for one in choices]
+            kwargs['choices'] = [choice.get_attr('value') for choice in choices]
         return cls, kwargs
 
     def describe(self) -> str:

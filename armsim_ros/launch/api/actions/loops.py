@@ -46,7 +46,7 @@ class ForLoop(Action):
         except ValueError:
             raise LaunchError(f"the length of a ForLoop is '{text}'; allowed: a whole number",
                                 self.where) from None
-        return [one for number in range(count) for one in self._round(number)]
+        return [entity for number in range(count) for entity in self._round(number)]
 
     def _round(self, number: int) -> Entities:
         if self._function is not None:

@@ -26,7 +26,7 @@ class _Combination(Substitution):
         self._values = parts_of(values)
 
     def perform(self, context: LaunchContext) -> str:
-        truths = [evaluate_condition_expression(context, one) for one in self._values]
+        truths = [evaluate_condition_expression(context, value) for value in self._values]
         return 'true' if self._holds(truths) else 'false'
 
     def _holds(self, truths: Sequence[bool]) -> bool:
@@ -80,10 +80,10 @@ class EqualsSubstitution(Substitution):
         left, right = (perform_text(context, side) for side in self._sides)
         if left == right:
             return True
-        one, other = as_yaml_value(left), as_yaml_value(right)
-        numbers = all(isinstance(each, (int, float)) for each in (one, other))
-        if numbers and isinstance(one, bool) is isinstance(other, bool):
-            return math.isclose(float(one), float(other))
+        first, other = as_yaml_value(left), as_yaml_value(right)
+        numbers = all(isinstance(each, (int, float)) for each in (first, other))
+        if numbers and isinstance(first, bool) is isinstance(other, bool):
+            return math.isclose(float(first), float(other))
         return False
 
 

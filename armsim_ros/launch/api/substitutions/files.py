@@ -27,7 +27,7 @@ class PathJoinSubstitution(Substitution):
     """
 
     def __init__(self, substitutions: Iterable[SomeText]) -> None:
-        self._parts = [normalize_to_list_of_substitutions(one) for one in substitutions]
+        self._parts = [normalize_to_list_of_substitutions(part) for part in substitutions]
 
     def perform(self, context: LaunchContext) -> str:
         """Return the path."""

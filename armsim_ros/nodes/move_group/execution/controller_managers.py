@@ -146,11 +146,12 @@ class Ros2ControlManager(SimpleControllerManager):
             if answer is not None:
                 found.append(ManagedControllers(namespace, tuple(
                     ListedController(
-                        one.name, one.type, one.state == 'active', tuple(one.claimed_interfaces),
-                        tuple(one.required_command_interfaces),
-                        tuple(chain.name for chain in one.chain_connections),
-                        tuple(one.reference_interfaces))
-                    for one in answer.controller)))
+                        controller.name, controller.type, controller.state == 'active',
+                        tuple(controller.claimed_interfaces),
+                        tuple(controller.required_command_interfaces),
+                        tuple(chain.name for chain in controller.chain_connections),
+                        tuple(controller.reference_interfaces))
+                    for controller in answer.controller)))
             else:
                 self._context.logger.warning(
                     f"{SOURCE}: no answer of '{namespace.rstrip('/')}/{_LIST}' within "

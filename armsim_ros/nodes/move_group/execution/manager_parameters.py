@@ -82,26 +82,28 @@ class ControllerManagerNode:
     def _check(self, parameters: Sequence[Parameter]) -> SetParametersResult:
         """Refuse unknown parameters, and tolerances of joints that are none."""
         known, problems = self._context.robot.joints, []
-        for one in parameters:
-            if one.name.startswith(_OF_JOINTS):
-                joint, usable = one.name[len(_OF_JOINTS):], type(one.value) in (int, float)
+        for parameter in parameters:
+            if parameter.name.startswith(_OF_JOINTS):
+                joint = parameter.name[len(_OF_JOINTS):]
+                usable = type(parameter.value) in (int, float)
                 if joint not in known:
-                    problems.append(f"{one.name}: the robot has no joint '{joint}'")
-                elif not usable or one.value < 0.0:
-                    problems.append(f'{one.name} is {one.value}; allowed: a number from 0 up')
-            elif not self.node.has_parameter(one.name):
-                problems.append(f"'{one.name}' is not known; allowed: {GROUP}.*")
+                    problems.append(f"{parameter.name}: the robot has no joint '{joint}'")
+                elif not usable or parameter.value < 0.0:
+                    problems.append(
+                        f'{parameter.name} is {parameter.value}; allowed: a number from 0 up')
+            elif not self.node.has_parameter(parameter.name):
+                problems.append(f"'{parameter.name}' is not known; allowed: {GROUP}.*")
         return SetParametersResult(successful=not problems, reason='; '.join(problems))
 
     def _note_tolerances(self, parameters: Sequence[Parameter]) -> None:
-        if any(one.name.startswith(_OF_JOINTS) for one in parameters):
+        if any(parameter.name.startswith(_OF_JOINTS) for parameter in parameters):
             self._changed(self._live.settings)
 
     def _changed(self, live: ExecutionParameters) -> None:
         joints = parameters_by_prefix(self.node, _OF_JOINTS.rstrip('.'))
         self._context.execution_settings = self._context.execution_settings.model_copy(update={
             **live.trajectory_execution.model_dump(exclude={_JOINTS}),
-            _JOINTS: {joint: float(one.value) for joint, one in joints.items()},
+            _JOINTS: {joint: float(parameter.value) for joint, parameter in joints.items()},
             **{name: getattr(self._start, name) for name in _FIXED},
         })
 
@@ -109,12 +111,12 @@ class ControllerManagerNode:
 def _given(node: Node) -> dict[str, Any]:
     """Return what ``--ros-args`` gives move_group for the start."""
     values: dict[str, Any] = {}
-    for name, one in parameters_by_prefix(node, GROUP).items():
+    for name, parameter in parameters_by_prefix(node, GROUP).items():
         field, _, joint = name.partition('.')
         if field == _JOINTS and joint:
-            values.setdefault(_JOINTS, {})[joint] = one.value
+            values.setdefault(_JOINTS, {})[joint] = parameter.value
         elif field in _FIELDS and field not in UNUSED_EXECUTION_KEYS:
-            values[field] = one.value
+            values[field] = parameter.value
     return values
 
 

@@ -86,7 +86,8 @@ class SequenceJob:
             ]
             answer.sequence_start = starts[0]
         answer.planned_trajectories = [
-            robot_trajectory_message(one, context.frame) for one in response.trajectories
+            robot_trajectory_message(trajectory, context.frame)
+            for trajectory in response.trajectories
         ]
         for plan, start in zip(response.plans, starts, strict=True):
             self._display.publish_plan(

@@ -34,7 +34,8 @@ class AttachHint:
 
         def look() -> None:
             contacts = context.query_planner.check_state(scene, scene.q).contacts
-            if any({item.id, item.link_name} == {one.body1, one.body2} for one in contacts):
+            if any({item.id, item.link_name} == {contact.body1, contact.body2}
+                   for contact in contacts):
                 context.logger.warning(
                     f"attached object '{item.id}' touches the link '{item.link_name}' that it is "
                     f"attached to: every plan will begin in collision; add '{item.link_name}' to "

@@ -56,7 +56,7 @@ class ControllerDescriptions:
                           Location(f"controller '{name}'"))
             block, kind = merge_nodes(own, block)[0], known.type
         elif not kind and not files:
-            names = tuple(one.name for one in self._settings.controllers)
+            names = tuple(controller.name for controller in self._settings.controllers)
             hint = nearest(name, names) or f'known: {", ".join(names) or "none"}'
             raise ControllerError(
                 f"nothing describes a controller '{name}': no file of the robot, and the "
@@ -124,7 +124,7 @@ def read_description(
         block = block.with_value({**block.entries, 'type': node_of(kind, block.where)})
     draft = ConfigDraft()
     settings = read_controller(name, block, draft.problems, published=True)
-    mistakes = [one for one in draft.problems if one.severity is Severity.ERROR]
+    mistakes = [problem for problem in draft.problems if problem.severity is Severity.ERROR]
     if mistakes or settings is None:
         raise ConfigError(mistakes or draft.problems)  # an unknown type is only a warning
     return settings

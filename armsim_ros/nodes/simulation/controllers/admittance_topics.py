@@ -69,7 +69,7 @@ def _message(snapshot: AdmittanceSnapshot) -> AdmittanceControllerState:
     message.mass.data = list(admittance.mass)
     message.damping.data = snapshot.damping.tolist()
     message.stiffness.data = list(admittance.stiffness)
-    message.selected_axes.data = [int(one) for one in admittance.selected_axes]
+    message.selected_axes.data = [int(selected) for selected in admittance.selected_axes]
     message.ft_sensor_frame.data = sensor
     _fill(message.rot_base_control, 'xyzw', quat_xyzw_from_matrix(snapshot.control_rotation))
     place, there = message.ref_trans_base_ft, snapshot.sensor_at_reference

@@ -40,7 +40,8 @@ class WrenchTopics:
 
     def publish(self, sample: SensorSample) -> None:
         """Publish a sample: force, torque."""
-        wanted = [one for one in self._publishers[: self._topics] if one.wanted(sample.time_ns)]
+        wanted = [publisher for publisher in self._publishers[: self._topics]
+                  if publisher.wanted(sample.time_ns)]
         if not wanted:
             return
         fill_time(self._message.header.stamp, sample.time_ns)

@@ -179,8 +179,8 @@ class SceneMirror:
             moved = self._short(name, CollisionObject.MOVE)
             moved.pose = pose_to_message(self._root @ pose)
             objects.append(moved)
-        for one in objects:
-            one.type.key, one.type.db = WORLD_TYPE, epoch
+        for item in objects:
+            item.type.key, item.type.db = WORLD_TYPE, epoch
         return message
 
     def _short(self, name: str, operation: bytes) -> CollisionObject:

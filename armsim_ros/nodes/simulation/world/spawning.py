@@ -98,15 +98,17 @@ class Spawning:
 
     @answered
     async def _spawn_many(self, request: Any, response: Any) -> None:
-        for one in request.spawn_requests:
+        for entity in request.spawn_requests:
             result = SpawnResult()
             result.result.result = Result.RESULT_OK
             result.entity_name = await self._spawned(_Order(
-                one.name, one.allow_renaming, one.entity_resource.uri,
-                one.entity_resource.resource_string, one.entity_namespace, one.initial_pose,
+                entity.name, entity.allow_renaming, entity.entity_resource.uri,
+                entity.entity_resource.resource_string, entity.entity_namespace,
+                entity.initial_pose,
             ), result.result)
             response.results.append(result)
-        failed = [one for one in response.results if one.result.result != Result.RESULT_OK]
+        failed = [result for result in response.results
+                  if result.result.result != Result.RESULT_OK]
         if failed:
             refuse(response.result, SpawnEntities.Response.ENTITIES_SPAWN_FAILED,
                    f'{len(failed)} of {len(response.results)} could not be spawned, the first '

@@ -47,10 +47,12 @@ class ControllersPart(Part):
 
     def _tell(self) -> None:
         self.page.publish('controllers', [
-            {'manager': manager, 'name': one.name, 'type': one.type, 'state': one.state,
+            {'manager': manager, 'name': controller.name, 'type': controller.type,
+             'state': controller.state,
              'joints': sorted({interface.rpartition('/')[0] for interface in (
-                 *one.required_command_interfaces, *one.required_state_interfaces)})}
-            for manager, controllers in self._watch.managers.items() for one in controllers])
+                 *controller.required_command_interfaces, *controller.required_state_interfaces)})}
+            for manager, controllers in self._watch.managers.items()
+            for controller in controllers])
 
     async def _switch(self, _visitor: Visitor, ask: Switch) -> None:
         if ask.manager not in self._watch.managers:

@@ -111,8 +111,9 @@ class MotionPart(Part):
         except ArmsimError:
             return
         self.page.publish('pipelines', [
-            {'id': one.pipeline_id, 'name': one.name, 'planners': list(one.planner_ids)}
-            for one in answer.planner_interfaces])
+            {'id': pipeline.pipeline_id, 'name': pipeline.name,
+             'planners': list(pipeline.planner_ids)}
+            for pipeline in answer.planner_interfaces])
 
     async def _plan(self, visitor: Visitor, ask: PlanAsk) -> None:
         self._begin(visitor)

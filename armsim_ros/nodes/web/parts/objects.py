@@ -302,9 +302,9 @@ class ObjectsPart(Part):
                         entry.enabled.append(False)
                     matrix.entry_values.append(AllowedCollisionEntry(
                         enabled=[False] * len(matrix.entry_names)))
-            one, other = (matrix.entry_names.index(name) for name in pair)
-            matrix.entry_values[one].enabled[other] = True
-            matrix.entry_values[other].enabled[one] = True
+            first, other = (matrix.entry_names.index(name) for name in pair)
+            matrix.entry_values[first].enabled[other] = True
+            matrix.entry_values[other].enabled[first] = True
         change = PlanningScene(is_diff=True, allowed_collision_matrix=matrix)
         change.robot_state.is_diff = True
         await self.page.call(ApplyPlanningScene, '/apply_planning_scene',

@@ -108,8 +108,8 @@ class PathPart(Part):
             **plan.curves.form(), 'group': plan.group, 'duration': plan.curves.duration,
             'note': note,
             'limits': {name: {
-                'lower': one.lower, 'upper': one.upper, 'velocity': one.velocity,
-                'acceleration': one.acceleration} for name, one in limits.items()},
+                'lower': limit.lower, 'upper': limit.upper, 'velocity': limit.velocity,
+                'acceleration': limit.acceleration} for name, limit in limits.items()},
         })
 
     def forget(self, visitor: Visitor) -> None:

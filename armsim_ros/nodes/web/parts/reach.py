@@ -75,7 +75,7 @@ class Reach:
         if not pairs:
             return {'kind': 'collision', 'text': 'the joint limits or a constraint are violated',
                     'touching': []}
-        words = ', '.join(f'{one} touches {other}' for one, other in pairs[:3])
+        words = ', '.join(f'{link} touches {other}' for link, other in pairs[:3])
         more = f' and {len(pairs) - 3} more' if len(pairs) > 3 else ''
         return {'kind': 'collision', 'text': f'in collision: {words}{more}',
                 'touching': [list(pair) for pair in pairs]}
