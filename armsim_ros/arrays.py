@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Names of array types, and places in arrays; what shape one has is said where it is used."""
+"""Names of array types, and places in arrays; the shape is documented at its use."""
 
 from __future__ import annotations
 

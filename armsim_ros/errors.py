@@ -45,7 +45,7 @@ class Location:
 @dataclass(frozen=True, slots=True)
 class Problem:
     """
-    One mistake in the user's input.
+    An error in the user's input.
 
     :param what: what is wrong, naming the value.
     :param where: the place, or None where there is none.
@@ -63,7 +63,7 @@ class Problem:
     strict: bool = False
 
     def __str__(self) -> str:
-        """Return one line: place, mistake, what is allowed, what to do."""
+        """Return a line: place, error, what is allowed, what to do."""
         text = self.what.rstrip('.')
         if self.allowed:
             text += f'; allowed: {self.allowed}'
@@ -96,7 +96,7 @@ class ConfigError(ArmsimError):
     """
 
     def __init__(self, problems: Problem | Iterable[Problem]) -> None:
-        """Keep the problems; the text is one line a problem."""
+        """Keep the problems; the text is a line per problem."""
         found = (problems,) if isinstance(problems, Problem) else tuple(problems)
         if not found:
             raise ValueError('ConfigError needs at least one problem')
@@ -167,7 +167,7 @@ class PlanningError(ArmsimError):
     :param code: a value of :class:`MoveItErrorCode`.
     :param message: names links, joints, objects and numbers.
     :param source: the stage that found it.
-    :param contacts: what touches in the state that it is about, where it is about one.
+    :param contacts: what touches in the state that it is about, if it is about a state.
     """
 
     def __init__(
@@ -181,7 +181,7 @@ class PlanningError(ArmsimError):
 
 def nearest(name: str, known: Sequence[str]) -> str:
     """
-    Return a hint that names the known word nearest to a wrong one.
+    Return a hint that names the known word nearest to a wrong word.
 
     :param name: the word that was given.
     :param known: all words that would be right.
@@ -191,6 +191,6 @@ def nearest(name: str, known: Sequence[str]) -> str:
         return ''
     near = [word for word in known if len(word) <= LONGEST_NAME][:MOST_NAMES]
     hits = difflib.get_close_matches(name, near, n=max(1, len(near)), cutoff=0.6)
-    # Of equally near words the one with the same letters: two of them were swapped in typing.
+    # Of equally near words the word with the same letters: two of them were swapped in typing.
     hits.sort(key=lambda hit: sorted(hit) != sorted(name))
     return f"did you mean '{hits[0]}'?" if hits else ''

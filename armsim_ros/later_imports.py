@@ -34,7 +34,7 @@ class _LaterName:
 class _LaterModule(ModuleType):
     """A module whose names are looked up when they are used."""
 
-    #: Whether it stands for the real one only, and is asked for nothing by an import.
+    #: Whether it stands for the real module only, and no import reads its attributes.
     imported = False
 
     def __getattr__(self, name: str) -> Any:
@@ -51,7 +51,7 @@ def imported_later(*modules: str) -> Iterator[None]:
     Let what is imported meanwhile have names of modules without the time that they take.
 
     The modules' names are free again afterwards: who imports them then gets the real ones, and
-    who got a name meanwhile reaches the real one through it. What is imported already stays.
+    who got a name meanwhile reaches the real module through it. What is imported already stays.
 
     :param modules: full names, packages before what is in them.
     """

@@ -39,7 +39,7 @@ def package_name(folder: Path) -> str | None:
 
 
 def depends_on(folder: Path, name: str) -> bool:
-    """Return whether the manifest of a package names another one as needed."""
+    """Return whether the manifest of a package names another as needed."""
     needed = re.compile(rf'<(?:\w+_)?depend>\s*{re.escape(name)}\s*</'.encode())
     data = _read(os.path.join(folder, MANIFEST)) or b''
     return needed.search(_COMMENT.sub(b'', data)) is not None
@@ -60,7 +60,7 @@ def _read(path: str) -> bytes | None:
 
 
 def package_of(path: Path) -> Path | None:
-    """Return the folder of the package that a file or folder belongs to, None without one."""
+    """Return the folder of the package that a file or folder belongs to, None if there is none."""
     for folder in (path, *path.parents):
         if (folder / MANIFEST).is_file():
             return folder
@@ -83,11 +83,11 @@ def packages_below(
     """
     Return name -> folder of the packages in a tree of sources.
 
-    Folders are looked at in the order of their depth and their names, and of two packages of one
+    Folders are searched in the order of their depth and their names, and of two packages of one
     name the first counts. There are no packages inside packages, nor below a folder with
     ``COLCON_IGNORE`` or ``AMENT_IGNORE``, nor in ``build`` and hidden folders.
 
-    :param depth: so many folders below the given one at most.
+    :param depth: so many folders below the given folder at most.
     :param ignored: whether packages that are marked so are returned, too.
     """
     found: dict[str, Path] = {}
@@ -310,7 +310,7 @@ def _prefixes() -> list[Path]:
 
 
 def _of_this_name(folder: Path, name: str) -> Iterator[Path]:
-    """Yield a folder, or the one inside it, that has the name and no manifest with another."""
+    """Yield a folder, or the folder inside it, that has the name and no manifest with another."""
     for candidate in (folder, folder / name):
         if (candidate.name == name and candidate.is_dir()
                 and package_name(candidate) in (None, name)):
@@ -318,7 +318,7 @@ def _of_this_name(folder: Path, name: str) -> Iterator[Path]:
 
 
 def _installed(prefix: Path, name: str) -> Iterator[Path]:
-    """Yield a package's ``share`` folder in an installation, merged or one folder a package."""
+    """Yield a package's ``share`` folder in an installation, merged or a folder per package."""
     for share in (prefix / name / 'share' / name, prefix / 'share' / name):
         if share.is_dir():
             yield share

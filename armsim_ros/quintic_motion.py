@@ -71,7 +71,7 @@ class QuinticMotion:
 
     @classmethod
     def at_rest(cls, positions: Vector) -> QuinticMotion:
-        """Return one point (n,) in which nothing moves."""
+        """Return a point (n,) in which nothing moves."""
         return cls(np.zeros(1), positions[None], *(np.zeros((1, len(positions))),) * 2)
 
     def sample(self, t: Vector) -> Vector:
@@ -138,7 +138,7 @@ class QuinticMotion:
         )
 
     def then(self, other: QuinticMotion) -> QuinticMotion:
-        """Return this motion, a stop, and another one that begins where this one ends."""
+        """Return this motion, a stop, and a motion that begins where this motion ends."""
         return self.joined(other.part(1), self.duration)
 
     def trajectory(self, joint_names: Sequence[str]) -> JointTrajectory:

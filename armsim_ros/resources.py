@@ -25,7 +25,7 @@ def share_folder(package: str, packages: Packages | Iterable[Path] = ()) -> Path
     Return the folder that holds a package's files.
 
     Where this code runs from its source tree, its own files are always those beside it: code and
-    files of one version.
+    files of the same version.
 
     :param package: the package's name.
     :param packages: where to look; or folders to look at before all others.

@@ -47,13 +47,13 @@ Goal: TypeAlias = 'str | Mapping[str, float] | Matrix | Constraints'
 
 class ArmSim:
     """
-    One robot with its controllers and its planner, in simulated time that only ``step`` moves.
+    A robot with its controllers and its planner, in simulated time that only ``step`` moves.
 
     No wall clock is read: the same seed and the same calls give the same ``digest``. A cell of
-    several robots is moved the same way: one world, one planner, one manager a robot.
+    several robots is moved the same way: a single world and planner, a manager per robot.
 
     :param robot: a name under ``config/``, or a path to a folder with the user's files, of a
-        robot or of a cell; or what ``load_cell`` made of one, which many can share.
+        robot or of a cell; or what ``load_cell`` returned, which many can share.
     :param seed: of the planner's random numbers.
     :param world: a world's name or file in place of the robot's own.
     :param overrides: dotted path -> value over the files, such as
@@ -149,7 +149,7 @@ class ArmSim:
 
         :param goal: a named state, joint -> position [rad or m], the pose (4, 4) of the group's
             tip in the model's frame, or constraints.
-        :param group: planning group; the first one where not given.
+        :param group: planning group; by default the first.
         :param allowed_time: time for the search [s]; it is counted in looks at the planner's
             clock, so that the result does not depend on the machine.
         :param velocity: share of the velocity limits in 0..1.
@@ -179,7 +179,7 @@ class ArmSim:
 
         A gripper gets the last point alone, as from move_group.
 
-        :returns: one goal for each controller.
+        :returns: a goal for each controller.
         :raises ControllerError: no controller has the joints, or a controller rejects its part.
         """
         return tuple(part.goal for part in self._send(trajectory))

@@ -27,7 +27,7 @@ def _empty() -> Vector:
 @dataclass(frozen=True, slots=True, eq=False)
 class TrajectoryPoint:
     """
-    Values of n joints at one moment; length 0 where there is no such quantity.
+    Values of n joints at a moment; length 0 where there is no such quantity.
 
     :param positions: (n,) [rad or m].
     :param velocities: (n,) [rad/s or m/s].
@@ -56,7 +56,7 @@ class JointTrajectory:
     :param effort: (k, n) [N*m or N], None likewise.
     :param stamp_ns: [ns] when the trajectory starts; 0 is "as soon as it arrives".
     :param fault: why the points that it was made of make no such arrays, '' where they do;
-        what runs a trajectory refuses one with a fault.
+        what runs a trajectory refuses a trajectory with a fault.
     :raises TrajectoryError: an array has another shape, or a number that is not finite.
     """
 
@@ -83,7 +83,7 @@ class JointTrajectory:
                     raise TrajectoryError(_not_finite(self.joint_names, what, values, odd))
 
     def _kept(self, what: str, shape: tuple[int, ...]) -> Matrix:
-        """Return the array that takes the place of one that was given."""
+        """Return the array that takes the place of a given array."""
         values = np.array(getattr(self, what), dtype=np.float64, order='C')
         if not shape[0] and not values.size:
             values = values.reshape(shape)
@@ -103,7 +103,7 @@ class JointTrajectory:
         """
         Return the trajectory of points of which some may give quantities that others lack.
 
-        :param points: one for each time, each with the attributes of :class:`TrajectoryPoint`.
+        :param points: a point for each time, each with the attributes of :class:`TrajectoryPoint`.
         :returns: with a fault where a point has values for more or fewer joints, or such as are
             not finite.
         """

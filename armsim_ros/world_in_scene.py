@@ -67,7 +67,7 @@ class WorldInScene:
             self._ownership.apply(update)
 
     def _updates(self, news: WorldNews) -> Iterator[SceneUpdate]:
-        """Yield one update for each thing that has to be done after the other."""
+        """Yield the updates that have to be applied in sequence."""
         kind = ObjectType(WORLD_TYPE)
         if news.released:
             yield _grasps(news.released, ObjectOperation.REMOVE)

@@ -30,7 +30,7 @@ def _argument(default: Any, description: str, *, placeholder: str = 'TEXT') -> A
 @dataclass(frozen=True)
 class ProgramArguments:
     """
-    What the user asked a program to run, checked; one field an argument.
+    What the user asked a program to run, checked; a field per argument.
 
     An empty text stands for: take what the robot's configuration says.
 
@@ -43,8 +43,8 @@ class ProgramArguments:
         'to a folder, or the name of a package',
         placeholder='NAME|DIR')
     config: str = _argument(
-        '', "folder with the YAML files, in place of the robot's own; of a package, one that is "
-        'looked at first', placeholder='DIR')
+        '', "folder with the YAML files, in place of the robot's own; of a package, a folder "
+        'that is searched first', placeholder='DIR')
     urdf: str = _argument(
         '', "URDF or xacro file, in place of the robot's own", placeholder='FILE')
     srdf: str = _argument('', "SRDF file, in place of the robot's own", placeholder='FILE')
@@ -246,7 +246,7 @@ def to_word(value: object) -> str:
 
 
 def _take_apart(word: str) -> tuple[str, str, str]:
-    """Return name, sign and value of one word; the sign is empty where the value follows."""
+    """Return name, sign and value of a word; the sign is empty where the value follows."""
     if word.startswith('--'):
         name, sign, text = word[2:].partition('=')
         if name.endswith(':'):

@@ -47,11 +47,11 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def run(program: str, argv: Sequence[str] | None = None) -> int:
     """
-    Run one program: import it, call its ``main``, turn what it raises into an exit status.
+    Run a program: import it, call its ``main``, turn what it raises into an exit status.
 
     :param program: a name of ``PROGRAMS``.
     :param argv: the words after the program's name; those of this process where None.
-    :returns: 0, or 2 after a mistake of the user's, or 128 and a signal's number after one that
+    :returns: 0, or 2 after a user's error, or 128 and a signal's number after a program that
         the program did not handle (0 of bringup), or what the program says.
     """
     words = [*(sys.argv[1:] if argv is None else argv)]

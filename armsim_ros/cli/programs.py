@@ -1,9 +1,9 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
 """
-The programs of the package; the one list that the command line and setup.py read.
+The programs of the package; the list that the command line and setup.py read.
 
-Name of a program -> what it does, as one line. Its ``main(argv) -> exit status`` lies in the
+Name of a program -> what it does, as a line. Its ``main(argv) -> exit status`` lies in the
 module that ``module_of`` names, and ``armsim_ros.cli.main`` has an entry point of its name.
 """
 
@@ -43,12 +43,12 @@ FILE_PROGRAMS = {
 LAUNCH_PROGRAMS = {
     'launch': "run a launch file as it is, with this package's programs in the originals' place",
     'overlay': "let a ROS installation's own ros2 launch start this package's programs",
-    'original': "stand in for a program of ros2_control or MoveIt, with that one's arguments",
+    'original': "stand in for a program of ros2_control or MoveIt, with that program's arguments",
 }
 #: Where the module's folder has not the program's name.
 _ROOMS = {'servo_node': 'servo', 'servo_node_main': 'servo', 'original': 'originals'}
 PROGRAMS = {**ROBOT_PROGRAMS, **CLIENT_PROGRAMS, **VERBS, **FILE_PROGRAMS, **LAUNCH_PROGRAMS}
-#: What one wants to do -> the programs for it.
+#: A task -> the programs for it.
 PURPOSES = {
     'run a robot': (*ROBOT_PROGRAMS, *LAUNCH_PROGRAMS),
     'see it, move it, ask it': (*VERBS, *CLIENT_PROGRAMS),

@@ -39,7 +39,7 @@ def xacro_help(words: Sequence[str]) -> str:
     """
     Return the arguments that the xacro of a robot declares, with their defaults, as text.
 
-    :param words: a command line; '' comes back where it names no robot, or one without xacro.
+    :param words: a command line; '' comes back where it names no robot, or a robot without xacro.
     :raises ArmsimError: where the robot is not there.
     """
     wanted = [word for word in words if word not in ('-h', '--help')]

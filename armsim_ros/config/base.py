@@ -26,7 +26,7 @@ class Settings(BaseModel):
 
 
 class KeyedSettings(Settings):
-    """Settings that besides their own keys hold one block a name, such as one for each joint."""
+    """Settings that besides their own keys hold a block per name, such as one for each joint."""
 
     model_config = ConfigDict(extra='allow')
     #: What a key is not that is neither its own nor a block.
@@ -63,7 +63,7 @@ def unique_names(names: tuple[str, ...]) -> tuple[str, ...]:
     """
     Return the names.
 
-    :raises ValueError: one is there twice.
+    :raises ValueError: an entry is there twice.
     """
     twice = sorted({name for name in names if names.count(name) > 1})
     if twice:

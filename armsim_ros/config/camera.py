@@ -14,7 +14,7 @@ Triple = tuple[float, float, float]
 
 
 class CameraSettings(Settings):
-    """A camera that sees colour and depth from one place."""
+    """A camera that sees colour and depth from the same place."""
 
     link: str = parameter(
         '', "link that carries it; '' where the URDF has its frame <name>_color_optical_frame",

@@ -22,7 +22,7 @@ _WORD = re.compile(r'[A-Za-z][A-Za-z0-9_]*')
 
 
 class CellRobot(Settings):
-    """One robot of a cell; what is not given follows from its name or its own files."""
+    """A robot of a cell; what is not given follows from its name or its own files."""
 
     robot: str = parameter(
         ..., "the robot's folder, from the cell's folder; or a name under config/", min_length=1
@@ -86,7 +86,7 @@ class CellSettings(Settings):
             if namespace in seen:
                 raise ValueError(
                     f"robots: '{name}' and '{seen[namespace]}' are both in namespace "
-                    f"'/{namespace}'; allowed: one robot a namespace, 'namespace: ...' chooses it"
+                    f"'/{namespace}'; allowed: a namespace per robot, 'namespace: ...' chooses it"
                 )
             seen[namespace] = name
         return self

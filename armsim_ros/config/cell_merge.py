@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The settings of all robots of a cell as those of one: what move_group and the physics need."""
+"""The settings of all robots of a cell merged: what move_group and the physics need."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def merged_settings(own: RobotSettings, robots: Robots, problems: list[Problem])
     """
     Return what holds for a whole cell.
 
-    What names joints, planning groups or controllers is laid together. Of all else there is one
+    What names joints, planning groups or controllers is merged. Of all else there is one
     value: the cell's own, else the first that a robot's files give, else the default.
 
     :param own: the files in the cell's folder; they win over those of the robots.
@@ -67,7 +67,7 @@ def merged_settings(own: RobotSettings, robots: Robots, problems: list[Problem])
 
 
 class _Merge:
-    """The parts of one cell, and what is said of them."""
+    """The parts of a cell, and the problems found."""
 
     def __init__(self, own: RobotSettings, robots: Robots, problems: list[Problem]) -> None:
         self._own = own
@@ -86,7 +86,7 @@ class _Merge:
     def block(self, section: str, own: AnySettings, *, inside: str = '',
               **apart: Any) -> AnySettings:
         """
-        Return a block with one value a key.
+        Return a block with a value per key.
 
         :param section: field of RobotSettings.
         :param inside: where the block is not the section itself, the key that it stands below.
@@ -118,7 +118,7 @@ class _Merge:
         return found
 
     def simulation(self) -> SimulationSettings:
-        """Return one physics with the joints of all robots in it."""
+        """Return the physics with the joints of all robots in it."""
         servo: JointServoSettings = self.block(
             'simulation', self._own.simulation.servo, inside='servo',
             gains=self._gains(), default_gains=self._own.simulation.servo.default_gains)
@@ -146,7 +146,7 @@ class _Merge:
                 full = f'{settings.namespace}/{name}'.strip('/')
                 if full in cups:
                     self._problems.append(Problem(
-                        f"two suction cups are called '{full}'; one is that of robot '{robot}'",
+                        f"two suction cups are called '{full}'; the other belongs to '{robot}'",
                         settings.locate('simulation', 'vacuum_grippers', name),
                         remedy=f"give '{robot}' a namespace of its own"))
                 cups[full] = cup
@@ -171,7 +171,7 @@ class _Merge:
         return rate
 
     def ompl(self) -> OmplSettings:
-        """Return the planners; those of one name that differ get the name of their robot."""
+        """Return the planners; those of the same name that differ get the name of their robot."""
         configs: dict[str, PlannerConfig] = dict(self._own.ompl.planner_configs)
         groups: dict[str, OmplGroup] = {}
         for name, settings in self._robots.items():

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The content of all files in one neutral form, before anything is checked."""
+"""The content of all files in a neutral form, before anything is checked."""
 
 from __future__ import annotations
 
@@ -36,11 +36,11 @@ class ConfigDraft:
     problems: list[Problem] = field(default_factory=list)
 
     def section(self, name: str) -> YamlNode:
-        """Return a block; an empty one where no file has it."""
+        """Return a block; empty where no file has it."""
         return self.sections.get(name, empty_node())
 
     def add(self, section: str, node: YamlNode) -> None:
-        """Lay entries over a block; a key that has another value already takes the new one."""
+        """Lay entries over a block; a key that has another value already takes the new value."""
         known = self.sections.get(section)
         if known is None:
             self.sections[section] = node
@@ -52,7 +52,7 @@ class ConfigDraft:
                 second.place, remedy='remove one of the two')))
 
     def add_entry(self, section: str, key: str, node: YamlNode) -> None:
-        """Lay one entry over a block."""
+        """Lay an entry over a block."""
         self.add(section, empty_node(node.place).with_value({key: node}))
 
     def override(self, section: str, path: list[str], node: YamlNode) -> None:

@@ -30,6 +30,6 @@ class JointFault(Settings):
 
 
 class JointFaults(Settings):
-    """The faults of all joints, as parameters of one node."""
+    """The faults of all joints, as parameters of a node."""
 
     faults: dict[str, JointFault] = parameter({}, 'joint -> what is wrong with it')

@@ -26,7 +26,7 @@ UNUSED_LIMIT_KEYS = {
 
 class JointLimitOverrides(Settings):
     """
-    Limits of one joint that replace those of the URDF in plans.
+    Limits of a joint that replace those of the URDF in plans.
 
     Velocity, acceleration and jerk count only where their ``has_...`` is true. A bound of the
     position counts wherever it is given, each by itself, whatever ``has_position_limits`` says.

@@ -54,7 +54,7 @@ class LayoutReader:
 
     def read(self, root: YamlNode, stem: str) -> None:
         """
-        Sort one file.
+        Sort a file.
 
         :param stem: the file's name without its ending.
         """
@@ -65,7 +65,7 @@ class LayoutReader:
         elif stem == 'servo' or 'moveit_servo' in root.entries:
             self._take_servo(root)
         elif 'objects' in root.entries and set(root.entries) <= _WORLD_KEYS:
-            return  # a world; simulation.yaml says which one is taken
+            return  # a world; simulation.yaml chooses the world
         else:
             self._read_block(root, '')
 
@@ -201,7 +201,7 @@ class LayoutReader:
         return True
 
     def take_pipeline(self, block: YamlNode) -> None:
-        """Take a planner's file: settings, planner_configs, and one block for each group."""
+        """Take a planner's file: settings, planner_configs, and a block for each group."""
         own: dict[str, YamlNode] = {}
         groups: dict[str, YamlNode] = {}
         for key, inner in block.entries.items():

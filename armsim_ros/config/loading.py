@@ -80,7 +80,7 @@ def survey_robot_settings(
     files = find_files(robot, **sources)
     if files.is_cell:
         raise ConfigError(Problem(
-            f"'{robot}' is a cell of several robots; here one is needed",
+            f"'{robot}' is a cell of several robots; a single robot is needed",
             Location(str(files.urdf_file)), remedy='name the folder of one of them'))
     return survey_files(files, world=world, namespace=namespace, overrides=overrides)
 
@@ -96,7 +96,7 @@ def survey_files(
     Read the same of files that were found already; of a cell, those that lie in its own folder.
 
     :param world: a name under ``worlds/`` or a file, in place of simulation.yaml's.
-    :param namespace: in place of the one that the files give.
+    :param namespace: replaces that of the files.
     :param overrides: dotted path -> value, such as ``{'simulation.paused': True}``.
     :returns: settings in which a block with mistakes has its defaults; the mistakes are among
         the remarks.
@@ -195,7 +195,7 @@ def _namespace(draft: ConfigDraft, given: str | None) -> str:
         places = ', '.join(f"'{name or '/'}' at {where}" for name, where in found.items())
         draft.problems.append(Problem(
             f'the controllers stand in {len(found)} namespaces: {places}',
-            list(found.values())[-1], remedy='put them into one, or choose with namespace:=NS'))
+            list(found.values())[-1], remedy='merge them, or choose with namespace:=NS'))
     name = given if given is not None else next(iter(found), '')
     name = name.strip('/')
     if name and not all(part.isidentifier() for part in name.split('/')):

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""One robot's settings under other names: a prefix and a namespace keep robots apart."""
+"""A robot's settings under other names: a prefix and a namespace keep robots apart."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from armsim_ros.config.simulation import SimulationSettings
 _JOINTS = ('joint', 'joints', 'command_joints', 'dof_names', 'reference_and_state_dof_names')
 #: Keys that hold blocks by joint, beside other keys.
 _JOINT_BLOCKS = ('constraints', 'gains', 'velocity_ff')
-#: Dotted paths of what names a link, a sensor, or an interface of one.
+#: Dotted paths of what names a link, a sensor, or an interface of these.
 _NAMES = (
     'sensor_name', 'pose_name', 'tf.child_frame_id', 'speed_scaling_interface_name',
     'speed_scaling.state_interface', 'speed_scaling.command_interface',
@@ -101,13 +101,13 @@ def _controller(controller: ControllerSettings, name: Rename) -> ControllerSetti
     for path in paths:
         _rename(content, parameters, path.split('.'), name)
     if isinstance(parameters, SpeedScalingStateBroadcasterParameters):
-        # It is empty where there is one robot, and precedes the name of the one interface.
+        # It is empty for a single robot, and precedes the name of the only interface.
         content['tf_prefix'] = name(parameters.interfaces[0]).removesuffix(SPEED_SCALING)
     return controller.model_copy(update={'parameters': type(parameters).model_validate(content)})
 
 
 def _rename(content: dict[str, Any], parameters: Any, path: Sequence[str], name: Rename) -> None:
-    """Rename one value of dumped parameters, also where it was not given and has a default."""
+    """Rename a value of dumped parameters, also where it was not given and has a default."""
     value: Any = parameters
     for key in path:
         value = getattr(value, key, '')

@@ -45,7 +45,7 @@ _OTHER_FILES = {
 @dataclass(frozen=True)
 class RobotFolder:
     """
-    The files of one robot.
+    The files of a robot.
 
     :param name: the folder's name, the robot's name.
     :param urdf_file: of a cell, the file with its robots.
@@ -94,7 +94,7 @@ def find_files(robot: str, *, config: Path | None = None, urdf: Path | None = No
     Find a robot's files.
 
     :param robot: a name under ``config/``, a path to a folder, or the name of a package.
-    :param config: another folder for the YAML files; of a package, one that is looked at first.
+    :param config: another folder for the YAML files; of a package, a folder searched first.
     :param urdf: another URDF or xacro file.
     :param srdf: another SRDF file.
     :param controllers: other files with the controllers of ros2_control.
@@ -190,7 +190,7 @@ def _moveit_package(folder: Path, packages: Packages, *, named: bool) -> Path | 
 
 def _of_package(found: PackageFiles, urdf: Path | None, srdf: Path | None,
                 controllers: tuple[Path, ...], arguments: Mapping[str, str]) -> RobotFolder:
-    """Return the files of a MoveIt configuration package, or of one like it."""
+    """Return the files of a MoveIt configuration package, or of a similar package."""
     urdf_file = urdf or found.urdf()
     if urdf_file is None:
         raise ConfigError([*(problem for problem in found.problems), Problem(

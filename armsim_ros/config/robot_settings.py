@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Everything a user's files say about one robot, checked."""
+"""All settings from a user's files for a robot, checked."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from armsim_ros.packages import Packages
 
 class RobotSettings(Settings):
     """
-    One robot's files as values.
+    A robot's files as values.
 
     :param name: the robot's name: that of its folder.
     :param namespace: '' or such as '/sunday': where controller_manager, the controllers and

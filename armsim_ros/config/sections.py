@@ -169,7 +169,7 @@ def _with_fitting_rate(draft: ConfigDraft, node: YamlNode, timestep: float) -> Y
     """
     Return the manager's block with a rate whose period is a whole number of physics steps.
 
-    A rate that does not fit becomes the next higher one that does, with a warning.
+    A rate that does not fit becomes the next higher rate that fits, with a warning.
     """
     rate = node.entries['update_rate']
     if isinstance(rate.value, bool) or not isinstance(rate.value, int) or rate.value < 1:
@@ -229,8 +229,8 @@ def _spawn_planned(draft: ConfigDraft, controllers: tuple[ControllerSettings, ..
     moving = [controller for controller in controllers if controller.joints]
     known = [controller.name for controller in moving if controller.name in planned]
     if known:
-        # Of those that share joints the first to start wins: one that holds a joint by itself,
-        # then move_group's default.
+        # Of those that share joints the first to start wins: a controller that holds a joint by
+        # itself, then move_group's default.
         return (*names, *sorted(known, key=lambda name: (
             name in _of_effort(controllers), not _is_true(planned[name]))))
     owner: set[str] = set()
@@ -272,7 +272,7 @@ def _is_true(node: YamlNode | None) -> bool:
 def _spawn_all(draft: ConfigDraft, controllers: tuple[ControllerSettings, ...]
                ) -> tuple[str, ...]:
     """
-    Return all controllers but those whose joints another one has.
+    Return all controllers but those whose joints another controller has.
 
     Broadcasters come first, then those that move_group knows.
     """
@@ -324,7 +324,7 @@ def _kinematics(draft: ConfigDraft) -> dict[str, KinematicsSettings]:
 
 
 def _with_weights(node: YamlNode) -> YamlNode:
-    """Return a solver's block with those of its joints in one."""
+    """Return a solver's block joined with those of its joints."""
     listed = node.get('joints')
     names = () if listed is None else (item.value for item in listed.items)
     blocks = {name: node.entries[name] for name in names

@@ -23,7 +23,7 @@ SLOWEST, FASTEST = 0.1, 100.0
 
 
 def checked_factor(value: float) -> float:
-    """Return a real time factor as it is; ValueError for one that cannot be kept to."""
+    """Return a real time factor as it is; ValueError for a factor that cannot be kept."""
     if value != 0.0 and not SLOWEST <= value <= FASTEST:
         raise ValueError(
             f'the real time factor must be {SLOWEST:g} to {FASTEST:g}, or 0 for as fast as it '
@@ -35,7 +35,7 @@ RealTimeFactor = Annotated[float, AfterValidator(checked_factor)]
 
 
 def finite_triple(value: Triple) -> Triple:
-    """Return three numbers as they are; ValueError where one is not finite."""
+    """Return three numbers as they are; ValueError unless all are finite."""
     if not all(math.isfinite(number) for number in value):
         raise ValueError('all three numbers must be finite')
     return value
@@ -152,7 +152,7 @@ class SimulationSettings(Settings):
     """Everything about the simulated plant that is not the robot and not the world."""
 
     timestep: float = parameter(
-        0.001, 'time of one physics step [s]', ge=0.0001, le=0.01, read_only=True
+        0.001, 'time of a physics step [s]', ge=0.0001, le=0.01, read_only=True
     )
     integrator: Literal['implicitfast', 'implicit', 'euler'] = parameter(
         'implicitfast', "MuJoCo's integrator", read_only=True
@@ -245,5 +245,5 @@ class SimulationSettings(Settings):
 
     @property
     def timestep_ns(self) -> int:
-        """Time of one physics step [ns]."""
+        """Time of a physics step [ns]."""
         return round(self.timestep * 1e9)

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""From YAML nodes to settings: every mistake becomes one problem with its place."""
+"""From YAML nodes to settings: every error becomes a problem with its place."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def read_settings(
 
     :param problems: mistakes and remarks are added here.
     :param title: what the block is, for messages, such as "controller 'arm'".
-    :param unused: keys that other programs of the stack read and this one does not -> why;
+    :param unused: keys that other programs of the stack read and this program does not -> why;
         each gives a remark and is left out.
     :param tolerant: whether an unknown key is left out, as the original stack does, or is a
         mistake, as in files that only this package has.

@@ -3,8 +3,8 @@
 """
 Settings of what surrounds the robot (``worlds/<name>.yaml``).
 
-A world is a floor, named objects and, where it wants its own, gravity. An object is one or more
-parts that hold together; with a mass it falls and can be pushed, without one it stands where it
+A world is a floor, named objects and, optionally, gravity. An object has one or more
+parts that hold together; with a mass it falls and can be pushed, without mass it stays where it
 is::
 
     floor: true
@@ -125,7 +125,7 @@ ShapeSettings = Annotated[
 
 
 class PartSettings(Settings):
-    """One shape of an object and its pose in the object's frame."""
+    """A shape of an object and its pose in the object's frame."""
 
     shape: ShapeSettings
     xyz: Triple = parameter((0.0, 0.0, 0.0), 'position in the object [m]')
@@ -135,7 +135,7 @@ class PartSettings(Settings):
 
 
 class WorldObjectSettings(Settings):
-    """One object of the world."""
+    """An object of the world."""
 
     parts: Annotated[list[PartSettings], Field(min_length=1)]
     xyz: Triple = parameter((0.0, 0.0, 0.0), 'position in the world [m]')

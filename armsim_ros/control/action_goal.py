@@ -30,7 +30,7 @@ ResultT = TypeVar('ResultT')
 
 
 class ActionGoal(Generic[ResultT]):
-    """One goal of an action; it ends exactly once."""
+    """A goal of an action; it ends exactly once."""
 
     def __init__(self) -> None:
         self.status = GoalStatus.ACCEPTED

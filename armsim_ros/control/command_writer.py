@@ -43,7 +43,7 @@ def compact(indices: Sequence[int]) -> Index:
 
 class CommandWriter:
     """
-    Commands of one trajectory controller.
+    Commands of a trajectory controller.
 
     :param parameters: joints, command interfaces, gains.
     :param hardware: whose command arrays are written, or the references of following
@@ -112,9 +112,9 @@ class CommandWriter:
 
     def write(self, ahead: Matrix, error: Matrix, output: Matrix, period: float) -> None:
         """
-        Write the commands of one update.
+        Write the commands of an update.
 
-        :param ahead: (3 or 4, n) reference one period ahead.
+        :param ahead: (3 or 4, n) reference a period ahead.
         :param error: (3, n) reference minus feedback now.
         :param output: (4, n) what is commanded, for the state message; written in place.
         :param period: [s].
@@ -144,7 +144,7 @@ class CommandWriter:
         """
         Write commands of the next updates; return how many there was room for.
 
-        :param coming: (k + 1, 3, n) the reference at each of these updates, and at the next one.
+        :param coming: (k + 1, 3, n) the reference at each of these updates, and at the next.
         """
         plan = self._hardware.plan
         count = min(len(coming) - 1, len(plan))

@@ -56,11 +56,11 @@ class ControllerContext:
 
 class Controller(ABC, Generic[ParametersT]):
     """
-    One controller.
+    A controller.
 
     :param name: as in the manager's parameters.
     :param type: the type under which it was loaded.
-    :param parameters: checked; replaced as a whole when one changes.
+    :param parameters: checked; replaced as a whole when any changes.
     """
 
     parameters_class: ClassVar[type[Settings]]
@@ -85,9 +85,9 @@ class Controller(ABC, Generic[ParametersT]):
         self.state = LifecycleState.UNCONFIGURED
         self.events = EventQueue(name)
         self.time_ns = 0
-        #: Controllers that take over when this one fails; set by the manager.
+        #: Controllers that take over when this controller fails; set by the manager.
         self.fallback_controllers: tuple[str, ...] = ()
-        #: Whether another controller writes this one's references; the manager says so.
+        #: Whether another controller writes this controller's references; set by the manager.
         self.chained = False
         self.on_init()
 
@@ -104,7 +104,7 @@ class Controller(ABC, Generic[ParametersT]):
         """
         Updates per second: what the parameters ask for, or the nearest rate that can be run [Hz].
 
-        Only every so many updates of the manager can be one of the controller.
+        Only every so many updates of the manager can be updates of the controller.
         """
         rate, fastest = self._requested_rate, self.context.update_rate
         return fastest if rate >= fastest else fastest // math.floor(fastest / rate + 0.5)
@@ -144,7 +144,7 @@ class Controller(ABC, Generic[ParametersT]):
 
     @property
     def exported_states(self) -> tuple[str, ...]:
-        """What other controllers may read of this one, as ``controller/joint/interface``."""
+        """States that other controllers may read, as ``controller/joint/interface``."""
         return ()
 
     @abstractmethod

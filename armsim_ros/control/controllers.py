@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What a control loop calls: the controllers of one robot, or of several."""
+"""What a control loop calls: the controllers of a robot, or of several."""
 
 from __future__ import annotations
 

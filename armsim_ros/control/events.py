@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What controllers have to say: log lines for the one who runs them."""
+"""Events of controllers: log lines for their program."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class ControllerEvent:
     :param time_ns: when it happened [ns].
     :param source: name of the controller, or of the manager.
     :param kind: what a program may sort by.
-    :param text: one sentence.
+    :param text: a sentence.
     """
 
     time_ns: int
@@ -37,14 +37,14 @@ class ControllerEvent:
 
 
 class EventQueue:
-    """Events of one source; any thread adds, any thread drains, nobody waits."""
+    """Events of a source; any thread adds, any thread drains, nobody waits."""
 
     def __init__(self, source: str) -> None:
         self.source = source
         self._events: deque[ControllerEvent] = deque(maxlen=CAPACITY)
 
     def add(self, time_ns: int, level: Level, kind: Kind, text: str) -> None:
-        """Queue one event."""
+        """Queue an event."""
         self._events.append(ControllerEvent(time_ns, level, self.source, kind, text))
 
     def drain(self) -> list[ControllerEvent]:

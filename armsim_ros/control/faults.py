@@ -3,9 +3,9 @@
 """
 Faults of joints on purpose, so that tests can make tolerances fail.
 
-They lie between controllers and plant: a program that wants them wraps the hardware in a
-:class:`FaultInjector` and runs the controllers through :class:`FaultyControllers`; one that does
-not has none of this in its loop.
+They are between controllers and plant: a program that needs them wraps the hardware in a
+:class:`FaultInjector` and runs the controllers through :class:`FaultyControllers`; the loop of any
+other program is without them.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ class FaultInjector(HardwareInterface):
     """
     Hardware whose joints can be made to fail.
 
-    :param hardware: the real one; its states are shared, its commands are written by
+    :param hardware: the real hardware; its states are shared, its commands are written by
         :meth:`write`.
     """
 
@@ -45,7 +45,7 @@ class FaultInjector(HardwareInterface):
 
     @property
     def active(self) -> Mapping[str, JointFault]:
-        """Joint -> its fault, for those that have one."""
+        """Joint -> its fault, of those that have a fault."""
         return self._faults
 
     def set_fault(self, joint: str, fault: JointFault) -> None:

@@ -23,7 +23,7 @@ COMMAND_INTERFACES = (POSITION, VELOCITY, ACCELERATION, EFFORT)
 @dataclass(frozen=True, slots=True, eq=False)
 class JointArrays:
     """
-    One value a joint and interface, changed in place; NaN where there is none.
+    A value per joint and interface, changed in place; NaN where there is none.
 
     :param position: (n,) [rad or m].
     :param velocity: (n,) [rad/s or m/s].
@@ -102,10 +102,10 @@ class UpdatePlan:
 
 class HardwareInterface(ABC):
     """
-    The joints of one robot.
+    The joints of a robot.
 
     ``state`` is refreshed before the controllers run; ``command`` is read after them. A
-    position command is where the joint shall be one control period later; ``feedforward``
+    position command is where the joint shall be a control period later; ``feedforward``
     (velocity, acceleration) may be given with it and says how it moves there, NaN where the
     controller does not say. ``plan`` takes position commands of the periods ahead from
     controllers that know them; it has no room where the hardware has no use for them.

@@ -38,7 +38,7 @@ def changed(current: SettingsT, changes: Settings | Mapping[str, Any]) -> Settin
 
 
 def describe(error: Mapping[str, Any]) -> str:
-    """Return one of pydantic's errors as a phrase that names the parameter."""
+    """Return an error of pydantic as a phrase that names the parameter."""
     name = '.'.join(map(str, error['loc']))
     text = str(error['msg']).removeprefix('Value error, ')
     return f"parameter '{name}': {text}" if name else text

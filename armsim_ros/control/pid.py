@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""PID of one joint, with the anti-windup strategies of control_toolbox."""
+"""PID of a joint, with the anti-windup strategies of control_toolbox."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class Pid:
 
     def compute(self, error: float, error_rate: float, period: float) -> float:
         """
-        Return the output for one period.
+        Return the output for a period.
 
         :param error: desired minus measured [rad or m].
         :param error_rate: desired minus measured velocity [rad/s or m/s].

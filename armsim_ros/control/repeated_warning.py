@@ -11,7 +11,7 @@ _PAUSE_NS = 5_000_000_000
 
 class RepeatedWarning:
     """
-    Adds a warning unless the same one was added less than five seconds before.
+    Adds a warning unless it was added less than five seconds before.
 
     :param events: takes the warnings.
     """

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""One piece of hardware with the joints of several robots, seen by each robot's controllers."""
+"""A hardware interface with the joints of several robots, seen by each robot's controllers."""
 
 from __future__ import annotations
 
@@ -28,10 +28,10 @@ class SharedHardware:
 
     def part(self, joint_names: Sequence[str], foreign: Collection[str] = ()) -> HardwarePart:
         """
-        Return the view of one robot.
+        Return the view of a robot.
 
         :param joint_names: movable joints that follow each other in the hardware.
-        :param foreign: sensors and gpios of the other robots, which this one neither shows nor
+        :param foreign: sensors and gpios of the other robots, which this robot neither shows nor
             commands.
         :raises SimulationError: they do not.
         """
@@ -39,7 +39,7 @@ class SharedHardware:
 
     def claim(self, joint_names: Sequence[str], claimed: Mapping[str, frozenset[str]]) -> None:
         """
-        Change what one robot claims; the others keep their claims.
+        Change what a robot claims; the others keep their claims.
 
         :raises SimulationError: as :meth:`HardwareInterface.perform_command_mode_switch`.
         """
@@ -51,7 +51,7 @@ class SharedHardware:
 
 class HardwarePart(HardwareInterface):
     """
-    The joints of one robot; its arrays are windows into those of the whole.
+    The joints of a robot; its arrays are windows into those of the whole.
 
     :param shared: the whole.
     :param joint_names: (n,) movable joints that follow each other in it.

@@ -91,7 +91,7 @@ class Actions:
         What is beyond the action space is taken as its bound.
 
         :param start: (n,) where they are commanded to be now [rad or m].
-        :returns: (n,) [rad or m], and one for each cup.
+        :returns: (n,) [rad or m], and a value for each cup.
         :raises SimulationError: it is no such vector.
         """
         values = np.asarray(action, dtype=np.float64)

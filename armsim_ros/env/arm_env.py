@@ -34,7 +34,7 @@ OPTIONS = ('objects', 'joints')
 
 @dataclass(frozen=True, eq=False)
 class EnvState:
-    """What an environment is at one moment; opaque, may be pickled."""
+    """The state of an environment; opaque, may be pickled."""
 
     episode: Episode
     simulation: SimulationState
@@ -45,13 +45,13 @@ class EnvState:
 
 class ArmEnv(Env):
     """
-    One robot in its world, moved by actions instead of controllers.
+    A robot in its world, moved by actions instead of controllers.
 
     A Gymnasium environment where Gymnasium is installed; it works without, too. Equal seeds and
     actions give equal bytes, see ``digest``. For a task, a subclass says ``reward`` and
     ``terminated``. All poses are in the world.
 
-    :param robot: a name, a folder, or what ``load_cell`` made of one.
+    :param robot: a name, a folder, or what ``load_cell`` returned.
     :param action: ``position``, ``velocity`` or ``twist``; ``action_names`` lists the numbers.
     :param period: time of a step [s]; a whole number of control periods.
     :param group: whose tip is observed and moved by a twist; the first group where not given.
@@ -63,7 +63,7 @@ class ArmEnv(Env):
     :param view: words of ``View``, for pictures.
     :param world: a world's name or file in place of the robot's own.
     :param overrides: dotted path -> value over the robot's files.
-    :raises ConfigError: the files, or one of these, are wrong.
+    :raises ConfigError: the files, or these arguments, are wrong.
     """
 
     metadata: ClassVar[dict[str, Any]] = {'render_modes': ['rgb_array'], 'render_fps': 50}
@@ -153,7 +153,7 @@ class ArmEnv(Env):
         self, action: Vector
     ) -> tuple[dict[str, Vector], float, bool, bool, dict[str, Any]]:
         """
-        Do what an action says for one period.
+        Do what an action requests for a period.
 
         :param action: as ``action_names`` has it; beyond the action space its bound is taken.
         :returns: observation, reward, terminated, truncated, info.

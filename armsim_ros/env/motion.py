@@ -38,7 +38,7 @@ class PositionCommands:
 
     def go(self, start: Vector, end: Vector, periods: int) -> None:
         """
-        Move from one command to the next within some control periods.
+        Move from a command to the next within some control periods.
 
         :param start: (n,) the last command [rad or m].
         :param end: (n,) [rad or m].

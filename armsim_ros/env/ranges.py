@@ -31,7 +31,7 @@ def _both_ends(value: Any, width: int) -> Any:
 
 
 class ObjectRanges(Settings):
-    """What may differ of an object; each is (low, high), or one value that holds always."""
+    """What may differ of an object; each is (low, high), or a fixed value."""
 
     xyz: Spans | None = parameter(None, 'position in the world [m]')
     rpy: Spans | None = parameter(None, 'roll, pitch, yaw in the world [rad]')
@@ -74,7 +74,7 @@ class Ranges(Settings):
 @dataclass(frozen=True)
 class Episode:
     """
-    What was drawn for one episode.
+    What was drawn for an episode.
 
     :param world: with the objects as they are in it.
     :param joints: joint -> where it starts [rad or m]; those that are not there start as usual.

@@ -29,7 +29,7 @@ class ProcessVector:
     as Gymnasium's vector environments do.
 
     :param makers: each makes an environment in its process; functions of a module, or
-        ``functools.partial`` of one.
+        ``functools.partial`` of such.
     :raises ArmsimError: an environment cannot be made.
     """
 
@@ -58,7 +58,7 @@ class ProcessVector:
         """
         Begin episodes.
 
-        :param seed: of the first one; the next has the next number. None goes on.
+        :param seed: of the first environment; the next has the next number. None goes on.
         :returns: observations (k, n), a row for each environment.
         """
         seeds = [None if seed is None else seed + place for place in range(len(self))]
@@ -124,7 +124,7 @@ class ProcessVector:
 
 
 def _serve(pipe: Connection, maker: MakeEnv) -> None:
-    """Run one environment until the other end of the pipe is closed."""
+    """Run an environment until the other end of the pipe is closed."""
     ended = False
     try:
         env = maker()

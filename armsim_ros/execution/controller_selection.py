@@ -58,7 +58,7 @@ def select_controllers(
     """
     Return the controllers that together move all joints.
 
-    The fewest that share no joint; among these the one with more default controllers, then
+    The fewest that share no joint; among these the combination with more default controllers, then
     fewer joints, then more that are active already, then by name. Where inactive ones cannot be
     activated, active ones go before fewer.
 
@@ -83,7 +83,8 @@ def select_controllers(
     remedy = (
         f'no controller has {", ".join(missing)}: add them to the joints of a controller in '
         'moveit_controllers.yaml or controllers_gazebo.yaml'
-        if missing else 'the controllers that have them share joints: give each joint to one'
+        if missing else
+        'the controllers that have them share joints: give each joint to one controller only'
     )
     raise PlanningError(
         MoveItErrorCode.CONTROL_FAILED,

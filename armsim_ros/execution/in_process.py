@@ -67,7 +67,7 @@ def send_parts(
 
     :param managers: robot -> its controllers.
     :param known: the controllers of move_group, which say what a gripper's command is.
-    :raises ControllerError: no controller has the joints, or one refuses; the text says why.
+    :raises ControllerError: no controller has the joints, or a controller refuses the goal.
     """
     several = len(managers) > 1
     usable = {

@@ -19,7 +19,7 @@ from armsim_ros.trajectory import JointTrajectory
 STEP = 0.05
 """No joint moves farther between two looked-at states [rad or m]."""
 MOST_STATES = 80
-"""More than so many states of one motion are not looked at."""
+"""More than so many states of a motion are not checked."""
 
 
 def meeting(
@@ -31,7 +31,7 @@ def meeting(
     """
     Return a contact between what two motions sweep, None where there is none.
 
-    Each state of the one is looked at with each of the other: who comes first does not matter.
+    Each state of the first is checked with each of the second, independent of timing.
 
     :param checker: in the scene of both motions.
     :param q: (n,) the robot; joints that neither motion has stay as they are.

@@ -75,7 +75,7 @@ def as_joint_trajectory(
     trajectory: JointTrajectory, multi_dof: MultiDofTrajectory, robot: RobotModel
 ) -> JointTrajectory:
     """
-    Return one trajectory of joints and of the variables of multi-DOF joints; it starts at once.
+    Return a trajectory of joints and of the variables of multi-DOF joints; it starts at once.
 
     :param trajectory: of the same number of points, or without any.
     :raises PlanningError: CONTROL_FAILED where the two do not fit, or a joint is not known.

@@ -47,7 +47,7 @@ class ListedController:
 @dataclass(frozen=True)
 class ManagedControllers:
     """
-    The controllers of one controller_manager.
+    The controllers of a controller_manager.
 
     :param namespace: of the manager, with a slash at its start; names have it in front.
     :param listed: as the manager reports them.
@@ -58,7 +58,7 @@ class ManagedControllers:
     _by_name: dict[str, ListedController] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        """Leave all controllers out where an active one commands several others."""
+        """Leave all controllers out where an active controller commands several others."""
         several = any(listed.active and len(listed.chained_to) > 1 for listed in self.listed)
         object.__setattr__(
             self, '_by_name', {} if several else {listed.name: listed for listed in self.listed})
@@ -86,7 +86,7 @@ class ManagedControllers:
         self, activate: Iterable[str], deactivate: Iterable[str]
     ) -> tuple[list[str], list[str]]:
         """
-        Return the controllers to activate and to deactivate in one strict switch.
+        Return the controllers to activate and to deactivate in a strict switch.
 
         What those to be activated command is activated too, and before them; what commands those
         to be deactivated is deactivated too. Controllers of any type that hold a joint that is
@@ -133,7 +133,7 @@ class ManagedControllers:
         return found
 
     def _joints(self, controller: ListedController) -> tuple[str, ...]:
-        """Return the joints that a controller moves, by itself or through another one."""
+        """Return the joints that a controller moves, by itself or through another controller."""
         chained = [interface for name in controller.chained_to if name in self._by_name
                    for interface in self._by_name[name].references]
         return tuple(dict.fromkeys(map(_joint, (*controller.required, *chained))))

@@ -19,7 +19,7 @@ from armsim_ros.trajectory import JointTrajectory
 _SOURCE = 'trajectory execution'
 
 STATES_AT_REST = 3
-"""How many joint states in a row have to be without motion since the one before."""
+"""How many joint states in a row have to be without motion since the state before."""
 
 
 def check_points(trajectory: JointTrajectory) -> None:
@@ -103,7 +103,7 @@ def _distance(joint: Joint, first: float, second: float) -> float:
 
 def continues(first: JointTrajectory, second: JointTrajectory, tolerance: float) -> bool:
     """
-    Return whether a trajectory begins where another one ends, for the joints of both.
+    Return whether a trajectory begins where another ends, for the joints of both.
 
     :param tolerance: largest distance [rad or m].
     """

@@ -39,7 +39,7 @@ _COMMAND_WORDS = frozenset({
     'COMMAND', 'OUTPUT', 'DEPENDS', 'WORKING_DIRECTORY', 'COMMENT', 'VERBATIM', 'OUTPUT_FILE',
     'RESULT_VARIABLE', 'OUTPUT_VARIABLE', 'ERROR_VARIABLE', 'ALL', 'ARGS', 'MAIN_DEPENDENCY',
     'BYPRODUCTS', 'TARGET', 'PRE_BUILD', 'POST_BUILD', 'USES_TERMINAL', 'APPEND'})
-#: Words of xacro's functions that one value follows, and those that none does.
+#: Words of xacro's functions that a value follows, and those that none does.
 _XACRO_ONE = frozenset({'OUTPUT', 'TARGET', 'DESTINATION'})
 _XACRO_NONE = frozenset({'INSTALL', 'INORDER', 'LEGACY'})
 _XACRO_WORDS = frozenset({'REMAP', 'DEPENDS', *_XACRO_ONE, *_XACRO_NONE})
@@ -70,7 +70,7 @@ def cmake_targets(folder: Path, name: str) -> Iterator[tuple[str, Source]]:
 
 class _Run:
     """
-    One evaluation of a CMakeLists.txt.
+    An evaluation of a CMakeLists.txt.
 
     :param folder: of the package.
     :param name: of the package.
@@ -109,7 +109,7 @@ class _Run:
             yield target, source
 
     def run(self, commands: Sequence[CMakeCommand]) -> None:
-        """Run commands one after another."""
+        """Run commands in order."""
         position = 0
         while position < len(commands) and self._budget > 0:
             self._budget -= 1
@@ -344,7 +344,7 @@ def _keywords(words: Sequence[str], known: frozenset[str], *, single: frozenset[
     """
     Return keyword -> its words; '' -> those of no keyword.
 
-    :param one: keywords that one word follows.
+    :param single: keywords that one word follows.
     :param none: keywords that no word follows.
     """
     found: dict[str, list[str]] = {'': []}

@@ -12,13 +12,13 @@ from typing import NamedTuple
 _TOKEN = re.compile(
     r'#\[\[.*?\]\]|#[^\n]*|"(?P<quoted>(?:\\.|[^"\\])*)"|(?P<paren>[()])|(?P<word>[^\s()#"]+)',
     re.DOTALL)
-#: Command that begins a block -> the one that ends it.
+#: Command that begins a block -> the command that ends it.
 BLOCKS = {'if': 'endif', 'foreach': 'endforeach', 'while': 'endwhile',
            'function': 'endfunction', 'macro': 'endmacro'}
 
 
 class CMakeWord(NamedTuple):
-    """A word of a command; a quoted one is not split at semicolons."""
+    """A word of a command; a quoted word is not split at semicolons."""
 
     text: str
     is_quoted: bool = False

@@ -43,7 +43,7 @@ class DisplacementBounds:
             for body, points in _link_points(kinematics).items()})
         carried = {body: _extent(kinematics, body, points)
                    for body, points in loads.items()}
-        #: Joint numbers of Pinocchio that carry any shape, one a row of ``weights``.
+        #: Joint numbers of Pinocchio that carry any shape, a row each of ``weights``.
         self.bodies: tuple[int, ...] = tuple(sorted({*links, *carried} - {0}))
         rows = [
             self._row(body, _both(links.get(body, _NONE), carried.get(body, _NONE)))
@@ -52,7 +52,7 @@ class DisplacementBounds:
         #: (bodies, n) [m/rad] for turning joints, [m/m] for sliding ones.
         self.weights: Matrix = np.array(rows).reshape(len(rows), kinematics.n)
         self._group_rows: dict[str, Matrix] = {}
-        #: (joints, joints, n) like the weights, of what one joint carries as another one sees it.
+        #: (joints, joints, n) like the weights, of what a joint carries as another joint sees it.
         self.relative: Matrix = self._relative()
 
     def displacement_bound(self, q1: Vector, q2: Vector, group: str | None = None) -> float:
@@ -69,19 +69,19 @@ class DisplacementBounds:
         return float((weights @ np.abs(q2 - q1)).max())
 
     def _relative(self) -> Matrix:
-        """Leave out the joints that carry both: these do not move one against the other."""
+        """Leave out the joints that carry both: these do not move relative to each other."""
         count = int(self._kinematics.model.njoints)
         weights = np.zeros((count, self._kinematics.n))
         weights[list(self.bodies)] = self.weights
         alone: Matrix = self._kinematics.cached(
-            'joints that move one body and not another', self._alone)
+            'joints that move a body and not another', self._alone)
         relative: Matrix = (
             weights[:, None] * alone + weights[None, :] * alone.transpose(1, 0, 2)
         )
         return relative
 
     def _alone(self) -> Matrix:
-        """Return (joints, joints, n): 1 where a joint moves the first one and not the second."""
+        """Return (joints, joints, n): 1 where a joint moves the first and not the second."""
         model = self._kinematics.model
         above = np.zeros((int(model.njoints), self._kinematics.n), dtype=bool)
         for joint in range(1, len(above)):
@@ -116,7 +116,7 @@ class DisplacementBounds:
         model = kinematics.model
         weights, turning = np.zeros(kinematics.n), np.zeros(kinematics.n)
         joint = body
-        #: Largest distance of the body's origin from the origin of the joint below this one.
+        #: Largest distance of the body's origin from the origin of the joint below this joint.
         reach = 0.0
         below: Vector = np.zeros(3)
         while joint:

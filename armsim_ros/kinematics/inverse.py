@@ -26,7 +26,7 @@ from armsim_ros.kinematics.levenberg_marquardt import Convergence, LevenbergMarq
 from armsim_ros.kinematics.start_table import StartTable
 from armsim_ros.model.transforms import inverse_pose
 
-#: Solutions that differ by less in every joint [rad or m] count as one.
+#: Solutions that differ by less in every joint [rad or m] count as equal.
 DISTINCT = 0.05
 #: Takes any solution, in whatever time.
 ANY = IKOptions()
@@ -46,7 +46,7 @@ def end_of(tries: Generator[None, None, Answer]) -> Answer:
 
 class InverseKinematics:
     """
-    Inverse kinematics of one planning group.
+    Inverse kinematics of a planning group.
 
     From the seed first, then from sampled configurations whose poses are nearest to the
     target (the table is made once for a robot, group and set of links), then, while a clock
@@ -57,7 +57,7 @@ class InverseKinematics:
     :param group: planning group whose active variables are found.
     :param position_only: leave all orientations free.
     :param max_starts: starts taken from the table.
-    :param max_iterations: most Jacobians for one start.
+    :param max_iterations: most Jacobians per start.
     :param position_tolerance: [m].
     :param orientation_tolerance: [rad].
     :param table_size: samples in the table.

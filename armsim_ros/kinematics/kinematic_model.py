@@ -25,10 +25,10 @@ class KinematicModel:
     """
     A robot as functions of its joint vector ``q``.
 
-    ``q`` is (n,) and holds one position [rad or m] for every movable joint, in the order of
-    ``RobotModel.movable_joints``; a continuous joint is one unbounded angle, a mimic joint has
+    ``q`` is (n,) and holds a position [rad or m] for every movable joint, in the order of
+    ``RobotModel.movable_joints``; a continuous joint is an unbounded angle, a mimic joint has
     a value of its own that follows its master. Floating and planar joints stand at their
-    origin. Poses are (4, 4) in the model frame. Several threads may use one model.
+    origin. Poses are (4, 4) in the model frame. Several threads may use a model.
 
     :param robot: the robot.
     """
@@ -136,7 +136,7 @@ class KinematicModel:
         return found
 
     def _slots(self, group: str) -> slice | Indices:
-        """Return what :meth:`group_indices` does, as a slice where it is one: that is quicker."""
+        """Return what :meth:`group_indices` does, as a slice where possible, which is faster."""
         found = self._slices.get(group)
         return self.group_indices(group) if found is None else found
 
@@ -180,7 +180,7 @@ class KinematicModel:
         return moving
 
     def is_chain(self, group: str) -> bool:
-        """Return whether each joint of a group follows the one before it, without branches."""
+        """Return whether each joint of a group follows its predecessor, without branches."""
         found: bool = self.cached(('chain', group), lambda: self._chain(group))
         return found
 

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Pinocchio's model of a robot: one joint a movable joint, one frame a link."""
+"""Pinocchio's model of a robot: a joint per movable joint, a frame per link."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class KinematicTree:
     The joints and links of a robot in Pinocchio's numbers.
 
     Joints are numbered from 1 in the order of ``RobotModel.movable_joints``; 0 is the model
-    frame. Every joint has one variable, continuous joints too.
+    frame. Every joint has a variable, continuous joints too.
 
     :param robot: the robot.
     """

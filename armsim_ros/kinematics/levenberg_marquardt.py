@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Damped least squares with bounds: from one start to one solution of inverse kinematics."""
+"""Damped least squares with bounds: from a start to a solution of inverse kinematics."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from armsim_ros.kinematics.kinematic_model import Indices, KinematicModel
 @dataclass(frozen=True, slots=True, eq=False)
 class PoseTask:
     """
-    A pose that one link shall take.
+    A pose that a link shall take.
 
     :param frame: Pinocchio's frame number of the link.
     :param target: ``pin.SE3`` of the link (full pose) or (3,) of the point (position only).
@@ -67,7 +67,7 @@ class LevenbergMarquardt:
 
     #: Iterations in which the squared error must fall below ``STALL_RATIO`` of what it was;
     #: where another start costs less than patience, and where it matters to end in the basin
-    #: of this one.
+    #: of this task.
     STALL_WINDOW, STALL_RATIO = 3, 0.6
     PATIENT_WINDOW, PATIENT_RATIO = 8, 0.8
 

@@ -85,7 +85,7 @@ def base_link(kinematics: KinematicModel, group: str) -> str:
 
 def sampling_range(lower: Vector, upper: Vector) -> tuple[Vector, Vector]:
     """
-    Return finite bounds to sample between; where a turn or more is free, one turn about 0.
+    Return finite bounds to sample between; where a turn or more is free, a turn about 0.
 
     :param lower: (m,) [rad or m], may be infinite.
     :param upper: (m,) [rad or m], may be infinite.

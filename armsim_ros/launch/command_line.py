@@ -131,7 +131,7 @@ def _find(places: Sequence[str], path: tuple[Path, ...]) -> tuple[Path, Lookup]:
 
 
 def _launch_files(folder: Path) -> Iterator[Path]:
-    # The folder of a package that is not built may be one of links.
+    # The folder of a package that is not built may consist of links.
     found, seen = [], set()
     for place, folders, names in os.walk(folder, followlinks=True):
         real = os.path.realpath(place)

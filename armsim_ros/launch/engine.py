@@ -29,16 +29,16 @@ from armsim_ros.launch.report import Report
 from armsim_ros.launch.runner import Runner
 from armsim_ros.launch.watchdog import watchdog
 
-#: The most processes of one launch; more means a loop of exit handlers.
+#: The most processes of a launch; more means a loop of exit handlers.
 MOST_STARTS = 1000
 
 
 class Engine:
     """
-    Runs one launch.
+    Runs a launch.
 
     A job is a function that may queue further ones. Processes that actions ask for are started
-    when all jobs are done: what stands in one description starts together, and a mistake in it
+    when all jobs are done: what is in the same description starts together, and an error in it
     starts nothing.
 
     :param context: what substitutions and actions see.
@@ -207,7 +207,7 @@ class Engine:
         Emit the event of an ended process.
 
         :param was_run: whether the process was there at all; the end of the launch does not
-            depend on one that was not.
+            depend on a process that was not.
         """
         event = events.ProcessExited(action=action, name=name, cmd=spec.command, pid=pid,
                                      cwd=spec.cwd, env=spec.environment, returncode=status)

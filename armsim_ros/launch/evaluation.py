@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""One launch file: shown, dry-run, or run."""
+"""A launch file: shown, dry-run, or run."""
 
 from __future__ import annotations
 

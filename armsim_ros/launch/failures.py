@@ -70,7 +70,7 @@ class MissingArgumentsError(ArmsimError):
         super().__init__('\n'.join(self.lines()))
 
     def lines(self) -> list[str]:
-        """Return one line for each."""
+        """Return a line for each."""
         return [f'needs argument: {name} choices={",".join(choices)}'
                 for name, choices in self.arguments]
 
@@ -130,7 +130,7 @@ def import_place(error: ImportError, file: str) -> Location:
 
 
 def user_place(trace: TracebackType | None) -> Location | None:
-    """Return the innermost line of a traceback in the user's code, None without one."""
+    """Return the innermost line of a traceback in the user's code, None if there is none."""
     found = None
     for frame in traceback.extract_tb(trace):
         if _is_users(frame.filename):

@@ -96,7 +96,7 @@ class Lookup:
         return None
 
     def console_script(self, package: str, name: str) -> str:
-        """Return ``module:function`` of a program in the sources of a package, '' without one."""
+        """Return ``module:function`` of a program in a package's sources, '' if there is none."""
         found = self.packages.find(package)
         return '' if found is None else python_sources(found).scripts.get(name, '')
 
@@ -135,7 +135,7 @@ def check_not_missing(path: str | Path) -> None:
 
 
 def stand_in_of(path: Path) -> Path | None:
-    """Return our stand-in for an original's launch file, None without one."""
+    """Return our stand-in for an original's launch file, None if there is none."""
     for package in path.parent.parts:
         found = STAND_INS / package / 'launch' / path.name
         if found.is_file():

@@ -22,7 +22,7 @@ _LOADS_CONTROLLERS = re.compile(
 
 class LostControllers:
     """
-    The commands of one launch that should have loaded controllers.
+    The commands of a launch that should have loaded controllers.
 
     :param report: prints.
     """
@@ -64,7 +64,7 @@ class LostControllers:
             self._timer.cancel()
         lost, self._lost = self._lost, []
         if lost:
-            remedy = ("'armsim spawner NAME' loads one" if self._has_manager else
+            remedy = ("'armsim spawner NAME' loads it" if self._has_manager else
                       'the launch starts no controller manager, so start the launch file of the '
                       "robot's simulation or hardware as well")
             self._report.log('WARNING', 'controllers may be missing, because of '

@@ -63,7 +63,7 @@ def _complete_environment(environment: MutableMapping[str, str]) -> None:
 
 
 def _real_ros2() -> str:
-    """Return ``ros2`` of a sourced ROS installation with launch, '' without one."""
+    """Return ``ros2`` of a sourced ROS installation with launch, '' if there is none."""
     for entry in os.environ.get('AMENT_PREFIX_PATH', '').split(os.pathsep):
         marker = Path(entry, 'share/ament_index/resource_index/packages/ros2launch')
         program = Path(entry, 'bin', 'ros2')

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Decides what a process becomes: a program of ours, a foreign one, or a part of ours."""
+"""Decides what a process becomes: a program of ours, a foreign program, or a part of ours."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ class Kind(Enum):
 @dataclass
 class Start:
     """
-    One process of a batch and what becomes of it.
+    A process of a batch and what becomes of it.
 
     :param command: of a process that is started.
     :param is_simulation: whether it is the simulation.
@@ -84,7 +84,7 @@ class Start:
 
 class Mapping:
     """
-    Decides for one launch, batch by batch.
+    Decides for a launch, batch by batch.
 
     :param keep_text: writes a text into a file and returns its path.
     """
@@ -124,7 +124,7 @@ class Mapping:
             self._world = next((word for word in ' '.join(spec.command).split()
                                 if word.endswith(('.sdf', '.world'))), '')
         if role is ProgramRole.SIMULATION and self._place(spec.node) in self._simulated:
-            return Start(action, spec, Kind.PART, note='one simulation serves both')
+            return Start(action, spec, Kind.PART, note='the same simulation serves both')
         if role in _PARTS:
             return Start(action, spec, Kind.PART, note=f'{role.value}: part of the simulation')
         return self._ours(action, spec, role)

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""One process of a launch file, with all substitutions performed."""
+"""A process of a launch file, with all substitutions performed."""
 
 from __future__ import annotations
 

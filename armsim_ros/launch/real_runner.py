@@ -82,7 +82,7 @@ class ProcessRunner:
 
     @property
     def is_busy(self) -> bool:
-        """Whether a process runs, or the simulation stands in for one."""
+        """Whether a process runs, or the simulation replaces it."""
         return bool(self._running or self._starting
                     or (self._parts and not self._stopping))
 

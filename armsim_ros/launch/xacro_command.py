@@ -38,7 +38,7 @@ def run_xacro(command: XacroCommand, where: Location | None) -> str:
 
 
 def missing_in(text: str) -> str:
-    """Return the package that an error message of the lookup names, '' without one."""
+    """Return the package that an error message of the lookup names, '' if there is none."""
     _, found, rest = text.partition("package '")
     name, end, _ = rest.partition("' is not found")
     return name if found and end and "'" not in name else ''

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""One robot, or several in one world: each by itself, and all of them as one."""
+"""One robot, or several in one world: each by itself, and all merged."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from armsim_ros.model.robot_model import RobotModel
 @dataclass(frozen=True, eq=False)
 class Robot:
     """
-    One robot of a cell.
+    A robot of a cell.
 
     :param name: its name in the cell.
     :param settings: with the names that links, joints and groups have in the cell.
@@ -30,11 +30,11 @@ class Robot:
 @dataclass(frozen=True, eq=False)
 class Cell:
     """
-    All robots of one world; a single robot is a cell of one.
+    All robots of a world; a single robot is a cell by itself.
 
     :param settings: of the whole; controllers have their namespace in their name. Of a single
         robot, its own.
-    :param model: all robots as one tree. Of a single robot, its own.
+    :param model: all robots as a single tree. Of a single robot, its own.
     :param robots: the robots, in the order of their file.
     """
 
@@ -49,10 +49,10 @@ class CellSurvey:
     What was found in the files.
 
     :param problems: mistakes, warnings and remarks.
-    :param settings: those of the one robot, or of the files in the cell's folder.
+    :param settings: those of the only robot, or of the files in the cell's folder.
     :param robots: settings of the robots of a cell as their files say, each folder once; none
         for a single robot.
-    :param model: of the one robot, though there may be mistakes; else of the cell.
+    :param model: of the only robot, even if there are errors; else of the cell.
     :param cell: None where there are mistakes.
     :param declared: arguments of the xacro of URDF and SRDF, with their values.
     """

@@ -81,7 +81,7 @@ def survey_cell(
     """
     Read the same as :func:`load_cell`, and go on where there are mistakes.
 
-    :param namespace: in place of the one that the files of a single robot give.
+    :param namespace: replaces the namespace from the files of a single robot.
     :param strict: whether what the original stack silently ignores is a mistake.
     :param sources: those of :func:`find_files`.
     :raises ConfigError: where the files cannot be found at all, or robots.yaml has mistakes.
@@ -139,7 +139,7 @@ def _at_full_speed(settings: RobotSettings, problems: list[Problem]) -> RobotSet
 
 
 def _describe(files: RobotFolder) -> tuple[Description | None, Description | None]:
-    """Return URDF and SRDF after xacro; None for one that cannot be read, which is told later."""
+    """Return URDF and SRDF after xacro; None if unreadable, which is reported later."""
     found = []
     for file in (files.urdf_file, files.srdf_file):
         try:
@@ -172,7 +172,7 @@ def with_plugin_files(files: RobotFolder, urdf: Description, *, keep: bool = Fal
 
 
 class _CellReader:
-    """Reads the robots of one cell and lays them together."""
+    """Reads the robots of a cell and merges them."""
 
     def __init__(self, files: RobotFolder, own: RobotSettings) -> None:
         self._files = files
@@ -207,7 +207,7 @@ class _CellReader:
             cell.model if cell else None, None if mistakes_of(self._problems) else cell)
 
     def _folder(self, entry: CellRobot) -> str:
-        """Return a robot's folder: one from the cell's folder, else a name of ours."""
+        """Return a robot's folder: relative to the cell's folder, else an included robot."""
         here = self._files.urdf_file.resolve().parent
         folder = here / entry.robot
         if not folder.is_dir():
@@ -276,7 +276,7 @@ class _CellReader:
 
     def _with_start(self, merged: RobotSettings, robots: Mapping[str, RobotSettings],
                     placed: Mapping[str, PlacedRobot], model: RobotModel) -> RobotSettings:
-        """Return the settings with one start for all: the robots' own, then the cell's."""
+        """Return the settings with a common start state: the robots' own, then the cell's."""
         start: dict[str, float] = {}
         begun = [(placed[name].model, robot) for name, robot in robots.items()]
         for each, settings in (*begun, (model, self._own)):

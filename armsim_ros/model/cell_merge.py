@@ -63,7 +63,7 @@ def merged_model(name: str, robots: Mapping[str, PlacedRobot],
                  srdf: tuple[str, str] | None = None) -> tuple[RobotModel, list[Problem],
                                                                dict[str, Location]]:
     """
-    Return all robots as one.
+    Return all robots as a single one.
 
     :param name: the cell's name.
     :param robots: without :func:`clashes`.

@@ -46,7 +46,7 @@ def fitting_controllers(settings: RobotSettings, model: RobotModel) -> tuple[str
 
 
 class _Check:
-    """One run over settings and model."""
+    """A run over settings and model."""
 
     def __init__(self, settings: RobotSettings, model: RobotModel,
                  places: Mapping[str, Location]) -> None:
@@ -193,7 +193,7 @@ class _Check:
                     remedy='add to controller_list: ' + self._suggestion(group, missing))
 
     def _suggestion(self, group: PlanningGroup, missing: list[str]) -> str:
-        """Return the one line of YAML that would move the joints."""
+        """Return the line of YAML that would move the joints."""
         owner = next((controller.name for controller in self._settings.controllers
                       if set(missing) <= set(controller.joints)), f'{group.name}_controller')
         return (f'- {{name: {self._relative(owner)}, action_ns: follow_joint_trajectory, '

@@ -37,7 +37,7 @@ def grippers_of(robot: Robot) -> tuple[Gripper, ...]:
     """
     Return the grippers of a robot.
 
-    Each end effector of the SRDF whose group has moving joints is one, and each joint of a
+    Each end effector of the SRDF whose group has moving joints is a gripper, and each joint of a
     gripper controller that belongs to none of these.
     """
     model, found = robot.model, []

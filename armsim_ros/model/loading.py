@@ -165,7 +165,7 @@ def _to_source(problem: Problem, text: str, source: str | None) -> Problem:
 
 
 def _place_in_source(where: Location, text: str, source: str) -> Location:
-    """Return a place in the text after xacro as a line of the user's file, where one fits."""
+    """Return a place in the text after xacro as a line of the user's file, where a line fits."""
     if where.line is None:
         return where
     line = text.splitlines()[where.line - 1]

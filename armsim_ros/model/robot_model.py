@@ -29,7 +29,7 @@ class JointType(Enum):
 @dataclass(frozen=True, slots=True)
 class JointLimits:
     """
-    Bounds of one joint; infinite where there is none.
+    Bounds of a joint; infinite where there is none.
 
     :param lower: [rad or m].
     :param upper: [rad or m].
@@ -189,7 +189,7 @@ _SIMULATORS = frozenset({'gazebo', 'gz', 'ign', 'mujoco', 'webots'})
 @dataclass(frozen=True, slots=True)
 class HardwareSystem:
     """
-    A ``<ros2_control>`` tag: one hardware component.
+    A ``<ros2_control>`` tag: a hardware component.
 
     :param type: system, actuator or sensor.
     :param plugin: as written; all are simulated.
@@ -231,7 +231,7 @@ class HardwareSystem:
 @dataclass(frozen=True, eq=False)
 class RobotModel:
     """
-    One robot: kinematic tree, limits of the URDF, SRDF.
+    A robot: kinematic tree, limits of the URDF, SRDF.
 
     :param name: the URDF's robot name.
     :param links: by name, in tree order (depth first from the root).

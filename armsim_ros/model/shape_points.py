@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Points of shapes: those that hold a shape, those inside of it, the nearest one inside."""
+"""Points of shapes: those that hold a shape, those inside of it, the nearest point inside."""
 
 from __future__ import annotations
 

@@ -17,7 +17,7 @@ def tree_order(root_link: str, joints: Mapping[str, Joint]) -> tuple[list[str], 
     """
     Return links and joints depth first from the root.
 
-    Joints below one link follow each other in the order of their names, as in MoveIt, whose
+    Joints below a link follow each other in the order of their names, as in MoveIt, whose
     joint order is that of a map.
     """
     below: dict[str, list[str]] = {}

@@ -66,7 +66,7 @@ class WorldObject:
         cls, name: str, shape: Geometry, pose: Matrix, *, mass: float | None = None
     ) -> WorldObject:
         """
-        Return an object of one shape.
+        Return an object of a single shape.
 
         :param pose: (4, 4) in the world.
         :param mass: [kg]; None for an object that never moves.
@@ -115,7 +115,7 @@ def shape_geometry(shape: ShapeSettings) -> Geometry:
 
 
 def object_from_settings(name: str, settings: WorldObjectSettings) -> WorldObject:
-    """Return one object of a world file."""
+    """Return an object of a world file."""
     try:
         parts = tuple(
             LinkGeometry(

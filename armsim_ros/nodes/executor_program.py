@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A program of one node for the user's robot, from its start to its end."""
+"""A program of a node for the user's robot, from its start to its end."""
 
 from __future__ import annotations
 

@@ -28,7 +28,7 @@ def publish_descriptions(node: Node, urdf: str, srdf: str) -> list[Publisher | N
     """
     Publish ``robot_description`` and ``robot_description_semantic``.
 
-    A robot without SRDF leaves that topic to others: its planner may have one.
+    A robot without SRDF leaves that topic to others: its planner may publish it.
 
     :returns: the publishers, which must be kept alive.
     """

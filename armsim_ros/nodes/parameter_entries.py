@@ -35,7 +35,7 @@ _INT64 = (-(2**63), 2**63 - 1)
 @dataclass(frozen=True)
 class Entry:
     """
-    One parameter.
+    A parameter.
 
     :param path: keys from the settings' root to the value.
     :param value: in the form of a ROS parameter; None where it is not set.

@@ -21,7 +21,7 @@ class SettingsParameters(Generic[SettingsT]):
     """
     Declares settings on a node and keeps the two equal.
 
-    A change that the settings' own checks refuse is refused with their words; a legal one
+    A change that the settings' own checks refuse is refused with their words; a legal change
     replaces the settings and is handed on.
 
     :param node: the node that owns the parameters.
@@ -91,7 +91,7 @@ def parameters_by_prefix(node: Node, prefix: str) -> dict[str, Parameter]:
 
 
 def reason(error: ValidationError) -> str:
-    """Return a validation error as one line that names every parameter."""
+    """Return a validation error as a line that names every parameter."""
     lines = []
     for problem in error.errors(include_url=False):
         name = '.'.join(str(key) for key in problem['loc'])

@@ -100,7 +100,7 @@ class PollingNode(GuardedNode):
         Return what waits for messages that ``catch_up`` will find.
 
         It takes the longest time to wait [s], and returns whether there is a message; only from
-        one and the same thread.
+        the same thread.
         """
         context = self.context.handle
         assert context is not None  # the node was made in it
@@ -130,7 +130,7 @@ class PollingNode(GuardedNode):
 
     def catch_up(self, *subscriptions: Subscription) -> None:
         """
-        Hand over all messages that have come in; only from one and the same thread.
+        Hand over all messages that have come in; always from the same thread.
 
         :param subscriptions: those to look at; none stands for all.
         """

@@ -59,7 +59,7 @@ class FixedTerm:
 @dataclass(frozen=True, slots=True)
 class JointTerm:
     """
-    An interval of one joint.
+    An interval of a joint.
 
     :param index: place in the robot's state.
     :param target: [rad or m]; so are the others.
@@ -171,7 +171,7 @@ class OrientationTerm:
     A link's orientation relative to a desired orientation in a frame.
 
     XYZ Euler angles turn about the axes of the desired orientation, x first, each about the
-    axis that the one before has turned. A rotation vector is given in the axes of the frame.
+    axis that the rotation before has turned. A rotation vector is given in the axes of the frame.
 
     :param desired: (3, 3) in the constraint frame.
     :param tolerances: (3,) [rad], infinite for a free axis.

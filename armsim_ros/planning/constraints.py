@@ -98,7 +98,7 @@ class ConstraintSet:
 
     def evaluate(self, q: Vector) -> list[ConstraintResult]:
         """
-        Return one result for each constraint: joints, positions, orientations, visibilities.
+        Return a result for each constraint: joints, positions, orientations, visibilities.
 
         :param q: (n,) full robot state.
         """
@@ -192,7 +192,7 @@ class ConstraintSet:
             return None
 
     def _frame(self, name: str, link: str) -> Frame:
-        """Return a constraint's frame; of an unknown one, the model frame."""
+        """Return a constraint's frame; the model frame if it is unknown."""
         frame = self._link(name)
         if frame is not None:
             return frame

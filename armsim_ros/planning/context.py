@@ -120,7 +120,7 @@ class PlanningContext:
             raise PlanningError(
                 MoveItErrorCode.NO_IK_SOLUTION,
                 f"group '{group}' has no kinematics solver; only chains with a kinematics_solver "
-                'in kinematics.yaml have one')
+                'in kinematics.yaml have a solver')
         found = scene.robot_frame(link_name or tip)
         if found is None:
             raise PlanningError(

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The motion planner: the one object that answers all questions about motions."""
+"""The motion planner: the single object that answers all questions about motions."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def never() -> bool:
 
 class MotionPlanner:
     """
-    Plans for the groups of one robot; any thread may ask, one request runs at a time.
+    Plans for the groups of a robot; any thread may ask, requests run one at a time.
 
     No mistake of a client raises: the answer carries a code, a sentence and its source.
 
@@ -75,7 +75,7 @@ class MotionPlanner:
 
     @settings.setter
     def settings(self, settings: PlanningSettings) -> None:
-        # One reference, swapped: whoever sets it must not wait for the plan of another.
+        # A single reference, swapped: its setter must not wait for the plan of another.
         self._settings = settings
 
     @contextmanager

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Questions about single states: are they valid, and which one reaches a pose."""
+"""Questions about single states: are they valid, and which of them reaches a pose."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class StateReport:
     """
     Whether a state is free and keeps constraints; joint limits are not asked.
 
-    :param contacts: one a colliding pair.
+    :param contacts: a contact per colliding pair.
     :param constraint_results: of all given constraints: joints, positions, orientations.
     :param message: what is wrong, '' where nothing is.
     """
@@ -67,8 +67,8 @@ class IKRequest:
     Poses to find joint positions for.
 
     :param start_state: first guess, and the other joints.
-    :param targets: one that is fixed to the tip of the group's solver; or one for each subgroup,
-        in their order.
+    :param targets: a single link fixed to the tip of the group's solver; or a link for each
+        subgroup, in their order.
     :param timeout: [s]; the group's own where that is longer.
     """
 
@@ -100,7 +100,7 @@ def check_state(
     """
     Return whether a full robot state (n,) is free and keeps constraints.
 
-    :param group: '' for all links of the robot; an unknown one is not valid.
+    :param group: '' for all links of the robot; an unknown group is invalid.
     """
     if group and group not in context.model.robot.semantic.groups:
         known = ', '.join(context.model.robot.semantic.groups)
@@ -162,7 +162,7 @@ def _solve_ik(
     if colliding:
         context.checker.use(scene)
         pairs = context.checker.contacts(colliding[0], group)
-        message += f'; the first one collides: {"; ".join(str(pair) for pair in pairs[:3])}'
+        message += f'; the first collides: {"; ".join(str(pair) for pair in pairs[:3])}'
     context.log.info(f'compute_ik: {message}')
     return IKResponse(MoveItErrorCode.NO_IK_SOLUTION, message)
 

@@ -92,7 +92,8 @@ class Region:
         """
         Return a random point (3,) [m] of the region in the frame of its pose.
 
-        Drawn evenly from the shape's box until one is inside, at most 100 times; then the middle.
+        Drawn evenly from the shape's box until a point is inside, at most 100 times; then the
+        centre.
         """
         middle, half = bounding_box(self.shape)
         for _ in range(100):
@@ -145,7 +146,7 @@ class Parameterization(IntEnum):
 @dataclass(frozen=True, slots=True)
 class OrientationConstraint:
     """
-    A link's orientation stays near a given one.
+    A link's orientation stays near a given orientation.
 
     :param quat_xyzw: the orientation in ``frame_id``.
     :param tolerances: (x, y, z) [rad], each the largest absolute error; about the axes of the
@@ -263,7 +264,7 @@ class WorkspaceParameters:
 @dataclass(frozen=True, slots=True)
 class MotionPlanRequest:
     """
-    A motion for one planning group.
+    A motion for a planning group.
 
     :param goal_constraints: alternatives; one of them is enough.
     :param path_constraints: hold at every state of the path.

@@ -35,7 +35,7 @@ class PlanningSettings:
     :param fine_step: largest motion [m] of any point of the robot between two checks of a
         result.
     :param cartesian_limits: of the tool, for linear and circular motions.
-    :param solver_groups: groups with a kinematics solver; none named: every chain has one.
+    :param solver_groups: groups with a kinematics solver; none named: every chain has a solver.
     :param ik_timeouts: group -> [s] for inverse kinematics where a request gives none.
     """
 

@@ -104,7 +104,7 @@ def check_start(validity: StateValidity, start: Vector) -> None:
 
 class StartRepairs:
     """
-    Motions from a start that is not valid to one that is.
+    Motions from a start that is not valid to a valid state.
 
     ROS 1's request adapters FixStartStateCollision and FixStartStatePathConstraints; they act
     only where the user names them in ``request_adapters``.
@@ -128,7 +128,7 @@ class StartRepairs:
         self, scene: PlanningScene, validity: StateValidity, start: Vector
     ) -> QuinticMotion:
         """
-        Return what to do first: one point where nothing had to be, or could be repaired.
+        Return what to do first: a single point where nothing had to be, or could be, repaired.
 
         :param start: (m,) the group's values.
         """
@@ -144,7 +144,7 @@ class StartRepairs:
         return motion
 
     def _jiggled(self, validity: StateValidity, start: Vector) -> Vector | None:
-        """Return a free state near a colliding one, None where chance finds none."""
+        """Return a free state near a colliding state, None where sampling finds none."""
         settings, log = self._context.settings, self._context.log
         low = np.where(np.isfinite(validity.lower), validity.lower, start - np.pi)
         high = np.where(np.isfinite(validity.upper), validity.upper, start + np.pi)

@@ -26,7 +26,7 @@ from armsim_ros.sim.simulation import Simulation
 @dataclass(frozen=True, slots=True, eq=False)
 class Sample:
     """
-    One moment of the simulation; the arrays are copies.
+    A moment of the simulation; the arrays are copies.
 
     :param position, velocity, effort: (n,) of the joints.
     :param body_names: of the bodies whose poses these are.

@@ -31,7 +31,7 @@ Message = Mapping[str, Any]
 
 
 class _File:
-    """Topics of one file; a type is written once, when it is first used."""
+    """Topics of a file; a type is written once, when it is first used."""
 
     def __init__(self, writer: Writer) -> None:
         self._writer = writer

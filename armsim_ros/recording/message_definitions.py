@@ -29,7 +29,7 @@ def message_definition(datatype: str) -> str:
     Return the definition of a message type with those of all types in it.
 
     :param datatype: such as ``sensor_msgs/msg/JointState``.
-    :raises ResourceError: the type or one in it is not installed.
+    :raises ResourceError: the type or a nested type is not installed.
     """
     package, _, name = datatype.split('/')
     texts: dict[str, str] = {}

@@ -144,7 +144,7 @@ def _numbers(values: object) -> str:
 
 
 class _Reader:
-    """The lines of a file, read one after the other."""
+    """The lines of a file, read in order."""
 
     def __init__(self, path: str, text: str) -> None:
         self._path = path

@@ -4,7 +4,7 @@
 The simulated world in a planning scene: what a scene begins with, and whose an object is.
 
 The world owns the ids that it added. An object that was there before is the user's, and so is
-one of the world's that the user adds, moves or attaches; one that he removes stays away. That ends
+an object that the user adds, moves or attaches; what the user removes stays away. That ends
 when the world deletes the object, or when it begins a new epoch: at its start, a reset, another
 world.
 """
@@ -79,7 +79,7 @@ def initial_scene(
 
 def collision_object(thing: WorldObject, root: Matrix) -> CollisionObject:
     """
-    Return an object of the simulated world as one to be added to a scene.
+    Return an object of the simulated world as an object to be added to a scene.
 
     :param root: (4, 4) pose of the world in the root link's frame.
     """
@@ -187,7 +187,7 @@ class WorldOwnership:
         if item.id in self._scene.objects or item.id in self._scene.attached:
             if item.id not in self._foreign:
                 self._foreign.add(item.id)
-                self._log(f"object '{item.id}' is the user's; the one of the simulated world of "
+                self._log(f"object '{item.id}' is the user's; that of the simulated world of "
                           'that name stays out of the scene')
             return
         self._foreign.discard(item.id)

@@ -59,7 +59,7 @@ def arm_group(kinematics: KinematicModel, controllers: Iterable[Sequence[str]]) 
 def check_parameters(
     kinematics: KinematicModel, group: str, parameters: ServoParameters
 ) -> list[str]:
-    """Return what of the parameters does not fit the robot, one sentence each."""
+    """Return what of the parameters does not fit the robot, a sentence for each."""
     groups = tuple(kinematics.robot.semantic.groups)
     wrong = []
     for name, value in (

@@ -33,7 +33,7 @@ class JointJog:
 
     :param names: (k,).
     :param velocities: (k,) times the scale, or [rad/s or m/s]; of a name that is given twice the
-        last one counts.
+        last position counts.
     """
 
     names: tuple[str, ...]

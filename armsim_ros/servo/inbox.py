@@ -100,7 +100,7 @@ class CommandInbox:
 
     @property
     def silent(self) -> bool:
-        """Whether there is no command, and nothing to say about one."""
+        """Whether there is no command, and nothing to report."""
         return self._command is None and not self._complaint
 
     def complaint(self, now_ns: int) -> str:

@@ -34,7 +34,7 @@ class JointBounds:
 
     def limit_speed(self, velocity: Vector, override: float) -> Vector:
         """
-        Return velocities (m,) that no joint's limit forbids; one factor for all.
+        Return velocities (m,) that no joint's limit forbids; a common factor.
 
         :param override: factor of all velocities; below 0.01 it is off. The limits may make the
             common factor smaller.
@@ -50,7 +50,7 @@ class JointBounds:
         Return velocities (m,) from which every joint can brake before its bound.
 
         :param q: (m,) positions [rad or m].
-        :param all_halt: slow all joints as the one at its bound, not that one alone.
+        :param all_halt: slow all joints as the joint at its bound, not that joint alone.
         :returns: the velocities, and what to say where a joint has come to its bound.
         """
         room, fastest = self._fastest(q, velocity, period)
@@ -73,7 +73,7 @@ class JointBounds:
         return velocity * share, finding
 
     def accelerate(self, now: Vector, wanted: Vector, period: float) -> Vector:
-        """Return the velocities (m,) one cycle later; all joints come nearer by one factor."""
+        """Return the velocities (m,) a cycle later; all joints approach by a common factor."""
         change = wanted - now
         excess = _greatest(np.abs(change) / (self.acceleration * period))
         return now + change / excess if excess > 1.0 else wanted

@@ -25,7 +25,7 @@ _GAIN = 1e-7
 @dataclass(frozen=True, slots=True, eq=False)
 class ClearStates:
     """
-    States that are known to be clear because one of them was looked at.
+    States that are known to be clear because one of them was checked.
 
     No pair can come nearer than the joints move what they carry.
 
@@ -125,7 +125,7 @@ class Proximity:
         return near
 
     def _slows(self, pair: PairDistance) -> bool:
-        """Return whether two bodies are too near; those on one joint only where they touch."""
+        """Return whether two bodies are too near; on the same joint, whether they touch."""
         apart = pair.joints[0] != pair.joints[1] and pair.distance >= self._threshold(pair)
         rigid = pair.joints[0] == pair.joints[1] and pair.distance > 0.0
         return not (apart or rigid)

@@ -47,7 +47,7 @@ def surely_below(jacobian: Matrix, bound: float) -> bool:
     Return True only where the condition number is not above a bound; quicker than to know it.
 
     Frobenius norms of a matrix and its inverse are no smaller than its greatest eigenvalue and
-    the inverse of its smallest one.
+    the inverse of its smallest value.
     """
     few = jacobian.shape[1] < len(jacobian)
     squares = jacobian.T @ jacobian if few else jacobian @ jacobian.T

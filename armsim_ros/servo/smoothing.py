@@ -18,7 +18,7 @@ ARRIVED = 1e-4
 
 
 class SmoothingFilter(ABC):
-    """Smooths the positions of n joints, one cycle at a time."""
+    """Smooths the positions of n joints, cycle by cycle."""
 
     @abstractmethod
     def restart(self, positions: Vector) -> None:

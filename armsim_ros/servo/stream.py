@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""One cycle after the other: commands become joint positions that move within all bounds."""
+"""Cycle by cycle, commands become joint positions that move within all bounds."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class StreamState:
 @dataclass(frozen=True, slots=True, eq=False)
 class Cycle:
     """
-    What came of one cycle.
+    The result of a cycle.
 
     :param positions: (m,) to send [rad or m].
     :param velocities: (m,) with which they change [rad/s or m/s].
@@ -126,13 +126,13 @@ class ServoStream:
         self._halting, self.streaming = other._halting, other.streaming
 
     def turns(self, command: Command | None) -> bool:
-        """Return whether a command ends the motion, or resumes it, unlike the one before."""
+        """Return whether a command ends the motion, or resumes it, unlike the command before."""
         before, self._halting = self._halting, command is None or not command.moves
         return self._halting is not before
 
     def step(self, command: Command | None, q: Vector, parameters: ServoParameters) -> Cycle:
         """
-        Go on by one period.
+        Advance by a period.
 
         :param command: None brings the arm to rest.
         :param q: (n,) the robot; the group's joints are taken from the stream itself.

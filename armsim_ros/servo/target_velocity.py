@@ -26,7 +26,7 @@ from armsim_ros.servo.singularity import singularity_factor, SingularityThreshol
 from armsim_ros.servo.status import Finding, NOTHING
 
 ROTATION_WEIGHT = 0.1
-"""What an error of the rotation counts beside one of the translation, with less than 6 joints."""
+"""What an error of the rotation counts beside that of the translation, with less than 6 joints."""
 _DAMPING = 1e-8
 APPROACH = (0.4, 1.5)
 """Deceleration towards a pose [m/s^2, rad/s^2]."""
@@ -35,7 +35,7 @@ APPROACH = (0.4, 1.5)
 @dataclass(frozen=True, slots=True, eq=False)
 class Wanted:
     """
-    What a command asks for in one cycle.
+    What a command asks for in a cycle.
 
     :param velocity: (m,) of the group's joints [rad/s or m/s].
     :param cartesian: whether the tip was commanded, not joints.
@@ -139,7 +139,7 @@ class TargetVelocity:
         if len(command.names) != len(command.velocities):
             raise InvalidCommandError(
                 f'joint_names has {len(command.names)} entries, velocities has '
-                f'{len(command.velocities)}; both need one each joint'
+                f'{len(command.velocities)}; both need one per joint'
             )
         for name, value in zip(command.names, command.velocities, strict=True):
             if name not in self._moving_names:

@@ -23,7 +23,7 @@ _REACH_NS = 3_000_000
 """
 What is due sooner, a message comes too late to change [ns].
 
-One that takes longer leads aside by what braking changes meanwhile, less than 0.1 mrad.
+A longer transition deviates by what braking changes meanwhile, less than 0.1 mrad.
 """
 
 
@@ -32,8 +32,8 @@ class WindowPoints:
     """
     The points of a window, as they are sent.
 
-    :param stamp_ns: of the first one [ns].
-    :param spans_ns: (k,) from the first one to each, integers [ns].
+    :param stamp_ns: of the first point [ns].
+    :param spans_ns: (k,) from the first point to each, integers [ns].
     :param positions: (k, m) [rad or m].
     :param velocities: (k, m) [rad/s or m/s].
     :param accelerations: (k, m) [rad/s^2 or m/s^2], if they were asked for.
@@ -48,7 +48,7 @@ class WindowPoints:
 
 class TrajectoryWindow:
     """
-    The points that a controller still has to follow: from just before now to one latency ahead.
+    The points that a controller still has to follow: from just before now to the latency ahead.
 
     Upstream's servo sends as many of the past as well, which no controller looks at.
 
@@ -77,7 +77,7 @@ class TrajectoryWindow:
         there, up to the cycle that is to be added next.
 
         :param cycle_ns: time of that cycle [ns].
-        :param step: lets the stream go on by one period.
+        :param step: advances the stream by a period.
         """
         points = self._points
         if points[-1][0] < now_ns + _REACH_NS:
@@ -116,7 +116,7 @@ class TrajectoryWindow:
 
     def points(self, *, accelerations: bool = False) -> WindowPoints | None:
         """
-        Return all points but the newest, whose velocity is not known before the next one.
+        Return all points but the newest, whose velocity is not known before the next point.
 
         The last velocity is 0, so that the arm comes to rest where nothing follows. The first
         command of a stream goes out at once, though: it leads to rest anyhow. None where there
@@ -160,6 +160,6 @@ class TrajectoryWindow:
 
 
 def _slopes(times: Vector, values: Matrix) -> Matrix:
-    """Return how fast values (k, m) change from one time (k,) to the next (k - 1, m)."""
+    """Return how fast values (k, m) change from each time (k,) to the next (k - 1, m)."""
     slopes: Matrix = (values[1:] - values[:-1]) / (times[1:] - times[:-1])[:, None]
     return slopes

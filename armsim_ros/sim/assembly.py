@@ -84,7 +84,7 @@ def build_simulation(
     """
     Return the robot of a user's files in its world.
 
-    :param clock: simulated time; by default one that starts at 0.
+    :param clock: simulated time; by default starting at 0.
     :raises ConfigError: the start does not fit the robot; names file and line where it can.
     :raises SimulationError: the physics refuses robot or world.
     """

@@ -16,7 +16,7 @@ class SimClock:
     In real time it starts at the wall clock's time, so that stamps of programs with and without
     ``use_sim_time`` agree; in deterministic runs it starts at 0.
 
-    :param step_ns: time of one physics step [ns].
+    :param step_ns: time of a physics step [ns].
     :param start_ns: time at the start [ns].
     :param paused: whether the world stands still.
     :param real_time_factor: simulated time per wall time; 0 is as fast as it goes.
@@ -68,7 +68,7 @@ class SimClock:
 
     @property
     def wall_step_ns(self) -> float:
-        """Wall time that one physics step shall take [ns]; 0 where it shall not be waited."""
+        """Wall time that a physics step shall take [ns]; 0 where it shall not be waited."""
         return self.step_ns / self._real_time_factor if self._real_time_factor else 0.0
 
     def advance(self, steps: int = 1) -> None:

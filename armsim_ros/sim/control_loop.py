@@ -29,7 +29,7 @@ from armsim_ros.sim.simulation import MOST_PLANNED, Simulation
 
 Result = TypeVar('Result')
 
-#: Requests served in one tick, so that a burst of them does not delay the physics.
+#: Requests served in a tick, so that a burst of them does not delay the physics.
 REQUESTS_PER_TICK = 8
 #: Physics steps of a plan at rest at most, so that a request does not wait long.
 MOST_STEPS_AT_REST = 1000
@@ -68,7 +68,7 @@ class ControlLoop:
     """
     Runs controllers and physics, in a thread of its own or tick by tick.
 
-    One tick is one physics step; the controllers run first where their period begins. Only the
+    A tick is a physics step; the controllers run first where their period begins. Only the
     thread that ticks may touch simulation and clock; others hand it a function by ``call``.
 
     Planned updates change no result; ``run`` sleeps through them until a listener is due.
@@ -140,7 +140,7 @@ class ControlLoop:
         self._listeners = tuple(known for known in self._listeners if known.function != function)
 
     def tick(self) -> None:
-        """Serve requests; unless paused, do one physics step with all that belongs to it."""
+        """Serve requests; unless paused, do a physics step with all that belongs to it."""
         self._serve()
         if self.clock.paused:
             self._controllers.process_requests(self.clock.now_ns)
@@ -329,7 +329,7 @@ class ControlLoop:
                 self._longest_motion = min(2 * done + LEAST_PLANNED, MOST_PLANNED)
 
     def _end_plan(self) -> int:
-        """End the open plan, if there is one; return how many of its updates were done."""
+        """End the open plan, if any; return how many of its updates were done."""
         if not self._planned:
             return 0
         self._planned = 0
@@ -386,7 +386,7 @@ def steps_per_update(step_ns: int, update_rate: float) -> int:
     """
     Return how many physics steps a control period holds.
 
-    :param step_ns: time of one physics step [ns].
+    :param step_ns: time of a physics step [ns].
     :param update_rate: rate of the controllers [Hz].
     :raises ControllerError: the period does not hold a whole number of steps.
     """

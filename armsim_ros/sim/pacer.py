@@ -51,13 +51,13 @@ class PaceStatistics:
 
 
 class Alarm(Protocol):
-    """What ends a doze before its time; ``Bell`` is one."""
+    """What ends a doze before its time; such as ``Bell``."""
 
     def wait(self, timeout: float, /) -> bool:
         """Wait so long at most [s]; return whether it was set."""
 
     def set(self) -> None:
-        """End the present wait, or the next one."""
+        """End the present wait, or the next."""
 
     def clear(self) -> None:
         """Take note of it."""
@@ -65,9 +65,9 @@ class Alarm(Protocol):
 
 class Bell:
     """
-    Wakes the one thread that waits for it; any thread, and any signal handler, rings.
+    Wakes the thread that waits for it; any thread, and any signal handler, rings.
 
-    It does what ``threading.Event`` does with a lock for each wait, with a single one.
+    It does what ``threading.Event`` does with a lock for each wait, with a single lock.
     """
 
     __slots__ = ('_lock',)
@@ -81,7 +81,7 @@ class Bell:
         return self._lock.acquire(timeout=timeout)
 
     def set(self) -> None:
-        """End the present wait, or the next one."""
+        """End the present wait, or the next."""
         with suppress(RuntimeError):  # it rings already
             self._lock.release()
 
@@ -92,7 +92,7 @@ class Bell:
 
 class Pacer:
     """
-    Waits for deadlines that lie one period apart.
+    Waits for deadlines that are a period apart.
 
     A late tick is followed by ticks without a wait until the delay is made up; what is beyond
     ``catch_up_ns`` is dropped and counted, and a part of the time is left to others: a thread of
@@ -128,7 +128,7 @@ class Pacer:
         self.start()
 
     def start(self) -> None:
-        """Put the next deadline one period from now and forget the statistics."""
+        """Put the next deadline a period from now and forget the statistics."""
         self._deadline = float(self._clock())
         self._started = self._deadline
         self._ticks = self._waits = self._overruns = 0
@@ -144,7 +144,7 @@ class Pacer:
 
     def wait(self, period_ns: float) -> int:
         """
-        Wait until one period after the last deadline.
+        Wait until a period after the last deadline.
 
         :param period_ns: wall time of the period [ns].
         :returns: how late it is at the return [ns].
@@ -188,9 +188,9 @@ class Pacer:
 
     def doze(self, period_ns: float, count: int) -> int:
         """
-        Wait for the last of some deadlines in one go, or until the alarm is set.
+        Wait for the last of some deadlines without interruption, or until the alarm is set.
 
-        :param period_ns: wall time of one period [ns].
+        :param period_ns: wall time of a period [ns].
         :param count: deadlines to wait for.
         :returns: how many of them have come; all, where the alarm was not set.
         """

@@ -104,7 +104,7 @@ def sensors_of(
     """
     Return the sensors that simulation.yaml names.
 
-    :raises SimulationError: one is on a link that is not there.
+    :raises SimulationError: a sensor is on an unknown link.
     """
     for name, entry in settings.items():
         if entry.link not in model.links:

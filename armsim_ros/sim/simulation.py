@@ -50,7 +50,7 @@ MOST_PLANNED = 100
 
 class Simulation(SimulatedLinks, SavableSimulation, HardwareInterface):
     """
-    One robot in its world, moved by MuJoCo in fixed steps.
+    A robot in its world, moved by MuJoCo in fixed steps.
 
     A control period is: controllers read ``state`` and write ``command``; ``write(steps)`` takes
     the commands over; ``step()`` is called ``steps`` times. Nothing here waits or reads a clock.
@@ -59,7 +59,7 @@ class Simulation(SimulatedLinks, SavableSimulation, HardwareInterface):
     :param settings: physics, servo, start.
     :param world: floor and objects; None is a floor alone.
     :param gains: joint -> gains of its position controller.
-    :param clock: simulated time; by default one that starts at 0.
+    :param clock: simulated time; by default starting at 0.
     :raises SimulationError: MuJoCo refuses the robot or the world.
     """
 
@@ -148,7 +148,7 @@ class Simulation(SimulatedLinks, SavableSimulation, HardwareInterface):
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What the user should know of robot, world and gains; one line each."""
+        """What the user should know of robot, world and gains; a line each."""
         return (
             *self._world_lines,
             *self._effort_lines,
@@ -186,7 +186,7 @@ class Simulation(SimulatedLinks, SavableSimulation, HardwareInterface):
         Take over a change of claims.
 
         A joint that is let go holds its last position command, which stays readable; commands
-        of other interfaces are forgotten, and the position too once something else drives. One
+        of other interfaces are forgotten, and the position too once something else drives. A joint
         that followed velocities rests where its drive's reference is, as if commanded there.
 
         :param claimed: joint -> interfaces claimed from now on; the others hold their position.
@@ -289,8 +289,8 @@ class Simulation(SimulatedLinks, SavableSimulation, HardwareInterface):
         """
         Do physics steps and refresh ``state``.
 
-        :param count: quicker than one by one where so many are ready.
-        :raises SimulationError: the physics became unstable; ``state`` is still a good one,
+        :param count: faster than single steps where so many are ready.
+        :raises SimulationError: the physics became unstable; ``state`` is still valid,
             ``recover`` puts the plant back to where it was stable.
         """
         plant, servo = self._plant, self._servo

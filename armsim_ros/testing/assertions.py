@@ -44,10 +44,10 @@ def assert_no_contact(
     arm: Arm, first: str, second: str | None = None, since: float | None = None
 ) -> None:
     """
-    Fail where a body touched another one.
+    Fail where a body touched another.
 
     :param first: a link or an object.
-    :param second: the other one; None is any.
+    :param second: the other body; None is any.
     :param since: simulated time from which on it counts [s]; None is the start of the test.
     """
     __tracebackhide__ = True

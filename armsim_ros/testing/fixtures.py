@@ -14,7 +14,7 @@ from armsim_ros.testing.programs.domain import private_domain
 
 @pytest.fixture(scope='module')
 def ros_domain() -> Iterator[int]:
-    """Lease a ROS domain for one module of tests."""
+    """Lease a ROS domain for a module of tests."""
     with private_domain() as domain:
         yield domain
 

@@ -27,8 +27,7 @@ def bringup(*arguments: str, on_ready: Sequence[Any] = (), domain: int | None = 
 
     :param arguments: of bringup, such as ``robot:=sunday``.
     :param on_ready: actions, such as ``[launch_testing.actions.ReadyToTest()]``.
-    :param domain: ROS domain; where not given, one that no other test on this machine has, until
-        bringup has ended.
+    :param domain: ROS domain; by default leased from this machine's tests until bringup has ended.
     :raises RuntimeError: all such domains are in use.
     """
     from launch import LaunchDescription

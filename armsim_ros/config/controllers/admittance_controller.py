@@ -34,7 +34,7 @@ class ForceTorqueSettings(FramedSettings):
 
     name: str = parameter('', 'force-torque sensor with all six interfaces', read_only=True)
     filter_coefficient: float = parameter(
-        0.05, 'share of the newest measurement in the filtered one', gt=0.0, le=1.0
+        0.05, 'share of the newest measurement in the filtered value', gt=0.0, le=1.0
     )
 
 

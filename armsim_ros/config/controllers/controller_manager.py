@@ -17,7 +17,7 @@ class ControllerEntry(Settings):
     type: str = parameter(..., 'class of the controller', min_length=1)
     params_file: tuple[str, ...] = parameter((), "files with the controller's parameters")
     fallback_controllers: tuple[str, ...] = parameter(
-        (), 'controllers to activate when this one fails'
+        (), 'controllers to activate when this controller fails'
     )
     node_options_args: tuple[str, ...] = parameter(
         (), "ROS arguments of the controller's node: remappings and parameters"
@@ -121,7 +121,7 @@ class DiagnosticsParameters(Settings):
 
 
 class ControllerManagerParameters(KeyedSettings):
-    """Parameters of ``controller_manager``; besides its own keys one block a controller."""
+    """Parameters of ``controller_manager``; besides its own keys a block per controller."""
 
     is_no = "parameter of the manager, and no controller's block with a type"
     __pydantic_extra__: dict[str, ControllerEntry] = Field(init=False)

@@ -14,8 +14,8 @@ class ControllerParameters(Settings):
         0, "updates per second, by default the manager's rate [Hz]", read_only=True, ge=0
     )
     is_async: bool = parameter(
-        False, 'has no effect: all controllers run in the one control loop', read_only=True
+        False, 'has no effect: all controllers run in the same control loop', read_only=True
     )
     thread_priority: int = parameter(
-        -100, 'has no effect: all controllers run in the one control loop', read_only=True
+        -100, 'has no effect: all controllers run in the same control loop', read_only=True
     )

@@ -112,7 +112,7 @@ ROS1_TYPES: Mapping[str, Ros1Type] = {
 #: Parameters that every ROS 2 controller has, and some of ROS 1 -> why they have no effect here.
 UNUSED_CONTROLLER_KEYS: Mapping[str, str] = {
     'use_sim_time': 'the programs are told once for all nodes',
-    'async_parameters': 'all controllers run in the one control loop',
+    'async_parameters': 'all controllers run in the same control loop',
     'lock_memory': '',
     'node_options_args': '',
     'qos_overrides': '',
@@ -121,7 +121,7 @@ UNUSED_CONTROLLER_KEYS: Mapping[str, str] = {
     'robot_description': 'the URDF file is read',
     'start_with_holding': 'holding always starts at once',
     'angle_wraparound': 'a continuous joint of the URDF turns without bounds',
-    'allow_trajectory_replacement': 'a new trajectory always replaces the running one',
+    'allow_trajectory_replacement': 'a new trajectory always replaces the running trajectory',
     'positions_upsampling': '',
     'publish_state': '',
     'hardware_interface_type': '',
@@ -130,7 +130,7 @@ UNUSED_CONTROLLER_KEYS: Mapping[str, str] = {
 
 class ControllerSettings(Settings):
     """
-    One controller.
+    A controller.
 
     :param type: the ROS 2 type.
     :param source_type: the type as the user wrote it.
@@ -202,11 +202,11 @@ def allowed_types() -> tuple[str, ...]:
 def read_controller(name: str, node: YamlNode, problems: list[Problem], *,
                     published: bool = False) -> ControllerSettings | None:
     """
-    Return one controller, None where its block has mistakes.
+    Return a controller, None where its block has errors.
 
     :param node: its parameters, ``type`` among them.
     :param problems: mistakes and remarks are added here.
-    :param published: whether the file is a published one, which its reader will not change.
+    :param published: whether the file is published, so that its reader will not change.
     """
     title = f"controller '{name}'"
     kind = node.get('type')

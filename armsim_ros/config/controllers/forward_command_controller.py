@@ -41,7 +41,7 @@ class ForwardParameters(ControllerParameters):
 
 
 class JointGroupParameters(ForwardParameters):
-    """Parameters of a group of joints with one interface; the type's name says which."""
+    """Parameters of a group of joints with the interface that the type's name gives."""
 
     interface: ClassVar[str] = POSITION
     joints: tuple[str, ...] = parameter(
@@ -132,7 +132,7 @@ class JointParameters(ForwardParameters):
 
     @property
     def targets(self) -> tuple[tuple[str, str], ...]:
-        """The one interface."""
+        """The interface."""
         return ((self.joint, self.interface),)
 
     @property

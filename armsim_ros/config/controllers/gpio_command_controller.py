@@ -13,7 +13,7 @@ from armsim_ros.errors import nearest
 
 
 class GpioInterfaces(Settings):
-    """Interfaces of one gpio."""
+    """Interfaces of a gpio."""
 
     interfaces: tuple[str, ...] = parameter((), 'names without the gpio', read_only=True)
 

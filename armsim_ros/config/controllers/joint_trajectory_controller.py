@@ -30,7 +30,7 @@ LEGAL_COMMAND_SETS = (
 
 
 class JointConstraints(Settings):
-    """How far one joint may be from its reference; 0 or less is unchecked."""
+    """How far a joint may be from its reference; 0 or less is unchecked."""
 
     trajectory: float = parameter(0.0, 'position tolerance on the way [rad or m]')
     goal: float = parameter(0.0, 'position tolerance at the goal [rad or m]')
@@ -40,7 +40,7 @@ class JointConstraints(Settings):
 
 
 class TrajectoryConstraints(KeyedSettings):
-    """What a trajectory has to keep; besides its own keys one block for each joint."""
+    """What a trajectory has to keep; besides its own keys a block per joint."""
 
     is_no = "constraint, and no block of a joint's constraints"
     __pydantic_extra__: dict[str, JointConstraints] = Field(init=False)
@@ -111,7 +111,7 @@ class JointTrajectoryControllerParameters(ControllerParameters):
         False, 'deprecated: like interpolate_from_desired_state, and without PID', read_only=True
     )
     set_last_command_interface_value_as_state_on_activation: bool = parameter(
-        True, 'hold the last command at activation, where there is one'
+        True, 'hold the last command at activation, if there is a command'
     )
     action_monitor_rate: float = parameter(
         20.0, 'feedback messages a second [Hz]', read_only=True, ge=0.1, allow_inf_nan=False

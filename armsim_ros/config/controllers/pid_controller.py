@@ -13,7 +13,7 @@ from armsim_ros.config.controllers.pid_gains import PidGains
 
 
 class DofGains(PidGains):
-    """Gains of one degree of freedom."""
+    """Gains of a degree of freedom."""
 
     feedforward_gain: float = parameter(
         0.0, 'share of the reference, or of its derivative, in the command', allow_inf_nan=False

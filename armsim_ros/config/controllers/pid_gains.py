@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Gains of one joint's PID, with the names of control_toolbox."""
+"""Gains of a joint's PID, with the names of control_toolbox."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class PidGains(Settings):
 
     @property
     def integral_bounds(self) -> tuple[float, float]:
-        """Lower and upper bound of the integral part; a finite one of its own beats i_clamp."""
+        """Bounds of the integral part; a finite bound of its own overrides i_clamp."""
         lower = self.i_clamp_min if math.isfinite(self.i_clamp_min) else -self.i_clamp
         upper = self.i_clamp_max if math.isfinite(self.i_clamp_max) else self.i_clamp
         return lower, upper

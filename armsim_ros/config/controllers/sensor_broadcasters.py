@@ -24,7 +24,7 @@ class BroadcasterParameters(ControllerParameters):
     """
 
     publish_rate: float = parameter(
-        100.0, 'messages a second, 0 is one at each update [Hz]', read_only=True, ge=0.0,
+        100.0, 'messages a second, 0 is each update [Hz]', read_only=True, ge=0.0,
         allow_inf_nan=False,
     )
 
@@ -40,7 +40,7 @@ class BroadcasterParameters(ControllerParameters):
 
 
 class AxisNames(Settings):
-    """State interfaces of three axes; '' for one that is not measured."""
+    """State interfaces of three axes; '' for an axis that is not measured."""
 
     x: str = parameter('', 'state interface', read_only=True)
     y: str = parameter('', 'state interface', read_only=True)
@@ -158,7 +158,7 @@ class PoseTransform(Settings):
     enable: bool = parameter(True, 'send the pose on /tf, too', read_only=True)
     child_frame_id: str = parameter('', 'its frame; empty is pose_name', read_only=True)
     publish_rate: float = parameter(
-        0.0, 'transforms a second, 0 is one with each pose [Hz]', read_only=True, ge=0.0
+        0.0, 'transforms a second, 0 is with each pose [Hz]', read_only=True, ge=0.0
     )
 
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 from armsim_ros.config.base import parameter, Settings
 
 _EXACT = 'pick_ik: a solution here is exact, or there is none'
-_NEAREST = 'pick_ik: a solution here is the one nearest to the seed'
+_NEAREST = 'pick_ik: a solution here is the solution nearest to the seed'
 _SEARCH = "pick_ik: the search here has no such steps; 'kinematics_solver_timeout' bounds it"
 _PICK_IK = {
     **dict.fromkeys((
@@ -25,7 +25,7 @@ _PICK_IK = {
     'position_scale': 'pick_ik: the position always counts here',
 }
 
-#: Keys of solvers that the built-in one stands in for -> why they have no effect.
+#: Keys of solvers that the built-in solver replaces -> why they have no effect.
 UNUSED_KINEMATICS_KEYS = {
     'kinematics_solver_ik_links': 'links of an old solver',
     'kinematics_solver_srv_name': 'no solver service is called',
@@ -36,13 +36,13 @@ UNUSED_KINEMATICS_KEYS = {
 
 
 class JointWeight(Settings):
-    """Weight of one joint in the solver of KDL."""
+    """Weight of a joint in the solver of KDL."""
 
     weight: float = parameter(1.0, 'relative weight of the joint', gt=0.0)
 
 
 class KinematicsSettings(Settings):
-    """Solver of one planning group."""
+    """Solver of a planning group."""
 
     kinematics_solver: str = parameter(
         '', 'name of the solver plugin; the built-in solver does the work of each, without a name '
@@ -50,9 +50,9 @@ class KinematicsSettings(Settings):
     kinematics_solver_search_resolution: float = parameter(
         0.1, 'step of the search of a redundant joint [rad or m]', ge=0.0)
     kinematics_solver_timeout: float = parameter(
-        0.05, 'time for one solution where a request gives none [s]', gt=0.0)
+        0.05, 'time per solution where a request gives none [s]', gt=0.0)
     kinematics_solver_attempts: int = parameter(3, 'ROS 1: has no effect', ge=0)
-    max_solver_iterations: int = parameter(500, 'largest number of steps from one start', ge=0)
+    max_solver_iterations: int = parameter(500, 'largest number of steps from a start', ge=0)
     epsilon: float = parameter(1e-5, 'largest error of a solution [m and rad]', gt=0.0)
     orientation_vs_position: float = parameter(
         1.0, 'weight of orientation against position; 0 is position only', ge=0.0)

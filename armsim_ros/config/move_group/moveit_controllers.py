@@ -25,7 +25,7 @@ ActionType = Literal['FollowJointTrajectory', 'GripperCommand', 'ParallelGripper
 
 
 class MoveItControllerSettings(Settings):
-    """One controller in move_group's eyes: an action and the joints it moves."""
+    """A controller as move_group sees it: an action and the joints it moves."""
 
     name: str = parameter(..., "name with its namespace, such as 'sunday/arm_controller'",
                           min_length=1)

@@ -15,7 +15,7 @@ PlannerValue = bool | int | float | str
 
 
 class PlannerConfig(Settings):
-    """One named planner configuration; whatever is not ``type`` goes to the planner."""
+    """A named planner configuration; what is not ``type`` goes to the planner."""
 
     type: str = parameter(..., "planner, such as 'geometric::RRTConnect'", min_length=1)
     parameters: dict[str, PlannerValue] = parameter({}, "the planner's own settings, by name")
@@ -31,7 +31,7 @@ class PlannerConfig(Settings):
 
 
 class OmplGroup(Settings):
-    """Planning of one group: which planners, and settings that hold for all of them."""
+    """Planning of a group: which planners, and settings that hold for all of them."""
 
     model_config = ConfigDict(extra='allow')
     __pydantic_extra__: dict[str, PlannerValue]

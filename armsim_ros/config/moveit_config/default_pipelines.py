@@ -31,7 +31,7 @@ def planner_configs() -> dict[str, dict[str, str]]:
 
 
 def default_pipeline(name: str) -> dict[str, Any]:
-    """Return the parameters of a pipeline without a file; empty for one that is not known."""
+    """Return the parameters of a pipeline without a file; empty for an unknown pipeline."""
     request, response = list(_REQUEST_ADAPTERS), list(_RESPONSE_ADAPTERS)
     if name == 'ompl':
         return {'planning_plugins': ['ompl_interface/OMPLPlanner'],

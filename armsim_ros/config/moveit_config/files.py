@@ -4,7 +4,7 @@
 Which files of a MoveIt configuration package count, as MoveItConfigsBuilder decides.
 
 The rules go by exact names and their order, never by what else lies in the folder. Where the
-builder would give up, a further rule here still finds what is the only one of its kind.
+builder would give up, a further rule here still finds what is alone of its kind.
 """
 
 from __future__ import annotations
@@ -69,7 +69,7 @@ _DEPRECATED_LIMITS = 'cartesian_limits.yaml'
 @dataclass
 class PackageFiles:
     """
-    The files of one MoveIt configuration package.
+    The files of a MoveIt configuration package.
 
     :param folder: the package.
     :param packages: where other packages are looked for.
@@ -116,7 +116,7 @@ class PackageFiles:
     # descriptions -----------------------------------------------------------------------------
 
     def urdf(self) -> Path | None:
-        """Return the robot's URDF or xacro, None where no rule finds one."""
+        """Return the robot's URDF or xacro, None where no rule finds it."""
         own = self.folder / 'config' / f'{self.name}.urdf.xacro'
         if own.is_file():
             return own
@@ -125,7 +125,7 @@ class PackageFiles:
                 _URDF_FOLDERS, _URDF_ENDINGS)
 
     def srdf(self) -> Path | None:
-        """Return the SRDF, None where no rule finds one."""
+        """Return the SRDF, None where no rule finds it."""
         named = self.assistant.srdf_path
         if named:
             file = self.folder / named
@@ -147,7 +147,7 @@ class PackageFiles:
                 if file.name.endswith(_PIPELINE)}
 
     def cartesian_limits(self) -> Path | None:
-        """Return the file with the tool's limits; one of the deprecated name with a warning."""
+        """Return the file with the tool's limits; the deprecated name gives a warning."""
         found = self.settings_file('pilz_cartesian_limits.yaml')
         old = self.settings_file(_DEPRECATED_LIMITS)
         if old is not None:
@@ -174,11 +174,11 @@ class PackageFiles:
             others = ', '.join(file.name for file in by_content[1:])
             self._warn(f'the controllers of move_group are read from here; {others} could be '
                        'meant as well', Location(str(by_content[0])),
-                       'call the right one moveit_controllers.yaml')
+                       'call the right file moveit_controllers.yaml')
         return next(iter(by_content), None)
 
     def ros2_controllers(self) -> Path | None:
-        """Return the file with ros2_control's controllers, None where no rule finds one."""
+        """Return the file with ros2_control's controllers, None where no rule finds it."""
         found = self.settings_file('ros2_controllers.yaml')
         if found is not None:
             return found
@@ -235,7 +235,7 @@ class PackageFiles:
                 and file.name not in _NEVER_MOVEITS]
 
     def _only(self, folders: Iterable[str], endings: tuple[str, ...]) -> Path | None:
-        """Return the file that is the only one of its kind, in the first folder that has any."""
+        """Return the file that is alone of its kind, in the first folder that has any."""
         for folder in folders:
             found = self._with_endings((folder,), endings)
             stems = {_stem(file.name) for file in found}

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The settings files of a package with what each is to the stack; the others get one line."""
+"""The settings files of a package with what each is to the stack; the others get a line each."""
 
 from __future__ import annotations
 

@@ -20,7 +20,7 @@ _WIDE_SIGNS = {'\uff1a': ':', '\uff0c': ',', '\u201c': '"', '\u201d': '"', '\u20
 
 def explain_syntax(error: yaml.YAMLError, text: str, file: str) -> Problem:
     """
-    Return the one problem that stands for a parser's error.
+    Return the problem that represents a parser's error.
 
     :param text: the whole text that was parsed.
     """
@@ -71,13 +71,13 @@ def _likely_cause(lines: list[str], number: int) -> tuple[str, int]:
             return "a comment needs a space before '#', and a value or a new line after ':'", \
                 candidate
         if len(_SECOND_KEY.findall(line.split(' #')[0])) > 1 and '{' not in line:
-            return 'several keys stand on one line: give each a line of its own', candidate
+            return 'several keys are on the same line: give each a line of its own', candidate
         if _NO_SPACE_AFTER_DASH.match(line):
             return "a list's '-' needs a space after it", candidate
     line = lines[number] if 0 <= number < len(lines) else ''
     if line.strip() and ':' not in line and not line.lstrip().startswith('-'):
         return "the line has neither ':' nor '- ' and is no comment", number
-    return 'check the indentation: all keys of one block begin in the same column, deeper than ' \
+    return 'check the indentation: all keys of a block begin in the same column, deeper than ' \
         'the key above them', number
 
 

@@ -36,7 +36,7 @@ class YamlNode:
 
     @property
     def place(self) -> Location:
-        """Where a message about this value points: its key where it has one."""
+        """Where a message about this value points: its key, if any."""
         return self.key_where or self.where
 
     @property
@@ -83,7 +83,7 @@ class YamlNode:
 
     def find(self, path: Path) -> tuple[YamlNode, int]:
         """
-        Return the node at a path, or the nearest one above it that exists.
+        Return the node at a path, or the nearest node above it that exists.
 
         :returns: the node, and how many steps of the path were found.
         """
@@ -103,7 +103,7 @@ class YamlNode:
         return node.place if steps == len(path) else None
 
     def walk(self) -> Iterator[YamlNode]:
-        """Yield this node and all inside it, depth first, each shared one once."""
+        """Yield this node and all inside it, depth first, each shared node once."""
         seen: set[int] = set()
         pending = [self]
         while pending:
@@ -125,7 +125,7 @@ class YamlNode:
 
 
 def node_of(value: Any, where: Location) -> YamlNode:
-    """Return plain data as a node whose every part is at one place."""
+    """Return plain data as a node whose parts are all at the same place."""
     if isinstance(value, Mapping):
         inner = {str(key): node_of(item, where) for key, item in value.items()}
         return YamlNode({}, where).with_value(inner)
@@ -164,7 +164,7 @@ def merge_nodes(
     Lay the entries of two mappings over each other.
 
     :returns: the mapping, and every (dotted key, first, second) whose two values differ; the
-        second one is in the mapping.
+        second is in the mapping.
     """
     entries = dict(first.entries)
     conflicts: list[tuple[str, YamlNode, YamlNode]] = []

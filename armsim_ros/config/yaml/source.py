@@ -30,7 +30,7 @@ def read_yaml_file(path: Path, problems: list[Problem] | None = None, *,
 
     :param problems: takes a warning for each key that is there twice; None refuses them.
     :param substitute: changes the text before it is parsed, line by line.
-    :returns: a mapping; an empty one for a file without values.
+    :returns: a mapping; empty for a file without values.
     :raises ConfigError: where the file cannot be read or is no YAML mapping.
     """
     name = str(path)
@@ -56,7 +56,7 @@ def parse_yaml(data: bytes | str, file: str,
     :param file: the name that messages give.
     :param problems: takes a warning for each key that is there twice; None refuses them. Of two
         blocks of a file of ROS 2 parameters both count, as rcl reads them, else the second.
-    :raises ConfigError: with one problem that names file, line and likely cause.
+    :raises ConfigError: with a problem that names file, line and likely cause.
     """
     if len(data) > LARGEST_FILE:
         raise ConfigError(Problem(

@@ -3,7 +3,7 @@
 """
 The base of controllers that sample states at a rate of simulated time for others to publish.
 
-The control loop's thread samples; any one thread takes the samples, in order, with ``poll``.
+The control loop's thread samples; a single thread takes the samples, in order, with ``poll``.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ CAPACITY = 256
 
 
 class Broadcaster(Controller[ParametersT], Generic[ParametersT, SampleT]):
-    """Commands nothing, and takes a sample whenever it is time for one."""
+    """Commands nothing, and takes a sample whenever a sample is due."""
 
     only_reads: ClassVar[bool] = True
 
@@ -36,7 +36,7 @@ class Broadcaster(Controller[ParametersT], Generic[ParametersT, SampleT]):
     @property
     @abstractmethod
     def publish_rate(self) -> float:
-        """Samples a second; infinite is one at each update, 0 is none [Hz]."""
+        """Samples a second; infinite is each update, 0 is none [Hz]."""
 
     @abstractmethod
     def read(self, time_ns: int) -> SampleT:
@@ -56,7 +56,7 @@ class Broadcaster(Controller[ParametersT], Generic[ParametersT, SampleT]):
         self.time_ns = time_ns
 
     def update(self, time_ns: int, period: float) -> None:
-        """Take a sample where it is time for one."""
+        """Take a sample if it is due."""
         if self._rate.due(time_ns):
             self.sample(time_ns)
 

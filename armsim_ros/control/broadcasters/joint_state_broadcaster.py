@@ -42,7 +42,7 @@ class JointStateLayout:
 @dataclass(frozen=True, slots=True, eq=False)
 class JointStateSnapshot:
     """
-    Content of ``joint_states`` at one time; NaN where a joint has no such interface.
+    Content of ``joint_states`` at a time; NaN where a joint has no such interface.
 
     :param frame_id: of the message's header.
     :param values: (m,) in the order of the layout's slots.
@@ -201,7 +201,7 @@ class JointStateBroadcaster(Broadcaster[JointStateBroadcasterParameters, JointSt
                     slots.add(extra.name, quantity, getattr(extra, quantity))
         self._layout = slots.layout(order)
         self._template = np.array(slots.template)
-        # A mapped interface is written last: it overrides the standard one.
+        # A mapped interface is written last: it overrides the standard interface.
         last = sorted(measured.items(), key=lambda item: renamed.get(item[0], item[0]) != item[0])
         self._measured = [
             (hardware.state.of(kind), np.array(places), np.array(filled))

@@ -26,9 +26,9 @@ from armsim_ros.errors import ControllerError
 @dataclass(frozen=True, slots=True, eq=False)
 class SensorSample:
     """
-    What was read at one time [ns].
+    What was read at a time [ns].
 
-    :param values: one an interface, NaN for those that have none.
+    :param values: a value per interface, NaN for those that have none.
     """
 
     time_ns: int
@@ -45,7 +45,7 @@ class SensorBroadcaster(Broadcaster[BroadcasterParameters, SensorSample]):
 
     @property
     def publish_rate(self) -> float:
-        """Samples a second; infinite is one at each update [Hz]."""
+        """Samples a second; infinite is each update [Hz]."""
         return self.parameters.publish_rate or math.inf
 
     @property

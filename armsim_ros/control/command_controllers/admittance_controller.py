@@ -32,7 +32,7 @@ from armsim_ros.errors import ControllerError
 @dataclass(frozen=True, slots=True, eq=False)
 class AdmittanceSnapshot:
     """
-    What the controller did in one update [ns]; arrays as in :class:`AdmittanceRule`.
+    What the controller did in an update [ns]; arrays as in :class:`AdmittanceRule`.
 
     :param damping: (6,) of the control frame's axes [N*s/m, N*m*s/rad].
     """
@@ -121,8 +121,8 @@ class AdmittanceController(ChainableController[AdmittanceControllerParameters]):
         """
         Take references from the topic.
 
-        :param positions: one a joint, or empty [rad or m].
-        :param velocities: one a joint, or empty [rad/s or m/s].
+        :param positions: a value per joint, or empty [rad or m].
+        :param velocities: a value per joint, or empty [rad/s or m/s].
         :returns: why they were dropped, '' where they were taken.
         """
         count, kinds = len(self.joints), self.parameters.chainable_command_interfaces
@@ -142,7 +142,7 @@ class AdmittanceController(ChainableController[AdmittanceControllerParameters]):
 
     def receive_wrench(self, frame: str, wrench: Sequence[float]) -> str:
         """
-        Add a wrench to what the sensor measures, until the next one or deactivation.
+        Add a wrench to what the sensor measures, until the next wrench or deactivation.
 
         :param frame: that of the sensor, or ''.
         :param wrench: (6,) force and torque [N, N*m].

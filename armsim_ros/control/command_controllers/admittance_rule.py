@@ -50,7 +50,7 @@ class AdmittanceRule:
         period: float,
     ) -> None:
         """
-        Yield for one period.
+        Yield for a period.
 
         :param reference: (n,) positions [rad or m].
         :param wrench: (6,) measured, in the sensor's frame [N, N*m].

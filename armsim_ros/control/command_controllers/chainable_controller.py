@@ -36,7 +36,7 @@ class ChainableController(Controller[ParametersT]):
     @abstractmethod
     def follow(self, references: Vector, time_ns: int, period: float) -> None:
         """
-        Make one update with references.
+        Make an update with references.
 
         :param references: (m,) that stand, NaN where none was given yet.
         """

@@ -36,7 +36,7 @@ from armsim_ros.errors import ControllerError
 
 class ForwardController(Controller[ForwardParameters]):
     """
-    Passes commands on; what is no command leaves the last one as it is.
+    Passes commands on; an invalid command keeps the last.
 
     Nothing is written before the first command after activation: the joints hold.
     """
@@ -89,7 +89,7 @@ class ForwardController(Controller[ForwardParameters]):
         """
         Take a command; while inactive it is dropped without a word.
 
-        :param values: one a command interface [rad, m, rad/s, m/s, N*m or N].
+        :param values: a value per command interface [rad, m, rad/s, m/s, N*m or N].
         :returns: why it was dropped, '' where it was taken.
         """
         if not self.active:

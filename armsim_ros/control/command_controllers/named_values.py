@@ -14,7 +14,7 @@ from armsim_ros.errors import nearest
 
 class NamedValues:
     """
-    Brings values and their derivatives into one order.
+    Brings values and their derivatives into a fixed order.
 
     :param names: (n,) in that order.
     :param rows: 1 for values alone, 2 for their derivatives too.
@@ -34,7 +34,7 @@ class NamedValues:
         :returns: in words what is wrong, where something is.
         """
         given = tuple(names) or self._names
-        expected = f'; expected one value for each of {", ".join(self._names)}'
+        expected = f'; expected a value for each of {", ".join(self._names)}'
         if len(given) != len(set(given)):
             return f'a name comes twice among {", ".join(given)}'
         for name in given:

@@ -29,7 +29,7 @@ from armsim_ros.errors import ControllerError
 @dataclass(frozen=True, slots=True, eq=False)
 class PidSnapshot:
     """
-    What the controller did in one update [ns].
+    What the controller did in an update [ns].
 
     :param reference: (k, n) of the one or two interfaces; ``feedback`` likewise.
     :param error: (2, n) of the first interface, and its derivative.
@@ -73,7 +73,7 @@ class PidController(ChainableController[PidControllerParameters]):
 
     @property
     def required_command_interfaces(self) -> tuple[str, ...]:
-        """The one interface of each degree of freedom."""
+        """The interface of each degree of freedom."""
         return tuple(f'{name}/{self.parameters.command_interface}' for name in self.joints)
 
     @property
@@ -122,8 +122,8 @@ class PidController(ChainableController[PidControllerParameters]):
         Take references from the topic.
 
         :param names: of the degrees of freedom, in any order; empty is all in their order.
-        :param values: one a name, NaN for one that stays as it is.
-        :param derivatives: one a name, or empty.
+        :param values: a value per name, NaN for a value that stays as it is.
+        :param derivatives: a value per name, or empty.
         :returns: why they were dropped, '' where they were taken.
         """
         found = self._values.sorted(names, values, derivatives)

@@ -1,7 +1,7 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
 """
-What the gripper action controllers share: one joint moved to a position, with a word on stalling.
+What the gripper action controllers share: a joint moved to a position, with a word on stalling.
 
 Goals and cancels come from any thread through a mailbox; goals end in the control loop's thread.
 A goal has succeeded when the joint is nearer than ``goal_tolerance``; when it has been slower
@@ -33,12 +33,12 @@ class GripperBase(Controller[ParametersT]):
     _last_movement_ns = 0
     #: The drive gives no more, also while it holds what it has grasped; 0 is its own limit.
     _bound = 0.0
-    #: Whether the last update wrote what the next one would write, too.
+    #: Whether the last update wrote what the next would write, too.
     _calm = False
 
     @property
     def joints(self) -> tuple[str, ...]:
-        """The one joint."""
+        """The joint."""
         return (self.parameters.joint,)
 
     @property
@@ -102,7 +102,7 @@ class GripperBase(Controller[ParametersT]):
     @abstractmethod
     def close_to(self, position: float, effort: float) -> GripperResponse:
         """
-        Take a goal, which replaces a running one, or refuse it.
+        Take a goal, which replaces a running goal, or refuse it.
 
         :param position: [rad or m].
         :param effort: not to be exceeded [N*m or N]; 0 leaves it to the parameters.
@@ -118,7 +118,7 @@ class GripperBase(Controller[ParametersT]):
     def _accept(self, goal: GripperGoal) -> GripperResponse:
         reason = ''
         if not self.active:
-            reason = f"controller '{self.name}' is {self.state.value}, only an active one moves"
+            reason = f"controller '{self.name}' is {self.state.value}; only active ones move"
         for value in (goal.position, goal.effort, goal.velocity):
             if not math.isfinite(value):
                 reason = f'{value} in the command; allowed: finite numbers'
@@ -166,7 +166,7 @@ class GripperBase(Controller[ParametersT]):
 
     @abstractmethod
     def _command(self, period: float) -> None:
-        """Write the command of one update."""
+        """Write the command of an update."""
 
     @abstractmethod
     def _release(self) -> None:

@@ -52,7 +52,7 @@ class GripperController(GripperBase[GripperActionControllerParameters]):
 
     def send_goal(self, position: float, max_effort: float = 0.0) -> GripperResponse:
         """
-        Take a goal, which replaces a running one, or refuse it.
+        Take a goal, which replaces a running goal, or refuse it.
 
         :param position: [rad or m].
         :param max_effort: 0 takes the parameter's [N*m or N].
@@ -115,7 +115,7 @@ class ParallelGripperController(GripperBase[ParallelGripperActionControllerParam
         efforts: Sequence[float] = (),
     ) -> GripperResponse:
         """
-        Take a goal, which replaces a running one, or refuse it.
+        Take a goal, which replaces a running goal, or refuse it.
 
         :param positions: exactly one [rad or m].
         :param velocities: at most one, not to be exceeded; used where max_velocity_interface is

@@ -1,9 +1,9 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
 """
-Chains of controllers: a preceding one writes to the references of a following one.
+Chains of controllers: a preceding controller writes to the references of a following controller.
 
-A following controller starts first and stops last; in each update the preceding one comes first.
+A following controller starts first and stops last; in each update the preceding comes first.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ Connections = dict[str, tuple[str, ...]]
 
 
 def precedes(first: AnyController, other: AnyController) -> bool:
-    """Return whether a controller writes to references of another one."""
+    """Return whether a controller writes to references of another."""
     return not set(first.required_command_interfaces).isdisjoint(other.reference_interfaces)
 
 
@@ -51,7 +51,7 @@ def in_order(controllers: Sequence[AnyController]) -> list[AnyController]:
     ordered: list[AnyController] = []
     left = list(controllers)
     while left:
-        # A ring of controllers has no first one; it is cut where it was loaded first.
+        # A ring of controllers has no beginning; it is cut at the controller loaded first.
         first = next((candidate for candidate in left
                       if not preceding(candidate, _without(left, candidate))), left[0])
         ordered.append(first)

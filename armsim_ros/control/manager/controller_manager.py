@@ -3,7 +3,7 @@
 """
 The controller manager: loads, configures, switches and updates controllers.
 
-One thread, the control loop's, calls :meth:`ControllerManager.update`, or
+Only the control loop's thread calls :meth:`ControllerManager.update`, or
 :meth:`ControllerManager.process_requests` while time stands still; in both, switches that other
 threads asked for are carried out. :meth:`ControllerManager.switch` is for that thread alone, and
 for the time before the loop runs. All else may be called from any thread: loading and configuring
@@ -53,7 +53,7 @@ from armsim_ros.model.robot_model import RobotModel
 
 class ControllerManager:
     """
-    The controllers of one robot.
+    The controllers of a robot.
 
     :param hardware: the joints.
     :param parameters: update rate, defaults, fallback controllers.
@@ -118,7 +118,7 @@ class ControllerManager:
 
     def configure(self, name: str) -> None:
         """
-        Make an unconfigured controller inactive; an inactive one is configured anew.
+        Make an unconfigured controller inactive; an inactive controller is configured anew.
 
         :raises ControllerError: it is not loaded, is active, or its parameters do not fit.
         """
@@ -178,7 +178,7 @@ class ControllerManager:
         strictness: int = Strictness.STRICT,
     ) -> SwitchResult:
         """
-        Stop and start controllers in one go; for the control loop's own thread.
+        Stop and start controllers in a single switch; for the control loop's own thread.
 
         :param strictness: 0 takes the manager's default.
         """

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The controller managers of several robots, run as one."""
+"""The controller managers of several robots, run together."""
 
 from __future__ import annotations
 

@@ -17,13 +17,13 @@ from armsim_ros.model.robot_model import HardwareSystem
 @dataclass(frozen=True, slots=True)
 class ControllerInfo:
     """
-    One loaded controller.
+    A loaded controller.
 
     :param claimed_interfaces: as ``joint/interface``; only while it is active.
     :param required_command_interfaces: only while it is inactive or active.
     :param required_state_interfaces: only while it is inactive or active.
     :param chainable: whether others can write to its references.
-    :param chained: whether one does.
+    :param chained: whether any does.
     :param exported_states: what others may read of it, without its name.
     :param references: what others may write to, without its name.
     :param connections: to which controllers it writes, and to which of their references.
@@ -45,7 +45,7 @@ class ControllerInfo:
 
 @dataclass(frozen=True, slots=True)
 class InterfaceInfo:
-    """One interface of the hardware, as ``joint/interface``."""
+    """An interface of the hardware, as ``joint/interface``."""
 
     name: str
     is_available: bool

@@ -26,7 +26,7 @@ _CONFIGURED = (LifecycleState.INACTIVE, LifecycleState.ACTIVE)
 
 @dataclass(frozen=True, slots=True)
 class HardwareComponentInfo:
-    """One hardware component."""
+    """A hardware component."""
 
     name: str
     type: str
@@ -38,7 +38,7 @@ class HardwareComponentInfo:
 
 class HardwareComponent:
     """
-    One component; it starts active.
+    A component; it starts active.
 
     :param system: what the URDF declares; None stands for all joints of a robot.
     """
@@ -82,9 +82,9 @@ class HardwareComponent:
 
 class Resources:
     """
-    All components of a robot: those that its URDF declares, else one with all joints.
+    All components of a robot: those that its URDF declares, else a component with all joints.
 
-    :param model: gives names and declarations; without it the one component is ``hardware``.
+    :param model: gives names and declarations; without it the only component is ``hardware``.
     :param parameters: in which state components start, and what inactive ones allow.
     :param events: get a warning of each component that the parameters name and nothing declares.
     """
@@ -143,7 +143,7 @@ class Resources:
 
     def set_state(self, name: str, state: str) -> None:
         """
-        Change the state of one component, whichever controllers use it.
+        Change the state of a component, whichever controllers use it.
 
         :raises ControllerError: an unknown name or state.
         """

@@ -197,7 +197,7 @@ class SwitchExecution:
         return [text for text in failures if text]
 
     def _start(self, controller: Controller[Any], controllers: Controllers, time_ns: int) -> str:
-        """Activate a controller unless one that follows it has failed to start."""
+        """Activate a controller unless a controller that follows it has failed to start."""
         for follower in following(controller, controllers.values()):
             if not follower.active:
                 return f"'{controller.name}' stays inactive without '{follower.name}'"

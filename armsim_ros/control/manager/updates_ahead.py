@@ -69,7 +69,7 @@ class UpdatesAhead:
                 failures[controller.name] = error
 
     def _wait(self, controller: Controller[Any], update: int) -> int:
-        """Return how many updates from this one on do not matter to a controller."""
+        """Return how many updates from the present on do not matter to a controller."""
         period_ns = self._period * 1e9
         time_ns = self._time_ns + round(update * period_ns)
         return max(0, int(-((time_ns - controller.next_update(time_ns)) // period_ns)))

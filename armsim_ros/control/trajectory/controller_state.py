@@ -4,7 +4,7 @@
 What a trajectory controller did in its last update, readable from other threads.
 
 The control loop writes into a ring of records and then names the newest. A reader copies the
-newest with one call and checks that it was not written again meanwhile; nobody waits for anybody.
+newest with a single call and checks that it was not written again meanwhile; neither waits.
 """
 
 from __future__ import annotations
@@ -24,12 +24,12 @@ REFERENCE, REFERENCE_EFFORT, FEEDBACK, ERROR, OUTPUT, ROWS = 0, 3, 4, 7, 10, 14
 
 class StateRecord:
     """
-    One update: (14, n) rows and the times that belong to it.
+    An update: (14, n) rows and the times that belong to it.
 
     Rows: reference position, velocity, acceleration, effort; feedback position, velocity,
     acceleration; error of the same three; output position, velocity, acceleration, effort.
     ``motion`` is the trajectory that runs, None while the joints are held;
-    ``goal`` the active one.
+    ``goal`` the active goal.
     """
 
     __slots__ = (
@@ -64,7 +64,7 @@ class StateRecord:
         self.goal: TrajectoryGoal | None = None
 
     def measured_state(self) -> Vector:
-        """Return feedback as (w,) like the reference: velocity where there is one, else 0."""
+        """Return feedback as (w,) like the reference: velocity where available, else 0."""
         state = np.zeros_like(self.reference)
         joints = self.feedback.shape[1]
         state[:joints] = self.feedback[0]
@@ -73,7 +73,7 @@ class StateRecord:
 
 
 class StateRing:
-    """The last records; one thread writes."""
+    """The last records; a single thread writes."""
 
     def __init__(self, joints: int, width: int, compared: int) -> None:
         """Make all records, see :class:`StateRecord`."""
@@ -129,7 +129,7 @@ class ControllerSnapshot:
     :param desired_effort: (n,) of the trajectory, 0 without [N*m or N].
     :param commanded_effort: (n,) the same of what was commanded.
     :param sequence: number of the update.
-    :param goal: the one that was active in that update; a new one is not before its first.
+    :param goal: active in that update; a new goal is not before its first.
     :param motion: the trajectory that runs, None while the joints are held.
     """
 

@@ -44,7 +44,7 @@ LOOK_AHEAD = 40
 #: Checks of the goal tolerance after a trajectory from the topic has ended [Hz].
 LATE_CHECKS = 100.0
 #: A trajectory from the topic whose stamp is less than this ahead begins at once where it replaces
-#: one that still waits: the client's clock is ahead, and none of its stream would ever begin [ns].
+#: a waiting goal: the client's clock is ahead, and none of its stream would ever begin [ns].
 STREAM_AHEAD_NS = 1_000_000_000
 
 
@@ -100,7 +100,7 @@ class TrajectoryExecution:
 
     @property
     def active_goal(self) -> TrajectoryGoal | None:
-        """The goal that is followed, or the one that waits for its stamp."""
+        """The goal that is followed, or the goal that waits for its stamp."""
         if self.goal is not None or self.scheduled is None:
             return self.goal
         return self.scheduled.goal
@@ -122,7 +122,7 @@ class TrajectoryExecution:
         self.phase = Phase.HOLDING
 
     def advance(self, period: float) -> None:
-        """Go on by one period [s] at the present pace."""
+        """Advance by a period [s] at the present pace."""
         if self.motion.over(self.time):
             self.time += period * self.scaling
             self.ahead[:] = self.motion.final
@@ -132,7 +132,7 @@ class TrajectoryExecution:
 
     def coming(self, period: float, most: int) -> Matrix:
         """
-        Return the references of the next updates (k, w), the present one first.
+        Return the references of the next updates (k, w), the present first.
 
         They hold while nobody asks for anything and the path tolerances are kept, and only
         updates before the last waypoint are among them.
@@ -168,7 +168,7 @@ class TrajectoryExecution:
         self._times = []
 
     def take(self, request: StartRequest, record: StateRecord, time_ns: int) -> None:
-        """Start a new trajectory, or wait for its stamp while the old one goes on."""
+        """Start a new trajectory, or wait for its stamp while the old trajectory goes on."""
         if request.goal is not None:
             self._preempt()
             request.goal.execute()
@@ -205,7 +205,7 @@ class TrajectoryExecution:
             self._begin(request, record, time_ns)
 
     def cancel(self, goal: TrajectoryGoal, record: StateRecord, time_ns: int) -> None:
-        """Cancel a goal and stop; nothing happens where it is not the active one."""
+        """Cancel a goal and stop; nothing happens if it is not active."""
         if goal is self.active_goal:
             self.end_goals(GoalStatus.CANCELED)
             self.stop(record, time_ns)
@@ -260,7 +260,7 @@ class TrajectoryExecution:
         message: str = '',
         code: TrajectoryErrorCode = TrajectoryErrorCode.SUCCESSFUL,
     ) -> None:
-        """End the active goal and the waiting one, and forget the waiting trajectory."""
+        """End the active goal and the waiting goal, and forget the waiting trajectory."""
         waiting = self.scheduled.goal if self.scheduled is not None else None
         self.scheduled = None
         goal, self.goal = self.goal, None
@@ -311,7 +311,7 @@ class TrajectoryExecution:
         self.ahead[:] = motion.at(time)
 
     def _look_ahead(self, period: float, count: int = 2) -> None:
-        """Have so many references, the present one is the first, in the table."""
+        """Have so many references, from the present on, in the table."""
         step = period * self.scaling
         if self._row + count <= len(self._times) and step == self._step:
             return

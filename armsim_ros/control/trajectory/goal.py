@@ -36,7 +36,7 @@ class RefusedTrajectoryError(ControllerError):
     """
     A trajectory is not taken.
 
-    :param reason: one sentence that names joint, point, value and what is allowed.
+    :param reason: a sentence that names joint, point, value and what is allowed.
     :param code: the result code that fits.
     """
 

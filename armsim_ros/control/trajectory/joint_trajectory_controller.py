@@ -120,7 +120,7 @@ class JointTrajectoryController(Controller[JointTrajectoryControllerParameters])
         self._configured.deactivate(reason)
 
     def update(self, time_ns: int, period: float) -> None:
-        """Run one update, see :class:`TrajectoryLoop`."""
+        """Run an update, see :class:`TrajectoryLoop`."""
         self.time_ns = time_ns
         self._configured.update(time_ns, period)
 
@@ -157,7 +157,7 @@ class JointTrajectoryController(Controller[JointTrajectoryControllerParameters])
         goal_time_tolerance: float = 0.0,
     ) -> GoalResponse:
         """
-        Take a goal, which replaces a running one at the next update, or refuse it.
+        Take a goal, which replaces a running goal at the next update, or refuse it.
 
         :param path_tolerances: on the way; joints that are not named keep the defaults.
         :param goal_tolerances: at the goal.
@@ -241,7 +241,7 @@ class JointTrajectoryController(Controller[JointTrajectoryControllerParameters])
         return query(snapshot, time_ns)
 
     def publish_due(self, time_ns: int) -> bool:
-        """Return whether ``controller_state`` is to be published now; ask from one thread."""
+        """Return whether ``controller_state`` is to be published now; for a single thread."""
         return self._publish_rate.due(time_ns)
 
     @property
@@ -253,7 +253,7 @@ class JointTrajectoryController(Controller[JointTrajectoryControllerParameters])
     def _check_active(self) -> TrajectoryLoop:
         if self._loop is None or not self.active:
             raise RefusedTrajectoryError(
-                f"controller '{self.name}' is {self.state.value}, only an active one takes "
+                f"controller '{self.name}' is {self.state.value}, only an active controller takes "
                 'trajectories'
             )
         return self._loop

@@ -29,7 +29,7 @@ SUCCESS = Verdict(TrajectoryErrorCode.SUCCESSFUL, 'Goal reached: success')
 
 class TrajectoryJudge:
     """
-    Judges one trajectory, update by update.
+    Checks a trajectory, update by update.
 
     The path is judged until the last waypoint, and once at the first update in any case. From
     the last waypoint on the trajectory succeeds as soon as every joint is inside its goal

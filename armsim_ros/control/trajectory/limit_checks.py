@@ -68,7 +68,7 @@ def start_of(
     A joint that something blocks is away from its reference; planners read its measured
     position. So the first point may be near either.
 
-    :param elapsed: time since its stamp [s], 0 without one; points before are left out.
+    :param elapsed: time since its stamp [s], 0 if unstamped; points before are left out.
     :param reference: (2, n) position and velocity that the joints should have now.
     :param measured: (n,) positions that they have.
     """

@@ -1,7 +1,7 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
 """
-One update of a trajectory controller: read, take requests up, judge, sample, write.
+An update of a trajectory controller: read, take requests up, judge, sample, write.
 
 This is the hot path; it allocates next to nothing and logs nothing while all goes well.
 """
@@ -39,7 +39,7 @@ from armsim_ros.control.trajectory.setup import command_timeout, stop_brakes
 from armsim_ros.control.trajectory.wraparound import wrap_in_place
 
 REQUESTS_PER_UPDATE = 64
-"""More have to wait for the next update, so that a burst does not delay this one."""
+"""More have to wait for the next update, so that a burst does not delay the present update."""
 
 
 class TrajectoryLoop:
@@ -123,7 +123,7 @@ class TrajectoryLoop:
         self.writer.release()
 
     def update(self, time_ns: int, period: float) -> None:
-        """Run one update, see :meth:`Controller.update`."""
+        """Run an update, see :meth:`Controller.update`."""
         execution = self.execution
         self._adopt_changes()
         record = self._begin(time_ns)

@@ -66,8 +66,8 @@ def superseded(requests: Sequence[Request], time_ns: int) -> dict[int, StartRequ
     """
     Return the trajectories that are replaced before they have moved anything, by their index.
 
-    That is every one before a goal that starts at once, and every one of the topic before any
-    that starts at once.
+    That is every trajectory before a goal that starts at once, and every trajectory of the topic
+    before any that starts at once.
 
     :param requests: in the order in which they came.
     """

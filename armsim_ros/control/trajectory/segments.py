@@ -4,8 +4,8 @@
 Polynomials between waypoints.
 
 The coefficients of a segment (:mod:`armsim_ros.polynomials`) and those of its first two
-derivatives by time stand side by side in one (6, 3n) or, with effort, (6, 4n) matrix, so that
-one product with (1, u, .., u^5) gives the whole state.
+derivatives by time stand side by side in a single (6, 3n) or, with effort, (6, 4n) matrix, so that
+a product with (1, u, .., u^5) gives the whole state.
 """
 
 from __future__ import annotations

@@ -34,7 +34,7 @@ class JointTolerance:
 @dataclass(frozen=True, slots=True, eq=False)
 class SegmentTolerances:
     """
-    Tolerances of one trajectory; infinite is unchecked.
+    Tolerances of a trajectory; infinite is unchecked.
 
     :param path: (3, n) of position, velocity, acceleration on the way.
     :param goal: (3, n) of the same at the goal.
@@ -131,7 +131,7 @@ class Violation:
 
 class ToleranceCheck:
     """
-    One table of tolerances, checked in every update.
+    A table of tolerances, checked in every update.
 
     :param joints: (n,) names for the messages.
     :param limits: (3, n) as in :class:`SegmentTolerances`.

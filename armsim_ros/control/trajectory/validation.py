@@ -71,7 +71,7 @@ def _check_names(names: tuple[str, ...], joints: tuple[str, ...]) -> None:
         if name not in joints:
             hint = nearest(name, joints)
             raise RefusedTrajectoryError(
-                f"joint '{name}' is not one of the controller's joints ({_listed(joints)})"
+                f"joint '{name}' is not among the controller's joints ({_listed(joints)})"
                 f'{"; " if hint else ""}{hint}',
                 TrajectoryErrorCode.INVALID_JOINTS,
             )

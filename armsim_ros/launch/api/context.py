@@ -89,7 +89,7 @@ class LaunchContext:
         self._locals[-1].update(extension)
 
     def push_locals(self) -> None:
-        """Begin a scope of values that starts as a copy of the one around it."""
+        """Begin a scope of values that starts as a copy of its parent scope."""
         self._locals.append(dict(self._locals[-1]))
 
     def pop_locals(self) -> None:
@@ -120,5 +120,5 @@ class LaunchContext:
 
     @property
     def current_file(self) -> str:
-        """The launch file that is being visited, '' without one."""
+        """The launch file that is being visited, '' if there is none."""
         return str(self.get_locals_as_dict().get('current_launch_file_path', ''))

@@ -15,7 +15,7 @@ from armsim_ros.launch.api.utilities import normalize_to_list_of_entities
 
 class LaunchDescription(LaunchDescriptionEntity):
     """
-    Entities that are visited one after the other.
+    Entities that are visited in order.
 
     :param initial_entities: the first of them.
     """

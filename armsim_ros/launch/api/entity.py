@@ -99,7 +99,7 @@ class Action(LaunchDescriptionEntity):
 
     @property
     def condition(self) -> Any:
-        """The condition, None without one."""
+        """The condition, None if there is none."""
         return getattr(self, '_condition', None)
 
     @classmethod

@@ -18,7 +18,7 @@ class EventHandler:
     """
     Returns entities for each event that it matches.
 
-    :param matcher: whether an event is such a one.
+    :param matcher: whether an event matches.
     :param entities: what is visited then.
     :param handle_once: whether only the first counts.
     """

@@ -203,7 +203,7 @@ class StateTransition(Event):
 
 
 def matches_action(action: Any) -> Callable[[Any], bool]:
-    """Return a matcher of one action's process."""
+    """Return a matcher of an action's process."""
     return lambda other: other is action
 
 

@@ -48,7 +48,7 @@ class LaunchDescriptionSource(Placed):
         return '' if self._location is None else describe_text(self._location)
 
     def path(self, context: LaunchContext) -> str:
-        """Return the path of the file, '' without one."""
+        """Return the path of the file, '' if there is none."""
         return '' if self._location is None else perform_substitutions(context, self._location)
 
     def get_launch_description(self, context: LaunchContext) -> LaunchDescription:

@@ -62,7 +62,7 @@ def get_path(file_path: Any) -> Path:
 
 class ParameterBuilder:
     """
-    Parameters of one node, collected.
+    Parameters of a node, collected.
 
     :param package_name: whose files are read.
     """
@@ -82,18 +82,18 @@ class ParameterBuilder:
         return self
 
     def file_parameter(self, parameter_name: str, file_path: Any) -> Self:
-        """Add the text of a file as one parameter."""
+        """Add the text of a file as a parameter."""
         self._parameters[parameter_name] = load_file(self._package_path / file_path)
         return self
 
     def xacro_parameter(self, parameter_name: str, file_path: Any,
                         mappings: Mapping[str, Any] | None = None) -> Self:
-        """Add the output of xacro for a file as one parameter."""
+        """Add the output of xacro for a file as a parameter."""
         self._parameters[parameter_name] = load_xacro(self._package_path / file_path, mappings)
         return self
 
     def parameter(self, parameter_name: str, parameter_value: Any) -> Self:
-        """Add one parameter."""
+        """Add a parameter."""
         self._parameters[parameter_name] = parameter_value
         return self
 

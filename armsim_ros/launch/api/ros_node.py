@@ -151,7 +151,7 @@ class PushRosNamespace(Action):
     """
     The nodes after it in its group are in a namespace.
 
-    :param namespace: inside the one around it, unless it begins with a slash.
+    :param namespace: relative to that around it, unless it begins with a slash.
     """
 
     def __init__(self, namespace: SomeText, **kwargs: Any) -> None:
@@ -245,7 +245,7 @@ class SetROSLogDir(Action):
 
 
 def make_namespace(base: str, namespace: str) -> str:
-    """Return a namespace inside another; one with a slash at its begin is absolute."""
+    """Return a namespace inside another; a name with a slash at its begin is absolute."""
     whole = namespace if namespace.startswith('/') else f'{base}/{namespace}'
     return '/' + '/'.join(part for part in whole.split('/') if part)
 

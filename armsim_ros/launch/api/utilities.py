@@ -66,14 +66,14 @@ def perform_substitutions(context: LaunchContext, subs: Iterable[Substitution]) 
 
 
 def perform_text(context: LaunchContext, text: SomeText | Iterable[Any]) -> str:
-    """Return a text, a substitution, or a sequence of them, as one text."""
+    """Return a text, a substitution, or a sequence of them, as a single text."""
     return perform_substitutions(context, normalize_to_list_of_substitutions(text))
 
 
 def normalize_to_list_of_entities(
     entities: Iterable[Any],
 ) -> list[LaunchDescriptionEntity]:
-    """Return nested sequences of entities as one list."""
+    """Return nested sequences of entities as a flat list."""
     flat: list[LaunchDescriptionEntity] = []
     for entity in entities:
         if isinstance(entity, (list, tuple)):

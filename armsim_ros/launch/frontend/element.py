@@ -40,7 +40,7 @@ class Element:
         """
         Return an attribute, or the children of a name where a list is asked for.
 
-        :raises LaunchError: where a needed one is missing.
+        :raises LaunchError: where it is required but missing.
         """
         self.read.add(name)
         if data_type is list or getattr(data_type, '__origin__', None) is list:

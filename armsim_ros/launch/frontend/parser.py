@@ -26,7 +26,7 @@ Entity = LaunchDescriptionEntity
 
 
 class Parser:
-    """Builds the actions of one file."""
+    """Builds the actions of a file."""
 
     #: What users' packages add: name -> class or function.
     actions: ClassVar[dict[str, Any]] = {}
@@ -50,7 +50,7 @@ class Parser:
         return str(value).replace('\\\\', '\0').replace('\\', '').replace('\0', '\\')
 
     def condition_of(self, element: Element) -> Any:
-        """Return the condition of an element, None without one."""
+        """Return the condition of an element, None if there is none."""
         when, unless = element.text('if'), element.text('unless')
         if when is not None and unless is not None:
             raise LaunchError("'if' and 'unless' exclude each other", element.where)

@@ -89,7 +89,7 @@ def parse_substitution(text: str, more: dict[str, Any] | None = None) -> list[Su
 
 def _sequence(text: str, start: int, more: dict[str, Any], ends: str
               ) -> tuple[list[Substitution], int]:
-    """Read until one of the end signs; return the parts and the place of the end."""
+    """Read until an end sign; return the parts and the place of the end."""
     parts: list[Substitution] = []
     letters: list[str] = []
     depth = 0

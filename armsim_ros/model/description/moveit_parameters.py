@@ -29,7 +29,7 @@ Parameters = dict[str, Any]
 
 class MoveItParameters:
     """
-    The parameters of one package; each method reads one kind, from its usual file or a named one.
+    The parameters of a package; each method reads one kind, from its usual or a named file.
 
     A path that is named is taken from the package's folder, unless it is absolute.
 
@@ -167,7 +167,7 @@ class MoveItParameters:
         return self.files.folder / file_path
 
     def _read(self, name: str, file_path: str | Path | None) -> Parameters:
-        """Return a named file, or the one of an exact name; empty where there is none."""
+        """Return a named file, or the file of an exact name; empty where there is none."""
         return self._load(self._named(file_path) if file_path
                           else self.files.settings_file(name))
 

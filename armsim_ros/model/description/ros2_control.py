@@ -41,7 +41,7 @@ def plugin_parameters(urdf: str) -> list[str]:
 
 @dataclass
 class _Interfaces:
-    """What one element declares."""
+    """What an element declares."""
 
     commands: list[str] = field(default_factory=list)
     states: list[str] = field(default_factory=list)
@@ -52,7 +52,7 @@ class _Interfaces:
 def read_hardware(root: XmlElement, links: Collection[str], joints: Mapping[str, Joint],
                   report: TextReport) -> tuple[HardwareSystem, ...]:
     """
-    Return the hardware that a URDF declares, one entry a tag.
+    Return the hardware that a URDF declares, an entry per tag.
 
     :param links: of the URDF; sensors measure in the frames of these.
     :param joints: of the URDF; a tag that names others is a mistake.
@@ -80,7 +80,7 @@ def _without_doubles(
     systems: Sequence[tuple[HardwareSystem, Location]], report: TextReport
 ) -> dict[str, HardwareSystem]:
     """
-    Return name -> hardware; each command interface is in one component only.
+    Return name -> hardware; each command interface is in a single component.
 
     A description often brings a simulator's or a vendor's hardware, and the Setup Assistant's
     package adds mock components for the same joints: a simulator's plugin comes before a vendor's,
@@ -219,7 +219,7 @@ def _read_sensor(element: XmlElement, states: Iterable[str], frames: Mapping[str
     """
     Return where a sensor measures.
 
-    That is its ``frame_id``, else where Gazebo has one of its name, else the end of the arm.
+    That is its ``frame_id``, else where Gazebo has a frame of its name, else the end of the arm.
     """
     name = element.get('name')
     named = next((part.content for part in element.all('param')
@@ -254,7 +254,7 @@ def _read_joint(element: XmlElement, joints: Mapping[str, Joint], report: TextRe
     commands = tuple(content.commands)
     if follows and commands:
         report.ignored(
-            f"joint '{name}' follows another one and has the command interface "
+            f"joint '{name}' follows another joint and has the command interface "
             f'{", ".join(commands)}, which nobody can claim', element.where,
             "remove it, or free the joint with mimic='false'")
         commands = ()

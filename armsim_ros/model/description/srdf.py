@@ -73,7 +73,7 @@ def read_srdf(root: XmlElement, *, robot_name: str, root_link: str,
 
 
 class _Reader:
-    """One pass over one SRDF."""
+    """A pass over an SRDF."""
 
     def __init__(self, root: XmlElement, robot_name: str, root_link: str,
                  links: Mapping[str, Link], joints: Mapping[str, Joint]) -> None:
@@ -178,7 +178,7 @@ class _Reader:
 
     def _state_value(self, state: str, group: PlanningGroup, element: XmlElement
                      ) -> float | None:
-        """Return the value of one joint in a named state, None where it is left out."""
+        """Return the value of a joint in a named state, None where it is left out."""
         joint = element.get('name')
         title = f"named state '{state}'"
         if joint not in group.joints:
@@ -223,7 +223,7 @@ class _Reader:
 
     def _parent_group(self, element: XmlElement, groups: Mapping[str, PlanningGroup],
                       group: str, link: str) -> str:
-        """Return the group that carries an end effector: the named one, else the smallest."""
+        """Return the group that carries an end effector: the named group, else the smallest."""
         own = set(groups[group].joints)
         fitting = {name: candidate for name, candidate in groups.items()
                    if link in candidate.links and not own & set(candidate.joints)}

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Planning groups of an SRDF: chains, joints, links and other groups to one list of joints."""
+"""Planning groups of an SRDF: chains, joints, links and other groups to a list of joints."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from armsim_ros.model.semantic_model import PlanningGroup
 
 class GroupBuilder:
     """
-    Builds the groups of one SRDF.
+    Builds the groups of an SRDF.
 
     :param joints: the robot's joints, in tree order.
     :param passive: joints that no controller moves.
@@ -135,7 +135,7 @@ class GroupBuilder:
         return PlanningGroup(name, joints, active, links, chain, tips, subgroups)
 
     def _as_chain(self, element: XmlElement, joints: tuple[str, ...]) -> tuple[str, str] | None:
-        """Return base and tip link where every joint follows on the one before it."""
+        """Return base and tip link where every joint follows on its predecessor."""
         parts = [part for part in element.children
                  if part.tag in ('chain', 'joint', 'link', 'group')]
         follows = all(self._precedes(before, after)

@@ -39,7 +39,7 @@ class UrdfContent:
     What a URDF holds.
 
     :param links: by name, in tree order.
-    :param joints: by name, in tree order; children of one link in the order of their names.
+    :param joints: by name, in tree order; children of a link in the order of their names.
     :param transmissions: noted, they choose hardware interfaces.
     :param places: 'link x' or 'joint x' -> where it is written.
     :param plugin_namespaces: robotNamespace of Gazebo's plugins, without slashes -> its place.
@@ -157,14 +157,14 @@ def _check_tree(root: XmlElement, links: dict[str, Link], joints: dict[str, Join
         if joint.child in parents:
             report.error(f"link '{joint.child}' is the child of two joints, "
                          f"'{parents[joint.child]}' and '{name}'", where,
-                         'a tree: each link has one parent')
+                         'a tree: each link has a single parent')
         parents[joint.child] = name
     roots = [name for name in links if name not in parents]
     if not roots:
         report.error('the links go round in a loop, none is without a parent', root.where)
     elif len(roots) > 1:
         report.error(f"{len(roots)} links have no parent: {', '.join(roots)}",
-                     places[f'link {roots[1]}'], 'one root link',
+                     places[f'link {roots[1]}'], 'a single root link',
                      f"join '{roots[1]}' to the others by a joint")
     elif not report.mistakes:
         loose = [name for name in links if name not in tree_order(roots[0], joints)[0]]

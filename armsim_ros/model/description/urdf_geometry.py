@@ -29,7 +29,7 @@ _INERTIA_KEYS = ('ixx', 'ixy', 'ixz', 'iyy', 'iyz', 'izz')
 
 
 def read_origin(element: XmlElement, report: TextReport) -> Matrix:
-    """Return the pose (4, 4) of an element's ``<origin>``; identity without one."""
+    """Return the pose (4, 4) of an element's ``<origin>``; identity by default."""
     origin = element.first('origin')
     if origin is None:
         return np.eye(4)
@@ -86,7 +86,7 @@ def read_shapes(link: XmlElement, tag: str, materials: Mapping[str, Color],
 
 
 def read_color(material: XmlElement, report: TextReport) -> Color | None:
-    """Return the color that a ``<material>`` gives, None where it only names one."""
+    """Return the color that a ``<material>`` gives, None where it only names a material."""
     color = material.first('color')
     if color is None:
         return None

@@ -65,7 +65,7 @@ def read_joint(element: XmlElement, report: TextReport) -> Joint | None:
 
 
 def read_transmissions(robot: XmlElement, report: TextReport) -> tuple[Transmission, ...]:
-    """Return what the URDF's ``<transmission>`` elements say, one entry a joint."""
+    """Return what the URDF's ``<transmission>`` elements declare, an entry per joint."""
     found = []
     for element in robot.all('transmission'):
         reductions = [part for holder in element.children if holder.tag in ('actuator', 'joint')
@@ -156,7 +156,7 @@ def _limits(element: XmlElement, kind: JointType, report: TextReport) -> JointLi
 
 
 def _bound(holder: XmlElement, key: str, joint: str, report: TextReport) -> float:
-    """Return a bound's absolute value; exporters write 0 for an unknown one."""
+    """Return a bound's absolute value; exporters write 0 for an unknown bound."""
     value = read_number(holder, key, report)
     if value is None:
         return math.inf

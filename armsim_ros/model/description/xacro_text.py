@@ -33,7 +33,7 @@ class Description:
 
 
 class _Arguments(dict[str, str]):
-    """The arguments of one run of xacro; remembers which of them the files declare or use."""
+    """The arguments of a run of xacro; remembers which of them the files declare or use."""
 
     def __init__(self, given: Mapping[str, str]) -> None:
         super().__init__(given)
@@ -132,7 +132,7 @@ def source_line(source: str, name: str) -> int | None:
     Return the line of a source text that introduces a name, None where several may.
 
     A text after xacro has other lines than its source; a name that stands there once still
-    leads to the right one.
+    leads to the right file.
     """
     hits = [number for number, line in enumerate(source.splitlines(), 1)
             if f'name="{name}"' in line or f"name='{name}'" in line]
@@ -186,6 +186,6 @@ def _only_line(file: Path, name: str) -> int | None:
 
 
 def _current_file(module: Any, file: Path) -> str:
-    """Return the file that xacro was reading; an included one is named, not the first."""
+    """Return the file that xacro was reading; an included file rather than the first."""
     stack = [entry for entry in (module.filestack or []) if entry]
     return str(stack[-1]) if stack else str(file)

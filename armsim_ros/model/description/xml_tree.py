@@ -74,10 +74,10 @@ class TextReport:
 
     def join_equal(self, link: str, links: str) -> None:
         """
-        Make one problem of those that say the same of several links.
+        Join problems that differ only in their link.
 
         :param link: how they begin, with ``{}`` for the link.
-        :param links: how the joined one begins, with ``{}`` for the links.
+        :param links: how the joined message begins, with ``{}`` for the links.
         """
         before, _, after = link.partition('{}')
         groups: dict[str, list[tuple[int, str]]] = {}
@@ -236,7 +236,7 @@ def read_numbers(element: XmlElement, name: str, count: int, report: TextReport,
 
 def read_number(element: XmlElement, name: str, report: TextReport,
                 default: float | None = None) -> float | None:
-    """Return an attribute with one number; a mistake is reported and gives the default."""
+    """Return an attribute with a single number; an error is reported and gives the default."""
     if name not in element.attributes:
         return default
     values = read_numbers(element, name, 1, report, ())

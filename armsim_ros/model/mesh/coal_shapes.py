@@ -113,7 +113,7 @@ def are_apart(
     distance: float,
 ) -> bool:
     """
-    Return whether no shape of one body is near a shape of another.
+    Return whether no shape of a body is near a shape of another.
 
     :param first: shapes with their poses (4, 4) in a common frame; as ``second``.
     :param distance: [m] that is not near.

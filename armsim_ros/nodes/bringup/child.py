@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""One program that bringup started: its process group, its output, its end."""
+"""A program that bringup started: its process group, its output, its end."""
 
 from __future__ import annotations
 

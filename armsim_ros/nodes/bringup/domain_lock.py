@@ -1,7 +1,7 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
 """
-Keeps a second bringup off a ROS domain that already has one.
+Keeps a second bringup off a ROS domain that already has a bringup.
 
 Two stacks in one graph double every topic and answer every goal twice. A lock on a file is
 exact, free of races, and costs no discovery time, but knows this machine only (and one user,
@@ -35,7 +35,7 @@ class UnsafeFolderError(ArmsimError):
 
 class DomainLock:
     """
-    The right to run a program in one ROS domain and namespace; kept until the process ends.
+    The right to run a program in a ROS domain and namespace; kept until the process ends.
 
     The lock vanishes with the process, also after SIGKILL; the file may stay.
 
@@ -63,7 +63,7 @@ class DomainLock:
             raise DomainTakenError(
                 f'another {program} (pid {holder}) already runs on ROS_DOMAIN_ID {domain}{where} '
                 'and every topic would be doubled; stop it first, or set another ROS_DOMAIN_ID '
-                'for this one (and for its clients)') from None
+                'for this bringup (and for its clients)') from None
         self._file.truncate(0)
         self._file.write(f'{os.getpid()}\n')
         self._file.flush()
@@ -111,7 +111,7 @@ def _lock_file(domain: str, namespace: str, folder: Path, program: str) -> Path:
 
 
 def _make_private(folder: Path) -> None:
-    """Make a folder of this user's; in one of everybody's, another user may have been first."""
+    """Make a folder of this user's; in a shared folder, another user may have been first."""
     folder.mkdir(mode=0o700, parents=True, exist_ok=True)
     status = os.lstat(folder)
     if not stat.S_ISDIR(status.st_mode) or status.st_uid != os.getuid():

@@ -30,7 +30,7 @@ _FLUSH_TIME = 0.3
 
 class Supervisor:
     """
-    Runs several programs as one: the end of any is the end of all.
+    Runs several programs as a unit: the end of any is the end of all.
 
     All but the writing happens in the calling thread, which sleeps until a program prints or
     ends or a signal comes.
@@ -57,7 +57,7 @@ class Supervisor:
         Start all, wait for the end, leave no process behind.
 
         :returns: 0 after SIGINT, SIGTERM or SIGHUP; 2 where a program refused its arguments or
-            configuration; 1 where one ended in any other way.
+            configuration; 1 where any ended in any other way.
         """
         try:
             for name, command in self._commands.items():

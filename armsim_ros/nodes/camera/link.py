@@ -3,7 +3,7 @@
 """
 Between the simulation and the program that draws: a socket of this user's on this machine.
 
-The simulation sends a greeting once, the plant whenever it is another one, and a snapshot when
+The simulation sends a greeting once, the plant whenever it changes, and a snapshot when
 a picture is due that was asked for. The other side sends the number of a camera when it wants
 the next picture of it. In lockstep snapshots come unasked, and the number says that a picture
 is out.

@@ -42,7 +42,7 @@ class PictureSource:
         return cameras, plant
 
     def tell(self, camera: int) -> None:
-        """Ask for the camera's next picture; in lockstep, say that one is out."""
+        """Ask for the camera's next picture; in lockstep, report that one is pending."""
         try:
             if self._connection is not None:
                 self._connection.send_bytes(bytes([camera]))

@@ -37,9 +37,9 @@ _LOWEST, _OF_SESSION = 19, Path('/proc/self/autogroup')
 
 class CameraProgram:
     """
-    Asks the simulation for what is to be shown, draws and publishes it, all in one thread.
+    Asks the simulation for what is to be shown, draws and publishes it, all in the same thread.
 
-    At most one picture of each camera is on its way, so that one that would be late is never
+    At most one picture of each camera is on its way, so that a late picture is never
     begun.
 
     :param arguments: the command line.
@@ -101,7 +101,7 @@ class CameraProgram:
             os.environ[VARIABLE] = self._diagnostics.backend
 
     def _serve(self, cameras: tuple[Camera, ...], plant: bytes) -> None:
-        """Have the topics of a simulation that has just been found, if one was."""
+        """Have the topics of a simulation that has just been found, if any."""
         if not cameras:
             return
         # Only now: this imports mujoco, which looks once at what is to draw.

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The topics of one camera: colour, depth, points."""
+"""The topics of a camera: colour, depth, points."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ class CameraTopics:
 
     def publish(self, time_ns: int, picture: Picture | None) -> None:
         """
-        Publish a picture to those who listen; None publishes what is known without one.
+        Publish a picture to those who listen; None publishes what is known without a picture.
 
         :param time_ns: of the state that it shows [ns].
         """
@@ -111,7 +111,7 @@ def camera_info(camera: Camera) -> CameraInfo:
 
 
 def _bytes(pixels: Any) -> array[int]:
-    """Return pixels as what rclpy copies in one go."""
+    """Return pixels as what rclpy copies in a single piece."""
     content = array('B')
     content.frombytes(pixels.tobytes())
     return content

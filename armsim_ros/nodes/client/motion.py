@@ -45,7 +45,7 @@ _SENTENCES = {
 
 
 def robot_state(positions: Mapping[str, float] | None) -> RobotState:
-    """Return a state that lays joint positions [rad or m] over the current one."""
+    """Return a state that lays joint positions [rad or m] over the current state."""
     state = RobotState(is_diff=True)
     if positions:
         state.joint_state = JointState(name=list(positions),
@@ -97,7 +97,7 @@ def plan_goal(
 
 
 def code_text(code: Any) -> str:
-    """Return a ``MoveItErrorCodes`` as its name and one sentence."""
+    """Return a ``MoveItErrorCodes`` as its name and a sentence."""
     name = CODE_NAMES.get(code.val, str(code.val))
     sentence = getattr(code, 'message', '') or _SENTENCES.get(name, '')
     return f'{name}: {sentence}' if sentence else name

@@ -79,7 +79,7 @@ class RosClient:
         Call a service.
 
         :param kind: the service type.
-        :param request: None sends an empty one.
+        :param request: None sends an empty request.
         :returns: the response to be; NotServedError where there is no server.
         """
         answer: Future[Any] = Future()

@@ -16,7 +16,7 @@ from armsim_ros.nodes.conversions.time import fill_time
 
 class JointStateBuffer:
     """
-    One message that is made once and refilled.
+    A message that is created once and refilled.
 
     :param joint_names: (n,).
     :param frame_id: frame in the header.
@@ -52,7 +52,7 @@ class JointStateBuffer:
 
 class DynamicJointStateBuffer:
     """
-    One message that is made once and refilled.
+    A message that is created once and refilled.
 
     :param interfaces: joint -> names of its state interfaces, in the order of the message.
     :param frame_id: frame in the header.

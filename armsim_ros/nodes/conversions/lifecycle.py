@@ -17,7 +17,7 @@ _LABELS = {number: label for label, number in STATE_IDS.items()}
 
 
 def state_message(label: str) -> State:
-    """Return the message of a state; one that is not known is ``unknown``."""
+    """Return the message of a state; an unknown state is ``unknown``."""
     return State(id=STATE_IDS.get(label, State.PRIMARY_STATE_UNKNOWN), label=label)
 
 

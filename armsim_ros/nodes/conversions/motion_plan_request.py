@@ -28,7 +28,7 @@ def request_from_message(message: MotionPlanRequestMessage, seed: int = -1) -> M
     """
     Return the request of a message as it was given.
 
-    :param seed: of the search; negative for a different one each time.
+    :param seed: of the search; negative for a different seed each time.
     :raises PlanningError: for shapes or poses that cannot exist.
     """
     return MotionPlanRequest(

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Messages of one shape, serialized once and changed in place."""
+"""Messages of a fixed shape, serialized once and changed in place."""
 
 from __future__ import annotations
 

@@ -53,7 +53,7 @@ class MoveGroup:
     Every endpoint of the program.
 
     :param node: has the endpoints.
-    :param executor: the one that spins the node.
+    :param executor: the executor that spins the node.
     :param cell: the robot, or all robots of a cell.
     """
 

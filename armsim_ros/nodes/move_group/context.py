@@ -45,7 +45,7 @@ class Context:
     :param robots: the joints of each robot; several where it is a cell.
     :param ending: why the program ends; '' while it does not.
     :param record_frequency: states a second in executed_trajectory [Hz]; may be replaced too.
-    :param planning_clock: makes the clock by which one request's time is measured.
+    :param planning_clock: makes the clock by which a request's time is measured.
     """
 
     node: PollingNode

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A request's errors become its error code and one log line; none of them ends the node."""
+"""A request's errors become its error code and a log line; none of them ends the node."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def reported(logger: Any, source: str, error_code: MoveItErrorCodes | None) -> I
 
     :param logger: of the node.
     :param source: the endpoint, where the error does not name a stage itself.
-    :param error_code: to be filled; None for an answer without one.
+    :param error_code: to be filled; None for an answer without.
     """
     try:
         yield

@@ -61,7 +61,7 @@ class MoveGroupProgram(ExecutorProgram):
             return self._stop_wanted() and not ending
 
         def step() -> None:
-            """Run one callback, with the newest state and time."""
+            """Run a callback, with the newest state and time."""
             with failures_logged(node):
                 # Always the same arguments: with others, callbacks that are ready would be lost.
                 callback, *_ = executor.wait_for_ready_callbacks(None, None, to_end)

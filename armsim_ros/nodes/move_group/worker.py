@@ -17,7 +17,7 @@ class Job(Future):
     """
     Work that a worker does; the future gets its value or its exception.
 
-    A job that is cancelled before it has begun is not done, and one that takes turns ends at its
+    A job that is cancelled before it has begun is not done, and a job that takes turns ends at its
     next turn.
     """
 
@@ -36,14 +36,14 @@ class AnyOf:
         self._futures = futures
 
     def __await__(self) -> Generator[None, None, None]:
-        """Yield until one is done; the executor goes on with a coroutine whenever it wakes."""
+        """Yield until any is done; the executor goes on with a coroutine whenever it wakes."""
         while not any(future.done() for future in self._futures):
             yield
 
 
 class Worker:
     """
-    One thread that does jobs in order of arrival.
+    A thread that does jobs in order of arrival.
 
     A job may take turns: work that returns a generator is continued after the other jobs that
     wait, whenever it yields. What it returns at last is its value.
@@ -88,7 +88,7 @@ class Worker:
                 with self._lock:
                     self._unfinished -= 1
                 self._executor.wake()
-            # The next job may take seconds: its value must not keep the last one alive.
+            # The next job may take seconds: its value must not keep the last value alive.
             del job
 
     @staticmethod

@@ -62,7 +62,7 @@ class JointStatePublisher:
     Publishes ``joint_states`` of the description on ``robot_description``, or of a file.
 
     :param node: the node that publishes; it has declared the parameters that it was given.
-    :param words: the first is a URDF file, if there is one.
+    :param words: the first is a URDF file, if any.
     :raises ArmsimError: a parameter or the file is wrong.
     """
 

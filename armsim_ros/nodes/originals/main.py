@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The program that stands in for one of the original stack."""
+"""The program that replaces a program of the original stack."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ PROGRAMS = {
 
 def main(argv: Sequence[str] | None = None) -> int:
     """
-    Run one of them.
+    Run such a program.
 
     :param argv: the program's name, then the words that the original would get.
     :returns: its exit status.

@@ -21,7 +21,7 @@ _NAMES = ('__node', '__name', '__ns')
 @dataclass
 class NodeArguments:
     """
-    The arguments of one node.
+    The arguments of a node.
 
     :param values: parameters by their names with dots; those in files too.
     :param files: parameter files, in order.

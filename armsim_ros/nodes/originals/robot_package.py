@@ -34,7 +34,7 @@ class RobotPackage:
 
     :param top: where it is made, an empty folder.
     :param urdf: the robot description.
-    :param srdf: the semantic description, '' without one.
+    :param srdf: the semantic description, '' if there is none.
     """
 
     def __init__(self, top: Path, urdf: str, srdf: str = '') -> None:

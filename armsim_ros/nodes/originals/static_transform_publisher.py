@@ -26,7 +26,7 @@ _NUMBERS = ('x', 'y', 'z', 'roll', 'pitch', 'yaw', 'qx', 'qy', 'qz', 'qw')
 
 def main(argv: Sequence[str] | None = None) -> int:
     """
-    Publish one transform until SIGINT or SIGTERM.
+    Publish a transform until SIGINT or SIGTERM.
 
     :param argv: the words that the original would get.
     :returns: 0 after a signal, 2 for words that cannot be understood.

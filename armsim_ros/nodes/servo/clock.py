@@ -9,7 +9,7 @@ import time
 from armsim_ros.nodes.polling_node import PollingNode
 
 _SAME_NS = 60_000_000
-"""Clocks that are no farther apart are one clock [ns]; what tells of them is a step behind."""
+"""Clocks that differ by less are the same clock [ns]; their messages are a step behind."""
 
 
 class StreamClock:

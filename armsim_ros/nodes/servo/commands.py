@@ -165,7 +165,7 @@ def _read_jog(message: JointJogMessage) -> JointJog:
     if len(names) != len(velocities):
         raise InvalidCommandError(
             f'joint_names has {len(names)} entries, velocities has {len(velocities)}; both '
-            'need one each joint'
+            'need one per joint'
         )
     return JointJog(names, finite_vector('velocities', velocities))
 

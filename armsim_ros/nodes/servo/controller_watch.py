@@ -46,7 +46,7 @@ class ActionWatch:
 
 class ControllerWatch:
     """
-    Follows one controller by its topics.
+    Follows a controller by its topics.
 
     :param topic: where the controller gets its commands, such as
         ``/arm/joint_controller/joint_trajectory``; the rest of its names follow from it.

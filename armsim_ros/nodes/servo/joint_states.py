@@ -21,7 +21,7 @@ class JointPositions:
     """
     The newest position of every joint.
 
-    :param topics: joint states; several robots may have one each.
+    :param topics: joint states; several robots may have a topic each.
     :param needed: joints without which no command is followed; others keep their default until
         a message has them.
     """

@@ -16,7 +16,7 @@ from armsim_ros.nodes.servo.assembly import ServoNode
 
 
 class ServoProgram(ExecutorProgram):
-    """Streams in a thread of its own; services are answered in this one."""
+    """Streams in a thread of its own; services are answered in the main thread."""
 
     NODE = 'servo_node'
     NODE_OPTIONS: ClassVar[dict[str, Any]] = {'clock_when_asked': True}

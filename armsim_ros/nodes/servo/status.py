@@ -26,7 +26,7 @@ class StatusTopic:
         return self._publisher.get_subscription_count() > 0
 
     def publish(self, finding: Finding) -> None:
-        """Publish a finding; who comes later gets the last one."""
+        """Publish a finding; late subscribers get the last."""
         if finding != self._finding:
             self._finding = finding
             self._serialized = serialize_message(

@@ -181,7 +181,7 @@ class Streaming:
         self.status.publish(weightiest(findings))
 
     def _findings(self, now: int) -> list[Finding]:
-        """Do one cycle and return what there is to say about it."""
+        """Do a cycle and return its status."""
         others = self._others()
         if others is not None:
             self.inbox.forget()
@@ -289,7 +289,7 @@ class Streaming:
         return findings
 
     def _follow(self, command: Command | None, now: int) -> Cycle:
-        """Go on by one cycle; what ends or resumes the motion takes effect at once."""
+        """Advance by a cycle; what ends or resumes the motion takes effect at once."""
         def step() -> Cycle:
             return self.stream.step(command, self.states.q, self.parameters)
 

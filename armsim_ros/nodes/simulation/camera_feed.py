@@ -27,7 +27,7 @@ _LOOK = 0.1
 
 class CameraFeed:
     """
-    Serves one camera program at a time.
+    Serves a single camera program at a time.
 
     The loop copies joints and bodies, some kilobytes, when a picture is due that was asked for;
     all else happens in threads of its own that mostly wait. In lockstep the loop waits until
@@ -65,11 +65,11 @@ class CameraFeed:
         """Remove the socket."""
         self._closed = True
         with suppress(OSError):
-            Client(self._listener.address, FAMILY).close()  # ends the wait for one
+            Client(self._listener.address, FAMILY).close()  # ends the wait for a connection
         self._thread.join()
 
     def _look(self, number: int, time_ns: int) -> None:
-        """Take a snapshot if one is requested; in the loop's thread."""
+        """Take a snapshot if requested; in the loop's thread."""
         if self._lockstep:
             if self._connected:
                 self._post(number, time_ns)
@@ -96,7 +96,7 @@ class CameraFeed:
                            'steps do not wait for it any more')
 
     def _accept(self) -> None:
-        """Serve connections one after the other."""
+        """Serve connections in sequence."""
         with self._listener:
             while True:
                 connection = self._listener.accept()

@@ -18,7 +18,7 @@ class Clock:
 
     :param node: the node that publishes.
     :param period_ns: where it is given, every multiple of it that time has passed since the last
-        message has one of its own [ns].
+        message has its own [ns].
     """
 
     def __init__(self, node: Node, period_ns: int = 0) -> None:

@@ -36,6 +36,6 @@ class ClockHint:
             side = 'behind' if behind > 0 else 'ahead of'
             self._warn(
                 f'simulated time is now {abs(behind) / 1e9:.1f} s {side} the wall clock; programs '
-                'that take stamps from the wall clock no longer agree with this one: start them '
+                'that take stamps from the wall clock no longer agree with it: start them '
                 'with the parameter use_sim_time:=true'
             )

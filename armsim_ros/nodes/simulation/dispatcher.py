@@ -15,16 +15,16 @@ from armsim_ros.sim.pacer import Bell
 
 #: The longest wait between checks of the deadlines [s].
 _LONGEST_WAIT = 0.05
-#: Messages of one source that wait, a second of /clock.
+#: Messages of a source that wait, a second of /clock.
 MOST_WAITING = 100
 
 
 class _Bounded:
     """
-    Calls of one source that wait, the oldest first, and as many or more turns for them.
+    Calls of a source that wait, the oldest first, and as many or more turns for them.
 
     Neither thread waits for the other: each counts for itself. A turn is counted as taken before
-    its call is, so that a call never stays without one; a turn that finds none is none.
+    its call is, so that a call never stays without a turn; a turn that finds no call does nothing.
     """
 
     def __init__(self, queue: deque[Callable[[], object]], depth: int) -> None:
@@ -74,7 +74,7 @@ class Dispatcher:
 
     def bounded(self, depth: int = MOST_WAITING) -> Callable[[Callable[[], object]], None]:
         """
-        Return what posts the calls of one source, of which so many wait at most.
+        Return what posts the calls of a source, of which so many wait at most.
 
         Of more than that the oldest are not made. They are made after ``wake``.
         """

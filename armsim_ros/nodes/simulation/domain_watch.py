@@ -9,7 +9,7 @@ import time
 
 from rclpy.node import Node
 
-#: How long another one is looked for after the start [s]; discovery takes a few tenths.
+#: How long another simulation is searched after the start [s]; discovery takes a few tenths.
 WATCH_TIME = 2.0
 
 
@@ -18,7 +18,7 @@ class DomainWatch:
     Looks for a second controller manager of our name in the ROS graph.
 
     On one machine a lock keeps the second away; this finds those of other machines. Only the
-    one that came last looks: an older one has stopped to look. Two that start at the same time
+    latest searches: an older one no longer does. Two that start at the same time
     both find the other and both give up.
 
     :param node: our manager's node.
@@ -40,6 +40,6 @@ class DomainWatch:
             name = self._node.get_fully_qualified_name()
             self._found(
                 f'another simulation already runs as {name} on this ROS domain; every topic '
-                'would be doubled. Stop it, or set another ROS_DOMAIN_ID, or start this one with '
-                'namespace:=NAME'
+                'would be doubled. Stop it, or set another ROS_DOMAIN_ID, or start this '
+                'simulation with namespace:=NAME'
             )

@@ -34,7 +34,7 @@ class PriorityWatch:
     Checks whether real-time programs starve others, and switches this process's priority.
 
     Real-time threads come before all others, so a few simulations can take a machine for
-    themselves. A single one uses little, and keeps its priority under any load.
+    themselves. A single simulation uses little, and keeps its priority under any load.
 
     :param switch: takes whether this process is to have real-time priority.
     :param report: takes a line for the log.

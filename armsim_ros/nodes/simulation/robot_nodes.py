@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""One robot in its namespace: controller manager, controllers and their topics."""
+"""A robot in its namespace: controller manager, controllers and their topics."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ from armsim_ros.sim.control_loop import ControlLoop
 
 class RobotNodes:
     """
-    The nodes of one robot and their endpoints.
+    The nodes of a robot and their endpoints.
 
     :param robot: the robot.
     :param manager: its controller manager.
@@ -88,7 +88,7 @@ class RobotNodes:
         Not while the loop runs: each new endpoint holds the interpreter for milliseconds.
 
         :param name: of the manager in ``/diagnostics``.
-        :param refuse: ends the program where another one has these names.
+        :param refuse: ends the program where another program has these names.
         """
         node, manager = self.node, self._manager
         for side in self._registry.sides:

@@ -22,7 +22,7 @@ class ToldNode(GuardedNode):
     """
     A node that gets the time of ``/clock`` from its own program, not from the topic.
 
-    Its clock is set when somebody looks at it: to set one wakes the executor where the node has
+    Its clock is set when it is read: to set a clock wakes the executor where the node has
     an action server, which at the rate of ``/clock`` would take most of a processor.
 
     :param name: of the node.
@@ -71,7 +71,7 @@ class SimTime:
         self._used = used
         #: Returns the simulation's time [ns].
         self.now: Callable[[], int] = lambda: 0
-        #: As a dictionary, which threads may change while another one copies it.
+        #: As a dictionary, which threads may change while another copies it.
         self._nodes: dict[ToldNode, None] = {}
 
     def node(self, name: str, **options: Any) -> ToldNode:

@@ -25,7 +25,7 @@ def prioritize_process(control_priority: int) -> bool:
     the middleware's locks with its threads: were one of them preempted by another program while
     it holds a lock, the control thread would wait for that program: with ten clients on two
     processors the 99th percentile of its lateness is then tens of milliseconds instead of a
-    third of one (``python -m benchmarks control_thread``). What they may use is limited, see
+    third of a core (``python -m benchmarks control_thread``). What they may use is limited, see
     :class:`DutyLimit`.
 
     :param control_priority: of the control thread; 0 asks for none here either.

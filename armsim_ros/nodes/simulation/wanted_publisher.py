@@ -19,7 +19,7 @@ class WantedPublisher:
 
     To make and send a message costs ten times as much as to ask whether anybody listens. What
     nobody hears is not made; where late subscribers get the last message, as with the state of a
-    controller, one is made now and then, so that theirs is not old.
+    controller, the message is renewed now and then for late subscribers.
 
     :param node: the node that publishes.
     :param kind: the message type.

@@ -17,7 +17,7 @@ _USAGE = """spawner NAME... [options]
 @dataclass(frozen=True)
 class ControllerRequest:
     """
-    One controller to spawn.
+    A controller to spawn.
 
     :param ros_args: ROS arguments of its node, a text for each ``--controller-ros-args``.
     """
@@ -147,7 +147,7 @@ def _add_controller_options(
 
 
 def _joined(argv: Sequence[str]) -> list[str]:
-    """Return the words with ROS arguments as one, which argparse would read as options."""
+    """Return the words with ROS arguments joined, which argparse would read as options."""
     words: list[str] = []
     for word in argv:
         if words and words[-1] == _ROS_ARGS and ' ' in word:

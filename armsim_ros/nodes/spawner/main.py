@@ -75,7 +75,7 @@ def _interrupt(number: int, frame: object) -> NoReturn:
 
 class _Spawner:
     """
-    One run of the spawner.
+    A run of the spawner.
 
     :param ros_args: of the spawner's own node; their parameter files are those of all controllers.
     """
@@ -190,7 +190,7 @@ def unload(manager: ManagerClient, names: Iterable[str], switch_timeout: float) 
     Deactivate and unload controllers.
 
     :param switch_timeout: [s].
-    :raises ControllerError: one is not loaded, or the manager refuses.
+    :raises ControllerError: a controller is not loaded, or the manager refuses.
     """
     states = manager.states()
     missing = [name for name in names if name not in states]

@@ -43,7 +43,7 @@ class ManagerClient:
 
     :param node: the program's node; nothing else may spin it.
     :param manager: the manager's name, absolute or relative to the namespace.
-    :param call_timeout: [s] for one answer.
+    :param call_timeout: [s] for an answer.
     :param namespace: '' is that of the node.
     """
 
@@ -96,7 +96,7 @@ class ManagerClient:
         return str(response.state.label)
 
     def set_parameters(self, values: dict[str, Any]) -> None:
-        """Set parameters of the manager; ControllerError where one is refused."""
+        """Set parameters of the manager; ControllerError if any is refused."""
         parameters = [Parameter(key, value=value) for key, value in values.items()]
         request = SetParameters.Request(
             parameters=[parameter.to_parameter_msg() for parameter in parameters]

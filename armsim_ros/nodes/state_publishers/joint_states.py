@@ -49,7 +49,7 @@ class _FreeJoint:
 
 class JointStates:
     """
-    The joints of one description and where they are.
+    The joints of a description and where they are.
 
     :param text: the description.
     :param options: the node's parameters.
@@ -89,7 +89,7 @@ class JointStates:
 
     def state(self) -> Values:
         """
-        Return position, velocity and effort of all joints; empty where no joint has one.
+        Return position, velocity and effort of all joints; empty where no joint has any.
 
         :raises DependentJointError: a dependent joint follows no free joint.
         """

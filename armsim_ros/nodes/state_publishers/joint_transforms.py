@@ -25,7 +25,7 @@ _STATIC = (JointType.FIXED, JointType.PLANAR)
 
 class JointTransforms:
     """
-    The transforms of one robot, and when they are due.
+    The transforms of a robot, and when they are due.
 
     :param robot: the robot.
     :param log: receives dropped messages and jumps of the clock.
@@ -107,7 +107,7 @@ class JointTransforms:
 
 class _MovingTransforms:
     """
-    One message with the transforms of some joints.
+    A message with the transforms of some joints.
 
     :param joints: movable ones; there may be none.
     :param prefix: precedes every frame.
@@ -156,7 +156,7 @@ def transform(
     parent: str, child: str, pose: Matrix | None = None, time_ns: int = 0
 ) -> TransformStamped:
     """
-    Return a transform message between two frames; without a pose (4, 4) they are one.
+    Return a transform message between two frames; without a pose (4, 4) they coincide.
 
     :param time_ns: its stamp [ns].
     """

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The node robot_state_publisher: description and transforms of one robot."""
+"""The node robot_state_publisher: description and transforms of a robot."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class RobotStatePublisher:
     transforms of earlier ones stay, as tf2's broadcaster keeps them.
 
     :param node: the node, without these parameters.
-    :param urdf: the description where no parameter gives one.
+    :param urdf: the description where no parameter gives it.
     :param fixed: further static transforms.
     :raises ConfigError: a parameter is wrong, or the description is missing or not a URDF.
     """

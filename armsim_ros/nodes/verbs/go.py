@@ -39,7 +39,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     words.add_argument('target', nargs='+', metavar='STATE | JOINT=VALUE',
                        help='such as scan_food, or joint_1=0.5 joint_2=-30deg (rad or m else); '
                        'the others stay where they are')
-    words.add_argument('--group', default='', help='planning group (default: one that has it)')
+    words.add_argument('--group', default='', help='planning group (default: a group that has it)')
     words.add_argument('--speed', type=_share, default=1.0, metavar='SHARE',
                        help='share of the velocity limits, 0 to 1 (default: 1)')
     words.add_argument('--acceleration', type=_share, default=1.0, metavar='SHARE',

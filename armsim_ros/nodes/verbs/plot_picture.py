@@ -27,7 +27,7 @@ _STATIC = Path(__file__).resolve().parent.parent / 'web' / 'static'
 @dataclass(frozen=True, eq=False)
 class JointRecord:
     """
-    What a controller reported of one joint.
+    What a controller reported of a joint.
 
     :param rows: (t, 4) time [s], desired, actual, error [rad or m].
     :param limits: of the position, those that there are.

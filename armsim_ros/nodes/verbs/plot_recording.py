@@ -41,7 +41,7 @@ def records_of(messages: Iterable[Any]) -> list[JointRecord]:
 
 def read_recording(file: Path) -> list[JointRecord]:
     """
-    Read an MCAP file, or the first one in a folder that ``ros2 bag record`` made.
+    Read an MCAP file, or the first in a folder that ``ros2 bag record`` made.
 
     :raises ArmsimError: it is not there, is no recording, or no trajectory controller is in it.
     """
@@ -49,7 +49,7 @@ def read_recording(file: Path) -> list[JointRecord]:
         inside = sorted(file.glob('*.mcap'))
         if not inside:
             raise ArmsimError(f"'{file}' has no .mcap file in it; 'ros2 bag record -s mcap' "
-                              'makes one')
+                              'writes it')
         file = inside[0]
     states: list[Any] = []
     description = ''

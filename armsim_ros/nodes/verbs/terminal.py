@@ -38,7 +38,7 @@ def parser(name: str, about: str, *, json_too: bool = True) -> Words:
     """Return the parser of a command."""
     words = Words(prog=f'armsim {name}', description=about)
     if json_too:
-        words.add_argument('--json', action='store_true', help='print one JSON value')
+        words.add_argument('--json', action='store_true', help='print a JSON value')
     words.add_argument('--timeout', type=float, default=PATIENCE, metavar='SECONDS',
                        help=f'to wait for the robot to appear (default: {PATIENCE:g})')
     return words

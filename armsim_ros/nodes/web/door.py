@@ -41,7 +41,7 @@ LARGEST_MESSAGE = 24 << 20
 MOST_CONNECTIONS = 128
 #: What a visitor may send: so many messages at once, then so many a second.
 BURST, RATE = 400, 200.0
-#: Ports that are tried after the one that is wanted.
+#: Ports that are tried after the requested port.
 NEXT_PORTS = 100
 #: Path of the websocket whose scene is being served; set while viser's callbacks run.
 VISITOR: ContextVar[str] = ContextVar('VISITOR', default='')
@@ -227,7 +227,7 @@ def is_loopback(host: str) -> bool:
 
 def free_port(host: str, wanted: int) -> int:
     """
-    Return the first port from the wanted one on that nobody listens at; 0 stays 0.
+    Return the first port from the requested port on that is not in use; 0 stays 0.
 
     :raises DoorError: none is free, or the address is not one of this machine.
     """

@@ -40,7 +40,7 @@ Handler = Callable[[Visitor, Any], Awaitable[None]]
 
 class Part:
     """
-    One thing that the page does; the page tells it what happens.
+    A function of the page; the page notifies it of events.
 
     :param page: whose part it is.
     """

@@ -33,7 +33,7 @@ def object_from_dict(values: dict[str, Any]) -> CollisionObject:
     """
     Return the object that was kept.
 
-    :raises ValueError, KeyError, TypeError, AssertionError: the values are not those of one.
+    :raises ValueError, KeyError, TypeError, AssertionError: the values are not those of a scene.
     """
     message = CollisionObject(id=str(values['id']), operation=CollisionObject.ADD)
     message.header.frame_id = str(values['frame'])

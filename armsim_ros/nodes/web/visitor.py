@@ -51,14 +51,14 @@ class Visitor:
             panel.put(name, value)
 
     def note(self, text: str, level: str = 'error') -> None:
-        """Say one line below the status, once."""
+        """Show a line below the status, once."""
         self.sections.pop('note', None)
         self.tell('note', {'text': text, 'level': level})
 
     async def talk(self, connection: ServerConnection, shared: Mapping[str, Any],
                    receive: Any) -> None:
         """
-        Serve one panel until it closes.
+        Serve a panel until it closes.
 
         :param shared: what all visitors see.
         :param receive: gets each message that is a JSON object.
@@ -84,7 +84,7 @@ class Visitor:
 
 
 class _Panel:
-    """The way to one panel: the newest value of each section, and no queue behind it."""
+    """The channel to a panel: the newest value of each section, and no queue behind it."""
 
     def __init__(self, connection: ServerConnection) -> None:
         self._connection = connection

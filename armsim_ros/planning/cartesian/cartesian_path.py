@@ -27,7 +27,7 @@ from armsim_ros.quintic_motion import QuinticMotion
 from armsim_ros.trajectory import JointTrajectory
 
 ROTATION_PER_STEP = 3.5
-"""Turn [rad] that counts as much as one metre of ``max_step``."""
+"""Turn [rad] that counts as much as a metre of ``max_step``."""
 
 MOST_STATES = 5000
 """A request whose ``max_step`` asks for more states gets a larger step."""
@@ -140,7 +140,7 @@ def plan_cartesian(
     context: PlanningContext, request: CartesianRequest, scene: PlanningScene,
     cancelled: Callable[[], bool],
 ) -> CartesianResponse:
-    """Return the feasible part of a path; a shorter one is a success with a fraction below 1."""
+    """Return the feasible part of a path; a shorter path is a success with a fraction below 1."""
     start: dict[str, float] = {}
 
     def poll() -> None:

@@ -115,7 +115,7 @@ class Arc(Curve):
         normal = np.cross(a, b)
         size = float(np.linalg.norm(normal))
         if size < _COLINEAR * radius * other:
-            raise _error('start, centre and goal lie on one line: the plane of the circle is not '
+            raise _error('start, centre and goal are collinear: the plane of the circle is not '
                          "determined; give a point of the arc with the name 'interim'")
         sweep = math.atan2(size, float(a @ b))
         return cls(first, last, center, normal / size, sweep)
@@ -131,7 +131,7 @@ class Arc(Curve):
         normal = np.cross(a, b)
         size = float(np.linalg.norm(normal))
         if size < _COLINEAR:
-            raise _error('start, interim point and goal lie on one line: no circle goes through '
+            raise _error('start, interim point and goal are collinear: no circle goes through '
                          'them')
         to_center = (
             float(b @ b) * np.cross(normal, a) + float(a @ a) * np.cross(b, normal)

@@ -59,7 +59,7 @@ class PlacedShape:
 
     :param joint: Pinocchio's joint number.
     :param pose: (4, 4) on the joint.
-    :param hull: coal shape for the search; the exact one unless that is a mesh of the robot.
+    :param hull: coal shape for the search; the exact shape unless that is a mesh of the robot.
     """
 
     body: Body
@@ -71,7 +71,7 @@ class PlacedShape:
 
 
 def link_shapes(kinematics: KinematicModel, link: str, scale: float) -> list[PlacedShape]:
-    """Return the placed shapes of a link; with a scale, one for the robot, one for the world."""
+    """Return the placed shapes of a link; with a scale, separate ones for robot and world."""
     body = Body(BodyType.ROBOT_LINK, link, link)
     joint, offset = kinematics.link_joint(link)
     return [
@@ -88,7 +88,7 @@ def object_shapes(
     Return the placed shapes of an object in the world or on a link.
 
     :param poses: (4, 4) each, as :func:`shape_poses` gives them.
-    :param scale: of the link that carries it; with one, there are shapes for robot and world.
+    :param scale: of the link that carries it; with a scale, there are shapes for robot and world.
     """
     if isinstance(item, AttachedObject):
         body = Body(BodyType.ROBOT_ATTACHED, item.id, item.link_name, frozenset(item.touch_links))
@@ -211,7 +211,7 @@ def required_pairs(
 
 
 def _by_body(shapes: Sequence[PlacedShape], first: int) -> list[tuple[Body, list[int]]]:
-    """Return the numbers of the shapes of each body, in one piece; they begin at ``first``."""
+    """Return the numbers of the shapes of each body, contiguous; they begin at ``first``."""
     bodies: list[tuple[Body, list[int]]] = []
     for number, shape in enumerate(shapes, first):
         if not bodies or bodies[-1][0] is not shape.body:

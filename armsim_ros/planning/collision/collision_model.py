@@ -52,7 +52,7 @@ LINK, ATTACHED, OBJECT = (
 
 #: Parts of a scene's content that matter to collisions.
 PARTS = ('acm', 'link_scale', 'link_padding', 'objects', 'attached')
-#: Shapes of the world in one table: what a table costs grows with their square.
+#: Shapes of the world in a table: what a table costs grows with their square.
 MOST_SHAPES = 100
 
 Source = tuple[CollisionObject | AttachedObject | None, float]
@@ -61,10 +61,10 @@ Source = tuple[CollisionObject | AttachedObject | None, float]
 
 class SceneTables:
     """
-    Collision tables that hold a scene: one for some objects, several for many.
+    Collision tables that hold a scene: a single table for some objects, several for many.
 
     Each table has all shapes of the robot and of what it carries, and a part of the world; the
-    first one also checks the robot against itself. What only moves is placed anew; a table that
+    first also checks the robot against itself. What only moves is placed anew; a table that
     holds other shapes or follows other rules or padding than before is made anew.
 
     :param kinematics: the robot.
@@ -115,7 +115,7 @@ class SceneTables:
         self.tables = tables
 
     def _parts(self) -> Iterator[list[PlacedShape]]:
-        """Yield the shapes of the world, one table's at a time."""
+        """Yield the shapes of the world, table by table."""
         part: list[PlacedShape] = []
         for id_ in self.content.objects:
             if len(part) >= MOST_SHAPES:
@@ -197,7 +197,7 @@ class CollisionChecker:
         """
         Return the quickest form of a question about many states, to be asked at once.
 
-        It holds until another question or an edit; so long it is the same one at every call.
+        It holds until another question or an edit; until then each call returns the same object.
         Parameters are those of :meth:`in_collision`.
         """
         asked = group, clearance, exact
@@ -244,7 +244,7 @@ class CollisionChecker:
         self, tables: CollisionTables, states: Matrix, reach: Matrix, group: str | None,
         exact: Exactly, clearance: float, poll: Poll,
     ) -> Mask:
-        """Return what one table says to :meth:`may_collide`."""
+        """Return a table's answer to :meth:`may_collide`."""
         def near(which: Mask, within: Matrix | None, surely: bool) -> Mask:
             found = which.copy()
             found[which] = tables.near(

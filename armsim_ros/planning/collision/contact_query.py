@@ -4,7 +4,7 @@
 The query to coal that finds every contact.
 
 coal measures the distance of convex shapes with GJK, which ends when the distance found is within
-a tolerance of the true one, and reports contact where the distance found is not positive. For
+a tolerance of the true distance, and reports contact where the distance found is not positive. For
 shapes that overlap GJK may return any distance up to the tolerance, most often where they are
 parallel to each other. Where contacts are requested EPA corrects that, at up to twice the time.
 Here everything found within the tolerance counts as contact: that is cheaper and finds every

@@ -154,7 +154,7 @@ class StateValidity:
 
     @cached_property
     def displacement_weights(self) -> Vector:
-        """How far [m] any point moves at most by one unit of each variable (m,)."""
+        """How far [m] any point moves at most per unit of each variable (m,)."""
         count = len(self.joint_names)
         zero = self.full(np.zeros(count))
         return np.array([

@@ -37,10 +37,10 @@ class BroadPhase:
     A set of placed shapes and the pairs of them that are checked.
 
     Owns Pinocchio's geometry model, its data and the broad phase manager together, because the
-    manager and the data hold bare pointers into the model. The manager is coal's naive one
+    manager and the data hold bare pointers into the model. The manager is coal's naive manager
     behind Pinocchio's tree: measured against plain pairwise checks the array-based trees and
-    sweep and prune lose collisions, and this one is the fastest of those that do not. Like all of
-    Pinocchio's managers it leaves out pairs of shapes on one joint.
+    sweep and prune lose collisions, and the naive manager is the fastest of those that do not.
+    Like all of Pinocchio's managers it leaves out pairs of shapes on the same joint.
 
     :param model: Pinocchio's kinematic model; somebody else keeps it alive as well.
     :param shapes: (joint, pose (4, 4) on it, coal shape) each.
@@ -81,7 +81,7 @@ class BroadPhase:
         self._geometry.setCollisionPairs(self._pairs)
         self._geometry_data = pin.GeometryData(self._geometry)
         # Pinocchio has GJK begin where it ended the last time. From far away it then loses
-        # contacts, such as that of two boxes about one centre.
+        # contacts, such as that of two boxes about a common centre.
         plain, guessing = contact_request(False), contact_request(True)
         for k, pair in enumerate(self._geometry.collisionPairs):
             convex = not any(isinstance(self._shapes[number][2], (coal.BVHModelBase, coal.Plane))
@@ -314,8 +314,8 @@ class CollisionTables:
 
         :param states: (k, n) robot states.
         :param reach: (k, n) motion of every joint [rad or m]; None for none.
-        :param relative: (joints, joints, n) motion of what one joint carries against what
-            another one does [m/rad or m/m], 0 for the world.
+        :param relative: (joints, joints, n) motion of what a joint carries against what
+            another joint does [m/rad or m/m], 0 for the world.
         :param exact: judge by the shapes themselves, not by hulls.
         :param clearance: [m] that shall be left.
         :param poll: called now and then; raises what ends the request.

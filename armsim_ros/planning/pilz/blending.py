@@ -23,7 +23,7 @@ _SAME = 1e-4
 
 class Blender:
     """
-    Blends motions of one group.
+    Blends motions of a group.
 
     :param context: the robot and its solvers.
     :param validity: of the group.
@@ -50,7 +50,7 @@ class Blender:
         Return what is left of the first motion, the blend, and what is left of the second.
 
         The tip leaves the first motion where it enters the sphere and joins the second where it
-        leaves the sphere; between, its poses go from one to the other by a polynomial of degree
+        leaves the sphere; between, its poses change between both motions by a polynomial of degree
         five. Times of blend and rest count from the end of the part before.
 
         :param radius: of the sphere [m].
@@ -93,7 +93,7 @@ def _sampling_time(first: QuinticMotion, second: QuinticMotion) -> float:
 
 
 def meet(first: QuinticMotion, second: QuinticMotion) -> bool:
-    """Return whether a motion ends in the state in which another one starts."""
+    """Return whether a motion ends in the state in which another starts."""
     return all(
         float(np.linalg.norm(a[-1] - b[0])) <= _SAME for a, b in (
             (first.positions, second.positions), (first.velocities, second.velocities),

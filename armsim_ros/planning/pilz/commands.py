@@ -89,7 +89,7 @@ def _check_context(context: PlanningContext, request: MotionPlanRequest) -> None
         fault = f"planning group '{group}' is not known; known: {', '.join(known) or 'none'}"
     elif context.solver_tip(group) is None:
         fault = (f"group '{group}' has no kinematics solver, which {PIPELINE} needs; only chains "
-                 'with a kinematics_solver in kinematics.yaml have one')
+                 'with a kinematics_solver in kinematics.yaml have a solver')
     if fault:
         raise PlanningError(MoveItErrorCode.PLANNING_FAILED, fault, PIPELINE)
 

@@ -100,7 +100,7 @@ class CommandGoal:
 
     def joint_state(self) -> Vector:
         """
-        Return the full robot state (n,) of the goal; of a pose, one without self-collision.
+        Return the full robot state (n,) of the goal; of a pose, a state without self-collision.
 
         :raises PlanningError: NO_IK_SOLUTION.
         """

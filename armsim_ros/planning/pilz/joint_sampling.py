@@ -72,7 +72,7 @@ class JointSampler:
 
         :param values: (m,) the group's values at time 0.
         :param velocity: (m,) before time 0.
-        :param step: time [s] from each point to the next, but for the last one.
+        :param step: time [s] from each point to the next, but for the last.
         :raises PlanningError: NO_IK_SOLUTION for a pose without a solution; PLANNING_FAILED
             where a joint would exceed a limit.
         """

@@ -27,7 +27,7 @@ SOURCE = 'sequence'
 @dataclass(frozen=True, slots=True)
 class SequenceItem:
     """
-    One motion of a sequence.
+    A motion of a sequence.
 
     :param blend_radius: within this distance [m] of its goal the next motion may begin; 0 is a
         stop.
@@ -42,7 +42,7 @@ class SequenceResponse:
     """
     The answer to a sequence.
 
-    :param trajectories: one for each run of motions of the same group; empty unless all succeeded.
+    :param trajectories: for each run of motions of the same group; empty unless all succeeded.
     :param requests: the first request of each trajectory.
     :param start: joint -> position [rad or m] of all movable joints.
     :param planning_time: [s].
@@ -62,10 +62,10 @@ class SequenceResponse:
 @dataclass(slots=True)
 class _Run:
     """
-    Motions of one group, joined so far.
+    Motions of a group, joined so far.
 
     :param done: what no blend changes any more, None where there is nothing yet.
-    :param tail: the motion that the next one may be blended with.
+    :param tail: the motion that the next may be blended with.
     """
 
     request: MotionPlanRequest
@@ -79,7 +79,7 @@ class _Run:
 
     @property
     def motion(self) -> QuinticMotion:
-        """All motions as one."""
+        """All motions joined."""
         return self.tail if self.done is None else _appended(self.done, self.tail)
 
 
@@ -88,7 +88,7 @@ def plan_items(
     plan: Callable[[MotionPlanRequest], MotionPlanResponse],
 ) -> tuple[tuple[MotionPlanRequest, ...], tuple[MotionPlanResponse, ...]]:
     """
-    Plan each motion from where the one before it ends, with what the first one carries.
+    Plan each motion from where its predecessor ends, with what the first carries.
 
     :param pipeline: plans all motions.
     :returns: the requests with their start states, and the answers.
@@ -125,7 +125,7 @@ def join(
     scene: PlanningScene,
 ) -> tuple[_Run, ...]:
     """
-    Return the motions of each run of one group as one.
+    Return the motions of each run of the same group, joined.
 
     :raises PlanningError: INVALID_MOTION_PLAN for spheres that overlap and blends that hit
         something; FAILURE for blends that are not possible or too fast.
@@ -148,7 +148,7 @@ def join(
 
 
 def _appended(first: QuinticMotion, second: QuinticMotion) -> QuinticMotion:
-    """Return two motions as one; a first point of the second at the first's end is left out."""
+    """Return two motions joined; a first point of the second at the first's end is left out."""
     again = second.times[0] <= 0.0 or meet(first, second)
     return first.joined(second.part(1) if again else second, first.duration)
 

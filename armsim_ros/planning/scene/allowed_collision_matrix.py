@@ -40,10 +40,10 @@ class AcmUpdate:
 @dataclass(frozen=True, slots=True, eq=False)
 class AllowedCollisionMatrix:
     """
-    Allowed and forced pairs; it never changes, an edit makes a new one.
+    Allowed and forced pairs; it never changes, an edit makes a new matrix.
 
     A pair with an entry of its own follows it. Any other pair follows the defaults of its
-    names: where both have one, both must allow. What is named nowhere is checked.
+    names: where both have a default, both must allow. What is named nowhere is checked.
 
     :param pairs: sorted pair of names -> True where they may touch.
     :param defaults: name -> True where it may touch whatever no pair speaks of.
@@ -75,7 +75,7 @@ class AllowedCollisionMatrix:
         )
 
     def with_pair(self, first: str, second: str, allowed: bool) -> AllowedCollisionMatrix:
-        """Return a matrix in which one pair is set."""
+        """Return a matrix in which a pair is set."""
         return self.with_pairs({sorted_pair(first, second): allowed})
 
     def with_pairs(self, pairs: Mapping[Pair, bool]) -> AllowedCollisionMatrix:
@@ -96,7 +96,7 @@ class AllowedCollisionMatrix:
         )
 
     def with_default(self, name: str, allowed: bool) -> AllowedCollisionMatrix:
-        """Return a matrix with a default for one name."""
+        """Return a matrix with a default for a name."""
         return AllowedCollisionMatrix(
             self.pairs, {**self.defaults, name: allowed}, _united(self.names, (name,))
         )
@@ -150,7 +150,7 @@ class AllowedCollisionMatrix:
         Return the matrix that the SRDF asks for.
 
         :param auto_disable_adjacent: where the SRDF disables no pair at all, allow the pairs
-            of links that one joint, or none, separates.
+            of links that at most one joint separates.
         """
         semantic = robot.semantic
         disabled = {sorted_pair(*pair) for pair in semantic.disabled_collisions}

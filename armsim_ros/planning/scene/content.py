@@ -24,7 +24,7 @@ Color = tuple[float, float, float, float]
 @dataclass(frozen=True, slots=True, eq=False)
 class FixedFrame:
     """
-    A frame that stands still in another one, as transforms tell it.
+    A frame that is fixed in another frame, as published by transforms.
 
     Where it is in the model frame is found out when it is used: what carries it may move.
 
@@ -53,7 +53,7 @@ class SceneContent:
     :param attached: id -> object on the robot.
     :param link_padding: link -> [m] added around it against the world.
     :param link_scale: link -> factor of its size against the world.
-    :param frames: further frames, each fixed to another one.
+    :param frames: further frames, each fixed to another frame.
     :param colors: object id -> rgba.
     :param first_colors: object id -> the first colour that it was given, its own after a detach.
     :param whole_version: number of edits after which a follower needs the whole scene.
@@ -139,7 +139,7 @@ class SceneDraft:
 
 SceneParts = SceneContent | SceneDraft
 
-#: Transforms from a frame to the robot, one in the other; more are a circle.
+#: Transforms from a frame to the robot, nested; more are a cycle.
 LONGEST_CHAIN = 100
 
 

@@ -28,7 +28,7 @@ from armsim_ros.planning.scene.objects import (
 
 def apply_object(draft: SceneDraft, item: CollisionObject) -> None:
     """
-    Do one operation on a world object.
+    Do an operation on a world object.
 
     :raises PlanningError: INVALID_OBJECT_NAME or FRAME_TRANSFORM_FAILURE with the reason.
     """
@@ -51,7 +51,7 @@ def apply_object(draft: SceneDraft, item: CollisionObject) -> None:
 
 def apply_attached(draft: SceneDraft, item: AttachedObject) -> None:
     """
-    Do one operation on an attached object.
+    Do an operation on an attached object.
 
     :raises PlanningError: INVALID_OBJECT_NAME, INVALID_LINK_NAME or FRAME_TRANSFORM_FAILURE.
     """
@@ -76,7 +76,7 @@ def apply_attached(draft: SceneDraft, item: AttachedObject) -> None:
 
 def apply_attached_in_state(draft: SceneDraft, item: AttachedObject) -> None:
     """
-    Do one operation on an attached object of a request's start state; the world stays as it is.
+    Do an operation on an attached object of a request's start state; the world stays as it is.
 
     :raises PlanningError: INVALID_OBJECT_NAME, INVALID_LINK_NAME or FRAME_TRANSFORM_FAILURE.
     """
@@ -295,5 +295,5 @@ def _not_attached(draft: SceneDraft, id_: str) -> PlanningError:
 
 
 def _released(draft: SceneDraft, item: AttachedObject) -> CollisionObject:
-    """Return an attached object as one of the world, where it is now."""
+    """Return an attached object as an object of the world, where it is now."""
     return item.object.at(draft.link_pose(item.link_name) @ item.object.pose)

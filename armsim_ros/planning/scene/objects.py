@@ -63,7 +63,7 @@ class ObjectShape:
 @dataclass(frozen=True, slots=True, eq=False)
 class CollisionObject:
     """
-    A rigid object, or what to do with one; it never changes, an edit makes a new one.
+    A rigid object, or an operation on an object; immutable, an edit makes a new object.
 
     The content of ``moveit_msgs/msg/CollisionObject``. What a scene holds is an ADD whose pose is
     in the model frame, or in a link's frame while attached.
@@ -96,7 +96,7 @@ class CollisionObject:
 @dataclass(frozen=True, slots=True, eq=False)
 class AttachedObject:
     """
-    An object that moves with a link, or what to do with one; it never changes.
+    An object that moves with a link, or an operation on an object; immutable.
 
     The content of ``moveit_msgs/msg/AttachedCollisionObject``.
 

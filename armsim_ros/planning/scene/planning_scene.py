@@ -43,9 +43,9 @@ class PlanningScene:
     """
     A scene that can be edited.
 
-    All that it holds is one immutable :class:`SceneContent`; an edit is done in a draft, whose
+    All that it holds is an immutable :class:`SceneContent`; an edit is done in a draft, whose
     content is then put in place, so that a reader in any thread sees the scene before or after
-    an edit, never between. Edits of several threads follow one another; robot state and frames
+    an edit, never between. Edits of several threads are serialized; robot state and frames
     can be set while a long edit is being made. :meth:`snapshot` returns a scene that stays.
 
     :param kinematics: the robot.
@@ -78,7 +78,7 @@ class PlanningScene:
             link_scale=MappingProxyType(dict.fromkeys(solid, link_scale)),
         )
         self._content = self._initial
-        #: Held while an edit is made, and while one is put in place.
+        #: Held while an edit is made, and while its result is put in place.
         self._editing, self._lock = threading.RLock(), threading.RLock()
         self._listeners: list[Listener] = []
         #: Of a scene made for a request: what of its update and start state was refused.
@@ -241,7 +241,7 @@ class PlanningScene:
 
     def apply(self, update: SceneUpdate) -> None:
         """
-        Apply a scene message part by part; listeners see it as one edit.
+        Apply a scene message part by part; listeners see it as a single edit.
 
         :raises PlanningError: with a sentence for every part that was refused; such a part has
             changed nothing, and all others are applied.

@@ -34,7 +34,7 @@ from armsim_ros.planning.scene.objects import (
     ObjectType,
 )
 
-#: Refusals of one message that are described; of others only the number is reported.
+#: Refusals of a message that are described; of others only the number is reported.
 MOST_REFUSALS = 10
 
 
@@ -44,7 +44,7 @@ class StartState:
     Where a motion begins.
 
     :param joint_names: joints that differ from the monitored state.
-    :param positions: [rad or m], one a joint name.
+    :param positions: [rad or m], a value per joint name.
     :param is_diff: whether attached objects of the monitored scene stay.
     :param attached_objects: objects to attach or to take away for this request.
     :param velocities: [rad/s or m/s] of the joints; may be empty.

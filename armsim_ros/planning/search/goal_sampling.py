@@ -235,7 +235,7 @@ class GoalSampler:
 
     def _targets(self, goal: ConstraintSet, seed: Vector, middle: bool) -> list[IKTarget]:
         """
-        Return a pose for every constrained link: the desired one, or a random allowed one.
+        Return a pose for every constrained link: the desired pose, or a random allowed pose.
 
         Of several constraints of a kind for a link the narrowest is taken; the others are
         checked afterwards. An orientation that the path constraints fix is kept.

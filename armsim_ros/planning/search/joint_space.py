@@ -12,7 +12,7 @@ from armsim_ros.arrays import Matrix, Vector
 from armsim_ros.planning.collision.state_validity import StateValidity
 
 DEFAULT_RANGE = 0.5
-"""Length of one extension of a search tree [rad or m]; OMPL's own is several times longer."""
+"""Length of an extension of a search tree [rad or m]; OMPL's own is several times longer."""
 
 PROJECTION_STEP = 0.1
 """Length of a step before it is projected [rad or m]."""
@@ -62,7 +62,7 @@ class JointSpace:
 
     @property
     def extension(self) -> float:
-        """Length of one extension of a search tree [rad or m]."""
+        """Length of an extension of a search tree [rad or m]."""
         return min(DEFAULT_RANGE, 0.2 * float(np.linalg.norm(self.high - self.low)))
 
     def free(self, values: Vector) -> bool:
@@ -132,7 +132,7 @@ class ConstrainedSpace(JointSpace):
 
     def project(self, values: Vector) -> Vector | None:
         """
-        Return the state (m,) that keeps the constraints near a given one, or None.
+        Return the state (m,) that keeps the constraints near a given state, or None.
 
         Gauss-Newton steps of least length on what exceeds the tolerances.
         """

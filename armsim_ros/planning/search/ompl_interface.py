@@ -34,7 +34,7 @@ def solve_with_ompl(
     """
     Return the states (k, m) of a path to any of the goals; None where there is none in time.
 
-    :param given_up: whether to stop without a path; a planner that has one and goes on makes
+    :param given_up: whether to stop without a path; a planner that has a path and goes on makes
         it shorter, and that takes what time there is.
     :param over: whether to stop in any case.
     """

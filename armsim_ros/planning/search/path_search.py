@@ -39,7 +39,7 @@ _SOURCE = 'OMPL'
 _STRAIGHT_GOALS = 4
 _REPAIR_MOTIONS = 600
 # A path that took few motions to find and is so much longer than the straight line is searched
-# a second time: another one is often shorter, and costs less than it saves on the way.
+# a second time: another path is often shorter, and costs less than it saves on the way.
 _CHEAP_MOTIONS = 600
 _DETOUR = 0.2
 _LAST_FAILURES = 4
@@ -82,7 +82,7 @@ class SearchProblem:
     What to search.
 
     :param start: (m,) a free state [rad or m].
-    :param goals: (m,) free states, the preferred one first.
+    :param goals: (m,) free states, the preferred goal first.
     :param rng: source of chance beside OMPL's own.
     :param fine_step: largest motion of any point between two checks of the result [m].
     :param attempts: searches at a stage, of which the shortest path counts.
@@ -254,7 +254,7 @@ FINER = (1.0, 0.5, *(0.25 for _ in range(10)))
 """What the fine step is multiplied with, round by round."""
 
 RESERVE = 2.0
-"""No further search begins where less time is left than so many of the longest one so far."""
+"""No further search begins where less time is left than so many of the longest search so far."""
 
 _FEW_MOTIONS, _MOTIONS = 3000, 8000
 
@@ -298,7 +298,7 @@ def find_motion(
 
     :param limits: of the joints, which the motion keeps.
     :raises PlanningError: TIMED_OUT, PLANNING_FAILED or PREEMPTED where there is no path;
-        INVALID_MOTION_PLAN where no motion along one is free.
+        INVALID_MOTION_PLAN where no motion along a path is free.
     """
     best = _first_motion(problem, limits, speed_limit)
     longest, budget = 0.0, problem.budget

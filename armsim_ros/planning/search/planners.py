@@ -55,7 +55,7 @@ PLANNER_TYPES = tuple(sorted({*_BOUND, *_SUBSTITUTES}))
 """All type names that are understood, without ``geometric::``."""
 
 THREADED = frozenset({'PRM', 'PRMstar'})
-"""Planners that look for a path in a second thread while the first one samples."""
+"""Planners that look for a path in a second thread while the first samples."""
 
 
 def _boolean(value: object) -> bool:
@@ -150,7 +150,7 @@ class PlannerTable:
         Return the planner for a request.
 
         An id that contains the group's name is looked up as it is, any other as ``group[id]``;
-        one that is not found gives the group's default, with a warning.
+        if it is not found, the group's default, with a warning.
 
         :raises PlanningError: PLANNING_FAILED where a configuration names a type that is not
             known.

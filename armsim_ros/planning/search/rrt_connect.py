@@ -50,7 +50,7 @@ class SearchTree:
         return self._table[number:self._filled]
 
     def nearest(self, values: Vector) -> tuple[int, float]:
-        """Return the number of the state nearest to a given one (m,), and their distance."""
+        """Return the number of the state nearest to a given state (m,), and their distance."""
         away = self._table[: self._filled] - values
         squares = np.einsum('ij,ij->i', away, away)
         number = int(squares.argmin())
@@ -69,7 +69,7 @@ class SearchTree:
         return self._filled - 1
 
     def add_branch(self, parent: int, states: Matrix) -> int:
-        """Append states (k, m), each from the one before; return the number of the last one."""
+        """Append states (k, m), each from its predecessor; return the number of the last."""
         for values in states:
             parent = self.add(parent, values)
         return parent
@@ -156,7 +156,7 @@ class SamplePool:
         self._seen = count
 
 
-#: Radius of the ball after the first failure, and the least one, in extensions.
+#: Radius of the ball after the first failure, and the least radius, in extensions.
 FIRST_RADIUS, LEAST_RADIUS = 8.0, 4.0
 #: By which the radius shrinks with a failure and grows with a success.
 RADIUS_CHANGE = 0.1
@@ -165,7 +165,7 @@ _SAME = 1e-9
 
 class RRTConnect:
     """
-    A search for one path.
+    A search for a path.
 
     :param low: (m,) where samples come from [rad or m].
     :param high: (m,).

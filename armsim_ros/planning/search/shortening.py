@@ -12,13 +12,13 @@ from armsim_ros.arrays import Matrix, Vector
 from armsim_ros.planning.search.joint_space import JointSpace
 
 DRAWS = 16
-"""Pairs of points of which the one with most to gain is tried, after a success."""
+"""Pairs of points of which the pair with most to gain is tried, after a success."""
 
 LEAST_GAIN = 0.005
 """Share of the path's length that a shortcut has to save."""
 
 FAILURES = 8
-"""Shortcuts without success, one after another, after which a straight path is left as it is."""
+"""Shortcuts in a row without success after which a straight path is left as it is."""
 
 PATIENCE = 2.0
 """How many times more failures a path is worth that is twice as long as the straight line."""
@@ -27,7 +27,7 @@ MOST_PATIENCE = 5.0
 """How many times more failures are accepted at most."""
 
 CUTS = np.array([0.8, 0.4, 0.2, 0.1])
-"""How far from a corner it is cut, as shares of its longer side: the first one that is free."""
+"""How far from a corner it is cut, as shares of its longer side: the first that is free."""
 
 MOST_CUTS = 40
 """Cuts that are tried at most."""
@@ -40,7 +40,7 @@ def shortened(
     """
     Return a path with shortcuts between any of its points, and no waypoint more than it needs.
 
-    Of several pairs of points drawn by chance the one that saves most is looked at; the more of
+    Of several pairs of points drawn by chance the pair that saves most is checked; the more of
     them are blocked, the fewer are drawn, so that small savings get their turn (shortcuts by
     chance alone: Geraerts and Overmars 2007, DOI 10.1177/0278364907079280). What they leave
     are corners close to obstacles; these are cut one by one, which a pair of points drawn by
@@ -155,7 +155,7 @@ def _norms(rows: Matrix) -> Vector:
 
 
 def without_repeats(waypoints: Sequence[Vector] | Matrix, distance: float = 1e-7) -> Matrix:
-    """Return waypoints (k, m) without those that equal the one before; both ends stay."""
+    """Return waypoints (k, m) without those that equal their predecessor; both ends stay."""
     rows = np.asarray(waypoints)
     if len(rows) < 2 or float(_norms(rows[1:] - rows[:-1]).min()) > distance:
         return rows

@@ -27,7 +27,7 @@ DEFAULT_ACCELERATION = 1.0
 """Acceleration limit of a joint that has none [rad/s^2 or m/s^2]."""
 
 LEAST_SCALING = 1e-9
-"""Smaller scaling factors count as this one: every motion lasts for years with both."""
+"""Smaller scaling factors count as this value: every motion lasts for years with both."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

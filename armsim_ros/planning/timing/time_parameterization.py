@@ -98,7 +98,7 @@ class BlendedPath:
         return float(self.knots[-1])
 
     def piece_at(self, s: Vector) -> NDArray[np.int64]:
-        """Return for every path position the piece that holds it, the later one at a knot."""
+        """Return for every path position the piece that holds it, the later piece at a knot."""
         found = np.searchsorted(self.knots, s, side='right') - 1
         return np.clip(found, 0, len(self.spans) - 1)
 
@@ -116,7 +116,7 @@ class BlendedPath:
         Return the first derivative (k, n).
 
         :param s: (k,) path positions.
-        :param piece: (k,) which piece's polynomial to use; default the one that holds s.
+        :param piece: (k,) which piece's polynomial to use; by default the piece that holds s.
         """
         which = self.piece_at(s) if piece is None else piece
         x = (s - self.knots[which])[:, None]
@@ -161,7 +161,7 @@ _SOURCE = 'AddTimeOptimalParameterization'
 
 
 def warm_up() -> None:
-    """Import what a first request would wait for (about one second, once)."""
+    """Import what a first request would wait for (about a second, once)."""
     importlib.import_module('armsim_ros.planning.timing.topp')
 
 
@@ -219,7 +219,7 @@ def _speed_profile(
         fastest = np.min(limits.velocity / np.abs(ends), axis=1)
     if speed_limit is not None:
         fastest = np.minimum(fastest, speed_limit(path.position(grid), ends))
-    # Squared speed is linear on a stage, the limit is not: both ends keep the lower one.
+    # Squared speed is linear on a stage, the limit is not: both ends keep the lower limit.
     lower = np.minimum(fastest[:-1], fastest[1:])
     fastest = np.minimum(np.append(lower, np.inf), np.append(np.inf, lower))
     # The solver's tolerances are absolute: it gets the motion at a speed of about 1.
@@ -245,7 +245,7 @@ def _speed_profile(
 def _averaged(
     path: BlendedPath, profile: _SpeedProfile, windows: tuple[float, float], spacing: float
 ) -> QuinticMotion:
-    """Return the motion averaged over one window, and the result over another."""
+    """Return the motion averaged over a window, and the result over another."""
     first, second = windows
     duration = profile.duration + first + second
     times = np.linspace(0.0, duration, max(2, int(np.ceil(duration / spacing)) + 1))

@@ -23,7 +23,7 @@ TO_OPTICAL = pose_matrix(rpy=(-math.pi / 2, 0.0, -math.pi / 2))
 @dataclass(frozen=True)
 class Camera:
     """
-    One camera of colour and depth.
+    A camera of colour and depth.
 
     :param name: its topics begin with it.
     :param body: MuJoCo's name of the body that carries it.
@@ -73,7 +73,7 @@ def cameras_of(settings: Mapping[str, CameraSettings], model: RobotModel) -> tup
     """
     Return the cameras that simulation.yaml names.
 
-    :raises SimulationError: one is on a link that is not there, or has a frame of the URDF.
+    :raises SimulationError: a camera is on a link that is not there, or has a frame of the URDF.
     """
     return tuple(_camera(name, camera, model) for name, camera in settings.items())
 

@@ -16,7 +16,7 @@ Depths = NDArray[np.float32]
 
 class Picture(NamedTuple):
     """
-    Colour and depth of one moment.
+    Colour and depth of a moment.
 
     :param colour: (h, w, 3) red, green, blue.
     :param depth: (h, w) along the camera's axis [m]; +inf where nothing is within the range, -inf

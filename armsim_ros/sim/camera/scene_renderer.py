@@ -30,7 +30,7 @@ _LIGHT = {'ambient': 0.45, 'diffuse': 0.55, 'specular': 0.05}
 
 class SceneRenderer:
     """
-    Draws pictures of one plant; only one thread may use it.
+    Draws pictures of a plant; only one thread may use it.
 
     :param cameras: all whose pictures are asked for.
     """

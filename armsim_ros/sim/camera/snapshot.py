@@ -12,7 +12,7 @@ _HEAD = struct.Struct('<Hq')
 
 class Snapshot(NamedTuple):
     """
-    What stands where at one time.
+    What stands where at a time.
 
     :param camera: number of the camera that is to show it.
     :param time_ns: simulated time [ns].
@@ -25,7 +25,7 @@ class Snapshot(NamedTuple):
     places: bytes
 
     def to_bytes(self) -> bytes:
-        """Return it as one message."""
+        """Return it as a message."""
         return _HEAD.pack(self.camera, self.time_ns) + self.places
 
     @staticmethod

@@ -83,7 +83,7 @@ class Followed:
     @classmethod
     def of(cls, joints: Sequence[str], claimed: Mapping[str, frozenset[str]]) -> Followed:
         """
-        Return what the drives of joints follow; one that is not claimed holds.
+        Return what the drives of joints follow; an unclaimed joint holds.
 
         :raises SimulationError: interfaces that cannot be followed together.
         """

@@ -79,7 +79,7 @@ class InverseDynamics:
         self._friction = _Friction(self._model) if self._model.dof_frictionloss.any() else None
         data = self._data
         self._views = data.qpos, data.qvel, data.qacc, data.qfrc_inverse, data.M
-        # Where the full matrix of inertia finds its entries in the sparse one, else in a zero.
+        # Where the full matrix of inertia finds its entries in the sparse matrix, else in a zero.
         self._full = np.full((self._model.nv, self._model.nv), len(data.M), dtype=np.intp)
         for row, (start, length) in enumerate(zip(rows, lengths, strict=True)):
             columns = self._model.M_colind[start : start + length]

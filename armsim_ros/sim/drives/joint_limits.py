@@ -51,7 +51,7 @@ class DrivenLimits:
 
         :param start: (n,) where it is now [rad or m].
         :param wanted: (k, n) where it is wanted after each step.
-        :param longest: (n,) ways in one step [rad or m].
+        :param longest: (n,) ways in a step [rad or m].
         :param weights: (n,) 1 by ``longest``.
         :returns: (k + 1, n), the start first.
         """
@@ -74,8 +74,8 @@ def fingers_driven(model: RobotModel) -> Vector:
     """
     Return for how many fingers each active joint has force (n,), in their order; 1 for most.
 
-    Sliding joints that mimic a sliding one are fingers of a gripper. Each presses with the effort
-    that is asked for, as if it had a drive of its own; one motor for all would share it.
+    Sliding joints that mimic a sliding joint are fingers of a gripper. Each presses with the
+    requested effort, as if it had its own drive; a common motor would share it.
     """
     counts = dict.fromkeys(model.active_joints, 1.0)
     for joint in model.joints.values():

@@ -98,7 +98,7 @@ def _row(model: RobotModel, positions: Mapping[str, float]) -> Vector:
 
 
 def _range(joint: Joint) -> tuple[float, float]:
-    """Return where a joint may be; of one without limits, a full turn."""
+    """Return where a joint may be; if it has no limits, a full turn."""
     lower, upper = joint.limits.lower, joint.limits.upper
     endless = not (np.isfinite(lower) and np.isfinite(upper))
     return (-np.pi, np.pi) if endless else (lower, upper)

@@ -13,9 +13,9 @@ class CommandInterpolator:
     """
     Splines through the position commands of successive control periods.
 
-    A segment runs from the last command to the new one. It is quintic where velocities and
+    A segment runs from the last command to the new command. It is quintic where velocities and
     accelerations are known at both ends, else cubic; a velocity that is not given is the
-    difference of the two commands. With one step a period the command itself is the reference.
+    difference of the two commands. With a step per period the command itself is the reference.
 
     :param positions: (n,) where the joints are [rad or m].
     """
@@ -41,7 +41,7 @@ class CommandInterpolator:
         self, target: Vector, velocity: Vector, acceleration: Vector, steps: int, period: float
     ) -> Matrix:
         """
-        Return the references of one control period (steps, n), the last one is the command.
+        Return the references of a control period (steps, n), the last is the command.
 
         :param target: (n,) where to be at its end [rad or m].
         :param velocity: (n,) at its end, NaN where not known [rad/s or m/s].

@@ -24,7 +24,7 @@ from armsim_ros.sim.physics.saved_state import Restorable
 
 class Servo(Restorable):
     """
-    One drive a joint: inverse dynamics of the reference plus PID on the error.
+    A drive per joint: inverse dynamics of the reference plus PID on the error.
 
     The physics' actuators make p and d themselves (``u - p*q - d*v``, clamped to the effort
     limit); ``u`` is what this class gives them: the inverse dynamics, and p and d of the
@@ -34,7 +34,7 @@ class Servo(Restorable):
 
     A velocity command moves the reference on; an effort command is the torque itself (a vendor's
     driver, unlike a simulator's, compensates gravity). An effort beside a position is added to the
-    drive's own torque. An unclaimed joint holds its place, and so does one without a given effort.
+    drive's own torque. A joint that is unclaimed or has no given effort holds its position.
 
     :param model: the robot.
     :param settings: timestep, servo.
@@ -132,7 +132,7 @@ class Servo(Restorable):
 
     def write(self, command: JointArrays, feedforward: JointArrays, steps: int) -> None:
         """
-        Take the commands of one control period.
+        Take the commands of a control period.
 
         :param command: of the active joints; NaN leaves the joint where it is.
         :param feedforward: velocity and acceleration at the period's end, NaN where not known.
@@ -276,7 +276,7 @@ class Servo(Restorable):
         self._resting = velocities.tobytes() == bytes(velocities.nbytes)
 
     def _plan_from_state(self, position: Vector, velocity: Vector) -> None:
-        """Plan one step for drives that depend on what is measured."""
+        """Plan a step for drives that depend on what is measured."""
         h = self._timestep
         wanted = self._wanted[0] if len(self._wanted) else self._target
         self._wanted = self._wanted[1:]
@@ -303,7 +303,7 @@ class Servo(Restorable):
             self._inputs[0] += np.where(free, 0.0, self._integral)
 
     def _set_plan(self, references: Matrix, velocities: Matrix, steps: int) -> None:
-        """Find the inputs for references (k + 1, n), the first one is where they are now."""
+        """Find the inputs for references (k + 1, n), the first is where they are now."""
         before = references[:-1]
         accelerations = (velocities[1:] - velocities[:-1]) / self._timestep
         stride = stride_of(steps)

@@ -17,8 +17,8 @@ from armsim_ros.sim.physics.mujoco_model import object_body_name
 from armsim_ros.sim.physics.robot_spec import element_name
 from armsim_ros.sim.simulation import Simulation
 
-#: An object that two fingers press from opposite sides for so long is held, and one that they
-#: have not pressed for so long is not [ns].
+#: An object that two fingers press from opposite sides for so long is held, and an object that
+#: they have not pressed for so long is not [ns].
 GRASP_NS = 200_000_000
 #: Cosine between the pushes of two fingers below which they are opposite: 120 degrees and more.
 OPPOSITE = -0.5
@@ -29,13 +29,13 @@ _OBJECT, _WORLD = object_body_name(''), 'world'
 @dataclass(frozen=True, slots=True, eq=False)
 class FingerContact:
     """
-    One point where a link of a gripper touches something else.
+    A point where a link of a gripper touches something else.
 
     :param link: of the gripper.
     :param other: name of an object, or of another link.
-    :param is_object: whether the other one is an object; the floor is one, too.
+    :param is_object: whether the other body is an object, as the floor is.
     :param position: (3,) in the world [m].
-    :param normal: (3,) from the link into the other one.
+    :param normal: (3,) from the link into the other body.
     :param depth: overlap [m].
     :param force: along the normal [N].
     """

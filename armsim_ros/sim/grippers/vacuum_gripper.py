@@ -33,7 +33,7 @@ TEAR_NS = 20_000_000
 
 class VacuumGripper(Restorable):
     """
-    One suction cup; only the thread that ticks may use it.
+    A suction cup; only the thread that ticks may use it.
 
     While it is on, the nearest free object in reach is pulled. Where it touches the cup it is
     welded as it lies; the weld's own forces tell when it is torn off.

@@ -20,7 +20,7 @@ def compile_model(spec: Any) -> Any:
     """
     Return the ``MjModel`` of a specification; nobody may edit it meanwhile.
 
-    MuJoCo's Python call keeps the interpreter to itself for all of the compilation. This one
+    MuJoCo's Python call keeps the interpreter to itself for all of the compilation. This call
     calls the same function of the C library by ctypes, which lets the others run, and takes the
     finished model over as bytes. It costs a fraction of a millisecond in which they wait.
 

@@ -44,7 +44,7 @@ def add_geom(
     """
     Add a shape to a body.
 
-    :param spec: the ``MjSpec`` that takes the mesh, where there is one.
+    :param spec: the ``MjSpec`` that takes the mesh, if any.
     :param body: an ``MjsBody``.
     :param pose: (4, 4) in the body's frame.
     :param mesh_name: unique in the specification; used for meshes and cones only.

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The robot and its world as one MuJoCo specification."""
+"""The robot and its world as a MuJoCo specification."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ class Ground(NamedTuple):
 
 class PlantSpec:
     """
-    Builds the ``MjSpec`` of one robot, and of the world around it if wanted.
+    Builds the ``MjSpec`` of a robot, and of the world around it if wanted.
 
     :param model: the robot.
     :param settings: physics.
@@ -100,7 +100,7 @@ class PlantSpec:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What had to be changed or guessed; one line each."""
+        """What had to be changed or guessed; a line each."""
         return tuple(self.robot.warnings)
 
     def name(self, element: str) -> str:
@@ -155,7 +155,7 @@ class PlantSpec:
 
     def add_object(self, thing: WorldObject) -> None:
         """
-        Add an object; one with mass may move freely.
+        Add an object; an object with mass may move freely.
 
         :raises SimulationError: an object of that name is there, or it has no parts.
         """

@@ -21,7 +21,7 @@ from armsim_ros.sim.physics.saved_state import PlantState
 from armsim_ros.sim.physics.stability import Checkpoints, keep_physics_quiet, unstable_element
 from armsim_ros.sim.physics.state_transfer import StateTransfer
 
-#: Steps that are done once more at most, but for a control period, to find an unstable one.
+#: Steps that are done once more at most, but for a control period, to find an unstable step.
 KEPT_STEPS = 10
 #: All that the future of the physics depends on, but for what is asleep.
 _WHOLE = int(mujoco.mjtState.mjSTATE_INTEGRATION)
@@ -33,7 +33,7 @@ class StagedPlant(NamedTuple):
 
     :param model: the ``MjModel``.
     :param data: its ``MjData``.
-    :param transfer: from the running model to this one.
+    :param transfer: from the running model to this model.
     """
 
     model: Any
@@ -165,7 +165,7 @@ class Plant:
         return done, culprit
 
     def _retrace(self, inputs: Matrix) -> tuple[int, str]:
-        """Do physics steps (k, m) once more, one by one, to stop where one became unstable."""
+        """Do physics steps (k, m) once more, singly, to stop where a step became unstable."""
         model, data = self.model, self.data
         mujoco.mj_setState(model, data, self._before, _WHOLE)
         for done, row in enumerate(inputs, start=1):
@@ -221,7 +221,7 @@ class Plant:
 
     def stage(self) -> StagedPlant:
         """
-        Compile an edited specification while the old one runs; from any thread.
+        Compile an edited specification while the old model runs; from any thread.
 
         :raises SimulationError: MuJoCo refuses it; the old physics goes on.
         """

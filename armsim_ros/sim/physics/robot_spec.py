@@ -50,7 +50,7 @@ def element_name(robot: str, element: str) -> str:
 
 class RobotSpec:
     """
-    Adds one robot to an ``MjSpec``.
+    Adds a robot to an ``MjSpec``.
 
     :param spec: the specification.
     :param model: the robot.
@@ -194,7 +194,7 @@ class RobotSpec:
         )
 
     def _moved_by_another(self, joint: Joint) -> bool:
-        """Whether a joint lies beyond another movable one."""
+        """Whether a joint lies beyond another movable joint."""
         above = self.model.parent_joint.get(joint.parent)
         while above is not None:
             if self.model.joints[above].movable:

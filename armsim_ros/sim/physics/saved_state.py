@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What a simulation is at one moment, to go back to it bit by bit."""
+"""The state of a simulation, restored bit by bit."""
 
 from __future__ import annotations
 

@@ -25,7 +25,7 @@ def keep_physics_quiet() -> None:
 
 class Checkpoints:
     """
-    Two states of the plant, so that the older one lies well before a fault.
+    Two states of the plant, so that the older is well before a fault.
 
     :param model: the ``MjModel``.
     :param data: its ``MjData``; its present state is the first to go back to.
@@ -67,7 +67,7 @@ def unstable_element(
 
     :param joints: the robot's joints.
     :param velocities: (n,) theirs [rad/s or m/s].
-    :param last_velocities: (n,) one step before, finite.
+    :param last_velocities: (n,) a step before, finite.
     :param model: the ``MjModel``; its other joints are objects, which may be fast.
     :param data: its ``MjData``.
     """

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Carries the state of the physics from one compiled model to the next, by name."""
+"""Carries the state of the physics from a compiled model to the next, by name."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class StateTransfer:
     runs the old model, the other between two of its steps.
 
     :param old: the ``MjModel`` that runs.
-    :param new: the one that takes its place.
+    :param new: the model that takes its place.
     """
 
     def __init__(self, old: Any, new: Any) -> None:
@@ -45,7 +45,7 @@ class StateTransfer:
         Copy the state, and what was set in the old model while it ran.
 
         :param source: the ``MjData`` of the old model.
-        :param target: that of the new one; what is new keeps its start.
+        :param target: that of the new model; what is new keeps its start.
         """
         target.time = source.time
         _copy(source.qpos, target.qpos, self._qpos)

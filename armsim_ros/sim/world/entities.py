@@ -131,7 +131,7 @@ class Entities:
 
     def state(self, name: str) -> EntityState:
         """
-        Return where an entity is and how it moves; ``robot/link`` is one, too.
+        Return where an entity is and how it moves; ``robot/link`` is an entity, too.
 
         :raises UnknownEntityError: there is none of that name.
         """
@@ -145,7 +145,7 @@ class Entities:
         return EntityState(simulation.link_pose(link), *simulation.link_motion(link))
 
     def states(self, names: Iterable[str]) -> dict[str, EntityState]:
-        """Return the states of those of the names that are there, of one moment."""
+        """Return the states of those of the names that are there, of the same moment."""
         return {name: self.state(name) for name in names if self.has(name)}
 
     def bounds(self, name: str) -> tuple[Vector, Vector]:
@@ -202,7 +202,7 @@ class Entities:
         """
         Add prepared objects; only from the thread that ticks.
 
-        :raises OverlapError: a free one overlaps a robot; nothing is added then.
+        :raises OverlapError: a free object overlaps a robot; nothing is added then.
         """
         self._simulation.world.commit(edit, keep_clear=True)
         self._spawned += tuple(thing.name for thing in edit.added)
@@ -212,7 +212,7 @@ class Entities:
         Prepare that objects go.
 
         :raises UnknownEntityError: there is none of a name.
-        :raises SimulationError: one is a robot.
+        :raises SimulationError: an entity is a robot.
         """
         names = tuple(names)
         for name in names:
@@ -229,12 +229,12 @@ class Entities:
         self._infos = {name: info for name, info in self._infos.items() if name not in gone}
 
     def stage_load(self, things: Iterable[WorldObject], ground: Ground) -> WorldEdit:
-        """Prepare a world in place of the present one."""
+        """Prepare a world in place of the present world."""
         world = self._simulation.world
         return world.stage(add=things, remove=world.names, ground=ground)
 
     def load(self, edit: WorldEdit) -> None:
-        """Take a prepared world in place of the present one; only from the thread that ticks."""
+        """Take a prepared world in place of the present world; only from the thread that ticks."""
         self.delete(edit)
         self._spawned = ()
 
@@ -274,7 +274,7 @@ class Entities:
 
 def relative_state(state: EntityState, frame: Matrix) -> EntityState:
     """
-    Return a state that was given in a frame as one in the world.
+    Return a state that was given in a frame as a state in the world.
 
     :param frame: (4, 4) of the frame; the twist is given along its axes.
     """

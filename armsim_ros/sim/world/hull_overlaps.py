@@ -165,7 +165,7 @@ class _Resolver:
             _is_mesh(self._model, self._links[body]) for body in pair)
 
     def _are_of_one_arm(self, pair: Pair) -> bool:
-        """Return whether the same joint on the root carries both links, or one is the root."""
+        """Return whether the same joint on the root carries both links, or either is the root."""
         branches = {self._branch(self._links[body]) for body in pair}
         return len(branches - {self._model.root_link}) < 2
 

@@ -41,7 +41,7 @@ class Holder(NamedTuple):
 @dataclass(frozen=True, slots=True, eq=False)
 class WorldSnapshot:
     """
-    The world at one moment.
+    The world at a moment.
 
     :param epoch: counts how often it began anew.
     :param objects: name -> object, the floor among them.

@@ -51,7 +51,7 @@ class Unused:
         self.remarks: list[str] = []
 
     def add(self, line: str) -> None:
-        """Note one thing."""
+        """Note an element."""
         self._lines[line] = None
 
     @property
@@ -102,7 +102,7 @@ def told_of(loaded: LoadedObject | LoadedWorld) -> str:
 
 def check_names(things: Iterable[WorldObject]) -> None:
     """
-    Refuse a world with two objects of one name.
+    Refuse a world with two objects of the same name.
 
     :raises ResourceFaultError: names it.
     """

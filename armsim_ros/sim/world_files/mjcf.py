@@ -46,7 +46,7 @@ _KINDS = mujoco.mjtGeom
 
 def mjcf_object(text: str, file: str, read_mesh: MeshReader) -> LoadedObject:
     """
-    Return the first body of an MJCF text as one object.
+    Return the first body of an MJCF text as an object.
 
     :raises ResourceFaultError: the text is wrong, or it has no body.
     """
@@ -58,7 +58,7 @@ def mjcf_object(text: str, file: str, read_mesh: MeshReader) -> LoadedObject:
     if _tells_gravity(text, file):
         unused.add('gravity of <option>: an object has none')
     for body in tops[1:]:
-        unused.add(f"body '{model.body(body).name}': an object is one body")
+        unused.add(f"body '{model.body(body).name}': an object is a single body")
     thing = reader.thing(tops[0])
     return LoadedObject(replace(thing, name=model.body(tops[0]).name), unused.lines)
 
@@ -103,7 +103,7 @@ class _Reader:
         mujoco.mj_kinematics(model, self._data)
 
     def thing(self, top: int) -> WorldObject:
-        """Return a body at the top with all that hangs on it as one object."""
+        """Return a body at the top with all that hangs on it as an object."""
         model = self._model
         name = model.body(top).name or f'body_{top}'
         inside = [body for body in range(top, model.nbody)

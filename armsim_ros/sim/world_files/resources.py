@@ -69,7 +69,7 @@ class WorldResources:
         """
         Return the object that an address or a text describes; its pose is not changed.
 
-        Its name is the one that the resource gives it, '' where it gives none.
+        Its name is that which the resource gives it, '' where it gives none.
 
         :param text: used where there is no address.
         :param name: what messages call the text.
@@ -275,7 +275,7 @@ def _checked(kind: type[AnySettings], text: str, name: str) -> AnySettings:
 
 
 def _inside(file: Path, folders: Iterable[Path]) -> Path:
-    """Return a file that lies in one of the folders also where links lead."""
+    """Return a file that lies in the folders also where links lead."""
     try:
         check_inside(file.resolve(), [folder.resolve() for folder in folders])
     except ResourceError as error:

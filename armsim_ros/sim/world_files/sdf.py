@@ -5,7 +5,7 @@ Worlds and models in SDF (http://sdformat.org/spec): what rigid objects need.
 
 Read are worlds, gravity, models (nested ones, too), local includes, static, poses with
 relative_to, links, inertials, collisions, colours of visuals, the usual shapes and friction. A
-model is one rigid object: its links hold together as they are placed. All else is listed as
+model is a rigid object: its links hold together as they are placed. All else is listed as
 unused.
 """
 
@@ -57,7 +57,7 @@ _WORLD = {'model', 'include', 'gravity', 'physics', 'frame'}
 def sdf_object(text: str, file: str, read_mesh: MeshReader, read_model: ModelReader
                ) -> LoadedObject:
     """
-    Return the first model of an SDF text as one object.
+    Return the first model of an SDF text as an object.
 
     :raises ResourceFaultError: the text is wrong; with its line.
     """
@@ -167,7 +167,7 @@ class _Reader:
             None if static else thing.inertial)
 
     def model(self, element: XmlElement, outer: _Scope, depth: int) -> WorldObject:
-        """Return a model as one object."""
+        """Return a model as an object."""
         if depth >= MOST_NESTED:
             raise _refused(element, 'models are nested too deeply')
         name = element.get('name')

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A URDF as one rigid object."""
+"""A URDF as a rigid object."""
 
 from __future__ import annotations
 

@@ -47,13 +47,13 @@ class Touch:
     depth: float
 
     def names(self, body: str) -> bool:
-        """Whether a link, an object or a full name is one of the two."""
+        """Whether a link, an object or a full name is either of the two."""
         return any(body in (full, full.partition('/')[2]) for full in self.bodies)
 
 
 class Arm(ABC):
     """
-    One robot arm under test; every wait is for simulated time or for a condition.
+    A robot arm under test; every wait is for simulated time or for a condition.
 
     :param seed: of the planner's random numbers.
     """
@@ -92,7 +92,7 @@ class Arm(ABC):
 
         :param target: a named state, joint -> position [rad or m], or the pose (4, 4) of the
             group's tip in the model's frame.
-        :param group: planning group; the first one where not given.
+        :param group: planning group; by default the first.
         :param speed: share of the velocity limits in 0..1.
         :raises PlanningError: there is no such motion.
         :raises ControllerError: it was refused or aborted.
@@ -193,7 +193,7 @@ class Arm(ABC):
 
     @abstractmethod
     def _spawn(self, name: str, thing: WorldObjectSettings) -> None:
-        """Put an object of one part into the world."""
+        """Put an object of a single part into the world."""
 
     @abstractmethod
     def touches(self, since: float | None = None) -> tuple[Touch, ...]:
@@ -233,7 +233,7 @@ class Arm(ABC):
                 return state
         raise ControllerError(
             f"{self.name} has no suction cup, and no named state that begins with '{word}'; "
-            f'there are: {", ".join(self.named_states) or "none"}; add one for the fingers to '
+            f'there are: {", ".join(self.named_states) or "none"}; add a state for the fingers to '
             'the SRDF')
 
     def distance(self, target: Target) -> tuple[str, float]:
@@ -278,6 +278,6 @@ class Arm(ABC):
             values = [at.get(name) for name in names] if isinstance(at, Mapping) else list(at)
             if len(values) != len(names) or None in values or len(at) != len(names):
                 raise ControllerError(
-                    f'point {i} has not one position for each of the joints {", ".join(names)}')
+                    f'point {i} lacks a position for each of the joints {", ".join(names)}')
             rows.append(values)
         return JointTrajectory(names, np.array([time for time, _ in points]), np.array(rows))

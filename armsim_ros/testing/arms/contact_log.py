@@ -18,7 +18,7 @@ class ContactLog:
 
     Pairs that touch when the log is begun are at rest on each other and left out.
 
-    :param simulation: the one to look at.
+    :param simulation: whose contacts are recorded.
     """
 
     def __init__(self, simulation: Simulation) -> None:

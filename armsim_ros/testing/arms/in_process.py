@@ -39,7 +39,7 @@ class TimeLimitError(AssertionError):
 
 class InProcessArm(Arm):
     """
-    A stack of its own for one test, from a build that tests share.
+    A stack of its own for a test, from a build that tests share.
 
     :param cell: the robot's files.
     :param seed: of the planner's random numbers.

@@ -44,7 +44,7 @@ FINGERS_MOVE = 1.0
 
 class RosArm(Arm):
     """
-    One robot of a running stack.
+    A robot of a running stack.
 
     :param robot: the user's view of the stack.
     :param settings: of the robot: its name, and the controllers that trajectories are for.

@@ -81,7 +81,7 @@ class ClientNode:
         What only asks is called again where no answer comes, see :data:`FIND_BACK`.
 
         :param kind: the service type.
-        :param request: the request; None sends an empty one.
+        :param request: the request; None sends an empty request.
         :param timeout: [s] for the server to appear and answer.
         :raises AssertionError: no server or no answer in time.
         """
@@ -191,7 +191,7 @@ class ClientNode:
 
 class Collector:
     """
-    All messages of one topic, oldest first.
+    All messages of a topic, oldest first.
 
     :param client: the node that subscribes.
     :param topic: topic name.

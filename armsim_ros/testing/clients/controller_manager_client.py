@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A typed client of one controller manager's services."""
+"""A typed client of a controller manager's services."""
 
 from __future__ import annotations
 

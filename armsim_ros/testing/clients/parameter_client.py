@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A client of one node's parameter services."""
+"""A client of a node's parameter services."""
 
 from __future__ import annotations
 

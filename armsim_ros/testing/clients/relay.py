@@ -4,7 +4,7 @@
 Topics and services that fail on purpose on their way.
 
 A relay stands between a running stack and a node under test, which is started with the relayed
-name in place of the original one: ``--ros-args -r /clock:=/jumping_clock``.
+name in place of the original: ``--ros-args -r /clock:=/jumping_clock``.
 """
 
 from __future__ import annotations
@@ -84,7 +84,7 @@ class ClockRelay(TopicRelay):
 
 class ServiceRelay:
     """
-    Passes the requests of a service on, one after the other, and keeps its answers back.
+    Passes the requests of a service on, in sequence, and withholds its answers back.
 
     It has a node of its own; to be closed, or used as a context.
 

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A whole stack in processes of its own, and one client of it."""
+"""A whole stack in processes of its own, and a client of it."""
 
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ def running_robot(
 
     :param arguments: of bringup, such as ``robot:=sunday``.
     :param namespace: where the robot's controllers will be.
-    :param domain: one that the caller has leased.
+    :param domain: a domain that the caller has leased.
     """
     with (
         private_domain() if domain is None else nullcontext(domain) as domain,

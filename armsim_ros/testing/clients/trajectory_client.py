@@ -116,7 +116,7 @@ class Goal:
 
 class TrajectoryClient:
     """
-    Sends trajectories to one controller.
+    Sends trajectories to a controller.
 
     :param client: the node to use.
     :param controller: the controller's full name, such as ``/sunday/arm_joint_controller``.

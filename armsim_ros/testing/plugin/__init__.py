@@ -39,8 +39,8 @@ SEED = pytest.StashKey[int]()
 _OPTIONS = {
     '--armsim-mode': ('armsim_mode', MODES[0], 'where arms run that no marker places: '
                       'inprocess (stepped in the test) or process (the real programs)'),
-    '--armsim-seed': ('armsim_seed', '0', "seed of the planner where no marker gives one; "
-                      "'random' chooses one and prints it"),
+    '--armsim-seed': ('armsim_seed', '0', "seed of the planner where no marker gives it; "
+                      "'random' chooses and prints a seed"),
     '--armsim-domains': ('armsim_domains', '', 'ROS domain ids to lease, such as 30-39'),
     '--armsim-artifacts': ('armsim_artifacts', 'armsim-artifacts', 'folder for what failed tests '
                            'leave: recording, logs'),

@@ -54,11 +54,11 @@ WORDS = tuple(field.name for field in fields(ArmRequest))
 
 def requested(node: Any, *, mode: str, seed: int) -> ArmRequest:
     """
-    Return what the markers of a test say; the nearest one wins, word by word.
+    Return the arguments of a test's markers; the innermost marker wins, argument by argument.
 
     :param node: the test, or the module for fixtures of a module.
-    :param mode: where no marker says one.
-    :param seed: where no marker says one.
+    :param mode: where no marker sets it.
+    :param seed: where no marker sets it.
     :raises pytest.UsageError: a word that there is not, or a value that cannot be.
     """
     words: dict[str, Any] = {'mode': mode, 'seed': seed}

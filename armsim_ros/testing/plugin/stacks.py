@@ -60,14 +60,14 @@ def armsim_shared_stack(ros_domain: int) -> Iterator[SharedStack]:
 
 @pytest.fixture(scope='module')
 def ros_domain(request: pytest.FixtureRequest) -> Iterator[int]:
-    """Lease a ROS domain that no other test on this machine has, for one module of tests."""
+    """Lease a ROS domain that no other test on this machine has, for a module of tests."""
     with private_domain(_domains(request)) as domain:
         yield domain
 
 
 @pytest.fixture(scope='module')
 def armsim_stack(request: pytest.FixtureRequest) -> Iterator[RobotUser]:
-    """Run the programs of the module's marker ``armsim`` for one module of tests."""
+    """Run the programs of the module's marker ``armsim`` for a module of tests."""
     with _running(request, requested(request.node, mode='process', seed=0)) as robot:
         yield robot
 

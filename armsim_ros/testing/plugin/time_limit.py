@@ -20,7 +20,7 @@ def wall_time_limit(seconds: float, arm: Arm) -> Iterator[None]:
     Raise an AssertionError with the arm's state in the test when the time is over.
 
     Works in the main thread, where tests run. An alarm that somebody else has set, such as
-    pytest-timeout, is left alone and takes this one's place.
+    pytest-timeout, is left alone and replaces this limit.
 
     :param seconds: [s].
     """

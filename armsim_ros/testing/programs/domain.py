@@ -61,7 +61,7 @@ def private_domain(domains: range | None = None) -> Iterator[int]:
 
 
 def ros_environment(domain: int) -> dict[str, str]:
-    """Return this process' environment, changed so that ROS stays on one machine and domain."""
+    """Return this process' environment, changed so that ROS stays on this machine and domain."""
     return {
         **os.environ,
         'ROS_DOMAIN_ID': str(domain),

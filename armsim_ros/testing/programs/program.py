@@ -24,7 +24,7 @@ from armsim_ros.testing.programs.domain import ros_environment
 
 class Program:
     """
-    One running program whose output is kept line by line.
+    A running program whose output is kept line by line.
 
     :param command: the words of the command.
     :param environment: the whole environment of the process.

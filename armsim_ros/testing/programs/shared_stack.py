@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Programs that serve several tests one after the other, each from the same start."""
+"""Programs that serve several tests in sequence, each from the same start."""
 
 from __future__ import annotations
 

@@ -58,7 +58,7 @@ class StartedStack:
             return False
         try:
             return self._settings() == self._start and self._reset()
-        except AssertionError:  # one of them answers no more
+        except AssertionError:  # a program no longer answers
             return False
 
     def _reset(self) -> bool:

@@ -21,7 +21,7 @@ _STATE_OF = {Severity.ERROR: WRONG, Severity.CHANGED: CHANGED, Severity.INFO: UN
 @dataclass(frozen=True)
 class KeyState:
     """
-    One key with a value.
+    A key with a value.
 
     :param path: the keys that lead to it, joined by dots.
     :param state: one of ``STATES``.

@@ -92,7 +92,7 @@ def answer_launch_file(file: Path, controllers: Collection[str] | None = None,
 
 
 class _LaunchFile:
-    """Walks over the elements of one file."""
+    """Walks over the elements of a file."""
 
     def __init__(self, controllers: Collection[str] | None,
                  yaml_files: Collection[str] | None) -> None:

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Everything that can be said of a robot's files, or of one file, without starting anything."""
+"""All checks of a robot's files, or of a single file, without starting anything."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ class RobotCheck:
     robots: tuple[RobotSettings, ...] = ()
 
     def of(self, severity: Severity) -> list[Problem]:
-        """Return the problems of one kind."""
+        """Return the problems of a kind."""
         return [problem for problem in self.problems if problem.severity is severity]
 
 
@@ -99,7 +99,7 @@ def check_robot(robot: str, *, strict: bool = False, **options: Unpack[SurveyOpt
 
 
 def check_file(file: Path) -> RobotCheck:
-    """Check one file by itself: YAML, launch file, URDF or xacro."""
+    """Check a file by itself: YAML, launch file, URDF or xacro."""
     if file.name.endswith(_YAML_ENDINGS):
         return RobotCheck(_sorted(_check_yaml_file(file)))
     if file.name.endswith(_LAUNCH_ENDINGS):

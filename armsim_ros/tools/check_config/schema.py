@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""JSON Schemas of the YAML files, for editors that complete and check while one types."""
+"""JSON Schemas of the YAML files, for editors that complete and check while typing."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def write_schemas(folder: Path) -> list[Path]:
 
 
 def _planners() -> dict[str, Any]:
-    """Return the schema of planner_configs and, beside it, one block a planning group."""
+    """Return the schema of planner_configs and, beside it, a block per planning group."""
     schema = _of(OmplSettings)
     config = schema['$defs']['PlannerConfig']
     del config['properties']['parameters']  # each is a key of its own

@@ -42,7 +42,7 @@ class FoundGroup:
 
 @dataclass
 class _Chain:
-    """Movable joints one below the other, and the link where they end or branch."""
+    """Movable joints in a chain, and the link where they end or branch."""
 
     joints: list[Joint]
     end: str
@@ -131,7 +131,7 @@ class _Finder:
                                 None, name, carrier)]
 
     def _tool(self, last: str) -> str:
-        """Return the frame at the end: the deepest bare one, the one named as a tool first."""
+        """Return the end frame: the deepest without geometry, first those named as a tool."""
         frames = self._frames(last)
         named = _tools(frames)
         for wanted in ('tool0', 'tcp'):

@@ -19,7 +19,7 @@ from armsim_ros.planning.scene.allowed_collision_matrix import Pair
 
 class LinkPairs:
     """
-    Checks pairs of links one by one, whatever an SRDF says of them.
+    Checks pairs of links separately, regardless of the SRDF.
 
     :param model: the robot; links without shapes are left out.
     :param hulls: whether a mesh counts as its convex hull, as in the physics; else as its

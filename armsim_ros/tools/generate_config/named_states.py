@@ -14,7 +14,7 @@ from armsim_ros.planning.scene.allowed_collision_matrix import sorted_pair
 from armsim_ros.tools.generate_config.collision_pairs import random_state
 from armsim_ros.tools.generate_config.link_pairs import LinkPairs
 
-#: How far the moving links stay above the floor, and from one another [m].
+#: How far the moving links stay above the floor, and from each other [m].
 CLEARANCE = 0.01
 _TRIES = 2000
 _WANTED = 30

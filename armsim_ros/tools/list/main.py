@@ -18,7 +18,7 @@ from armsim_ros.tools.words import argparse_words
 
 def main(argv: Sequence[str] | None = None) -> int:
     """
-    Print the robots, one a line: the word for ``robot:=`` and where it lies.
+    Print the robots, a line each: the word for ``robot:=`` and where it lies.
 
     :param argv: the words after the program's name; those of this process where None.
     :returns: 0.

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What one file contributes, block by block, in its order."""
+"""What a file contributes, block by block, in its order."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from armsim_ros.tools.migrate.source_text import SourceText
 @dataclass(frozen=True)
 class Record:
     """
-    One block, or one entry of a block.
+    A block, or an entry of a block.
 
     :param section: the block of the neutral form.
     :param key: the entry; '' for the whole block.
@@ -32,7 +32,7 @@ class Record:
 
 class FileRecords(ConfigDraft):
     """
-    A draft of one file that remembers the order in which it was filled.
+    A draft of a file that remembers the order in which it was filled.
 
     :raises ConfigError: the file cannot be read.
     """
@@ -61,7 +61,7 @@ class FileRecords(ConfigDraft):
         self.records.append(Record(section, '', node))
 
     def add_entry(self, section: str, key: str, node: YamlNode) -> None:
-        """Note one entry."""
+        """Note an entry."""
         namespace = self._namespace if section == 'controllers' else ''
         self.records.append(Record(section, key, node, namespace))
 

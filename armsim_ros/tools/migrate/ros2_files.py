@@ -53,7 +53,7 @@ class Ros2Files:
         self.remarks: list[str] = []
 
     def take(self, file: FileRecords) -> None:
-        """Take all that one file has."""
+        """Take the content of a file."""
         targets = [self._take(file, record) for record in file.records]
         comments = file.text.other_comments()
         if comments and targets:

@@ -22,7 +22,7 @@ Edits = Mapping[tuple[int, int], str]
 
 class SourceText:
     """
-    One file's lines, and which of them belong to which key.
+    A file's lines, and which of them belong to which key.
 
     :param file: the file, UTF-8.
     :param root: what it says.

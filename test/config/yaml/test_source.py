@@ -78,7 +78,7 @@ def test_one_message_with_place_and_cause(text, message):
 def test_two_keys_on_one_line_are_named_as_the_cause():
     """A line that lost its line break is explained."""
     text = 'controller_list:\n- name: g\naction_ns: f type: F\n'
-    assert 'several keys stand on one line' in complaint(text)
+    assert 'several keys are on the same line' in complaint(text)
 
 
 def test_an_alias_bomb_is_refused():

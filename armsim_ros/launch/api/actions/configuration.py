@@ -24,7 +24,7 @@ class DeclareLaunchArgument(Action):
     An argument of a launch file.
 
     :param name: of the argument.
-    :param default_value: without one it has to be given.
+    :param default_value: if None, it has to be given.
     :param choices: the values that it may have; of a text, its parts, as ``in`` does.
     """
 
@@ -214,7 +214,7 @@ class AppendEnvironmentVariable(Action):
     :param name: of the variable.
     :param value: what is added.
     :param prepend: whether at the front.
-    :param separator: between the old value and the new one.
+    :param separator: between the old value and the new value.
     """
 
     def __init__(

@@ -26,7 +26,7 @@ Parameters = dict[str, Any]
 
 @dataclass
 class MoveItConfigs:
-    """The parameters of a package, one dictionary a kind."""
+    """The parameters of a package, a dictionary per kind."""
 
     package_path: Any = None
     robot_description: Parameters = field(default_factory=dict)
@@ -43,7 +43,7 @@ class MoveItConfigs:
     pilz_cartesian_limits: Parameters = field(default_factory=dict)
 
     def to_dict(self) -> Parameters:
-        """Return all of them in one dictionary."""
+        """Return all of them in a single dictionary."""
         found: Parameters = {}
         for part in (self.robot_description, self.robot_description_semantic,
                      self.robot_description_kinematics, self.planning_pipelines,
@@ -176,7 +176,7 @@ class MoveItConfigsBuilder(ParameterBuilder):
         return made
 
     def to_dict(self, include_moveit_configs: bool = True) -> Parameters:
-        """Return the parameters in one dictionary."""
+        """Return the parameters in a single dictionary."""
         if include_moveit_configs:
             self._parameters.update(self.to_moveit_configs().to_dict())
         return self._parameters

@@ -25,7 +25,7 @@ class LaunchConfiguration(Substitution):
     The value of a configuration or argument.
 
     :param variable_name: its name.
-    :param default: where it is not set; without one that is a failure.
+    :param default: where it is not set; if None, that is a failure.
     """
 
     def __init__(self, variable_name: SomeText, *, default: Any = None) -> None:
@@ -56,7 +56,7 @@ class EnvironmentVariable(Substitution):
     The value of an environment variable.
 
     :param name: its name.
-    :param default_value: where it is not set; without one that is a failure.
+    :param default_value: where it is not set; if None, that is a failure.
     """
 
     def __init__(self, name: SomeText, *, default_value: SomeText | None = None) -> None:
@@ -175,7 +175,7 @@ class ForEachVar(LocalSubstitution):
 
 class IfElseSubstitution(Substitution):
     """
-    One of two texts.
+    Either of two texts.
 
     :param condition: gives true or false.
     """

@@ -26,7 +26,7 @@ from armsim_ros.trajectory import JointTrajectory
 
 class ControllerRun:
     """
-    One goal that was sent to a controller.
+    A goal that was sent to a controller.
 
     Cancelling works at any time: a goal whose answer is still to come is cancelled when it is
     accepted after all.

@@ -192,7 +192,7 @@ class Ros2ControlManager(SimpleControllerManager):
 
 
 def controller_manager(context: Context) -> SimpleControllerManager:
-    """Return what ``moveit_controller_manager`` names; the simple one for any other name."""
+    """Return what ``moveit_controller_manager`` names; the simple manager for any other name."""
     name = context.execution_settings.moveit_controller_manager
     if name not in _MANAGERS:
         return SimpleControllerManager(context)

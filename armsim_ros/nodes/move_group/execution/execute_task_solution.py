@@ -34,7 +34,7 @@ class ExecuteTaskSolution:
     """
     Runs solutions of MoveIt Task Constructor.
 
-    All parts are checked before the first one moves anything. What a part changes in the scene
+    All parts are checked before any motion starts. What a part changes in the scene
     is changed when its motion has ended well; a part that fails ends the whole.
 
     :param context: the parts of move_group.

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The execution of one trajectory, from choosing controllers until the robot is at rest."""
+"""The execution of a trajectory, from choosing controllers until the robot is at rest."""
 
 from __future__ import annotations
 
@@ -94,7 +94,7 @@ class _EndedError(Exception):
 
 class Execution:
     """
-    Runs one trajectory; all waits are bounded, and every way out cancels what was started.
+    Runs a trajectory; all waits are bounded, and every way out cancels what was started.
 
     :param context: the parts of move_group.
     :param controllers: knows the controllers.

@@ -50,7 +50,7 @@ class ControllerManagerNode:
 
     :param context: the parts of move_group; its node's parameters of the same names are values
         for the start.
-    :raises ConfigError: one of these is wrong.
+    :raises ConfigError: a parameter is wrong.
     """
 
     def __init__(self, context: Context) -> None:

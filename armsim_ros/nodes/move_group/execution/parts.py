@@ -15,7 +15,7 @@ from armsim_ros.nodes.move_group.context import Context
 from armsim_ros.nodes.move_group.execution.controller_managers import SimpleControllerManager
 from armsim_ros.trajectory import JointTrajectory
 
-#: What one controller gets.
+#: The part of a controller.
 Part = tuple[MoveItControllerSettings, JointTrajectory, MultiDofTrajectory | None]
 
 

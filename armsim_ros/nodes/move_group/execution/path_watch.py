@@ -24,7 +24,7 @@ class PathWatch:
     changes of the scene count.
 
     :param context: the parts of move_group.
-    :param trajectory: the one that is being executed.
+    :param trajectory: that is being executed.
     :param group: planning group that it moves.
     :param overlaid: returns a scene with the goal's scene difference.
     """

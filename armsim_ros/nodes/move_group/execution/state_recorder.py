@@ -27,7 +27,7 @@ class StateRecorder:
 
     def note(self, elapsed: float) -> None:
         """
-        Record the newest state if one is due.
+        Record the newest state if a record is due.
 
         :param elapsed: [s] since the start.
         """

@@ -47,8 +47,8 @@ class TrajectoryExecutionManager:
     Starts and stops all executions.
 
     Those that need other controllers run at once, where what they sweep does not meet. Of those
-    that share a controller one that begins where the robot is takes the place of the one that
-    runs; any other one waits until it has ended.
+    that share a controller a trajectory that begins where the robot is replaces the one that
+    runs; any other waits until it has ended.
 
     :param context: the parts of move_group.
     """
@@ -113,12 +113,12 @@ class TrajectoryExecutionManager:
         """
         Run a trajectory now.
 
-        :param trajectory: an empty one moves nothing and is a success.
+        :param trajectory: an empty trajectory moves nothing and is a success.
         :param names: of the controllers to use; empty for a choice by joints.
         :param multi_dof: what multi-DOF joints do at the same time.
         :param takes_over: whether it replaces those that share a controller; it begins where the
             robot is.
-        :returns: CONTROL_FAILED while another one runs that shares a controller with it, or that
+        :returns: CONTROL_FAILED while another runs that shares a controller with it, or that
             it would meet.
         """
         await self.controllers.refresh()
@@ -189,7 +189,7 @@ class TrajectoryExecutionManager:
         return False
 
     async def _meeting(self, turn: _Turn, others: Sequence[_Turn]) -> str:
-        """Return what running trajectory this one would collide with, '' if none."""
+        """Return what running trajectory a trajectory would collide with, '' if none."""
         context = self._context
         now = context.states.now_ns()
         scene = context.scene.snapshot()

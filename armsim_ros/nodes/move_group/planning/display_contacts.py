@@ -29,7 +29,7 @@ class DisplayContacts:
         self._publisher = node.create_publisher(MarkerArray, topic, 10) if topic else None
 
     def publish(self, contacts: Sequence[Contact]) -> None:
-        """Publish contacts in one message, if anybody subscribes."""
+        """Publish contacts in a message, if it has subscribers."""
         if self._publisher is None or not self._publisher.get_subscription_count():
             return
         markers = [Marker(action=Marker.DELETEALL)]

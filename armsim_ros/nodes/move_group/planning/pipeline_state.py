@@ -19,7 +19,7 @@ DEPTH = 20
 
 class PipelineStates:
     """
-    Tells of the stages of a plan: an empty one when it begins, all others when it is there.
+    Publishes the stages of a plan: an empty stage when it begins, all others when it is complete.
 
     The planner answers once, with the stage that refused the request, so all that it passed are
     told together. Nothing is made while nobody listens.
@@ -41,7 +41,7 @@ class PipelineStates:
         self, request: MotionPlanRequest, response: MotionPlanResponse, pipeline: str
     ) -> None:
         """
-        Publish each stage that a request has passed, and the one that refused it.
+        Publish each stage that a request has passed, and the stage that refused it.
 
         :param response: its error code names the stage.
         :param pipeline: that planned.

@@ -34,7 +34,7 @@ class PlanSequencePath:
         return response
 
     def _pipeline(self, request: MotionSequenceRequest) -> str:
-        """Return the default pipeline; an unknown one of the first motion stays."""
+        """Return the default pipeline; an unknown pipeline of the first motion stays."""
         default: str = self._context.planning_parameters.default_planning_pipeline
         wanted = request.items[0].req.pipeline_id if request.items else ''
         if not wanted or wanted == default:

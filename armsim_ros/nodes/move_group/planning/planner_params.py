@@ -65,5 +65,5 @@ class PlannerParams:
 
 
 def config_name(group: str, config: str) -> str:
-    """Return the name of a configuration for one group."""
+    """Return the name of a configuration for a group."""
     return f'{group}[{config}]' if group else config

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""One planning request from its message to an answer in messages."""
+"""A planning request from its message to an answer in messages."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def never() -> bool:
 
 @dataclass(frozen=True, eq=False)
 class PlanningAnswer:
-    """A planner's answer with its messages; ``scene`` is the one that was planned in."""
+    """A planner's answer with its messages; ``scene`` is that of the plan."""
 
     request: MotionPlanRequest
     response: MotionPlanResponse
@@ -125,7 +125,7 @@ class PlanningJob:
         """
         Return the scene to plan in.
 
-        :param start: of the request; one that names all joints needs no present state.
+        :param start: of the request; a start that names all joints needs no present state.
         :raises PlanningError: no joint state ever came.
         """
         if start is None or start.is_diff or not start.joint_state.name:
@@ -149,7 +149,7 @@ class PlanningJob:
                 'joint_states',
             )
         context.logger.warning(
-            f'no joint state newer than the request within 1 s on {topics}; using the last one'
+            f'no joint state newer than the request within 1 s on {topics}; using the last'
         )
 
     def _in_messages(

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""One request for a sequence of motions, from its message to an answer in messages."""
+"""A request for a sequence of motions, from its message to an answer in messages."""
 
 from __future__ import annotations
 

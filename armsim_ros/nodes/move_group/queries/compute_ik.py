@@ -59,7 +59,7 @@ class ComputeIk:
             response.solution = robot_state_to_message(answer.positions, context.frame)
 
     def _targets(self, message: Any) -> tuple[LinkPose, ...]:
-        """Return the targets; a vector of one pose is a single pose, its link may be missing."""
+        """Return the targets; a vector of a single pose needs no link."""
         if not message.pose_stamped_vector:
             return (self._target(message.ik_link_name, message.pose_stamped),)
         names = message.ik_link_names

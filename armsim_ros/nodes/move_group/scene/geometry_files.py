@@ -19,9 +19,9 @@ from armsim_ros.scene_sources.scene_file import read_scene_file, write_scene_fil
 
 class GeometryFiles:
     """
-    Writes the objects of the world to a file, or reads them from one.
+    Writes the objects of the world to a file, or reads them from a file.
 
-    Files are written below one folder only, that of the parameter ``geometry_folder``; a path
+    Files are written only below the folder of the parameter ``geometry_folder``; a path
     that is not absolute begins there.
 
     :param context: the parts of move_group.

@@ -19,11 +19,11 @@ from armsim_ros.nodes.polling_node import PollingNode
 from armsim_ros.planning.scene.planning_scene import PlanningScene
 
 COMPLAINT_PERIOD_NS = 1_000_000_000
-#: The joints of several robots arrive one after the other, within this time [ns].
+#: The joints of several robots arrive in sequence, within this time [ns].
 COMPLETION_NS = 300_000_000
-#: How often states are read while somebody waits for one, and otherwise [s].
+#: How often states are read while a caller waits for a state, and otherwise [s].
 WAITING_PERIOD, IDLE_PERIOD = 0.005, 0.25
-#: Messages of one topic that are queued in between.
+#: Messages of a topic that are queued in between.
 DEPTH = 250
 #: How long to wait for the first state [s]: its publisher may just be starting.
 FIRST_STATE_TIMEOUT = 5.0
@@ -35,7 +35,7 @@ class StateMonitor:
     """
     Keeps the latest position of every joint.
 
-    Messages that carry only some joints, such as those of one robot of several, add up: the
+    Messages that carry only some joints, such as those of a single robot of several, add up: the
     state is as new as the last message, whatever joints it has. Only where time moves in steps it
     is as old as its oldest joint, passive ones aside. A message without a stamp counts with the
     time of its arrival.
@@ -140,7 +140,7 @@ class StateMonitor:
         A robot at rest whose last message is younger than 0.1 s need not be waited for.
 
         :param timeout: [s] of wall time; the first state is waited for longer.
-        :returns: False where no such state came; the scene then holds the last one.
+        :returns: False where no such state came; the scene then holds the last state.
         """
         now, at_rest = self.now_ns(), self.at_rest
         if self.asks is not None:

@@ -25,7 +25,7 @@ class SceneFrames:
 
     The frame of an object is ``<prefix>/<object>``; that of a subframe,
     ``<prefix>/<object>/<subframe>``, is its child. The prefix is a parameter, by default the
-    node's name; '' is none. Each message holds one transform.
+    node's name; '' is none. Each message holds a single transform.
 
     :param context: the parts of move_group.
     """

@@ -14,7 +14,7 @@ from armsim_ros.nodes.conversions.controller_manager import activity_message
 
 class Activity:
     """
-    Publishes the states of controllers and hardware whenever one has changed.
+    Publishes the states of controllers and hardware whenever any has changed.
 
     :param node: the manager's node.
     """

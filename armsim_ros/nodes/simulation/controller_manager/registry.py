@@ -127,7 +127,7 @@ class ControllerRegistry(Mapping[str, ControllerNode]):
 
     @property
     def sides(self) -> tuple[ControllerNode, ...]:
-        """A copy of all nodes, for threads other than the one that loads and unloads."""
+        """A copy of all nodes, for threads other than that which loads and unloads."""
         return tuple(self._sides.values())
 
     def __getitem__(self, name: str) -> ControllerNode:

@@ -94,7 +94,7 @@ class ControllerManagerServices:
         except ArmsimError as error:
             self._node.get_logger().error(str(error))
             return False
-        except Exception:  # noqa: BLE001 - the one who asked is not left without an answer
+        except Exception:  # noqa: BLE001 - the caller always gets an answer
             self._node.get_logger().error(
                 'a request failed inside the program; please report this:\n'
                 + traceback.format_exc()

@@ -1,3 +1,3 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The controllers' nodes: one file an endpoint, named as its ROS name."""
+"""The controllers' nodes: a file per endpoint, named as its ROS name."""

@@ -13,7 +13,7 @@ from armsim_ros.nodes import qos
 
 class Commands:
     """
-    Passes commands to a forward controller; the events say why one is dropped.
+    Passes commands to a forward controller; the events report why a command is dropped.
 
     :param node: the controller's node.
     """

@@ -60,7 +60,7 @@ FULL_SPEED = 100.0
 
 class ControllerNode:
     """
-    The ROS side of one controller: a node of its name in the manager's namespace.
+    The ROS side of a controller: a node of its name in the manager's namespace.
 
     The endpoints exist from the time at which the controller is configured, as upstream's do.
 
@@ -143,7 +143,7 @@ class BroadcasterNode(ControllerNode):
 
     @abstractmethod
     def _publish_sample(self, sample: Any) -> None:
-        """Publish one sample on them."""
+        """Publish a sample on them."""
 
     def destroy(self) -> None:
         """Destroy the node and stop listening to the controller."""
@@ -288,7 +288,7 @@ class FollowingControllerNode(ControllerNode):
 
 
 class StandInNode(ControllerNode):
-    """A stand-in for a vendor's controller; one for a speed scaling broadcaster publishes."""
+    """A stand-in for a vendor's controller; that of a speed scaling broadcaster publishes."""
 
     controller: StandInController
 

@@ -33,7 +33,7 @@ class ControllerStatePublisher:
 
     def publish_if_due(self, time_ns: int) -> None:
         """
-        Publish the latest state if it is due and there was an update since the last one.
+        Publish the latest state if it is due and there was an update since the last state.
 
         :param time_ns: [ns] of the simulation.
         """

@@ -22,7 +22,7 @@ _MOVING = (GoalStatus.EXECUTING, GoalStatus.CANCELING)
 
 class FollowJointTrajectoryServer(GoalServer):
     """
-    The action server of one trajectory controller.
+    The action server of a trajectory controller.
 
     :param node: the controller's node.
     """

@@ -20,7 +20,7 @@ from armsim_ros.nodes.simulation.client_discovery import ClientDiscovery
 from armsim_ros.nodes.simulation.dispatcher import Dispatcher, wake
 
 #: How long a result waits for a client that asks late, in a time that may run a hundred times
-#: faster than the client's [s], and how many: a burst of goals ends all of them but one.
+#: faster than the client's [s], and how many: a burst of goals ends all but the last.
 RESULT_TIMEOUT, MOST_RESULTS = 600, 1000
 
 
@@ -74,7 +74,7 @@ class GoalServer(ABC):
 
     @property
     def running(self) -> tuple[RunningGoal, ...]:
-        """The goals without a result; a preempted one stays until its result is out."""
+        """The goals without a result; a preempted goal stays until its result is out."""
         return tuple(self._running.values())
 
     def end(self, sentence: str) -> None:

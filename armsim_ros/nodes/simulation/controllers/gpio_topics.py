@@ -27,7 +27,7 @@ class GpioTopics:
         ) if controller.required_command_interfaces else None
 
     def publish(self, sample: SensorSample) -> None:
-        """Publish a sample, one group per GPIO."""
+        """Publish a sample, a group per GPIO."""
         if not self._publisher.wanted(sample.time_ns):
             return
         groups = {gpio: InterfaceValue() for gpio in self._gpios}

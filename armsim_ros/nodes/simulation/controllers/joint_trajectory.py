@@ -14,7 +14,7 @@ from armsim_ros.nodes.conversions.trajectory import trajectory_from_message
 
 class JointTrajectorySubscription:
     """
-    Takes trajectories without a goal; the controller's events say why one is refused.
+    Takes trajectories without a goal; the controller's events report why a trajectory is refused.
 
     :param node: the controller's node.
     """

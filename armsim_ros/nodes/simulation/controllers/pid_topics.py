@@ -38,7 +38,7 @@ class PidTopics:
                 MultiDOFCommand, '~/measured_state', self._measure, qos.COMMAND))
 
     def publish(self, time_ns: int) -> None:
-        """Publish the latest state, if there is a new one [ns]."""
+        """Publish the latest state, if it is new [ns]."""
         snapshot = self._controller.snapshot()
         if snapshot is None or not self._publisher.wanted(time_ns):
             return

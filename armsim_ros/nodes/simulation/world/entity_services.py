@@ -37,7 +37,7 @@ LONGEST_TEXT, MOST_TAGS = 10_000, 100
 
 class EntityServices:
     """
-    Answers about entities, each consistent with one moment between two ticks.
+    Answers about entities, each consistent with a single moment between two ticks.
 
     :param node: the node that serves.
     :param work: reaches the loop.
@@ -85,7 +85,7 @@ class EntityServices:
     async def _set_state(self, request: Any, response: Any) -> None:
         def put() -> None:
             entities = self._entities
-            entities.state(request.entity)  # an unknown one is the first thing to be said
+            entities.state(request.entity)  # an unknown entity is reported first
             entities.set_state(
                 request.entity, given_state(request.state, entities.frame_pose))
 

@@ -39,7 +39,7 @@ TOPIC = '/planning_scene'
 DEPTH = 100
 #: Wall time between two checks of the world [s].
 PERIOD = 0.1
-#: The loop asks once in so much simulated time whether one is due [ns]; it may be so early [s].
+#: Simulated time between checks whether a message is due [ns], and how early it may be [s].
 _TICK_NS, _EARLY = 20_000_000, 0.01
 
 
@@ -146,7 +146,7 @@ class SceneMirror:
                 self._publisher.publish(message)
 
     def _messages(self, news: WorldNews, epoch: str) -> Iterator[PlanningScene]:
-        """Yield the messages that have to be applied one after the other."""
+        """Yield the messages that have to be applied in sequence."""
         if news.released:
             yield self._grasps(news.released, CollisionObject.REMOVE, epoch)
         if news.added or news.moved or news.removed:

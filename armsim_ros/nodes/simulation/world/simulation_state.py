@@ -72,7 +72,7 @@ class SimulationStateServices:
             return
         if self._state.now not in _WORDS:
             refuse(response.result, kinds.INCORRECT_TRANSITION,
-                   f'no world is loaded, so nothing can be {_WORDS[wanted]}; load_world loads one')
+                   f'no world is loaded, so nothing can be {_WORDS[wanted]}; call load_world')
             return
         if self._state.now == wanted:
             refuse(response.result, kinds.ALREADY_IN_TARGET_STATE,

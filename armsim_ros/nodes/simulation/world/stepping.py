@@ -21,9 +21,9 @@ from armsim_ros.nodes.simulation.world.answers import answered, refuse
 from armsim_ros.nodes.simulation.world.run_state import RunState
 from armsim_ros.nodes.simulation.world.work import Work
 
-#: The most steps of one request.
+#: The most steps of a request.
 MOST_STEPS = 10**9
-#: Wall time of the steps that are done in one go [s]; a cancel waits this long.
+#: Wall time of the steps that are done without a pause [s]; a cancel waits this long.
 _GO = 0.008
 #: Steps of the first go, and the most of any; who observes the loop waits as long.
 _FIRST, _LARGEST = 10, 2000

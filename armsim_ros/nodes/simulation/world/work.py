@@ -24,7 +24,7 @@ class Work:
     """
     Runs functions elsewhere and resumes the coroutine that waits for them.
 
-    Changes of the world are made one after the other, in a thread of their own: to compile a
+    Changes of the world are made in sequence in a thread of their own: to compile a
     world takes longer than a tick of the loop.
 
     :param node: its executor runs the coroutines.
@@ -84,7 +84,7 @@ class Work:
             change, future = self._changes.get()
             try:
                 future.set_result(change())
-            except BaseException as error:  # noqa: BLE001 - it belongs to the one who asked
+            except BaseException as error:  # noqa: BLE001 - it belongs to the caller
                 future.set_exception(error)
 
 

@@ -106,7 +106,7 @@ class Worlds:
     async def _current(self, request: Any, response: Any) -> None:
         if self._state.world is None:
             refuse(response.result, GetCurrentWorld.Response.NO_WORLD_LOADED,
-                   'no world is loaded; load_world loads one')
+                   'no world is loaded; call load_world')
             return
         response.world = _world_message(self._state.world, self._state.uri, ())
 
@@ -149,7 +149,7 @@ class Worlds:
         self._node.get_logger().info('the world is unloaded; the robots stand still')
 
     async def _exchange(self, world: LoadedWorld) -> None:
-        """Replace the current world; if that fails, the old one stays."""
+        """Replace the current world; if that fails, the old world stays."""
         def change() -> None:
             taken = [thing.name for thing in world.things
                      if self._entities.is_robot(thing.name)]

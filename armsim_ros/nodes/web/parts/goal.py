@@ -52,7 +52,7 @@ class VisitorGoal:
     def __init__(self) -> None:
         self.group = ''
         self.serial = 0
-        """Rises with every new group: what was found out about the old one counts no more."""
+        """Rises with every new group: what was found out about the old group is obsolete."""
         self.state = CURRENT
         self.positions: dict[str, float] = {}
         self.start_name = CURRENT
@@ -174,7 +174,7 @@ class GoalPart(Part):
                 self._wake(visitor)
 
     async def _begin(self, visitor: Visitor) -> None:
-        """Show a goal as it is; a new one is where the robot stands."""
+        """Show a goal as it is; a new goal is at the robot's state."""
         goal, robot = self.goal(visitor), self.page.robot
         if robot is None:
             return

@@ -26,6 +26,6 @@ class SetJoints(Ask):
 
 
 class ChooseStart(Ask):
-    """Where plans begin: the current state, a named one, or where the ghost stands."""
+    """Where plans begin: the current state, a named state, or the state of the ghost."""
 
     name: str

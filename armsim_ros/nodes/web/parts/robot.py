@@ -141,7 +141,7 @@ class RobotPart(Part):
                     self.drawing.set_link(child, position, quaternion[[3, 0, 1, 2]])
 
     def pose_of(self, frame: str) -> Matrix:
-        """Return where a frame stands in the outermost one that tf knows, (4, 4)."""
+        """Return where a frame stands in the outermost frame that tf knows, (4, 4)."""
         pose = np.eye(4)
         for _ in range(len(self.edges) + 1):
             if frame not in self.edges:
@@ -151,7 +151,7 @@ class RobotPart(Part):
         return pose
 
     def node_of(self, frame: str) -> str:
-        """Return the path of a frame in the scene; that of the scene for an unknown one."""
+        """Return the path of a frame in the scene; that of the scene for an unknown frame."""
         if self.drawing is not None and frame in self.drawing.paths:
             return self.drawing.paths[frame]
         return ''

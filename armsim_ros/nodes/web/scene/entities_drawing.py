@@ -53,7 +53,7 @@ class Entity:
 
 class EntitiesDrawing:
     """
-    Boxes, one an entity.
+    Boxes, one per entity.
 
     :param scene: of all visitors.
     :param node_of: frame -> path of its node.

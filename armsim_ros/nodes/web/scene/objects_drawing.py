@@ -34,10 +34,10 @@ _KINDS = {1: 'box', 2: 'sphere', 3: 'cylinder', 4: 'cone'}
 
 class DrawnObject:
     """
-    One object.
+    An object.
 
     :param message: the CollisionObject.
-    :param link: that it is attached to, '' for one of the world.
+    :param link: that it is attached to, '' for an object of the world.
     """
 
     def __init__(self, message: Any, link: str, rgba: Any) -> None:
@@ -140,7 +140,7 @@ class ObjectsDrawing:
 
 
 def _is_wall(message: Any) -> bool:
-    """Return whether an object is a plane, or a box that is as wide as what is drawn of one."""
+    """Return whether an object is a plane, or a box that is as wide as a plane is drawn."""
     return bool(message.planes) or any(
         shape.type == 1 and sorted((0.0, 0.0, *shape.dimensions))[-2] >= PLANE_SIZE
         for shape in message.primitives)

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A robot in the scene: one frame a link, each in the frame of its parent link."""
+"""A robot in the scene: a frame per link, each in the frame of its parent link."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class RobotDrawing:
     """
     Draws a robot below a node of the scene.
 
-    :param scene: the scene of all visitors, or of one.
+    :param scene: the scene of all sessions, or of a single session.
     :param path: the node's name, such as ``/robot``.
     :param reader: of the shapes.
     :param color: of all links, in place of their own.
@@ -80,7 +80,7 @@ class RobotDrawing:
             self._shown[link] = (xyz, wxyz)
 
     def set_joints(self, positions: Mapping[str, float]) -> None:
-        """Move joints; those that mimic one follow [rad or m]."""
+        """Move joints; mimic joints follow [rad or m]."""
         for name in self.robot.movable_joints:
             value = _value(self.robot, name, positions)
             if value is not None:

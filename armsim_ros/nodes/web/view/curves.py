@@ -98,7 +98,7 @@ class Trace:
 
     def add(self, time: float, joints: Sequence[str], desired: Sequence[float],
             actual: Sequence[float], error: Sequence[float]) -> None:
-        """Note one report; one without a value for each joint is left out."""
+        """Record a report; a report without a value for each joint is left out."""
         if min(len(desired), len(actual), len(error)) < len(joints):
             return
         for name, *values in zip(joints, desired, actual, error, strict=False):

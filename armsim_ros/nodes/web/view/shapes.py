@@ -45,11 +45,11 @@ _SECTIONS = 32
 @dataclass(frozen=True, eq=False)
 class Surface:
     """
-    Triangles of one colour, in the frame of the shape.
+    Triangles of the same colour, in the frame of the shape.
 
     :param vertices: (v, 3) [m].
     :param faces: (f, 3) indices.
-    :param color: None where neither the file nor the description gives one.
+    :param color: None where neither the file nor the description gives a color.
     :param smooth: whether the surface is round; flat faces where not.
     """
 
@@ -155,7 +155,7 @@ def parts_of_file(data: bytes, kind: str) -> tuple[Surface, ...]:
 
 
 def rgb(rgba: Iterable[float]) -> Color:
-    """Return a colour of numbers 0..1 as one of 0..255."""
+    """Return a colour of numbers 0..1 as a colour of 0..255."""
     r, g, b = (round(255 * min(1.0, max(0.0, float(part)))) for part in list(rgba)[:3])
     return r, g, b
 
@@ -195,7 +195,7 @@ def _plane(plane: Plane) -> trimesh.Trimesh:
 
 
 def _material_color(mesh: trimesh.Trimesh) -> Color | None:
-    """Return the one colour of a mesh's material, None where the file gives none."""
+    """Return the colour of a mesh's material, None where the file gives none."""
     material = getattr(mesh.visual, 'material', None)
     if material is not None and getattr(material, 'main_color', None) is not None:
         r, g, b = (int(part) for part in material.main_color[:3])

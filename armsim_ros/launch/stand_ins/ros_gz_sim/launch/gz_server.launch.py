@@ -11,7 +11,7 @@ ARGUMENTS = {'world_sdf_file': '', 'world_sdf_string': '', 'container_name': 'ro
 
 
 def generate_launch_description():
-    """Return one process."""
+    """Return a process."""
     return LaunchDescription([
         *(DeclareLaunchArgument(name, default_value=value) for name, value in ARGUMENTS.items()),
         ExecuteProcess(cmd=[['gz sim -s ', LaunchConfiguration('world_sdf_file')]], shell=True,

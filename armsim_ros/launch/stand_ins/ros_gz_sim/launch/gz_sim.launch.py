@@ -12,7 +12,7 @@ ARGUMENTS = {'gz_args': '', 'gz_version': '8', 'ign_args': '', 'ign_version': ''
 
 
 def generate_launch_description():
-    """Return one process."""
+    """Return a process."""
     ends_all = LaunchConfiguration('on_exit_shutdown')
     command = [['gz sim ', LaunchConfiguration('gz_args'), ' ', LaunchConfiguration('ign_args')]]
     return LaunchDescription([

@@ -10,7 +10,7 @@ ARGUMENTS = {'ign_args': '', 'ign_version': '6', 'gz_args': '', 'debugger': 'fal
 
 
 def generate_launch_description():
-    """Return one process."""
+    """Return a process."""
     return LaunchDescription([
         *(DeclareLaunchArgument(name, default_value=value) for name, value in ARGUMENTS.items()),
         ExecuteProcess(cmd=[['ign gazebo ', LaunchConfiguration('ign_args'), ' ',
