@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What the page's program is told on its command line."""
+"""The command line of the page's program."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ HELP = f"""usage: web [NAME:=VALUE ...] [--ros-args ...]
 
 see a robot and drive it in a browser: serves a page on this machine
 
-arguments (--name VALUE says the same as name:=VALUE):
+arguments (--name VALUE is the same as name:=VALUE):
   port:=NUMBER            the first port that is tried (default: {PORT})
   host:=ADDRESS           the address to listen at (default: 127.0.0.1, this machine alone)
   token:=WORD             what a browser must bring; made where other machines reach the page
-  packages_path:=DIR:...  folders in which the packages of meshes are looked for first
+  packages_path:=DIR:...  folders that are searched first for packages of meshes
   near:=FILE:...          files of the robot; packages around them are found too
   --ros-args ...          remappings, as for any ROS 2 program"""
 
@@ -31,7 +31,7 @@ class WebArguments:
     """
     The page's arguments, checked.
 
-    :param packages_path: folders in which ``package://`` looks first.
+    :param packages_path: folders that ``package://`` searches first.
     :param near: files around which packages are found.
     """
 
@@ -47,7 +47,7 @@ def parse_web_arguments(argv: Sequence[str]) -> WebArguments:
     """
     Read the command line.
 
-    :raises UsageError: names the right words.
+    :raises UsageError: names the known arguments.
     """
     words, ros_args = split_ros_args(argv)
     known = ('port', 'host', 'token', 'packages_path', 'near')

@@ -28,8 +28,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     """
     Serve until SIGINT or SIGTERM.
 
-    :param argv: the words after the program's name; those of this process where None.
-    :returns: 0 after a signal, 2 after a mistake of the user's or without viser.
+    :param argv: the arguments after the program's name; those of this process where None.
+    :returns: 0 after a signal, 2 after a user's error or without viser.
     """
     words = list(sys.argv[1:] if argv is None else argv)
     if {'-h', '--help'} & set(words):

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The page: its visitors, what they share, and the parts that answer them."""
+"""The page: its sessions, what they share, and the parts that answer them."""
 
 from __future__ import annotations
 
@@ -18,24 +18,24 @@ from websockets.asyncio.server import ServerConnection
 from armsim_ros.errors import ArmsimError
 from armsim_ros.model.robot_model import RobotModel
 from armsim_ros.nodes.client.ros_client import RosClient
-from armsim_ros.nodes.web.door import Door, VISITOR
-from armsim_ros.nodes.web.visitor import Visitor
+from armsim_ros.nodes.web.server import SESSION, WebServer
+from armsim_ros.nodes.web.session import Session
 
 #: How long a tab that was closed keeps its goal and its plan [s].
 _MEMORY = 600.0
-_MOST_VISITORS = 200
+_MOST_SESSIONS = 200
 #: How long an answer of a service may take [s].
 PATIENCE = 5.0
 
 
-class Ask(BaseModel):
-    """What a panel asks for, checked; each kind of question is a class of its own."""
+class PanelCommand(BaseModel):
+    """A panel's command, validated; a class per kind of command."""
 
     model_config = ConfigDict(extra='forbid', strict=False, allow_inf_nan=False,
                               str_max_length=40_000_000)
 
 
-Handler = Callable[[Visitor, Any], Awaitable[None]]
+Handler = Callable[[Session, Any], Awaitable[None]]
 
 
 class Part:
@@ -48,18 +48,18 @@ class Part:
     def __init__(self, page: Page) -> None:
         self.page = page
 
-    def handlers(self) -> dict[str, tuple[type[Ask], Handler]]:
+    def handlers(self) -> dict[str, tuple[type[PanelCommand], Handler]]:
         """Return what it answers: a question's name -> its form and the answer."""
         return {}
 
     def on_robot(self, robot: RobotModel) -> None:
         """Take a robot that has appeared or changed."""
 
-    def on_visitor(self, visitor: Visitor) -> None:
-        """Take note that a visitor has opened his panel; his scene may come later, or never."""
+    def on_session(self, session: Session) -> None:
+        """Handle a session's first panel; its scene may follow later, or never."""
 
-    def on_scene(self, visitor: Visitor) -> None:
-        """Draw what a visitor alone sees, in his new scene."""
+    def on_scene(self, session: Session) -> None:
+        """Draw what is specific to a session in its new scene."""
 
     def on_program(self, name: str, there: bool) -> None:
         """Take note that a program has come or gone."""
@@ -78,11 +78,11 @@ class Page:
     def __init__(self, link: RosClient) -> None:
         self.link = link
         self.shared: dict[str, Any] = {}
-        self.visitors: dict[str, Visitor] = {}
+        self.sessions: dict[str, Session] = {}
         self.robot: RobotModel | None = None
         self.parts: list[Part] = []
-        self.door: Door
-        self._handlers: dict[str, tuple[type[Ask], Handler]] = {}
+        self.server: WebServer
+        self._handlers: dict[str, tuple[type[PanelCommand], Handler]] = {}
         self._numbers = itertools.count(1)
         self._tasks: set[asyncio.Task[Any]] = set()
         self._loop: asyncio.AbstractEventLoop | None = None
@@ -91,12 +91,12 @@ class Page:
     def open(self, host: str, port: int, token: str, parts: Callable[[Page], Iterable[Part]]
              ) -> None:
         """
-        Open the door and let the parts work.
+        Open the server and let the parts work.
 
-        :raises DoorError: the page cannot be served there.
+        :raises WebServerError: the page cannot be served there.
         """
-        self.door = Door(host, port, token, self._on_panel)
-        server = self.door.viser
+        self.server = WebServer(host, port, token, self._on_panel)
+        server = self.server.viser
         self._loop = server.get_event_loop()
 
         async def begin() -> None:
@@ -105,19 +105,19 @@ class Page:
             for part in self.parts:
                 self._handlers.update(part.handlers())
                 self.start(part.run())
-            self.start(self._forget_visitors())
+            self.start(self._forget_sessions())
 
         asyncio.run_coroutine_threadsafe(begin(), self._loop).result(10.0)
 
         @server.on_client_connect
         async def _(client: Any) -> None:
-            self._on_scene(VISITOR.get(), client)
+            self._on_scene(SESSION.get(), client)
 
         @server.on_client_disconnect
         async def _(client: Any) -> None:
-            for visitor in self.visitors.values():
-                if visitor.scene is client:
-                    visitor.scene = None
+            for session in self.sessions.values():
+                if session.scene is client:
+                    session.scene = None
 
     def halt(self) -> None:
         """End all that goes on; the link may be closed then."""
@@ -129,26 +129,26 @@ class Page:
         asyncio.run_coroutine_threadsafe(cancel(), self._loop).result(PATIENCE)
 
     def close(self) -> None:
-        """Let nobody in any more."""
+        """Accept no more connections."""
         self.halt()
-        self.door.close()
+        self.server.close()
 
     @property
     def scene(self) -> Any:
-        """The scene that all visitors see."""
-        return self.door.viser.scene
+        """The scene that all sessions see."""
+        return self.server.viser.scene
 
     @property
     def watched(self) -> bool:
-        """Whether anybody looks."""
-        return any(visitor.present for visitor in self.visitors.values())
+        """Whether any panel is open."""
+        return any(session.present for session in self.sessions.values())
 
     def publish(self, name: str, value: Any) -> None:
-        """Show all visitors a section; what has not changed is not sent again."""
+        """Show all sessions a section; what has not changed is not sent again."""
         if name not in self.shared or self.shared[name] != value:
             self.shared[name] = value
-            for visitor in self.visitors.values():
-                visitor.send(name, value)
+            for session in self.sessions.values():
+                session.send(name, value)
 
     def start(self, work: Coroutine[Any, Any, Any]) -> asyncio.Task[Any]:
         """Do something beside everything else; what it raises is printed, not lost."""
@@ -179,7 +179,7 @@ class Page:
         """
         Call a service and return its response.
 
-        :raises ArmsimError: nobody serves it, or no answer comes in time; names the service.
+        :raises ArmsimError: the service is missing or does not answer in time.
         """
         try:
             return await self.answer(self.link.call(kind, name, request), patience)
@@ -199,66 +199,67 @@ class Page:
             part.on_program(name, there)
 
     async def _on_panel(self, key: str, connection: ServerConnection) -> None:
-        visitor = self._visitor(key)
+        session = self._session(key)
         self.arrival.set()
         for part in self.parts:
-            part.on_visitor(visitor)
-        await visitor.talk(connection, self.shared, lambda ask: self._receive(visitor, ask))
+            part.on_session(session)
+        await session.talk(connection, self.shared, lambda values: self._receive(session, values))
 
     def _on_scene(self, key: str, client: Any) -> None:
         if not key:
             return
-        visitor = self._visitor(key)
-        visitor.scene = client
+        session = self._session(key)
+        session.scene = client
         for part in self.parts:
-            part.on_scene(visitor)
+            part.on_scene(session)
 
-    def _visitor(self, key: str) -> Visitor:
-        if key not in self.visitors:
-            self.visitors[key] = visitor = Visitor(key, next(self._numbers))
-            visitor.left_at = asyncio.get_running_loop().time()
-            visitor.tell('me', visitor.number)
-        return self.visitors[key]
+    def _session(self, key: str) -> Session:
+        if key not in self.sessions:
+            self.sessions[key] = session = Session(key, next(self._numbers))
+            session.left_at = asyncio.get_running_loop().time()
+            session.show('me', session.number)
+        return self.sessions[key]
 
-    def _receive(self, visitor: Visitor, ask: dict[str, Any]) -> None:
-        name = ask.pop('do', None)
+    def _receive(self, session: Session, command: dict[str, Any]) -> None:
+        name = command.pop('do', None)
         if not isinstance(name, str) or name not in self._handlers:
-            visitor.note(f'the page does not know how to {str(name)[:40]!r}; load it again')
+            session.note(f'the page does not know how to {str(name)[:40]!r}; load it again')
             return
         form, handler = self._handlers[name]
         try:
-            checked = form.model_validate(ask)
+            checked = form.model_validate(command)
         except ValidationError as error:
             first = error.errors()[0]
             where = '.'.join(map(str, first['loc']))
-            visitor.note(f"{name}: {where or 'the question'}: {first['msg']}")
+            session.note(f"{name}: {where or 'the question'}: {first['msg']}")
             return
-        self.start(self._handle(visitor, name, handler, checked))
+        self.start(self._handle(session, name, handler, checked))
 
-    async def _handle(self, visitor: Visitor, name: str, handler: Handler, ask: Ask) -> None:
+    async def _handle(self, session: Session, name: str, handler: Handler,
+                      command: PanelCommand) -> None:
         try:
-            await handler(visitor, ask)
+            await handler(session, command)
         except ArmsimError as error:
-            visitor.note(str(error))
+            session.note(str(error))
         except Exception as error:
-            visitor.note(f'{name} failed inside the page: {error}')
+            session.note(f'{name} failed inside the page: {error}')
             raise
 
     def _finished(self, task: asyncio.Task[Any]) -> None:
         self._tasks.discard(task)
         if not task.cancelled() and task.exception() is not None:
-            print('the page has a mistake; please report this:', file=sys.stderr)
+            print('the page has a bug; please report this:', file=sys.stderr)
             traceback.print_exception(task.exception())
 
-    async def _forget_visitors(self) -> None:
+    async def _forget_sessions(self) -> None:
         """Forget tabs that were closed long ago, and the oldest where there are too many."""
         while True:
             await asyncio.sleep(10.0)
             now = asyncio.get_running_loop().time()
-            gone = sorted((visitor for visitor in self.visitors.values()
-                           if not visitor.present and visitor.scene is None),
-                          key=lambda visitor: visitor.left_at)
-            spare = len(self.visitors) - _MOST_VISITORS
-            for index, visitor in enumerate(gone):
-                if index < spare or now - visitor.left_at > _MEMORY:
-                    del self.visitors[visitor.key]
+            gone = sorted((session for session in self.sessions.values()
+                           if not session.present and session.scene is None),
+                          key=lambda session: session.left_at)
+            spare = len(self.sessions) - _MOST_SESSIONS
+            for index, session in enumerate(gone):
+                if index < spare or now - session.left_at > _MEMORY:
+                    del self.sessions[session.key]

@@ -12,7 +12,6 @@ import threading
 
 from armsim_ros.nodes.client.ros_client import RosClient
 from armsim_ros.nodes.web.arguments import WebArguments
-from armsim_ros.nodes.web.door import is_loopback
 from armsim_ros.nodes.web.page import Page, Part
 from armsim_ros.nodes.web.parts.controllers import ControllersPart
 from armsim_ros.nodes.web.parts.goal import GoalPart
@@ -23,6 +22,7 @@ from armsim_ros.nodes.web.parts.path import PathPart
 from armsim_ros.nodes.web.parts.robot import RobotPart
 from armsim_ros.nodes.web.parts.simulation import SimulationPart
 from armsim_ros.nodes.web.parts.watch import WatchPart
+from armsim_ros.nodes.web.server import is_loopback
 from armsim_ros.packages import Packages
 
 
@@ -41,7 +41,7 @@ class WebProgram:
         Serve until the event is set.
 
         :returns: the exit status.
-        :raises DoorError: the page cannot be served where it was asked to be.
+        :raises WebServerError: the page cannot be served at this address.
         """
         arguments = self._arguments
         token = arguments.token
@@ -51,7 +51,7 @@ class WebProgram:
             page = Page(link)
             page.open(arguments.host, arguments.port, token,
                       lambda page: page_parts(page, arguments))
-            print(f'page: {page.door.address}', flush=True)
+            print(f'page: {page.server.address}', flush=True)
             ended.wait()
             page.halt()
         sys.stdout.flush()

@@ -260,7 +260,7 @@ def test_a_plan_is_scrubbed_drawn_and_cleared(page):
     page.tab.get_by_role('button', name='Replay').wait_for(state='hidden')
 
 
-def test_two_visitors_have_goals_of_their_own_and_either_stops_the_motion(page, open_page):
+def test_two_users_have_goals_of_their_own_and_either_stops_the_motion(page, open_page):
     """What one executes the other is told; the other's Stop ends it."""
     other = open_page()
     page.slide('Speed', 5)
@@ -268,7 +268,7 @@ def test_two_visitors_have_goals_of_their_own_and_either_stops_the_motion(page, 
     page.wait_for_verdict('reachable')
     assert other.field('Goal state').input_value() == 'current'
     page.press('Plan & Execute')
-    other.wait_for_status('(visitor ')
+    other.wait_for_status('(session ')
     other.press('Stop')
     page.wait_for_result('stopped')
     other.tab.context.close()

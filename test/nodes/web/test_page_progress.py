@@ -20,7 +20,7 @@ pytestmark = [
 @pytest.fixture(scope='module')
 def opened(served_page, open_window):
     """Open the page once for this file."""
-    return open_window(served_page.door.address)
+    return open_window(served_page.server.address)
 
 
 @pytest.fixture

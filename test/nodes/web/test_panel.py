@@ -52,7 +52,7 @@ class _forever:  # noqa: N801 - stands in for asyncio.timeout of Python 3.11
 def talk(served_page):
     """Return a function that lets a panel do something from its opening to its closing."""
     def run(work):
-        address = f'ws://127.0.0.1:{served_page.door.port}/panel/{secrets.token_hex(8)}'
+        address = f'ws://127.0.0.1:{served_page.server.port}/panel/{secrets.token_hex(8)}'
 
         async def inner():
             async with websocket_client.connect(address, max_size=None) as connection:
@@ -91,7 +91,7 @@ def test_plan_and_execute_arrives(fake_stack, talk):
     assert fake_stack.positions == {'turn': 1.0, 'bend': 0.5}
 
 
-def test_stop_ends_a_motion_of_another_visitor(fake_stack, talk):
+def test_stop_ends_a_motion_of_another_user(fake_stack, talk):
     """One executes, the other stops it."""
     fake_stack.release.clear()
 

@@ -1,3 +1,3 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What the page does, a part a file; each answers what its piece of the panel asks."""
+"""The page's functions, a part per file; each handles the commands of its section of the panel."""

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What the page does for a visitor, how long it has done so, and how long it may take."""
+"""The page's current activity, its elapsed time and its time limit."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ from typing import Any, Literal
 
 from armsim_ros.errors import ArmsimError
 from armsim_ros.nodes.web.page import Page
-from armsim_ros.nodes.web.visitor import Visitor
+from armsim_ros.nodes.web.session import Session
 
-#: Between two words about how far it is [s].
+#: Period of progress reports [s].
 _PERIOD = 0.2
 
 
 class Activity:
     """
-    One thing at a time, whoever asked for it; all visitors are told.
+    A single activity at a time, from any session; all sessions see it.
 
-    :param page: who tells them.
+    :param page: publishes it.
     """
 
     def __init__(self, page: Page) -> None:
@@ -29,7 +29,7 @@ class Activity:
         self._telling: asyncio.Task[Any] | None = None
         page.publish('activity', None)
 
-    def begin(self, what: Literal['planning', 'executing'], visitor: Visitor, total: float,
+    def begin(self, what: Literal['planning', 'executing'], session: Session, total: float,
               clock: Callable[[], float]) -> None:
         """
         Tell that something goes on from now on, also in place of what did.
@@ -39,7 +39,7 @@ class Activity:
         """
         self.end()
         self.what = what
-        self._telling = self._page.start(self._tell(visitor, total, clock))
+        self._telling = self._page.start(self._publish(session, total, clock))
 
     def end(self) -> None:
         """Tell that it is over."""
@@ -51,18 +51,18 @@ class Activity:
 
     def need_rest(self) -> None:
         """
-        Let only one thing go on.
+        Allow only a single activity.
 
         :raises ArmsimError: there is something.
         """
         if self.what:
             raise ArmsimError(f"the page is {self.what} already; press 'Stop' to end that")
 
-    async def _tell(self, visitor: Visitor, total: float, clock: Callable[[], float]) -> None:
+    async def _publish(self, session: Session, total: float, clock: Callable[[], float]) -> None:
         begun = clock()
         while True:
             elapsed = min(max(clock() - begun, 0.0), total)
             self._page.publish('activity', {
-                'what': self.what, 'who': visitor.number, 'elapsed': round(elapsed, 1),
+                'what': self.what, 'who': session.number, 'elapsed': round(elapsed, 1),
                 'total': round(total, 1)})
             await asyncio.sleep(_PERIOD)

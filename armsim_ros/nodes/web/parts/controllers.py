@@ -9,14 +9,14 @@ from typing import Any
 from controller_manager_msgs.srv import ListControllers, SwitchController
 
 from armsim_ros.errors import ArmsimError
-from armsim_ros.nodes.web.page import Ask, Page, Part
+from armsim_ros.nodes.web.page import Page, PanelCommand, Part
 from armsim_ros.nodes.web.parts.watch import WatchPart
-from armsim_ros.nodes.web.visitor import Visitor
+from armsim_ros.nodes.web.session import Session
 
 _PERIOD = 0.5
 
 
-class Switch(Ask):
+class Switch(PanelCommand):
     """Activate a controller, or deactivate it."""
 
     manager: str
@@ -26,9 +26,9 @@ class Switch(Ask):
 
 class ControllersPart(Part):
     """
-    Shows what the watch was told by the controller managers.
+    Shows the controllers that the managers list.
 
-    :param watch: who asks them.
+    :param watch: queries them.
     """
 
     def __init__(self, page: Page, watch: WatchPart) -> None:
@@ -42,10 +42,10 @@ class ControllersPart(Part):
     async def run(self) -> None:
         """Publish the controllers as they are."""
         while True:
-            self._tell()
+            self._publish()
             await self._watch.rest(_PERIOD)
 
-    def _tell(self) -> None:
+    def _publish(self) -> None:
         self.page.publish('controllers', [
             {'manager': manager, 'name': controller.name, 'type': controller.type,
              'state': controller.state,
@@ -54,19 +54,19 @@ class ControllersPart(Part):
             for manager, controllers in self._watch.managers.items()
             for controller in controllers])
 
-    async def _switch(self, _visitor: Visitor, ask: Switch) -> None:
-        if ask.manager not in self._watch.managers:
-            raise ArmsimError(f"there is no controller manager '{ask.manager}'")
+    async def _switch(self, _session: Session, command: Switch) -> None:
+        if command.manager not in self._watch.managers:
+            raise ArmsimError(f"there is no controller manager '{command.manager}'")
         request = SwitchController.Request(strictness=SwitchController.Request.STRICT)
-        if ask.active:
-            request.activate_controllers = [ask.name]
+        if command.active:
+            request.activate_controllers = [command.name]
         else:
-            request.deactivate_controllers = [ask.name]
+            request.deactivate_controllers = [command.name]
         answer = await self.page.call(
-            SwitchController, f'{ask.manager}/switch_controller', request)
-        listed = await self.page.call(ListControllers, f'{ask.manager}/list_controllers')
-        self._watch.managers[ask.manager] = list(listed.controller)
-        self._tell()
+            SwitchController, f'{command.manager}/switch_controller', request)
+        listed = await self.page.call(ListControllers, f'{command.manager}/list_controllers')
+        self._watch.managers[command.manager] = list(listed.controller)
+        self._publish()
         if not answer.ok:
-            reason = getattr(answer, 'message', '') or 'its log says why'
-            raise ArmsimError(f"'{ask.name}' was not switched: {reason}")
+            reason = getattr(answer, 'message', '') or 'its log has the reason'
+            raise ArmsimError(f"'{command.name}' was not switched: {reason}")

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Where each visitor wants his planning group to go: the ghost, its handle, its sliders."""
+"""The goal of each session's planning group: the ghost, its handle, its sliders."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from armsim_ros.nodes.client.description import (
     tip_of,
 )
 from armsim_ros.nodes.web.page import Page, Part
-from armsim_ros.nodes.web.parts.goal_questions import (
+from armsim_ros.nodes.web.parts.goal_commands import (
     ChooseGroup,
     ChooseStart,
     ChooseState,
@@ -34,8 +34,8 @@ from armsim_ros.nodes.web.parts.reach import Reach
 from armsim_ros.nodes.web.parts.robot import RobotPart
 from armsim_ros.nodes.web.scene.robot_drawing import RobotDrawing
 from armsim_ros.nodes.web.scene.tool_handle import ToolHandle
+from armsim_ros.nodes.web.session import Session
 from armsim_ros.nodes.web.view.shapes import Color
-from armsim_ros.nodes.web.visitor import Visitor
 
 CURRENT, RANDOM, DRAG = 'current', 'random valid', 'drag the tool'
 _GREEN, _RED, _GREY = (72, 187, 120), (240, 138, 128), (150, 156, 166)
@@ -46,8 +46,8 @@ _OPACITY = 0.5
 _MOST_TRIES = 100
 
 
-class VisitorGoal:
-    """One visitor's goal."""
+class SessionGoal:
+    """A session's goal."""
 
     def __init__(self) -> None:
         self.group = ''
@@ -69,18 +69,18 @@ class VisitorGoal:
 
 class GoalPart(Part):
     """
-    Keeps a goal for each visitor, moves his ghost, and tells whether it can be reached.
+    Keeps a goal for each session, moves its ghost, and shows whether it can be reached.
 
-    :param robot_part: who knows where the robot stands.
+    :param robot_part: knows the pose of the robot.
     """
 
     def __init__(self, page: Page, robot_part: RobotPart) -> None:
         super().__init__(page)
         self._robot_part = robot_part
         self._reach = Reach(page)
-        self._goals: WeakKeyDictionary[Visitor, VisitorGoal] = WeakKeyDictionary()
+        self._goals: WeakKeyDictionary[Session, SessionGoal] = WeakKeyDictionary()
         self.on_touching: Any = None
-        """Gets a visitor and the names of the objects that his ghost touches."""
+        """Gets a session and the names of the objects that its ghost touches."""
 
     def handlers(self) -> dict[str, Any]:
         """Return what it answers."""
@@ -91,37 +91,37 @@ class GoalPart(Part):
             'start_state': (ChooseStart, self._choose_start),
         }
 
-    def goal(self, visitor: Visitor) -> VisitorGoal:
-        """Return a visitor's goal."""
-        if visitor not in self._goals:
-            self._goals[visitor] = VisitorGoal()
-        return self._goals[visitor]
+    def goal(self, session: Session) -> SessionGoal:
+        """Return a session's goal."""
+        if session not in self._goals:
+            self._goals[session] = SessionGoal()
+        return self._goals[session]
 
     def on_robot(self, robot: RobotModel) -> None:
         """Begin anew with another robot."""
-        for visitor, goal in self._goals.items():
+        for session, goal in self._goals.items():
             if goal.ghost is None or goal.ghost.robot.urdf != robot.urdf:
                 goal.group = ''
                 self._undraw(goal)
-            self.page.start(self._begin(visitor))
+            self.page.start(self._begin(session))
 
-    def on_visitor(self, visitor: Visitor) -> None:
-        """Give a new visitor a goal; he can plan before he sees anything."""
-        if not self.goal(visitor).group and self.page.robot is not None:
-            self.page.start(self._begin(visitor))
+    def on_session(self, session: Session) -> None:
+        """Give a new session a goal; it can plan before its scene is drawn."""
+        if not self.goal(session).group and self.page.robot is not None:
+            self.page.start(self._begin(session))
 
-    def on_scene(self, visitor: Visitor) -> None:
+    def on_scene(self, session: Session) -> None:
         """Draw the goal anew in a scene that knows nothing of it."""
-        goal = self.goal(visitor)
+        goal = self.goal(session)
         goal.ghost = goal.handle = None
         if self.page.robot is not None:
-            self.page.start(self._begin(visitor))
+            self.page.start(self._begin(session))
 
     def on_program(self, name: str, there: bool) -> None:
         """Look at the goals again where it is known again what they would hit."""
         if name == 'move_group' and there and self.page.robot is not None:
-            for visitor in list(self._goals):
-                self.page.start(self._begin(visitor))
+            for session in list(self._goals):
+                self.page.start(self._begin(session))
 
     async def current(self) -> dict[str, float]:
         """Return the robot's joint positions as move_group knows them [rad or m]."""
@@ -131,10 +131,10 @@ class GoalPart(Part):
         state = scene.robot_state.joint_state
         return dict(zip(state.name, state.position, strict=True))
 
-    def show(self, visitor: Visitor, positions: Mapping[str, float], color: Color | None = None
+    def show(self, session: Session, positions: Mapping[str, float], color: Color | None = None
              ) -> None:
-        """Put a visitor's ghost somewhere for the moment, such as along a path."""
-        goal = self.goal(visitor)
+        """Put a session's ghost somewhere for the moment, such as along a path."""
+        goal = self.goal(session)
         if goal.ghost is not None:
             goal.ghost.visible = True
             goal.ghost.show_links(moved_links(self._need_robot(), goal.group))
@@ -142,59 +142,59 @@ class GoalPart(Part):
             if color is not None:
                 goal.ghost.paint(color, {})
 
-    async def ghost(self, visitor: Visitor) -> RobotDrawing | None:
-        """Return a visitor's ghost, drawn where it was not yet; None without a scene."""
-        goal = self.goal(visitor)
+    async def ghost(self, session: Session) -> RobotDrawing | None:
+        """Return a session's ghost, drawn where it was not yet; None without a scene."""
+        goal = self.goal(session)
         async with goal.drawing:
-            while goal.ghost is None and visitor.scene is not None and self.page.robot is not None:
-                client, robot = visitor.scene, self.page.robot
+            while goal.ghost is None and session.scene is not None and self.page.robot is not None:
+                client, robot = session.scene, self.page.robot
                 drawn = await asyncio.to_thread(
                     RobotDrawing, client.scene, '/ghost', robot, self._robot_part.reader,
                     _GREEN, _OPACITY)
                 # Either may have been replaced while it was drawn.
-                if visitor.scene is client and self.page.robot.urdf == robot.urdf:
+                if session.scene is client and self.page.robot.urdf == robot.urdf:
                     goal.ghost = drawn
                     self._place_roots(goal, robot)
         return goal.ghost
 
-    def restore(self, visitor: Visitor) -> None:
+    def restore(self, session: Session) -> None:
         """Put the ghost back to the goal."""
-        self._show_goal(visitor)
+        self._show_goal(session)
 
-    def arrived(self, visitor: Visitor) -> None:
-        """Hide the ghost: the robot stands where it stood."""
-        self.goal(visitor).shown = False
-        self._show_goal(visitor)
-        self._tell(visitor)
+    def arrived(self, session: Session) -> None:
+        """Hide the ghost: the robot is at its pose."""
+        self.goal(session).shown = False
+        self._show_goal(session)
+        self._publish(session)
 
     def look_again(self) -> None:
         """Find out anew what every ghost touches."""
-        for visitor, goal in self._goals.items():
+        for session, goal in self._goals.items():
             if goal.shown:
-                self._wake(visitor)
+                self._wake(session)
 
-    async def _begin(self, visitor: Visitor) -> None:
+    async def _begin(self, session: Session) -> None:
         """Show a goal as it is; a new goal is at the robot's state."""
-        goal, robot = self.goal(visitor), self.page.robot
+        goal, robot = self.goal(session), self.page.robot
         if robot is None:
             return
         if not goal.group:
-            await self._set_group(visitor, self.page.shared['robot']['group'])
+            await self._set_group(session, self.page.shared['robot']['group'])
             return
-        self._draw_handle(visitor)
-        self._tell(visitor)
+        self._draw_handle(session)
+        self._publish(session)
         if goal.state != CURRENT:
-            await self.ghost(visitor)
-            self._show_goal(visitor)
-            self._wake(visitor)
+            await self.ghost(session)
+            self._show_goal(session)
+            self._wake(session)
 
-    async def _choose_group(self, visitor: Visitor, ask: ChooseGroup) -> None:
-        if self.page.robot is None or ask.name not in self.page.robot.semantic.groups:
-            raise ArmsimError(f"there is no planning group '{ask.name}'")
-        await self._set_group(visitor, ask.name)
+    async def _choose_group(self, session: Session, command: ChooseGroup) -> None:
+        if self.page.robot is None or command.name not in self.page.robot.semantic.groups:
+            raise ArmsimError(f"there is no planning group '{command.name}'")
+        await self._set_group(session, command.name)
 
-    async def _set_group(self, visitor: Visitor, name: str) -> None:
-        goal = self.goal(visitor)
+    async def _set_group(self, session: Session, name: str) -> None:
+        goal = self.goal(session)
         goal.group, goal.state, goal.wanted_pose = name, CURRENT, None
         goal.positions = {}
         goal.serial += 1
@@ -208,53 +208,53 @@ class GoalPart(Part):
             current = self._of_group(goal, {})
         # Something may have been chosen in the meantime.
         goal.positions = current if goal.state == CURRENT else {**current, **goal.positions}
-        self._draw_handle(visitor)
-        self._tell(visitor)
+        self._draw_handle(session)
+        self._publish(session)
 
-    async def _choose_state(self, visitor: Visitor, ask: ChooseState) -> None:
-        goal, robot = self.goal(visitor), self._need_robot()
-        if ask.name == DRAG:
+    async def _choose_state(self, session: Session, command: ChooseState) -> None:
+        goal, robot = self.goal(session), self._need_robot()
+        if command.name == DRAG:
             goal.state = DRAG
-            await self._appear(visitor)
+            await self._appear(session)
             return
-        if ask.name == CURRENT:
+        if command.name == CURRENT:
             goal.positions = self._of_group(goal, await self.current())
-        elif ask.name == RANDOM:
+        elif command.name == RANDOM:
             goal.positions = await self._random(goal)
         else:
             states = robot.semantic.named_states.get(goal.group, {})
-            if ask.name not in states:
-                raise ArmsimError(f"group '{goal.group}' has no state '{ask.name}'")
-            goal.positions = {**goal.positions, **states[ask.name]}
-        goal.state = ask.name
+            if command.name not in states:
+                raise ArmsimError(f"group '{goal.group}' has no state '{command.name}'")
+            goal.positions = {**goal.positions, **states[command.name]}
+        goal.state = command.name
         goal.wanted_pose = None
-        await self._appear(visitor)
+        await self._appear(session)
 
-    async def _set_joints(self, visitor: Visitor, ask: SetJoints) -> None:
-        goal, robot = self.goal(visitor), self._need_robot()
-        for name, value in ask.values.items():
+    async def _set_joints(self, session: Session, command: SetJoints) -> None:
+        goal, robot = self.goal(session), self._need_robot()
+        for name, value in command.values.items():
             if name not in goal.positions:
                 raise ArmsimError(f"'{name}' is no joint of group '{goal.group}'")
             lower, upper = bounds(robot.joints[name])
             goal.positions[name] = min(max(value, lower), upper)
         goal.state, goal.wanted_pose = '', None
-        await self._appear(visitor)
+        await self._appear(session)
 
-    async def _choose_start(self, visitor: Visitor, ask: ChooseStart) -> None:
-        goal, robot = self.goal(visitor), self._need_robot()
+    async def _choose_start(self, session: Session, command: ChooseStart) -> None:
+        goal, robot = self.goal(session), self._need_robot()
         states = robot.semantic.named_states.get(goal.group, {})
-        if ask.name == CURRENT:
+        if command.name == CURRENT:
             goal.start = None
-        elif ask.name == 'where the ghost is':
+        elif command.name == 'where the ghost is':
             goal.start = dict(goal.positions)
-        elif ask.name in states:
-            goal.start = dict(states[ask.name])
+        elif command.name in states:
+            goal.start = dict(states[command.name])
         else:
-            raise ArmsimError(f"group '{goal.group}' has no state '{ask.name}'")
-        goal.start_name = ask.name
-        self._tell(visitor)
+            raise ArmsimError(f"group '{goal.group}' has no state '{command.name}'")
+        goal.start_name = command.name
+        self._publish(session)
 
-    async def _random(self, goal: VisitorGoal) -> dict[str, float]:
+    async def _random(self, goal: SessionGoal) -> dict[str, float]:
         """Return joint positions within the limits that touch nothing."""
         robot = self._need_robot()
         for _ in range(_MOST_TRIES):
@@ -265,19 +265,19 @@ class GoalPart(Part):
         raise ArmsimError(f'none of {_MOST_TRIES} random states of {goal.group} is free of '
                           'collisions')
 
-    async def _appear(self, visitor: Visitor) -> None:
+    async def _appear(self, session: Session) -> None:
         """Show the ghost at the goal and find out whether that can be."""
-        goal = self.goal(visitor)
-        visitor.tell('result', None)  # it was about another goal
-        await self.ghost(visitor)
+        goal = self.goal(session)
+        session.show('result', None)  # it was about another goal
+        await self.ghost(session)
         goal.shown = True
-        self._show_goal(visitor)
+        self._show_goal(session)
         self._put_handle(goal)
-        self._tell(visitor)
-        self._wake(visitor)
+        self._publish(session)
+        self._wake(session)
 
-    def _show_goal(self, visitor: Visitor) -> None:
-        goal = self.goal(visitor)
+    def _show_goal(self, session: Session) -> None:
+        goal = self.goal(session)
         if goal.ghost is None:
             return
         goal.ghost.visible = goal.shown
@@ -287,11 +287,11 @@ class GoalPart(Part):
             touching = {link: _TOUCHING for pair in goal.verdict['touching'] for link in pair}
             goal.ghost.paint(_COLORS[goal.verdict['kind']], touching)
         if self.on_touching is not None:
-            self.on_touching(visitor, {name for pair in goal.verdict['touching']
+            self.on_touching(session, {name for pair in goal.verdict['touching']
                                        for name in pair} if goal.shown else set())
 
     def _others(self) -> dict[str, float]:
-        """Return where all joints stand, read off tf [rad or m]."""
+        """Return the positions of all joints, read from tf [rad or m]."""
         robot, edges = self.page.robot, self._robot_part.edges
         found: dict[str, float] = {}
         if robot is None:
@@ -303,15 +303,15 @@ class GoalPart(Part):
                 found[name] = position_of(joint, xyz, xyzw)
         return found
 
-    def _wake(self, visitor: Visitor) -> None:
-        goal = self.goal(visitor)
+    def _wake(self, session: Session) -> None:
+        goal = self.goal(session)
         goal.dirty.set()
         if goal.worker is None or goal.worker.done():
-            goal.worker = self.page.start(self._judge(visitor))
+            goal.worker = self.page.start(self._check(session))
 
-    async def _judge(self, visitor: Visitor) -> None:
+    async def _check(self, session: Session) -> None:
         """Follow the goal with inverse kinematics and collision checks; the newest counts."""
-        goal, robot = self.goal(visitor), self._need_robot()
+        goal, robot = self.goal(session), self._need_robot()
         while goal.dirty.is_set():
             goal.dirty.clear()
             pose, group, positions = goal.wanted_pose, goal.group, dict(goal.positions)
@@ -328,13 +328,13 @@ class GoalPart(Part):
             goal.verdict = verdict
             if pose is not None and goal.wanted_pose is not None:
                 goal.positions = positions
-            self._show_goal(visitor)
-            self._tell(visitor)
+            self._show_goal(session)
+            self._publish(session)
 
-    def _draw_handle(self, visitor: Visitor) -> None:
-        """Give the visitor a handle at the group's tip."""
-        goal, robot = self.goal(visitor), self.page.robot
-        if visitor.scene is None or robot is None:
+    def _draw_handle(self, session: Session) -> None:
+        """Give the session a handle at the group's tip."""
+        goal, robot = self.goal(session), self.page.robot
+        if session.scene is None or robot is None:
             return
         if goal.handle is not None:
             goal.handle.remove()
@@ -344,24 +344,24 @@ class GoalPart(Part):
 
         async def pulled(pose: Matrix) -> None:
             goal.wanted_pose = pose
-            visitor.tell('result', None)
+            session.show('result', None)
             if goal.state != DRAG or not goal.shown:
                 goal.state, goal.shown = DRAG, True
-                await self.ghost(visitor)
-            self._wake(visitor)
+                await self.ghost(session)
+            self._wake(session)
 
-        goal.handle = ToolHandle(visitor.scene.scene, pulled)
+        goal.handle = ToolHandle(session.scene.scene, pulled)
         self._place_roots(goal, robot)
         self._put_handle(goal)
 
-    def _put_handle(self, goal: VisitorGoal) -> None:
+    def _put_handle(self, goal: SessionGoal) -> None:
         robot = self.page.robot
         if goal.handle is not None and robot is not None:
             positions = robot.complete({**self._others(), **goal.positions})
             goal.handle.put(link_pose(robot, tip_of(robot.group(goal.group)), positions))
 
-    def _place_roots(self, goal: VisitorGoal, robot: RobotModel) -> None:
-        """Put ghost and handle where the robot's root link stands."""
+    def _place_roots(self, goal: SessionGoal, robot: RobotModel) -> None:
+        """Put ghost and handle at the robot's root link."""
         edge = self._robot_part.edges.get(robot.root_link)
         if edge is None:
             return
@@ -370,13 +370,13 @@ class GoalPart(Part):
             if drawn is not None:
                 drawn.place(xyz, xyzw[[3, 0, 1, 2]])
 
-    def _undraw(self, goal: VisitorGoal) -> None:
+    def _undraw(self, goal: SessionGoal) -> None:
         for drawn in (goal.ghost, goal.handle):
             if drawn is not None:
                 drawn.remove()
         goal.ghost = goal.handle = None
 
-    def _of_group(self, goal: VisitorGoal, positions: Mapping[str, float]) -> dict[str, float]:
+    def _of_group(self, goal: SessionGoal, positions: Mapping[str, float]) -> dict[str, float]:
         robot = self._need_robot()
         return {name: float(positions.get(name, robot.default_position(name)))
                 for name in robot.group(goal.group).active_joints}
@@ -386,9 +386,9 @@ class GoalPart(Part):
             raise ArmsimError('waiting for /robot_description')
         return self.page.robot
 
-    def _tell(self, visitor: Visitor) -> None:
-        goal = self.goal(visitor)
-        visitor.tell('goal', {
+    def _publish(self, session: Session) -> None:
+        goal = self.goal(session)
+        session.show('goal', {
             'group': goal.group, 'state': goal.state, 'positions': dict(goal.positions),
             'start': goal.start_name, 'kind': goal.verdict['kind'],
             'text': goal.verdict['text'] if goal.shown else '',

@@ -14,18 +14,18 @@ from pydantic import Field
 
 from armsim_ros.errors import ArmsimError
 from armsim_ros.nodes.client.description import tip_of
-from armsim_ros.nodes.web.page import Ask, Page, Part
+from armsim_ros.nodes.web.page import Page, PanelCommand, Part
 from armsim_ros.nodes.web.parts.goal import GoalPart
 from armsim_ros.nodes.web.parts.watch import WatchPart
-from armsim_ros.nodes.web.visitor import Visitor
+from armsim_ros.nodes.web.session import Session
 
 _TYPE = 'moveit_msgs/srv/ServoCommandType'
 _PERIOD = 1.0
 
 
-class Jog(Ask):
+class Jog(PanelCommand):
     """
-    A command of a moment; a button that is held sends one after the other.
+    A momentary command; a button that is held repeats it.
 
     Servo stops by itself when none comes any more, so a lost connection stops too.
     """
@@ -39,7 +39,7 @@ class JogPart(Part):
     """
     Sends unitless commands to the first servo that it finds.
 
-    :param watch: who knows what is served.
+    :param watch: reports which services exist.
     :param goals: which group's tip moves.
     """
 
@@ -74,35 +74,35 @@ class JogPart(Part):
         for name, kind in (('delta_twist_cmds', TwistStamped), ('delta_joint_cmds', JointJog)):
             self._publishers[name] = node.create_publisher(kind, f'{self._servo}/{name}', 10)
 
-    async def _jog(self, visitor: Visitor, ask: Jog) -> None:
+    async def _jog(self, session: Session, command: Jog) -> None:
         if not self._servo:
             raise ArmsimError('no servo runs')
-        await self._switch(ServoCommandType.Request.JOINT_JOG if ask.joint
+        await self._switch(ServoCommandType.Request.JOINT_JOG if command.joint
                            else ServoCommandType.Request.TWIST)
         robot = self.page.robot
         stamp = self._stamp()
-        if ask.joint:
-            command: Any = JointJog(joint_names=[ask.joint], velocities=[ask.share])
+        if command.joint:
+            message: Any = JointJog(joint_names=[command.joint], velocities=[command.share])
             topic = 'delta_joint_cmds'
         else:
-            group = self._goals.goal(visitor).group
+            group = self._goals.goal(session).group
             tip = tip_of(robot.group(group)) if robot is not None and group else ''
-            command, topic = TwistStamped(), 'delta_twist_cmds'
-            command.header.frame_id = tip or (robot.root_link if robot is not None else '')
-            part = command.twist.angular if ask.axis.startswith('r') else command.twist.linear
-            setattr(part, ask.axis[-1:] or 'x', ask.share)
-        command.header.stamp = stamp
-        self.page.link.in_thread(lambda: self._publishers[topic].publish(command))
+            message, topic = TwistStamped(), 'delta_twist_cmds'
+            message.header.frame_id = tip or (robot.root_link if robot is not None else '')
+            part = message.twist.angular if command.axis.startswith('r') else message.twist.linear
+            setattr(part, command.axis[-1:] or 'x', command.share)
+        message.header.stamp = stamp
+        self.page.link.in_thread(lambda: self._publishers[topic].publish(message))
 
-    async def _switch(self, wanted: int) -> None:
-        if self._type == wanted:
+    async def _switch(self, requested: int) -> None:
+        if self._type == requested:
             return
         answer = await self.page.call(
             ServoCommandType, f'{self._servo}/switch_command_type',
-            ServoCommandType.Request(command_type=wanted))
+            ServoCommandType.Request(command_type=requested))
         if not answer.success:
             raise ArmsimError(f'{self._servo} does not take this kind of command')
-        self._type = wanted
+        self._type = requested
 
     def _stamp(self) -> Time:
         """Return the time that servo counts in."""

@@ -28,30 +28,30 @@ from armsim_ros.nodes.client.motion import (
 )
 from armsim_ros.nodes.client.ros_client import GoalRun
 from armsim_ros.nodes.client.stop import Stopper
-from armsim_ros.nodes.web.page import Ask, Page, Part
+from armsim_ros.nodes.web.page import Page, PanelCommand, Part
 from armsim_ros.nodes.web.parts.activity import Activity
 from armsim_ros.nodes.web.parts.goal import GoalPart
 from armsim_ros.nodes.web.parts.path import PathPart, Plan
 from armsim_ros.nodes.web.parts.watch import WatchPart
+from armsim_ros.nodes.web.session import Session
 from armsim_ros.nodes.web.view.curves import curves_of, Trace
-from armsim_ros.nodes.web.visitor import Visitor
 
 #: What a Cartesian path moves between two states [m].
 _STEP = 0.005
 #: A planner gets this beyond its planning time before it counts as lost [s].
 _SPARE = 10.0
-#: Between two looks at the controllers' reports [s]; so many of them make a picture.
+#: Period of reading the controllers' reports [s]; so many of them make a picture.
 _LOOK, _LOOKS = 0.1, 4
 _REPORTS = QoSProfile(depth=50, reliability=QoSReliabilityPolicy.BEST_EFFORT,
                       durability=QoSDurabilityPolicy.VOLATILE)
-#: What a motion came to that somebody has ended, whether move_group heard of it first or the
+#: Results of a motion that was stopped, whether move_group noticed first or the
 #: controllers did.
 STOPPED = 'stopped'
 _STATE_TYPE = 'control_msgs/msg/JointTrajectoryControllerState'
 
 
-class PlanAsk(Ask):
-    """Plan to the ghost, and go there where that is wanted too."""
+class PlanCommand(PanelCommand):
+    """Plan to the ghost, and move there if requested."""
 
     speed: float = Field(1.0, gt=0.0, le=1.0)
     acceleration: float = Field(1.0, gt=0.0, le=1.0)
@@ -62,40 +62,40 @@ class PlanAsk(Ask):
     execute: bool = False
 
 
-class Execute(Ask):
+class Execute(PanelCommand):
     """Do what was planned."""
 
 
-class Stop(Ask):
+class Stop(PanelCommand):
     """Stop all that moves."""
 
 
 class MotionPart(Part):
     """
-    Plans for each visitor; one motion is executed at a time, whoever asked for it.
+    Plans for each session; one motion is executed at a time, whichever session requested it.
 
-    :param watch: who knows the controllers.
+    :param watch: knows the controllers.
     :param goals: where to.
-    :param paths: who keeps the plans.
+    :param paths: keeps the plans.
     """
 
     def __init__(self, page: Page, watch: WatchPart, goals: GoalPart, paths: PathPart) -> None:
         super().__init__(page)
         self._watch, self._goals, self._paths = watch, goals, paths
         self._stopper = Stopper(page.link)
-        self._runs: dict[GoalRun, Visitor] = {}
+        self._runs: dict[GoalRun, Session] = {}
         self._activity = Activity(page)
         self._planning: asyncio.Task[str] | None = None
         self._stopped = False
-        """Whether somebody has pressed 'Stop' since the planning began."""
+        """Whether 'Stop' was pressed since planning began."""
 
     def handlers(self) -> dict[str, Any]:
         """Return what it answers."""
-        return {'plan': (PlanAsk, self._plan), 'execute': (Execute, self._execute),
+        return {'plan': (PlanCommand, self._plan), 'execute': (Execute, self._execute),
                 'stop': (Stop, self._stop)}
 
     def on_program(self, name: str, there: bool) -> None:
-        """Ask a new move_group what it can plan with; forget a motion that it took along."""
+        """Query a new move_group's planners; forget a motion that ended with the old."""
         if there and name == 'move_group':
             self.page.start(self._ask_planners())
         if there:
@@ -115,47 +115,47 @@ class MotionPart(Part):
              'planners': list(pipeline.planner_ids)}
             for pipeline in answer.planner_interfaces])
 
-    async def _plan(self, visitor: Visitor, ask: PlanAsk) -> None:
-        self._begin(visitor)
-        self._activity.begin('planning', visitor, ask.planning_time, time.monotonic)
+    async def _plan(self, session: Session, command: PlanCommand) -> None:
+        self._begin(session)
+        self._activity.begin('planning', session, command.planning_time, time.monotonic)
         self._stopped = False
-        work = self._straight if ask.straight else self._search
-        self._planning = asyncio.create_task(work(visitor, ask))
+        work = self._straight if command.straight else self._search
+        self._planning = asyncio.create_task(work(session, command))
         try:
             text = await self._planning
         except asyncio.CancelledError:
             text = STOPPED
         except ArmsimError as error:
-            self._end(visitor, str(error), False)
+            self._end(session, str(error), False)
             return
         except BaseException:
-            self._end(visitor, 'the page has a mistake', False)
+            self._end(session, 'the page has a bug', False)
             raise
         finally:
             self._planning = None
         if self._stopped:
-            self._end(visitor, STOPPED, False)
-        elif ask.execute:
-            await self._go(visitor)
+            self._end(session, STOPPED, False)
+        elif command.execute:
+            await self._go(session)
         else:
-            self._end(visitor, text, True)
+            self._end(session, text, True)
 
-    async def _search(self, visitor: Visitor, ask: PlanAsk) -> str:
-        goal = self._goals.goal(visitor)
+    async def _search(self, session: Session, command: PlanCommand) -> str:
+        goal = self._goals.goal(session)
         if not goal.group:
             raise ArmsimError('waiting for /robot_description_semantic')
-        wrapped = await self._run(visitor, MoveGroup, '/move_action', plan_goal(
-            goal.group, goal.positions, start=goal.start, speed=ask.speed,
-            acceleration=ask.acceleration, pipeline=ask.pipeline, planner=ask.planner,
-            planning_time=ask.planning_time), ask.planning_time + _SPARE)
+        wrapped = await self._run(session, MoveGroup, '/move_action', plan_goal(
+            goal.group, goal.positions, start=goal.start, speed=command.speed,
+            acceleration=command.acceleration, pipeline=command.pipeline, planner=command.planner,
+            planning_time=command.planning_time), command.planning_time + _SPARE)
         result = wrapped.result
         if result.error_code.val != SUCCESS:
             raise ArmsimError(_reason(result.error_code))
-        self._take(visitor, goal.group, result.planned_trajectory, result.trajectory_start)
+        self._take(session, goal.group, result.planned_trajectory, result.trajectory_start)
         return f'planned in {result.planning_time:.2f} s'
 
-    async def _straight(self, visitor: Visitor, ask: PlanAsk) -> str:
-        goal, robot = self._goals.goal(visitor), self.page.robot
+    async def _straight(self, session: Session, command: PlanCommand) -> str:
+        goal, robot = self._goals.goal(session), self.page.robot
         if robot is None or not goal.group:
             raise ArmsimError('waiting for /robot_description')
         tip = tip_of(robot.group(goal.group))
@@ -166,20 +166,20 @@ class MotionPart(Part):
         request = GetCartesianPath.Request(
             group_name=goal.group, link_name=tip, waypoints=[pose.pose], max_step=_STEP,
             avoid_collisions=True, start_state=robot_state(goal.start),
-            max_velocity_scaling_factor=ask.speed,
-            max_acceleration_scaling_factor=ask.acceleration)
+            max_velocity_scaling_factor=command.speed,
+            max_acceleration_scaling_factor=command.acceleration)
         request.header.frame_id = pose.header.frame_id
         answer = await self.page.call(GetCartesianPath, '/compute_cartesian_path', request,
-                                      ask.planning_time + _SPARE)
+                                      command.planning_time + _SPARE)
         text = f'straight line: {100.0 * answer.fraction:.0f} % of the way'
         if answer.error_code.val != SUCCESS or len(answer.solution.joint_trajectory.points) < 2:
             raise ArmsimError(f'{code_text(answer.error_code)}; {text}')
-        self._take(visitor, goal.group, answer.solution, answer.start_state, text)
-        if answer.fraction < 0.999 and ask.execute:
+        self._take(session, goal.group, answer.solution, answer.start_state, text)
+        if answer.fraction < 0.999 and command.execute:
             raise ArmsimError(f"{text}; press 'Execute' to go so far")
         return text
 
-    def _take(self, visitor: Visitor, group: str, trajectory: Any, start: Any, note: str = ''
+    def _take(self, session: Session, group: str, trajectory: Any, start: Any, note: str = ''
               ) -> None:
         message = trajectory.joint_trajectory
         if not message.points:
@@ -193,40 +193,40 @@ class MotionPart(Part):
                 [point.accelerations for point in message.points])
         except ValueError as error:
             raise ArmsimError(f'the plan cannot be read: {error}') from None
-        self._paths.take(visitor, Plan(group, trajectory, curves, dict(
+        self._paths.take(session, Plan(group, trajectory, curves, dict(
             zip(state.name, state.position, strict=False))), note)
 
-    async def _execute(self, visitor: Visitor, _ask: Execute) -> None:
-        if self._paths.plan(visitor) is None:
+    async def _execute(self, session: Session, _command: Execute) -> None:
+        if self._paths.plan(session) is None:
             raise ArmsimError("there is no plan; press 'Plan'")
-        self._begin(visitor)
-        await self._go(visitor)
+        self._begin(session)
+        await self._go(session)
 
-    async def _go(self, visitor: Visitor) -> None:
-        plan = self._paths.plan(visitor)
+    async def _go(self, session: Session) -> None:
+        plan = self._paths.plan(session)
         assert plan is not None
-        self._activity.begin('executing', visitor, plan.curves.duration, self._watch.now)
-        self._paths.halt(visitor)
-        self._goals.restore(visitor)
-        reporting = self.page.start(self._report(visitor, plan))
+        self._activity.begin('executing', session, plan.curves.duration, self._watch.now)
+        self._paths.halt(session)
+        self._goals.restore(session)
+        reporting = self.page.start(self._report(session, plan))
         try:
-            wrapped = await self._run(visitor, ExecuteTrajectory, '/execute_trajectory',
+            wrapped = await self._run(session, ExecuteTrajectory, '/execute_trajectory',
                                       ExecuteTrajectory.Goal(trajectory=plan.trajectory), None)
             code = wrapped.result.error_code
             if wrapped.status == GoalStatus.STATUS_CANCELED:
-                self._end(visitor, STOPPED, False)
+                self._end(session, STOPPED, False)
             elif code.val != SUCCESS:
-                self._end(visitor, _reason(code), False)
+                self._end(session, _reason(code), False)
             else:
-                self._goals.arrived(visitor)
-                self._end(visitor, 'arrived', True)
+                self._goals.arrived(session)
+                self._end(session, 'arrived', True)
         except ArmsimError as error:
-            self._end(visitor, str(error), False)
+            self._end(session, str(error), False)
         finally:
             reporting.cancel()
 
-    async def _report(self, visitor: Visitor, plan: Plan) -> None:
-        """Tell a visitor what the controllers report."""
+    async def _report(self, session: Session, plan: Plan) -> None:
+        """Tell a session what the controllers report."""
         topics = [self.page.link.poll(JointTrajectoryControllerState, name, _REPORTS)
                   for name, kind in self._watch.topics.items() if kind == _STATE_TYPE]
         trace = Trace()
@@ -236,10 +236,10 @@ class MotionPart(Part):
                 for _ in range(_LOOKS):
                     self._read(topics, joints, trace)
                     await asyncio.sleep(_LOOK)
-                visitor.tell('trace', trace.form())
+                session.show('trace', trace.form())
         finally:
             self._read(topics, joints, trace)
-            visitor.tell('trace', trace.form())
+            session.show('trace', trace.form())
             for topic in topics:
                 topic.close()
 
@@ -251,7 +251,7 @@ class MotionPart(Part):
                               message.reference.positions, message.feedback.positions,
                               message.error.positions)
 
-    async def _stop(self, _visitor: Visitor, _ask: Stop) -> None:
+    async def _stop(self, _session: Session, _command: Stop) -> None:
         for run in list(self._runs):
             run.cancel()
         if self._planning is not None:
@@ -260,11 +260,11 @@ class MotionPart(Part):
         await asyncio.gather(*(self.page.answer(answer, 2.0) for answer in self._stopper.stop()),
                              return_exceptions=True)
 
-    async def _run(self, visitor: Visitor, kind: type[Any], name: str, goal: Any,
+    async def _run(self, session: Session, kind: type[Any], name: str, goal: Any,
                    patience: float | None) -> Any:
         """Send a goal and return its wrapped result."""
         run = self.page.link.goal(kind, name, goal)
-        self._runs[run] = visitor
+        self._runs[run] = session
         try:
             wrapped = await asyncio.wait_for(asyncio.wrap_future(run.result), patience)
         except (asyncio.TimeoutError, TimeoutError):
@@ -273,19 +273,19 @@ class MotionPart(Part):
         finally:
             self._runs.pop(run, None)
         if wrapped is None:
-            raise ArmsimError(f'{name} refused the goal; its log says why')
+            raise ArmsimError(f'{name} refused the goal; its log has the reason')
         return wrapped
 
-    def _begin(self, visitor: Visitor) -> None:
+    def _begin(self, session: Session) -> None:
         self._activity.need_rest()
-        visitor.tell('result', None)
+        session.show('result', None)
 
-    def _end(self, visitor: Visitor, text: str, good: bool) -> None:
+    def _end(self, session: Session, text: str, good: bool) -> None:
         self._activity.end()
-        visitor.sections.pop('result', None)
-        visitor.tell('result', {'text': text, 'good': good})
+        session.sections.pop('result', None)
+        session.show('result', {'text': text, 'good': good})
 
 
 def _reason(code: Any) -> str:
-    """Return why there is no plan or no motion, in words."""
+    """Return why there is no plan or no motion, as a text."""
     return STOPPED if code.val == MoveItErrorCodes.PREEMPTED else code_text(code)

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The planning scene: what stands in the robot's way, shown and changed."""
+"""The planning scene: its objects, shown and edited."""
 
 from __future__ import annotations
 
@@ -28,13 +28,13 @@ from shape_msgs.msg import Mesh, MeshTriangle, SolidPrimitive
 from armsim_ros.errors import ArmsimError
 from armsim_ros.model.robot_model import RobotModel
 from armsim_ros.nodes.client.description import tip_of
-from armsim_ros.nodes.web.page import Ask, Page, Part
+from armsim_ros.nodes.web.page import Page, PanelCommand, Part
 from armsim_ros.nodes.web.parts.goal import GoalPart
 from armsim_ros.nodes.web.parts.robot import RobotPart
 from armsim_ros.nodes.web.saved_scene import object_from_dict, object_to_dict
 from armsim_ros.nodes.web.scene.objects_drawing import drawn_objects, ObjectsDrawing
+from armsim_ros.nodes.web.session import Session
 from armsim_ros.nodes.web.view.shapes import parts_of_file
-from armsim_ros.nodes.web.visitor import Visitor
 
 Three = tuple[float, float, float]
 Four = tuple[float, float, float, float]
@@ -50,20 +50,20 @@ _NEWS = QoSProfile(depth=100)
 _PAUSE = 0.05
 
 
-class Add(Ask):
+class Add(PanelCommand):
     """A new object before the robot."""
 
     shape: Literal['box', 'sphere', 'cylinder']
 
 
-class AddMesh(Ask):
+class AddMesh(PanelCommand):
     """A new object from a mesh file, its bytes in base64."""
 
     name: str = Field(max_length=200)
     data: str
 
 
-class Change(Ask):
+class Change(PanelCommand):
     """Another place, turn (quaternion xyzw) or size of an object."""
 
     id: str
@@ -72,31 +72,31 @@ class Change(Ask):
     size: list[float] | None = Field(default=None, max_length=3)
 
 
-class Named(Ask):
+class Named(PanelCommand):
     """An object."""
 
     id: str
 
 
-class Select(Ask):
+class Select(PanelCommand):
     """The object to move by handles; '' for none."""
 
     id: str = ''
 
 
-class Allow(Ask):
+class Allow(PanelCommand):
     """Pairs that may touch from now on."""
 
     pairs: list[tuple[str, str]] = Field(min_length=1, max_length=50)
 
 
-class Load(Ask):
+class Load(PanelCommand):
     """Objects that were saved."""
 
     text: str
 
 
-class Save(Ask):
+class Save(PanelCommand):
     """The objects as text."""
 
 
@@ -104,7 +104,7 @@ class ObjectsPart(Part):
     """
     Shows world objects and attached ones, and changes them through apply_planning_scene.
 
-    :param robot_part: who knows the frames.
+    :param robot_part: knows the frames.
     :param goals: whose ghosts touch objects.
     """
 
@@ -113,9 +113,9 @@ class ObjectsPart(Part):
         self._goals, self._robot_part = goals, robot_part
         self._drawing = ObjectsDrawing(page.scene, robot_part.reader, robot_part.node_of,
                                        self._clicked)
-        self._handles: WeakKeyDictionary[Visitor, Any] = WeakKeyDictionary()
-        self._touched: WeakKeyDictionary[Visitor, set[str]] = WeakKeyDictionary()
-        self._chosen: WeakKeyDictionary[Visitor, str] = WeakKeyDictionary()
+        self._handles: WeakKeyDictionary[Session, Any] = WeakKeyDictionary()
+        self._touched: WeakKeyDictionary[Session, set[str]] = WeakKeyDictionary()
+        self._chosen: WeakKeyDictionary[Session, str] = WeakKeyDictionary()
         self._changed = asyncio.Event()
         goals.on_touching = self._paint
         page.link.subscribe(PlanningScene, '/monitored_planning_scene', _NEWS, self._notice)
@@ -148,7 +148,7 @@ class ObjectsPart(Part):
             try:
                 await self._read()
             except ArmsimError:
-                await asyncio.sleep(0.5)  # the watch says that move_group is gone
+                await asyncio.sleep(0.5)  # the watch reports that move_group is gone
             await asyncio.sleep(_PAUSE)
 
     def _notice(self, message: Any) -> None:
@@ -169,9 +169,9 @@ class ObjectsPart(Part):
         self._touched.clear()
         self._goals.look_again()
         self.page.publish('objects', [item.form() for item in self._drawing.objects.values()])
-        for visitor, name in list(self._chosen.items()):
+        for session, name in list(self._chosen.items()):
             if name and name not in self._drawing.objects:
-                await self._select(visitor, Select())
+                await self._select(session, Select())
 
     async def _apply(self, *objects: Any, attached: Any = None) -> None:
         scene = PlanningScene(is_diff=True)
@@ -182,11 +182,11 @@ class ObjectsPart(Part):
         answer = await self.page.call(ApplyPlanningScene, '/apply_planning_scene',
                                       ApplyPlanningScene.Request(scene=scene))
         if not answer.success:
-            raise ArmsimError('move_group refused the change of the scene; its log says why')
+            raise ArmsimError('move_group refused the change of the scene; its log has the reason')
         self._changed.set()
 
     def _new(self, kind: str) -> Any:
-        """Return an object with a name of its own that stands before the robot."""
+        """Return an object with a unique name in front of the robot."""
         robot = self.page.robot
         if robot is None:
             raise ArmsimError('waiting for /robot_description')
@@ -201,31 +201,31 @@ class ObjectsPart(Part):
         message.pose.orientation.w = 1.0
         return message
 
-    async def _add(self, visitor: Visitor, ask: Add) -> None:
-        message = self._new(ask.shape)
-        message.primitives = [SolidPrimitive(type=_TYPES[ask.shape],
-                                             dimensions=_SIZES[ask.shape])]
+    async def _add(self, session: Session, command: Add) -> None:
+        message = self._new(command.shape)
+        message.primitives = [SolidPrimitive(type=_TYPES[command.shape],
+                                             dimensions=_SIZES[command.shape])]
         message.primitive_poses = [_unit()]
         await self._apply(message)
         await self._read()
-        await self._select(visitor, Select(id=message.id))
+        await self._select(session, Select(id=message.id))
 
-    async def _add_mesh(self, visitor: Visitor, ask: AddMesh) -> None:
+    async def _add_mesh(self, session: Session, command: AddMesh) -> None:
         try:
-            data = base64.b64decode(ask.data, validate=True)
-            kind = ask.name.rpartition('.')[2].lower()
+            data = base64.b64decode(command.data, validate=True)
+            kind = command.name.rpartition('.')[2].lower()
             parts = await asyncio.to_thread(parts_of_file, data, kind)
         except (ValueError, binascii.Error, KeyError) as error:
-            raise ArmsimError(f"'{ask.name}' cannot be read: {error}") from None
+            raise ArmsimError(f"'{command.name}' cannot be read: {error}") from None
         except Exception as error:  # noqa: BLE001 - the readers raise what they like
-            raise ArmsimError(f"'{ask.name}' is no mesh that is read: {error}") from None
+            raise ArmsimError(f"'{command.name}' is no mesh that is read: {error}") from None
         count = sum(len(part.faces) for part in parts)
         if count > _MOST_TRIANGLES:
-            raise ArmsimError(f"'{ask.name}' has {count} triangles; allowed: {_MOST_TRIANGLES}")
+            raise ArmsimError(f"'{command.name}' has {count} triangles; at most {_MOST_TRIANGLES}")
         vertices = np.concatenate([part.vertices for part in parts]).astype(float)
         if np.ptp(vertices, axis=0).max() > _LARGEST_MESH:
             vertices = 0.001 * vertices
-            visitor.note(f"'{ask.name}' was read as millimetres", 'info')
+            session.note(f"'{command.name}' was read as millimetres", 'info')
         message = self._new('mesh')
         mesh, base = Mesh(vertices=[Point(x=x, y=y, z=z) for x, y, z in vertices.tolist()]), 0
         for part in parts:
@@ -235,25 +235,26 @@ class ObjectsPart(Part):
         message.meshes, message.mesh_poses = [mesh], [_unit()]
         await self._apply(message)
         await self._read()
-        await self._select(visitor, Select(id=message.id))
+        await self._select(session, Select(id=message.id))
 
-    async def _change(self, _visitor: Visitor, ask: Change) -> None:
-        item = self._need(ask.id)
+    async def _change(self, _session: Session, command: Change) -> None:
+        item = self._need(command.id)
         if item.link:
-            raise ArmsimError(f"'{ask.id}' is attached to {item.link}; detach it first")
+            raise ArmsimError(f"'{command.id}' is attached to {item.link}; detach it first")
         message = item.message
         message.operation = CollisionObject.MOVE
-        if ask.xyz is not None:
+        if command.xyz is not None:
             position = message.pose.position
-            position.x, position.y, position.z = ask.xyz
-        if ask.turn is not None and any(ask.turn):
+            position.x, position.y, position.z = command.xyz
+        if command.turn is not None and any(command.turn):
             turn = message.pose.orientation
             turn.x, turn.y, turn.z, turn.w = (
-                part / float(np.linalg.norm(ask.turn)) for part in ask.turn)
-        if ask.size is not None and len(message.primitives) == 1:
-            if len(ask.size) != len(message.primitives[0].dimensions) or min(ask.size) <= 0.0:
-                raise ArmsimError(f"the sizes of '{ask.id}' must be above 0")
-            message.primitives[0].dimensions = ask.size
+                part / float(np.linalg.norm(command.turn)) for part in command.turn)
+        if command.size is not None and len(message.primitives) == 1:
+            if (len(command.size) != len(message.primitives[0].dimensions)
+                    or min(command.size) <= 0.0):
+                raise ArmsimError(f"the sizes of '{command.id}' must be above 0")
+            message.primitives[0].dimensions = command.size
             message.operation = CollisionObject.ADD
         if message.operation == CollisionObject.MOVE:
             moved = CollisionObject(id=message.id, header=message.header, pose=message.pose,
@@ -262,26 +263,26 @@ class ObjectsPart(Part):
         else:
             await self._apply(message)
 
-    async def _remove(self, _visitor: Visitor, ask: Named) -> None:
-        item = self._need(ask.id)
+    async def _remove(self, _session: Session, command: Named) -> None:
+        item = self._need(command.id)
         if item.link:
             await self._loosen(item)
-        await self._apply(CollisionObject(id=ask.id, header=item.message.header,
+        await self._apply(CollisionObject(id=command.id, header=item.message.header,
                                           operation=CollisionObject.REMOVE))
 
-    async def _attach(self, visitor: Visitor, ask: Named) -> None:
-        self._need(ask.id)
-        robot, group = self.page.robot, self._goals.goal(visitor).group
+    async def _attach(self, session: Session, command: Named) -> None:
+        self._need(command.id)
+        robot, group = self.page.robot, self._goals.goal(session).group
         tip = tip_of(robot.group(group)) if robot is not None and group else ''
         if robot is None or not tip:
             raise ArmsimError('this group has no tip to attach to')
         attached = AttachedCollisionObject(link_name=tip, touch_links=touch_links(robot, tip))
-        attached.object.id = ask.id
+        attached.object.id = command.id
         attached.object.operation = CollisionObject.ADD
         await self._apply(attached=attached)
 
-    async def _detach(self, _visitor: Visitor, ask: Named) -> None:
-        await self._loosen(self._need(ask.id))
+    async def _detach(self, _session: Session, command: Named) -> None:
+        await self._loosen(self._need(command.id))
 
     async def _loosen(self, item: Any) -> None:
         attached = AttachedCollisionObject(link_name=item.link)
@@ -289,12 +290,12 @@ class ObjectsPart(Part):
         attached.object.operation = CollisionObject.REMOVE
         await self._apply(attached=attached)
 
-    async def _allow(self, _visitor: Visitor, ask: Allow) -> None:
+    async def _allow(self, _session: Session, command: Allow) -> None:
         request = GetPlanningScene.Request()
         request.components.components = PlanningSceneComponents.ALLOWED_COLLISION_MATRIX
         scene = (await self.page.call(GetPlanningScene, '/get_planning_scene', request)).scene
         matrix = scene.allowed_collision_matrix
-        for pair in ask.pairs:
+        for pair in command.pairs:
             for name in pair:
                 if name not in matrix.entry_names:
                     matrix.entry_names.append(name)
@@ -311,32 +312,32 @@ class ObjectsPart(Part):
                              ApplyPlanningScene.Request(scene=change))
         self._goals.look_again()
 
-    async def _save(self, visitor: Visitor, _ask: Save) -> None:
+    async def _save(self, session: Session, _command: Save) -> None:
         objects = [object_to_dict(item.message) for item in self._drawing.objects.values()
                    if not item.link]
-        visitor.sections.pop('saved_scene', None)
-        visitor.tell('saved_scene', json.dumps({'objects': objects}, indent=1))
-        visitor.sections.pop('saved_scene', None)
+        session.sections.pop('saved_scene', None)
+        session.show('saved_scene', json.dumps({'objects': objects}, indent=1))
+        session.sections.pop('saved_scene', None)
 
-    async def _load(self, _visitor: Visitor, ask: Load) -> None:
+    async def _load(self, _session: Session, command: Load) -> None:
         try:
-            objects = [object_from_dict(item) for item in json.loads(ask.text)['objects']]
+            objects = [object_from_dict(item) for item in json.loads(command.text)['objects']]
         except Exception as error:  # noqa: BLE001 - any text may have been chosen
             raise ArmsimError(f'this is no scene that was saved here: {error!r:.200}') from None
         await self._apply(*objects)
 
-    async def _select(self, visitor: Visitor, ask: Select) -> None:
-        """Give an object a handle in the visitor's scene."""
-        handle = self._handles.pop(visitor, None)
-        if handle is not None and visitor.scene is not None:
+    async def _select(self, session: Session, command: Select) -> None:
+        """Give an object a handle in the session's scene."""
+        handle = self._handles.pop(session, None)
+        if handle is not None and session.scene is not None:
             handle.remove()
-        self._chosen[visitor] = ask.id
-        visitor.tell('chosen', ask.id)
-        item = self._drawing.objects.get(ask.id)
-        if item is None or item.link or visitor.scene is None:
+        self._chosen[session] = command.id
+        session.show('chosen', command.id)
+        item = self._drawing.objects.get(command.id)
+        if item is None or item.link or session.scene is None:
             return
         place = self._robot_part.node_of(item.frame)
-        handle = self._handles[visitor] = visitor.scene.scene.add_transform_controls(
+        handle = self._handles[session] = session.scene.scene.add_transform_controls(
             f'{place}/mover', scale=0.14, line_width=3.0, depth_test=False,
             disable_sliders=True, position=item.node.position, wxyz=item.node.wxyz)
         moving = asyncio.Lock()
@@ -348,11 +349,11 @@ class ObjectsPart(Part):
                 while True:
                     xyz, wxyz = tuple(handle.position), tuple(handle.wxyz)
                     item.node.position, item.node.wxyz = xyz, wxyz
-                    change = Change(id=ask.id, xyz=xyz, turn=(*wxyz[1:], wxyz[0]))
+                    change = Change(id=command.id, xyz=xyz, turn=(*wxyz[1:], wxyz[0]))
                     try:
-                        await self._change(visitor, change)
+                        await self._change(session, change)
                     except ArmsimError as error:
-                        visitor.note(str(error))
+                        session.note(str(error))
                         return
                     self._goals.look_again()
                     if (tuple(handle.position), tuple(handle.wxyz)) == (xyz, wxyz):
@@ -363,17 +364,17 @@ class ObjectsPart(Part):
     def _clicked(self, name: str, client: Any) -> None:
         """Choose an object that was clicked at; called in a thread of viser's."""
         def choose() -> None:
-            for visitor in self.page.visitors.values():
-                if visitor.scene is client:
-                    self.page.start(self._select(visitor, Select(id=name)))
+            for session in self.page.sessions.values():
+                if session.scene is client:
+                    self.page.start(self._select(session, Select(id=name)))
 
         self.page.soon(choose)
 
-    def _paint(self, visitor: Visitor, names: set[str]) -> None:
+    def _paint(self, session: Session, names: set[str]) -> None:
         touched = names & set(self._drawing.objects)
-        if visitor.scene is not None and touched != self._touched.get(visitor, set()):
-            self._touched[visitor] = touched
-            self._drawing.highlight(visitor.scene.scene, touched)
+        if session.scene is not None and touched != self._touched.get(session, set()):
+            self._touched[session] = touched
+            self._drawing.highlight(session.scene.scene, touched)
 
     def _need(self, name: str) -> Any:
         if name not in self._drawing.objects:

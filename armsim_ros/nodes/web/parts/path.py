@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The planned path in each visitor's scene: the line of the tip, the ghost that runs along."""
+"""The planned path in each session's scene: the line of the tip, the ghost that runs along."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from pydantic import Field
 from armsim_ros.errors import ArmsimError
 from armsim_ros.model.robot_model import RobotModel
 from armsim_ros.nodes.client.description import link_pose, tip_of
-from armsim_ros.nodes.web.page import Ask, Page, Part
+from armsim_ros.nodes.web.page import Page, PanelCommand, Part
 from armsim_ros.nodes.web.parts.goal import GoalPart
 from armsim_ros.nodes.web.parts.robot import RATE, RobotPart
+from armsim_ros.nodes.web.session import Session
 from armsim_ros.nodes.web.view.curves import Curves
-from armsim_ros.nodes.web.visitor import Visitor
 
 #: Points of the tip's line, and its colour.
 _LINE_POINTS = 120
@@ -29,25 +29,25 @@ _PREVIEW = (120, 160, 230)
 _PAUSE = 0.4
 
 
-class Scrub(Ask):
+class Scrub(PanelCommand):
     """Show the ghost at a time of the plan [s]."""
 
     time: float = Field(ge=0.0)
 
 
-class Replay(Ask):
+class Replay(PanelCommand):
     """Run the ghost along the plan."""
 
     loop: bool = False
 
 
-class Clear(Ask):
+class Clear(PanelCommand):
     """Forget the plan."""
 
 
 class Plan:
     """
-    What was planned last for a visitor.
+    What was planned last for a session.
 
     :param trajectory: the message that is executed.
     """
@@ -63,18 +63,18 @@ class Plan:
 
 class PathPart(Part):
     """
-    Keeps each visitor's plan and shows it.
+    Keeps each session's plan and shows it.
 
-    :param robot_part: who knows where the root link stands.
+    :param robot_part: knows the pose of the root link.
     :param goals: whose ghosts run.
     """
 
     def __init__(self, page: Page, robot_part: RobotPart, goals: GoalPart) -> None:
         super().__init__(page)
         self._robot_part, self._goals = robot_part, goals
-        self._plans: WeakKeyDictionary[Visitor, Plan] = WeakKeyDictionary()
-        self._lines: WeakKeyDictionary[Visitor, Any] = WeakKeyDictionary()
-        self._runs: WeakKeyDictionary[Visitor, asyncio.Task[Any]] = WeakKeyDictionary()
+        self._plans: WeakKeyDictionary[Session, Plan] = WeakKeyDictionary()
+        self._lines: WeakKeyDictionary[Session, Any] = WeakKeyDictionary()
+        self._runs: WeakKeyDictionary[Session, asyncio.Task[Any]] = WeakKeyDictionary()
 
     def handlers(self) -> dict[str, Any]:
         """Return what it answers."""
@@ -83,28 +83,28 @@ class PathPart(Part):
 
     def on_robot(self, robot: RobotModel) -> None:
         """Forget the plans of another robot."""
-        for visitor, plan in list(self._plans.items()):
+        for session, plan in list(self._plans.items()):
             if not set(plan.curves.joints) <= set(robot.joints):
-                self.forget(visitor)
+                self.forget(session)
 
-    def on_scene(self, visitor: Visitor) -> None:
+    def on_scene(self, session: Session) -> None:
         """Draw the line anew."""
-        self._lines.pop(visitor, None)
-        if visitor in self._plans:
-            self._draw(visitor)
+        self._lines.pop(session, None)
+        if session in self._plans:
+            self._draw(session)
 
-    def plan(self, visitor: Visitor) -> Plan | None:
-        """Return what was planned last for a visitor."""
-        return self._plans.get(visitor)
+    def plan(self, session: Session) -> Plan | None:
+        """Return what was planned last for a session."""
+        return self._plans.get(session)
 
-    def take(self, visitor: Visitor, plan: Plan, note: str = '') -> None:
+    def take(self, session: Session, plan: Plan, note: str = '') -> None:
         """Show a new plan in place of the last."""
-        self.forget(visitor)
-        self._plans[visitor] = plan
-        self._draw(visitor)
+        self.forget(session)
+        self._plans[session] = plan
+        self._draw(session)
         robot = self.page.robot
         limits = {name: robot.joints[name].limits for name in plan.curves.joints} if robot else {}
-        visitor.tell('plan', {
+        session.show('plan', {
             **plan.curves.form(), 'group': plan.group, 'duration': plan.curves.duration,
             'note': note,
             'limits': {name: {
@@ -112,24 +112,24 @@ class PathPart(Part):
                 'acceleration': limit.acceleration} for name, limit in limits.items()},
         })
 
-    def forget(self, visitor: Visitor) -> None:
-        """Take a visitor's plan away."""
-        self.halt(visitor)
-        self._plans.pop(visitor, None)
-        line = self._lines.pop(visitor, None)
-        if line is not None and visitor.scene is not None:
+    def forget(self, session: Session) -> None:
+        """Take a session's plan away."""
+        self.halt(session)
+        self._plans.pop(session, None)
+        line = self._lines.pop(session, None)
+        if line is not None and session.scene is not None:
             line.remove()
-        visitor.tell('plan', None)
+        session.show('plan', None)
 
-    def halt(self, visitor: Visitor) -> None:
+    def halt(self, session: Session) -> None:
         """End a replay."""
-        run = self._runs.pop(visitor, None)
+        run = self._runs.pop(session, None)
         if run is not None:
             run.cancel()
 
-    def _draw(self, visitor: Visitor) -> None:
-        plan, robot = self._plans[visitor], self.page.robot
-        if visitor.scene is None or robot is None:
+    def _draw(self, session: Session) -> None:
+        plan, robot = self._plans[session], self.page.robot
+        if session.scene is None or robot is None:
             return
         tip = tip_of(robot.group(plan.group)) if plan.group in robot.semantic.groups else ''
         if not tip:
@@ -140,42 +140,42 @@ class PathPart(Part):
             (root @ link_pose(robot, tip, robot.complete(plan.at(float(time)))))[:3, 3]
             for time in times])
         pieces = np.stack([places[:-1], places[1:]], axis=1).astype(np.float32)
-        self._lines[visitor] = visitor.scene.scene.add_line_segments(
+        self._lines[session] = session.scene.scene.add_line_segments(
             '/path', pieces, colors=_LINE_COLOR, thickness=3.0, thickness_units='screen')
 
-    async def _scrub(self, visitor: Visitor, ask: Scrub) -> None:
-        plan = self._need(visitor)
-        self.halt(visitor)
-        await self._goals.ghost(visitor)
-        self._goals.show(visitor, plan.at(ask.time), _PREVIEW)
+    async def _scrub(self, session: Session, command: Scrub) -> None:
+        plan = self._need(session)
+        self.halt(session)
+        await self._goals.ghost(session)
+        self._goals.show(session, plan.at(command.time), _PREVIEW)
 
-    async def _replay(self, visitor: Visitor, ask: Replay) -> None:
-        plan = self._need(visitor)
-        self.halt(visitor)
-        await self._goals.ghost(visitor)
-        self._runs[visitor] = self.page.start(self._run(visitor, plan, ask.loop))
+    async def _replay(self, session: Session, command: Replay) -> None:
+        plan = self._need(session)
+        self.halt(session)
+        await self._goals.ghost(session)
+        self._runs[session] = self.page.start(self._run(session, plan, command.loop))
 
-    async def _run(self, visitor: Visitor, plan: Plan, loop: bool) -> None:
+    async def _run(self, session: Session, plan: Plan, loop: bool) -> None:
         clock = asyncio.get_running_loop()
         while True:
             begin = clock.time()
             while (time := clock.time() - begin) < plan.curves.duration:
-                self._goals.show(visitor, plan.at(time), _PREVIEW)
-                visitor.tell('replay', round(time, 2))
+                self._goals.show(session, plan.at(time), _PREVIEW)
+                session.show('replay', round(time, 2))
                 await asyncio.sleep(1.0 / RATE)
-            self._goals.show(visitor, plan.at(plan.curves.duration), _PREVIEW)
-            visitor.tell('replay', round(plan.curves.duration, 2))
+            self._goals.show(session, plan.at(plan.curves.duration), _PREVIEW)
+            session.show('replay', round(plan.curves.duration, 2))
             await asyncio.sleep(_PAUSE)
             if not loop:
                 break
-        self._goals.restore(visitor)
+        self._goals.restore(session)
 
-    async def _clear(self, visitor: Visitor, _ask: Clear) -> None:
-        self.forget(visitor)
-        self._goals.restore(visitor)
+    async def _clear(self, session: Session, _command: Clear) -> None:
+        self.forget(session)
+        self._goals.restore(session)
 
-    def _need(self, visitor: Visitor) -> Plan:
-        plan = self._plans.get(visitor)
+    def _need(self, session: Session) -> Plan:
+        plan = self._plans.get(session)
         if plan is None:
             raise ArmsimError("there is no plan; press 'Plan'")
         return plan

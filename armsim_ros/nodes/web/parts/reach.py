@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Whether a goal can be reached: inverse kinematics and collisions, asked of move_group."""
+"""Whether a goal can be reached: inverse kinematics and collisions, computed by move_group."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ class Reach:
     """
     Judges goals.
 
-    :param page: through which move_group is asked.
+    :param page: that calls move_group.
     """
 
     def __init__(self, page: Page) -> None:
         self.page = page
 
     async def validity(self, group: str, positions: Mapping[str, float]) -> Any:
-        """Return what check_state_validity says of joint positions [rad or m]."""
+        """Return the answer of check_state_validity for joint positions [rad or m]."""
         return await self.page.call(GetStateValidity, '/check_state_validity',
                                     GetStateValidity.Request(
                                         group_name=group, robot_state=robot_state(positions)))
@@ -66,7 +66,7 @@ class Reach:
         return {name: values.get(name, value) for name, value in seed.items()}
 
     async def collisions(self, group: str, positions: Mapping[str, float]) -> dict[str, Any]:
-        """Return what joint positions [rad or m] are worth: kind, words, pairs that touch."""
+        """Check joint positions [rad or m]: kind, text, pairs that touch."""
         answer = await self.validity(group, positions)
         if answer.valid:
             return {'kind': 'reachable', 'text': 'reachable', 'touching': []}
@@ -75,7 +75,7 @@ class Reach:
         if not pairs:
             return {'kind': 'collision', 'text': 'the joint limits or a constraint are violated',
                     'touching': []}
-        words = ', '.join(f'{link} touches {other}' for link, other in pairs[:3])
+        names = ', '.join(f'{link} touches {other}' for link, other in pairs[:3])
         more = f' and {len(pairs) - 3} more' if len(pairs) > 3 else ''
-        return {'kind': 'collision', 'text': f'in collision: {words}{more}',
+        return {'kind': 'collision', 'text': f'in collision: {names}{more}',
                 'touching': [list(pair) for pair in pairs]}

@@ -24,13 +24,13 @@ from armsim_ros.model.robot_model import RobotModel
 from armsim_ros.model.transforms import pose_from_quat_xyzw
 from armsim_ros.nodes import qos
 from armsim_ros.nodes.client.description import bounds, describe, tip_of, with_limits
-from armsim_ros.nodes.web.page import Ask, Page, Part
+from armsim_ros.nodes.web.page import Page, PanelCommand, Part
 from armsim_ros.nodes.web.scene.robot_drawing import RobotDrawing
+from armsim_ros.nodes.web.session import Session
 from armsim_ros.nodes.web.view.shapes import ShapeReader
-from armsim_ros.nodes.web.visitor import Visitor
 from armsim_ros.packages import Packages
 
-#: How often the robot is looked at [Hz].
+#: How often the robot is redrawn [Hz].
 RATE = 30.0
 #: How long an SRDF is waited for before the robot is shown without [s].
 _SRDF_PATIENCE = 2.0
@@ -47,27 +47,27 @@ _SKY, _GROUND, _BRIGHTNESS = (255, 255, 255), (196, 200, 208), 1.6
 _GRID = {'light': ((208, 213, 220), (184, 190, 199)), 'dark': ((44, 49, 57), (66, 73, 83))}
 
 
-class Frames(Ask):
+class Frames(PanelCommand):
     """Whether the axes of the links are to be seen."""
 
     shown: bool
 
 
-class ResetView(Ask):
-    """The camera is to look at the robot again."""
+class ResetView(PanelCommand):
+    """The camera is to show the whole robot again."""
 
 
-class Theme(Ask):
-    """Whether the visitor's system is dark."""
+class Theme(PanelCommand):
+    """Whether the session's system is dark."""
 
     dark: bool
 
 
 class RobotPart(Part):
     """
-    Draws the robot at the poses that tf tells.
+    Draws the robot at the poses that tf publishes.
 
-    :param packages: where the packages of meshes are looked for.
+    :param packages: where the packages of meshes are searched.
     """
 
     def __init__(self, page: Page, packages: Packages) -> None:
@@ -76,7 +76,7 @@ class RobotPart(Part):
         self.drawing: RobotDrawing | None = None
         self.edges: dict[str, tuple[str, Matrix, Matrix]] = {}
         """Child frame -> parent frame, position (3,), quaternion xyzw (4,)."""
-        self._dark: WeakKeyDictionary[Visitor, bool] = WeakKeyDictionary()
+        self._dark: WeakKeyDictionary[Session, bool] = WeakKeyDictionary()
         self._texts = {'urdf': '', 'srdf': ''}
         self._news, self._semantic_came = asyncio.Event(), asyncio.Event()
         page.scene.configure_default_lights(cast_shadow=False)
@@ -102,18 +102,18 @@ class RobotPart(Part):
         return {'frames': (Frames, self._show_frames), 'reset_view': (ResetView, self._reset),
                 'theme': (Theme, self._take_theme)}
 
-    def on_scene(self, visitor: Visitor) -> None:
-        """Give a new scene its floor, and let its camera look at the robot."""
-        self._draw_floor(visitor)
-        self.look_at_robot(visitor)
+    def on_scene(self, session: Session) -> None:
+        """Give a new scene its floor, and point its camera at the robot."""
+        self._draw_floor(session)
+        self.look_at_robot(session)
 
     def on_program(self, name: str, there: bool) -> None:
-        """Ask a move_group that has come for the limits that it plans with."""
+        """PanelCommand a move_group that has come for the limits that it plans with."""
         if name == 'move_group' and there:
             self._news.set()
 
     async def run(self) -> None:
-        """Move the robot as tf says while somebody looks."""
+        """Move the robot as tf publishes while a panel is open."""
         self.page.start(self._keep_described())
         while True:
             if not self.page.watched:
@@ -131,7 +131,7 @@ class RobotPart(Part):
                 news[stamped.child_frame_id] = stamped
         if not news:
             return
-        with self.page.door.viser.atomic():
+        with self.page.server.viser.atomic():
             for child, stamped in news.items():
                 xyz, xyzw = stamped.transform.translation, stamped.transform.rotation
                 position = np.array((xyz.x, xyz.y, xyz.z))
@@ -141,7 +141,7 @@ class RobotPart(Part):
                     self.drawing.set_link(child, position, quaternion[[3, 0, 1, 2]])
 
     def pose_of(self, frame: str) -> Matrix:
-        """Return where a frame stands in the outermost frame that tf knows, (4, 4)."""
+        """Return the pose of a frame in the root frame of tf, (4, 4)."""
         pose = np.eye(4)
         for _ in range(len(self.edges) + 1):
             if frame not in self.edges:
@@ -162,29 +162,29 @@ class RobotPart(Part):
         place: Matrix = centre + np.array((0.45 * radius / _ROOM, 0.0, 0.0))
         return place
 
-    def look_at_robot(self, visitor: Visitor) -> None:
-        """Turn a visitor's camera so that the robot fills his view."""
-        if self.drawing is None or visitor.scene is None:
+    def look_at_robot(self, session: Session) -> None:
+        """Turn a session's camera so that the robot fills the view."""
+        if self.drawing is None or session.scene is None:
             return
         centre, radius = self._extent()
-        camera = visitor.scene.camera
+        camera = session.scene.camera
         away = np.array((0.78, -0.95, 0.45))
         distance = radius / math.sin(0.5 * camera.fov) * (1.0 if camera.aspect > 1.0
                                                           else 1.0 / max(camera.aspect, 0.3))
         camera.position = centre + away / np.linalg.norm(away) * distance
         camera.look_at = centre
 
-    def _draw_floor(self, visitor: Visitor) -> None:
-        cells, sections = _GRID['dark' if self._dark.get(visitor, False) else 'light']
-        if visitor.scene is not None:
-            visitor.scene.scene.add_grid(
+    def _draw_floor(self, session: Session) -> None:
+        cells, sections = _GRID['dark' if self._dark.get(session, False) else 'light']
+        if session.scene is not None:
+            session.scene.scene.add_grid(
                 '/floor', 4.0, 4.0, cell_size=0.1, section_size=0.5, cell_color=cells,
                 section_color=sections, cell_thickness=0.6, section_thickness=1.0,
                 infinite_grid=True, fade_distance=6.0, position=(0.0, 0.0, -0.001))
 
-    async def _take_theme(self, visitor: Visitor, ask: Theme) -> None:
-        self._dark[visitor] = ask.dark
-        self._draw_floor(visitor)
+    async def _take_theme(self, session: Session, command: Theme) -> None:
+        self._dark[session] = command.dark
+        self._draw_floor(session)
 
     def _extent(self) -> tuple[Matrix, float]:
         """Return the middle of the robot and how far it reaches from there [m]."""
@@ -197,13 +197,13 @@ class RobotPart(Part):
         low, high = places.min(axis=0), places.max(axis=0)
         return 0.5 * (low + high), max(_ROOM * float(np.linalg.norm(high - low)), 0.15)
 
-    async def _show_frames(self, _visitor: Visitor, ask: Frames) -> None:
+    async def _show_frames(self, _session: Session, command: Frames) -> None:
         if self.drawing is not None:
-            self.drawing.show_axes(ask.shown)
-        self.page.publish('frames', ask.shown)
+            self.drawing.show_axes(command.shown)
+        self.page.publish('frames', command.shown)
 
-    async def _reset(self, visitor: Visitor, _ask: ResetView) -> None:
-        self.look_at_robot(visitor)
+    async def _reset(self, session: Session, _command: ResetView) -> None:
+        self.look_at_robot(session)
 
     def _take(self, kind: str, text: str) -> None:
         if text == self._texts[kind]:
@@ -225,7 +225,7 @@ class RobotPart(Part):
                 await asyncio.wait([self.page.start(self._describe())])
 
     async def _describe(self) -> None:
-        """Read both texts, ask for limits, draw."""
+        """Read both texts, command for limits, draw."""
         try:
             robot = describe(self._texts['urdf'], self._texts['srdf'])
         except ArmsimError as error:
@@ -248,11 +248,11 @@ class RobotPart(Part):
         self.follow()
         self.page.take_robot(robot)
         if not same:
-            for visitor in self.page.visitors.values():
-                self.look_at_robot(visitor)
+            for session in self.page.sessions.values():
+                self.look_at_robot(session)
 
     async def _planner_limits(self, robot: RobotModel) -> dict[str, dict[str, float]]:
-        """Return the limits that move_group plans with, as far as it tells them."""
+        """Return the limits that move_group plans with, as far as it publishes them."""
         names = [(joint, kind) for joint in robot.active_joints
                  for kind in ('velocity', 'acceleration')]
         request = GetParameters.Request(names=[

@@ -28,11 +28,11 @@ from simulation_interfaces.srv import (
 
 from armsim_ros.errors import ArmsimError
 from armsim_ros.model.robot_model import RobotModel
-from armsim_ros.nodes.web.page import Ask, Page, Part
+from armsim_ros.nodes.web.page import Page, PanelCommand, Part
 from armsim_ros.nodes.web.parts.robot import RobotPart
 from armsim_ros.nodes.web.parts.watch import WatchPart
 from armsim_ros.nodes.web.scene.entities_drawing import EntitiesDrawing, Entity
-from armsim_ros.nodes.web.visitor import Visitor
+from armsim_ros.nodes.web.session import Session
 
 _SERVICES = {
     '/get_simulator_features': GetSimulatorFeatures,
@@ -61,19 +61,19 @@ _NEWEST = QoSProfile(depth=1, reliability=QoSReliabilityPolicy.BEST_EFFORT,
                      durability=QoSDurabilityPolicy.VOLATILE)
 
 
-class Control(Ask):
+class Control(PanelCommand):
     """What the simulation is to do."""
 
     what: Literal['pause', 'play', 'step', 'reset']
 
 
-class Speed(Ask):
+class Speed(PanelCommand):
     """Simulated time per wall time; 0 is as fast as it goes."""
 
     factor: float = Field(ge=0.0, le=100.0)
 
 
-class Watch(Ask):
+class Watch(PanelCommand):
     """The topic of pictures to show; '' for none."""
 
     topic: str = ''
@@ -83,8 +83,8 @@ class SimulationPart(Part):
     """
     Pauses, steps and resets; shows entities and camera pictures.
 
-    :param watch: who knows what is served.
-    :param robot_part: who knows the frames.
+    :param watch: reports which services exist.
+    :param robot_part: knows the frames.
     """
 
     def __init__(self, page: Page, watch: WatchPart, robot_part: RobotPart) -> None:
@@ -106,7 +106,7 @@ class SimulationPart(Part):
         self._drawing.show([])
 
     async def run(self) -> None:
-        """Ask the simulation how it is, where it answers such questions."""
+        """PanelCommand the simulation how it is, where it answers such questions."""
         self.page.start(self._look_through_camera())
         while True:
             for name, kind in _SERVICES.items():
@@ -136,7 +136,7 @@ class SimulationPart(Part):
         return _STATES.get(answer.state.state, 'busy')
 
     async def _speed(self) -> float | None:
-        """Return simulated time per wall time, None where nobody tells."""
+        """Return simulated time per wall time, None where it is not published."""
         if '/simulation/set_parameters' not in self._watch.services:
             return None
         try:
@@ -147,8 +147,8 @@ class SimulationPart(Part):
             return None
         return value.double_value if value.type == ParameterType.PARAMETER_DOUBLE else None
 
-    async def _set_speed(self, _visitor: Visitor, ask: Speed) -> None:
-        value = ParameterValue(type=ParameterType.PARAMETER_DOUBLE, double_value=ask.factor)
+    async def _set_speed(self, _session: Session, command: Speed) -> None:
+        value = ParameterValue(type=ParameterType.PARAMETER_DOUBLE, double_value=command.factor)
         (result,) = (await self.page.call(
             SetParameters, '/simulation/set_parameters', SetParameters.Request(
                 parameters=[Parameter(name=_SPEED, value=value)]))).results
@@ -183,34 +183,34 @@ class SimulationPart(Part):
         planned = {item['id'] for item in self.page.shared.get('objects') or ()}
         self._drawing.show([entity for entity in entities if entity.name not in planned])
 
-    async def _control(self, _visitor: Visitor, ask: Control) -> None:
-        if ask.what == 'step':
+    async def _control(self, _session: Session, command: Control) -> None:
+        if command.what == 'step':
             kind: type[Any] = StepSimulation
             name = '/step_simulation'
             request: Any = StepSimulation.Request(steps=1)
-        elif ask.what == 'reset':
+        elif command.what == 'reset':
             kind, name, request = ResetSimulation, '/reset_simulation', ResetSimulation.Request()
         else:
             kind, name, request = SetSimulationState, '/set_simulation_state', None
             request = SetSimulationState.Request()
-            request.state.state = (SimulationState.STATE_PAUSED if ask.what == 'pause'
+            request.state.state = (SimulationState.STATE_PAUSED if command.what == 'pause'
                                    else SimulationState.STATE_PLAYING)
         result = (await self.page.call(kind, name, request)).result
         already = getattr(SetSimulationState.Response, 'ALREADY_IN_TARGET_STATE', 101)
         if result.result not in (Result.RESULT_OK, already):
             raise ArmsimError(f'{name}: {result.error_message or "refused"}')
 
-    async def _choose(self, _visitor: Visitor, ask: Watch) -> None:
-        kind = self._watch.topics.get(ask.topic, '')
-        if ask.topic and kind not in _PICTURES:
-            raise ArmsimError(f"'{ask.topic}' brings no pictures")
+    async def _choose(self, _session: Session, command: Watch) -> None:
+        kind = self._watch.topics.get(command.topic, '')
+        if command.topic and kind not in _PICTURES:
+            raise ArmsimError(f"'{command.topic}' brings no pictures")
         if self._camera is not None:
             self._camera.close()
             self._camera = None
-        self._topic = ask.topic
+        self._topic = command.topic
         self.page.publish('picture', None)
-        if ask.topic:
-            self._camera = self.page.link.poll(_PICTURES[kind], ask.topic, _NEWEST)
+        if command.topic:
+            self._camera = self.page.link.poll(_PICTURES[kind], command.topic, _NEWEST)
 
     async def _look_through_camera(self) -> None:
         while True:
@@ -220,8 +220,8 @@ class SimulationPart(Part):
                     self.page.publish('picture', picture_url(news[-1]))
                 except ValueError as error:
                     self.page.publish('picture', None)
-                    for visitor in self.page.visitors.values():
-                        visitor.note(f"'{self._topic}': {error}")
+                    for session in self.page.sessions.values():
+                        session.note(f"'{self._topic}': {error}")
             await self._watch.rest(1.0 / _PICTURE_RATE)
 
 

@@ -26,9 +26,9 @@ from armsim_ros.errors import ArmsimError
 from armsim_ros.nodes.client.motion import seconds
 from armsim_ros.nodes.web.page import Page, Part
 
-#: Between two looks at whether a program answers, and how long its answer may take [s].
+#: Period of checking whether a program answers, and how long its answer may take [s].
 _PERIOD, _PATIENCE = 0.7, 2.0
-#: Between two looks at which names there are in the graph [s].
+#: Period of reading the names in the graph [s].
 _GRAPH_PERIOD = 2.0
 _CLOCK_PERIOD = 0.5
 
@@ -51,12 +51,12 @@ _CLOCK = QoSProfile(depth=1, reliability=QoSReliabilityPolicy.BEST_EFFORT,
 
 
 class WatchPart(Part):
-    """Asks every program, while somebody looks, whether it is there."""
+    """Checks, while a panel is open, which programs are available."""
 
     def __init__(self, page: Page) -> None:
         super().__init__(page)
         self.managers: dict[str, list[Any]] = {}
-        """Name of a controller manager -> its controllers, as it last told."""
+        """Name of a controller manager -> its controllers, as last listed."""
         self.services: dict[str, str] = {}
         """Every service of the graph -> its type."""
         self.topics: dict[str, str] = {}
@@ -75,7 +75,7 @@ class WatchPart(Part):
             page.link.prepare(kind, name, action=True)
 
     async def run(self) -> None:
-        """Look at everything while somebody looks at the page."""
+        """Check everything while a panel is open."""
         for work in (self._look_at_graph(), self._ask_move_group(), self._ask_managers(),
                      self._read_clock()):
             self.page.start(work)
@@ -89,7 +89,7 @@ class WatchPart(Part):
         return time.time() if self.clock is None else self.clock
 
     async def rest(self, period: float) -> None:
-        """Wait so long, and then until somebody looks."""
+        """Wait so long, and then until a panel is open."""
         await asyncio.sleep(period)
         while not self.page.watched:
             await self.page.arrival.wait()
@@ -106,7 +106,7 @@ class WatchPart(Part):
             for name in sorted(set(found) - set(self.managers)):
                 self.page.link.prepare(ListControllers, f'{name}/list_controllers')
             self.managers = {name: self.managers.get(name, []) for name in sorted(found)}
-            self._tell()
+            self._publish()
             await self.rest(_GRAPH_PERIOD if self.managers else 0.3)
 
     async def _ask_move_group(self) -> None:
@@ -155,11 +155,11 @@ class WatchPart(Part):
         if there:
             self.seen.add(name)
         if changed:
-            self._tell()
+            self._publish()
             self.page.take_program(name, there)
 
-    def _tell(self) -> None:
-        """Publish what is missing: what has been there in red, what has not come yet in words."""
+    def _publish(self) -> None:
+        """Publish what is missing: in red if it was there before, as a text otherwise."""
         gone = [{'name': name, 'text': f'{name} does not answer', 'cure': _CURES[name]}
                 for name in _CURES if name in self.seen and not self._there.get(name)]
         waiting = []

@@ -1,3 +1,3 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What stands in the three-dimensional scene."""
+"""Contents of the three-dimensional scene."""

@@ -28,7 +28,7 @@ class Entity:
     """
     An object of the simulation.
 
-    :param frame: in which its pose is told.
+    :param frame: of its pose.
     :param pose: the message.
     :param bounds: ``simulation_interfaces/msg/Bounds`` in its own frame, None for unknown ones.
     """
@@ -55,7 +55,7 @@ class EntitiesDrawing:
     """
     Boxes, one per entity.
 
-    :param scene: of all visitors.
+    :param scene: of all sessions.
     :param node_of: frame -> path of its node.
     """
 

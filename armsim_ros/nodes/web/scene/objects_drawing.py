@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Objects of the planning scene in the scene, each below the frame that it stands in."""
+"""Objects of the planning scene in the scene, each below the frame of its pose."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ class ObjectsDrawing:
     """
     All objects, each drawn anew where it has changed.
 
-    :param scene: of all visitors.
+    :param scene: of all sessions.
     :param node_of: frame -> path of its node.
     :param on_click: gets the object's name and the client that has clicked at it.
     """
@@ -87,28 +87,28 @@ class ObjectsDrawing:
         self._node_of, self._on_click = node_of, on_click
         self.objects: dict[str, DrawnObject] = {}
 
-    def show(self, wanted: Mapping[str, DrawnObject]) -> None:
+    def show(self, objects: Mapping[str, DrawnObject]) -> None:
         """Draw these objects and no others."""
         for name, known in list(self.objects.items()):
-            new = wanted.get(name)
+            new = objects.get(name)
             if new is None or new.mark != known.mark or known.path != self._path(new):
                 if known.node is not None:
                     known.node.remove()
                 del self.objects[name]
-        for name, new in wanted.items():
+        for name, new in objects.items():
             if name not in self.objects:
                 self.objects[name] = new
                 self._draw(name, new)
 
     def forget(self) -> None:
-        """Note that everything in the scene is gone, or stands elsewhere."""
+        """Note that everything in the scene is gone, or has moved."""
         for known in self.objects.values():
             if known.node is not None:
                 known.node.remove()
         self.objects.clear()
 
     def highlight(self, scene: Any, names: set[str]) -> None:
-        """Paint objects red in one visitor's scene, and all others as they are."""
+        """Paint objects red in a session's scene, and all others as they are."""
         for name, known in self.objects.items():
             for index, (part, pose) in enumerate(known.shapes):
                 scene.add_mesh_simple(

@@ -54,9 +54,9 @@ class RobotDrawing:
         return bool(self._root.visible)
 
     @visible.setter
-    def visible(self, wanted: bool) -> None:
-        if self._root.visible != wanted:
-            self._root.visible = wanted
+    def visible(self, visible: bool) -> None:
+        if self._root.visible != visible:
+            self._root.visible = visible
 
     def place(self, xyz: Matrix, wxyz: Matrix) -> None:
         """Put the root link somewhere; (3,) [m] and (4,)."""
@@ -97,9 +97,9 @@ class RobotDrawing:
         """
         for link, meshes in self._meshes.items():
             for handle, own in meshes:
-                wanted = touching.get(link, color or own)
-                if tuple(handle.color) != tuple(wanted):
-                    handle.color = wanted
+                target = touching.get(link, color or own)
+                if tuple(handle.color) != tuple(target):
+                    handle.color = target
 
     def show_links(self, links: Set[str]) -> None:
         """Show the shapes of these links alone."""
@@ -108,12 +108,12 @@ class RobotDrawing:
                 if handle.visible is not (link in links):
                     handle.visible = link in links
 
-    def show_axes(self, wanted: bool) -> None:
+    def show_axes(self, shown: bool) -> None:
         """Show the axes of each link's frame, or hide them."""
-        if wanted != self._axes:
-            self._axes = wanted
+        if shown != self._axes:
+            self._axes = shown
             for frame in self._frames.values():
-                frame.show_axes = wanted
+                frame.show_axes = shown
 
     def remove(self) -> None:
         """Take it out of the scene."""

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The handle at the tool: arrows and arcs that a visitor pulls."""
+"""The handle at the tool: arrows and arcs that the user drags."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ _SIZE = 0.16
 
 class ToolHandle:
     """
-    Draws a handle in one visitor's scene.
+    Draws a handle in a session's scene.
 
-    :param scene: of the visitor.
+    :param scene: of the session.
     :param pulled: gets the handle's pose in the robot's root link, (4, 4), when it is pulled.
     """
 

@@ -66,11 +66,11 @@ export function eased(work, pause = SLIDER_PAUSE) {
 // ---- the connection -------------------------------------------------------------------------
 
 function tabKey() {
-  let key = sessionStorage.getItem('visitor');
+  let key = sessionStorage.getItem('session');
   if (!key) {
     const bytes = crypto.getRandomValues(new Uint8Array(16));
     key = Array.from(bytes, (byte) => byte.toString(16).padStart(2, '0')).join('');
-    sessionStorage.setItem('visitor', key);
+    sessionStorage.setItem('session', key);
   }
   return key;
 }
@@ -148,7 +148,7 @@ on('programs activity result robot robot_error controllers me', () => {
   } else if (programs?.waiting.length) {
     [level, text] = ['wait', `waiting for ${programs.waiting.join(', ')}`];
   } else if (activity) {
-    const who = activity.who === me ? '' : ` (visitor ${activity.who})`;
+    const who = activity.who === me ? '' : ` (session ${activity.who})`;
     level = 'busy';
     const times = `${activity.elapsed.toFixed(1)} of ${activity.total.toFixed(1)} s`;
     text = activity.what === 'planning' ? `Planning ...${activity.elapsed ? ` ${times} at most` : ''}${who}`

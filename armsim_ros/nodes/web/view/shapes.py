@@ -36,7 +36,7 @@ MESH_ENDINGS = ('.stl', '.obj', '.dae', '.ply', '.glb')
 LARGEST_FILE = 100 << 20
 #: What has no colour of its own.
 PLAIN: Color = (178, 184, 192)
-#: Side of the square that stands for a plane [m].
+#: Side of the square that represents a plane [m].
 PLANE_SIZE = 4.0
 #: Corners of a circle.
 _SECTIONS = 32
@@ -64,7 +64,7 @@ class ShapeReader:
     """
     Turns geometry into parts; each mesh file is read once.
 
-    :param packages: where ``package://`` looks.
+    :param packages: that resolve ``package://``.
     """
 
     def __init__(self, packages: Packages | None = None) -> None:
@@ -74,9 +74,9 @@ class ShapeReader:
     def shapes_of(self, link: Link) -> tuple[list[tuple[LinkGeometry, tuple[Surface, ...]]],
                                              list[str]]:
         """
-        Return what a link looks like: its visual shapes, else its collision shapes.
+        Return the drawn shapes of a link: its visual shapes, else its collision shapes.
 
-        :returns: the shapes with their parts, and what could not be read, in words.
+        :returns: the shapes with their parts, and messages about what could not be read.
         """
         complaints: list[str] = []
         for shapes in (link.visuals, link.collisions):

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""One visitor: what his panel is told, and what of the scene is his alone."""
+"""A session of the page: the sections of its panel and its own part of the scene."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from websockets.exceptions import ConnectionClosed
 _PANEL_RATE = 30.0
 
 
-class Visitor:
+class Session:
     """
     A browser's tab; it stays the same when the tab is loaded again.
 
     :param key: the tab's own name for itself.
-    :param number: how other visitors call it.
+    :param number: shown to other sessions.
     """
 
     def __init__(self, key: str, number: int) -> None:
@@ -39,28 +39,28 @@ class Visitor:
         """Whether a panel is open."""
         return bool(self._panels)
 
-    def tell(self, name: str, value: Any) -> None:
-        """Show this visitor a section; what has not changed is not sent again."""
+    def show(self, name: str, value: Any) -> None:
+        """Show this session a section; what has not changed is not sent again."""
         if name not in self.sections or self.sections[name] != value:
             self.sections[name] = value
             self.send(name, value)
 
     def send(self, name: str, value: Any) -> None:
-        """Put a section on its way to the visitor's panels."""
+        """Put a section on its way to the session's panels."""
         for panel in self._panels:
             panel.put(name, value)
 
     def note(self, text: str, level: str = 'error') -> None:
         """Show a line below the status, once."""
         self.sections.pop('note', None)
-        self.tell('note', {'text': text, 'level': level})
+        self.show('note', {'text': text, 'level': level})
 
     async def talk(self, connection: ServerConnection, shared: Mapping[str, Any],
                    receive: Any) -> None:
         """
         Serve a panel until it closes.
 
-        :param shared: what all visitors see.
+        :param shared: sections shown to all sessions.
         :param receive: gets each message that is a JSON object.
         """
         panel = _Panel(connection)

@@ -14,7 +14,7 @@ pytest.importorskip('viser')
 import websockets.asyncio.client as websocket_client
 from websockets.exceptions import InvalidStatus
 
-from armsim_ros.nodes.web.door import Door, DoorError, free_port, LARGEST_MESSAGE
+from armsim_ros.nodes.web.server import free_port, LARGEST_MESSAGE, WebServer, WebServerError
 
 KEY = '0123456789abcdef'
 
@@ -27,21 +27,21 @@ async def echo(_visitor, connection):
 
 @pytest.fixture(params=['', 'secret'], ids=['open', 'with a token'])
 def token(request):
-    """Return the token that the door asks for."""
+    """Return the token that the server asks for."""
     return request.param
 
 
 @pytest.fixture
-def door(token):
-    """Open a door on this machine."""
-    opened = Door('127.0.0.1', 8400, token, echo)
+def server(token):
+    """Open a server on this machine."""
+    opened = WebServer('127.0.0.1', 8400, token, echo)
     yield opened
     opened.close()
 
 
-def get(door, path, **headers):
+def get(server, path, **headers):
     """Return status, headers and body of a GET."""
-    connection = http.client.HTTPConnection('127.0.0.1', door.port, timeout=10)
+    connection = http.client.HTTPConnection('127.0.0.1', server.port, timeout=10)
     connection.request('GET', path, headers=headers)
     answer = connection.getresponse()
     found = answer.status, dict(answer.getheaders()), answer.read()
@@ -49,11 +49,11 @@ def get(door, path, **headers):
     return found
 
 
-def talk(door, path, messages=('hello',), **headers):
+def talk(server, path, messages=('hello',), **headers):
     """Open a websocket, send messages, return the last answer."""
     async def run():
         async with websocket_client.connect(
-                f'ws://127.0.0.1:{door.port}{path}', additional_headers=headers,
+                f'ws://127.0.0.1:{server.port}{path}', additional_headers=headers,
                 subprotocols=['viser-v0'], open_timeout=10, max_size=None) as connection:
             for message in messages:
                 await connection.send(message)
@@ -62,68 +62,68 @@ def talk(door, path, messages=('hello',), **headers):
     return asyncio.run(run())
 
 
-def test_the_token_opens_page_scene_and_websocket_and_nothing_else_does(door, token):
+def test_the_token_opens_page_scene_and_websocket_and_nothing_else_does(server, token):
     """Refused without it, with a wrong one, and by cookie let in."""
     if not token:
-        pytest.skip('this door asks for none')
+        pytest.skip('this server asks for none')
     for path in ('/', '/panel.js', f'/scene/{KEY}'):
-        assert get(door, path)[0] == 401
-        assert get(door, f'{path}?token=wrong')[0] == 401
+        assert get(server, path)[0] == 401
+        assert get(server, f'{path}?token=wrong')[0] == 401
     for path in (f'/panel/{KEY}', f'/scene/{KEY}'):
         with pytest.raises(InvalidStatus) as refusal:
-            talk(door, path)
+            talk(server, path)
         assert refusal.value.response.status_code == 401
-    status, headers, _ = get(door, '/?token=secret')
+    status, headers, _ = get(server, '/?token=secret')
     assert (status, headers['Location']) == (302, '/')
     cookie = headers['Set-Cookie'].partition(';')[0]
     assert 'HttpOnly' in headers['Set-Cookie']
-    assert get(door, '/', Cookie=cookie)[0] == 200
-    assert talk(door, f'/panel/{KEY}', Cookie=cookie) == 'hello'
+    assert get(server, '/', Cookie=cookie)[0] == 200
+    assert talk(server, f'/panel/{KEY}', Cookie=cookie) == 'hello'
 
 
-def test_nothing_is_handed_out_but_the_page(door, token):
+def test_nothing_is_handed_out_but_the_page(server, token):
     """No path leads to another file."""
-    allowed = {'Cookie': f'armsim_token_{door.port}={token}'}
-    assert b'Plan &amp; Execute' in get(door, '/', **allowed)[2]
-    for path in ('/../door.py', '/door.py', '/%2e%2e/door.py', '/static/index.html',
+    allowed = {'Cookie': f'armsim_token_{server.port}={token}'}
+    assert b'Plan &amp; Execute' in get(server, '/', **allowed)[2]
+    for path in ('/../server.py', '/server.py', '/%2e%2e/server.py', '/static/index.html',
                  '/etc/passwd', '//etc/passwd', f'/scene/{KEY}/../../etc/passwd', '/scene/x'):
-        assert get(door, path, **allowed)[0] == 404, path
+        assert get(server, path, **allowed)[0] == 404, path
 
 
-def test_another_site_cannot_use_the_visitors_browser(door, token):
+def test_another_site_cannot_use_the_users_browser(server, token):
     """Neither by its own origin, nor by a name that points at this machine."""
-    allowed = {'Cookie': f'armsim_token_{door.port}={token}'}
-    assert get(door, '/', Host='evil.example', **allowed)[0] == 403
-    assert get(door, '/', Origin='http://evil.example', **allowed)[0] == 403
+    allowed = {'Cookie': f'armsim_token_{server.port}={token}'}
+    assert get(server, '/', Host='evil.example', **allowed)[0] == 403
+    assert get(server, '/', Origin='http://evil.example', **allowed)[0] == 403
     with pytest.raises(InvalidStatus):
-        talk(door, f'/panel/{KEY}', Origin='http://evil.example', **allowed)
+        talk(server, f'/panel/{KEY}', Origin='http://evil.example', **allowed)
 
 
 @pytest.mark.parametrize('path', ['panel', 'scene'])
 @pytest.mark.parametrize('message', [
     'garbage', b'\xff' * 1000, b'', '{', b'x' * (LARGEST_MESSAGE + 1)],
     ids=['text', 'bytes', 'nothing', 'half of an object', 'too large'])
-def test_garbage_closes_its_own_connection_at_most(door, token, path, message):
+def test_garbage_closes_its_own_connection_at_most(server, token, path, message):
     """The next visitor is served as before."""
-    allowed = {'Cookie': f'armsim_token_{door.port}={token}'}
+    allowed = {'Cookie': f'armsim_token_{server.port}={token}'}
     with contextlib.suppress(Exception):  # whatever becomes of the one that misbehaves
-        talk(door, f'/{path}/{KEY}', [message], **allowed)
-    assert talk(door, f'/panel/{KEY}', **allowed) == 'hello'
+        talk(server, f'/{path}/{KEY}', [message], **allowed)
+    assert talk(server, f'/panel/{KEY}', **allowed) == 'hello'
 
 
-def test_bytes_that_are_no_http_end_nothing(door, token):
+def test_bytes_that_are_no_http_end_nothing(server, token):
     """A port scanner, for one."""
-    with socket.create_connection(('127.0.0.1', door.port), timeout=10) as plug:
+    with socket.create_connection(('127.0.0.1', server.port), timeout=10) as plug:
         plug.sendall(b'\x00\x01\x02' * 1000 + b'\r\n\r\n')
         plug.recv(100)
-    allowed = {'Cookie': f'armsim_token_{door.port}={token}'}
-    assert get(door, '/', **allowed)[0] == 200
+    allowed = {'Cookie': f'armsim_token_{server.port}={token}'}
+    assert get(server, '/', **allowed)[0] == 200
 
 
 def test_an_address_of_others_needs_a_token():
     """Nobody can forget it."""
-    with pytest.raises(DoorError, match='a token is needed'):
-        Door('0.0.0.0', 8400, '', echo)
+    with pytest.raises(WebServerError, match='a token is needed'):
+        WebServer('0.0.0.0', 8400, '', echo)
 
 
 def test_a_port_that_is_taken_is_passed_over():
@@ -131,5 +131,5 @@ def test_a_port_that_is_taken_is_passed_over():
     with socket.create_server(('127.0.0.1', 0)) as taken:
         port = taken.getsockname()[1]
         assert free_port('127.0.0.1', port) > port
-    with pytest.raises(DoorError, match=r'192\.0\.2\.1'):
+    with pytest.raises(WebServerError, match=r'192\.0\.2\.1'):
         free_port('192.0.2.1', 8400)

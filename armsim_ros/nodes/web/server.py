@@ -1,9 +1,9 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
 """
-The one port of the page: who may come in, what is handed out, and to whom a websocket talks.
+The port of the page: authorization, static files, and the routing of websockets.
 
-viser's server asks nobody for a token, so its port is opened through this module: the same
+viser's server requires no token, so its port is opened through this module: the same
 server object, with our checks before its own. Where viser opens its port in another way, the
 page refuses to start.
 """
@@ -35,16 +35,16 @@ from websockets.http11 import Request, Response
 
 from armsim_ros.errors import ArmsimError
 
-#: The largest message that is read [bytes]: a mesh that a visitor adds.
+#: The largest message that is read [bytes]: a mesh that the user adds.
 LARGEST_MESSAGE = 24 << 20
-#: Websockets at the same time; each visitor has two.
+#: Websockets at the same time; each session has two.
 MOST_CONNECTIONS = 128
-#: What a visitor may send: so many messages at once, then so many a second.
+#: Limits of a session: burst of messages, then messages per second.
 BURST, RATE = 400, 200.0
 #: Ports that are tried after the requested port.
 NEXT_PORTS = 100
 #: Path of the websocket whose scene is being served; set while viser's callbacks run.
-VISITOR: ContextVar[str] = ContextVar('VISITOR', default='')
+SESSION: ContextVar[str] = ContextVar('SESSION', default='')
 
 _ID = re.compile(r'[0-9a-f-]{8,40}')
 _FILES = {
@@ -60,19 +60,19 @@ _STATIC = Path(__file__).with_name('static')
 Handler = Callable[[ServerConnection], Awaitable[None]]
 
 
-class DoorError(ArmsimError):
-    """The page cannot be served where it was asked to be."""
+class WebServerError(ArmsimError):
+    """The page cannot be served at this address."""
 
 
-class Door:
+class WebServer:
     """
     Opens the port and hands each connection to whom it is for.
 
     :param host: the address to listen at.
     :param port: the first port that is tried.
     :param token: what a request must bring; '' lets all in, on a loopback address alone.
-    :param on_panel: talks to a panel; gets the visitor's id and the connection.
-    :raises DoorError: no port is free, or the address is not one of this machine.
+    :param on_panel: talks to a panel; gets the session's id and the connection.
+    :raises WebServerError: no port is free, or the address is not of this machine.
     """
 
     def __init__(
@@ -83,7 +83,7 @@ class Door:
         on_panel: Callable[[str, ServerConnection], Awaitable[None]],
     ) -> None:
         if not token and not is_loopback(host):
-            raise DoorError(f"host '{host}' is not this machine alone: a token is needed")
+            raise WebServerError(f"host '{host}' is not this machine alone: a token is needed")
         self.host, self._token, self._on_panel = host, token, on_panel
         self._files = {path: ((_STATIC / name).read_bytes(), kind)
                        for path, (name, kind) in _FILES.items()}
@@ -125,8 +125,8 @@ class Door:
             websocket_server.serve = usual  # type: ignore[misc] # as above
         if self._scene is None:
             server.stop()
-            raise DoorError(f'viser {viser.__version__} opens its port in a way that the page '
-                            "does not know; install the version of 'armsim_ros[web]'")
+            raise WebServerError(f'viser {viser.__version__} opens its port in a way that the '
+                                 "page does not know; install the version of 'armsim_ros[web]'")
         return server
 
     def _admit(self, connection: ServerConnection, request: Request) -> Response | None:
@@ -135,13 +135,13 @@ class Door:
         refusal = self._refusal(request, url.query)
         if refusal is not None:
             return refusal
-        first, _, visitor = url.path.strip('/').partition('/')
-        known = bool(_ID.fullmatch(visitor))
+        first, _, session = url.path.strip('/').partition('/')
+        known = bool(_ID.fullmatch(session))
         if request.headers.get('Upgrade', '').lower() == 'websocket':
             if first not in ('scene', 'panel') or not known:
                 return _answer(HTTPStatus.NOT_FOUND, 'there is nothing here\n')
             if self._connections >= MOST_CONNECTIONS:
-                return _answer(HTTPStatus.SERVICE_UNAVAILABLE, 'too many visitors\n')
+                return _answer(HTTPStatus.SERVICE_UNAVAILABLE, 'too many sessions\n')
             return None
         if first == 'scene' and known:
             return self._scene_page(connection, request)
@@ -195,17 +195,17 @@ class Door:
         return response
 
     async def _serve(self, connection: ServerConnection) -> None:
-        """Talk to one websocket until it closes; nothing that it sends ends more than itself."""
+        """Serve a websocket until it closes; nothing that it sends ends more than itself."""
         assert connection.request is not None
-        first, _, visitor = urlsplit(connection.request.path).path.strip('/').partition('/')
+        first, _, session = urlsplit(connection.request.path).path.strip('/').partition('/')
         _limit_rate(connection)
         self._connections += 1
         try:
             if first == 'panel':
-                await self._on_panel(visitor, connection)
+                await self._on_panel(session, connection)
             else:
                 assert self._scene is not None
-                VISITOR.set(visitor)
+                SESSION.set(session)
                 await self._scene(connection)
         except ConnectionClosed:
             pass
@@ -225,19 +225,19 @@ def is_loopback(host: str) -> bool:
         return False
 
 
-def free_port(host: str, wanted: int) -> int:
+def free_port(host: str, first: int) -> int:
     """
     Return the first port from the requested port on that is not in use; 0 stays 0.
 
-    :raises DoorError: none is free, or the address is not one of this machine.
+    :raises WebServerError: none is free, or the address is not of this machine.
     """
     try:
         family, kind, protocol, _, address = socket.getaddrinfo(
             host, None, type=socket.SOCK_STREAM)[0]
     except OSError as error:
-        raise DoorError(f"host '{host}' is not known: {error.strerror}") from None
+        raise WebServerError(f"host '{host}' is not known: {error.strerror}") from None
     trouble: OSError | None = None
-    for port in range(wanted, min(wanted + NEXT_PORTS, 65536)):
+    for port in range(first, min(first + NEXT_PORTS, 65536)):
         with socket.socket(family, kind, protocol) as probe:
             probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
             try:
@@ -248,7 +248,7 @@ def free_port(host: str, wanted: int) -> int:
                 continue
             return port
     reason = trouble.strerror if trouble else 'there is no such port'
-    raise DoorError(f'no port from {wanted} on can be opened at {host}: {reason}')
+    raise WebServerError(f'no port from {first} on can be opened at {host}: {reason}')
 
 
 def _limit_rate(connection: ServerConnection) -> None:
@@ -264,7 +264,7 @@ def _limit_rate(connection: ServerConnection) -> None:
             await asyncio.sleep(-left / RATE)
         return await receive(*words, **options)
 
-    connection.recv = limited  # type: ignore[method-assign] # of this one object
+    connection.recv = limited  # type: ignore[method-assign] # of this object
 
 
 def _cookies(request: Request, name: str) -> list[str]:
