@@ -10,7 +10,7 @@ TICK = 1e-4
 
 class CountingClock:
     """
-    A clock that counts how often it is looked at.
+    A clock that counts how often it is read.
 
     A planner that takes its time from it does the same work on every machine and at any load.
     """

@@ -51,7 +51,7 @@ class Problem:
     :param where: the place, or None where there is none.
     :param allowed: the values that would be right, as a phrase.
     :param remedy: the next thing to do, as a phrase.
-    :param strict: whether it is a mistake to who wants no tolerance, though the original stack
+    :param strict: whether it is an error in strict mode, though upstream
         goes on without a word.
     """
 
@@ -73,14 +73,14 @@ class Problem:
 
 
 def ignored(problem: Problem) -> Problem:
-    """Return a mistake as the warning that it is where the original stack goes on without it."""
+    """Return an error as the warning that it is where upstream ignores it."""
     if problem.severity is not Severity.ERROR:
         return problem
     return replace(problem, severity=Severity.WARNING, strict=True)
 
 
 def strictly(problem: Problem) -> Problem:
-    """Return a problem as who wants no tolerance sees it."""
+    """Return a problem with its severity in strict mode."""
     return replace(problem, severity=Severity.ERROR) if problem.strict else problem
 
 
@@ -92,7 +92,7 @@ class ConfigError(ArmsimError):
     """
     The user's files do not describe a robot that can run.
 
-    :param problems: every mistake found, at least one.
+    :param problems: every error found, at least one.
     """
 
     def __init__(self, problems: Problem | Iterable[Problem]) -> None:

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Libraries without the time that those parts of theirs take to import which nobody needs."""
+"""Libraries imported without the parts that are not needed."""
 
 from __future__ import annotations
 
@@ -50,8 +50,8 @@ def imported_later(*modules: str) -> Iterator[None]:
     """
     Let what is imported meanwhile have names of modules without the time that they take.
 
-    The modules' names are free again afterwards: who imports them then gets the real ones, and
-    who got a name meanwhile reaches the real module through it. What is imported already stays.
+    The modules' names are free again afterwards: later imports get the real ones, and
+    holders of a name reach the real module through it. What is imported already stays.
 
     :param modules: full names, packages before what is in them.
     """

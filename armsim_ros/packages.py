@@ -131,7 +131,7 @@ class _Tree:
 
 class Packages:
     """
-    Where packages are looked for, each place once and only when it is needed.
+    The search path of packages; each place is read once and only when it is needed.
 
     In this order: the folders given; the packages around the files given; their workspace, or
     what lies beside them where they lie in none; the workspace around the working folder;
@@ -202,7 +202,7 @@ class Packages:
             hint = (f'{ignored[0]} is left out of builds by {" or ".join(sorted(IGNORE_MARKS))}, '
                     'which you can remove')
         raise ResourceError(
-            f"package '{name}' is not found; looked at: {shown}; "
+            f"package '{name}' is not found; searched: {shown}; "
             + (f'{hint}; ' if hint else '')
             + 'clone it into src/ of your workspace, source the workspace that has it, or name '
             'the folder that contains it with packages_path:=DIR')
@@ -292,7 +292,7 @@ class Packages:
         return [*(prefix / 'share' for prefix in _prefixes()), Path(sys.prefix, 'share')]
 
     def _places(self, name: str) -> list[Path]:
-        """Return where a package that was not found would have been looked for."""
+        """Return the places that were searched for a missing package."""
         given = [folder / name for folder in self.path]
         trees = [tree.folder for tree in self._source_trees() if tree.folder not in self.path]
         shares = [share / name for share in self._shares()]

@@ -56,7 +56,7 @@ class QuinticMotion:
         """
         Return a trajectory whose points have velocities and accelerations.
 
-        :param standing: joint -> where it stands [rad or m] if the trajectory does not move it;
+        :param standing: joint -> its position [rad or m] if the trajectory does not move it;
             gives the joints and their order. None for the joints of the trajectory.
         """
         given = np.array([trajectory.positions, trajectory.velocities, trajectory.accelerations])
@@ -84,7 +84,7 @@ class QuinticMotion:
         """
         Return positions, velocities and accelerations, (m, n) each, at times t (m,) [s].
 
-        Outside the joints stand where the motion ends.
+        Outside the joints are where the motion ends.
         """
         part, u = self._places(t)
         values = np.einsum('mc,mcn->mn', powers(u), self._derivatives[part])

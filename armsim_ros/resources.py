@@ -28,7 +28,7 @@ def share_folder(package: str, packages: Packages | Iterable[Path] = ()) -> Path
     files of the same version.
 
     :param package: the package's name.
-    :param packages: where to look; or folders to look at before all others.
+    :param packages: the lookup; or folders to search before all others.
     :raises ResourceError: where no place has it.
     """
     if package == PACKAGE and (_SOURCE_TREE / MANIFEST).is_file():
@@ -37,7 +37,7 @@ def share_folder(package: str, packages: Packages | Iterable[Path] = ()) -> Path
 
 
 def as_packages(packages: Packages | Iterable[Path]) -> Packages:
-    """Return where packages are looked for; folders alone are looked at before all others."""
+    """Return the lookup of packages; mere folders are searched before all others."""
     return packages if isinstance(packages, Packages) else Packages(packages)
 
 

@@ -125,7 +125,7 @@ class ArmSim:
         """
         Step until a condition holds, or until a simulated time.
 
-        :param condition: looked at after each step; or a time [s].
+        :param condition: checked after each step; or a time [s].
         :param timeout: simulated time to wait for a condition [s].
         :raises SimulationError: the condition did not come true in that time.
         """
@@ -150,7 +150,7 @@ class ArmSim:
         :param goal: a named state, joint -> position [rad or m], the pose (4, 4) of the group's
             tip in the model's frame, or constraints.
         :param group: planning group; by default the first.
-        :param allowed_time: time for the search [s]; it is counted in looks at the planner's
+        :param allowed_time: time for the search [s]; it is counted in reads of the planner's
             clock, so that the result does not depend on the machine.
         :param velocity: share of the velocity limits in 0..1.
         :raises PlanningError: there is no such motion.
@@ -272,7 +272,7 @@ class ArmSim:
         What the planner knows of robot and world; objects may be added to it.
 
         What is the world's follows it when a plan is asked for; what the user adds, moves or
-        attaches is his.
+        attaches is left alone.
         """
         from armsim_ros.kinematics.kinematic_model import KinematicModel
         from armsim_ros.kinematics.planning_limits import planning_robot

@@ -44,7 +44,7 @@ class TrajectoryPoint:
 @dataclass(frozen=True, slots=True, eq=False)
 class JointTrajectory:
     """
-    k waypoints of n named joints, as arrays that nobody changes.
+    k waypoints of n named joints, as immutable arrays.
 
     A waypoint that does not give a quantity has a row of NaN; all other numbers are finite.
 

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 class WorldInScene:
     """
-    Has a scene follow a simulated world; the user's own objects stay his.
+    Lets a scene follow a simulated world; the user's own objects are left alone.
 
     :param simulation: has the world.
     :param scene: follows.

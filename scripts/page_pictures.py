@@ -141,8 +141,8 @@ def save(page: PageUser, name: str) -> None:
     picture.save(IMAGES / f'{name}.png', optimize=True)
     print(f'docs/images/{name}.png', flush=True)
     page.tab.context.close()
-    if page.mistakes:
-        raise SystemExit(f'{name}: {page.mistakes}')
+    if page.page_errors:
+        raise SystemExit(f'{name}: {page.page_errors}')
 
 
 if __name__ == '__main__':

@@ -83,7 +83,7 @@ def test_a_relative_path_starts_from_the_base(tmp_path):
 def test_a_missing_package_names_the_places(monkeypatch):
     """The message says where it was looked for."""
     monkeypatch.setenv('AMENT_PREFIX_PATH', '')
-    with pytest.raises(ResourceError, match='not found; looked at: /given/lost'):
+    with pytest.raises(ResourceError, match='not found; searched: /given/lost'):
         resources.share_folder('lost', [Path('/given')])
 
 

@@ -32,7 +32,7 @@ class ProgramArguments:
     """
     What the user asked a program to run, checked; a field per argument.
 
-    An empty text stands for: take what the robot's configuration says.
+    An empty text leaves it to the robot's configuration.
 
     :param xacro: words that are no argument of a program; the robot's xacro may declare them.
     :param ros_args: everything between ``--ros-args`` and ``--``, those two included, for rclpy.
@@ -52,9 +52,9 @@ class ProgramArguments:
         '', "files with the controllers of ros2_control, in place of the robot's own",
         placeholder='FILE,...')
     packages_path: str = _argument(
-        '', 'folders in which packages are looked for first', placeholder='DIR:...')
+        '', 'folders that are searched first for packages', placeholder='DIR:...')
     world: str = _argument(
-        '', "world to stand in, in place of the robot's own: a name under worlds/, or a file",
+        '', "world, in place of the robot's own: a name under worlds/, or a file",
         placeholder='NAME|FILE')
     scene_from_world: str = _argument(
         '', 'what of the world planning knows, in place of the configuration: all of it where it '
@@ -62,9 +62,9 @@ class ProgramArguments:
     namespace: str = _argument(
         '', "namespace of the controllers and joint states, in place of the configuration's",
         placeholder='NS')
-    x: str = _argument('', 'where the robot stands in the world [m]', placeholder='METRES')
-    y: str = _argument('', 'where the robot stands in the world [m]', placeholder='METRES')
-    z: str = _argument('', 'where the robot stands in the world [m]', placeholder='METRES')
+    x: str = _argument('', 'position of the robot in the world [m]', placeholder='METRES')
+    y: str = _argument('', 'position of the robot in the world [m]', placeholder='METRES')
+    z: str = _argument('', 'position of the robot in the world [m]', placeholder='METRES')
     initial_positions: str = _argument(
         '', 'where joints begin, over the configuration [rad or m]',
         placeholder='JOINT=VALUE,...')

@@ -37,7 +37,7 @@ def announce_often(environment: MutableMapping[str, str] = os.environ) -> None:
     """
     Let Fast DDS announce this process often, so that nodes find each other in 0.3 s, not in 3 s.
 
-    Where the user has settings of his own these stay alone. Other middlewares read nothing of it.
+    The user's own settings are left alone. Other middlewares read nothing of it.
 
     :param environment: the variables to change.
     """

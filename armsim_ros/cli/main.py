@@ -161,7 +161,7 @@ def _overview() -> str:
 
 
 def _version() -> str:
-    """Return the package's version, where it stands once."""
+    """Return the package's version, from where it is defined."""
     from xml.etree import ElementTree
 
     from armsim_ros.resources import PACKAGE, share_folder

@@ -29,21 +29,21 @@ CLIENT_PROGRAMS = {
 VERBS = {
     'go': 'plan and move: armsim go scan_food, armsim go joint_1=30deg',
     'state': 'print joint positions and controllers',
-    'stop': 'end every motion, whoever began it',
+    'stop': 'end every motion, of any client',
     'plot': 'draw a motion: desired, actual, error, tolerance of each joint',
 }
 #: Those that read and write files and start nothing; each has arguments of its own.
 FILE_PROGRAMS = {
-    'check_config': "read a robot's files, tell every mistake and what each key does here",
+    'check_config': "read a robot's files, report every error and how each key is used",
     'migrate': "write a robot's files in the layout of ROS 2",
     'list': 'list the robots that are found: ours, those of the workspace, the installed ones',
     'generate_config': 'write a first set of files for a robot that has only a URDF',
 }
 #: Those that run a user's launch files.
 LAUNCH_PROGRAMS = {
-    'launch': "run a launch file as it is, with this package's programs in the originals' place",
+    'launch': "run a launch file as it is, with this package's programs in place of upstream's",
     'overlay': "let a ROS installation's own ros2 launch start this package's programs",
-    'original': "stand in for a program of ros2_control or MoveIt, with that program's arguments",
+    'original': "replace a program of ros2_control or MoveIt, with that program's arguments",
 }
 #: Where the module's folder has not the program's name.
 _ROOMS = {'servo_node': 'servo', 'servo_node_main': 'servo', 'original': 'originals'}

@@ -80,7 +80,7 @@ def cell_of(arguments: ProgramArguments) -> tuple[Cell, list[str]]:
     Read the robot, or the cell of several, that the arguments name, all of its files.
 
     :returns: the cell, and what a user should know of it.
-    :raises ConfigError: with every mistake of all files.
+    :raises ConfigError: with every error of all files.
     :raises ResourceError: where the robot, its world or a named file is not there.
     """
     survey = survey_cell(arguments.robot, **survey_options(arguments))

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Which robots stand in a cell, and where (``robots.yaml``)."""
+"""The robots of a cell, and their poses (``robots.yaml``)."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class CellRobot(Settings):
         ..., "the robot's folder, from the cell's folder; or a name under config/", min_length=1
     )
     xyz: Triple | None = parameter(
-        None, 'where its root link stands [m]; not given: where its simulation.yaml says'
+        None, 'position of its root link [m]; by default from its simulation.yaml'
     )
     rpy: Triple | None = parameter(
         None, 'roll, pitch, yaw of its root link [rad]; not given: as its simulation.yaml says'
@@ -110,10 +110,10 @@ def robots_file(folder: Path) -> Path | None:
 
 def read_cell(file: Path) -> tuple[CellSettings, YamlNode]:
     """
-    Read which robots stand in a cell.
+    Read the robots of a cell.
 
     :returns: the settings, and the file's nodes, which know the places.
-    :raises ConfigError: with every mistake.
+    :raises ConfigError: with every error.
     """
     problems: list[Problem] = []
     node = read_yaml_file(file)

@@ -79,7 +79,7 @@ class _Merge:
     def refuse_controllers(self) -> None:
         for controller in self._own.controllers:
             self._problems.append(Problem(
-                f"controller '{controller.name}' stands in the folder of a cell",
+                f"controller '{controller.name}' is in the folder of a cell",
                 self._own.locate('controllers', controller.name),
                 remedy='move it into the folder of the robot that it moves'))
 
@@ -89,7 +89,7 @@ class _Merge:
         Return a block with a value per key.
 
         :param section: field of RobotSettings.
-        :param inside: where the block is not the section itself, the key that it stands below.
+        :param inside: where the block is not the section itself, its parent key.
         :param apart: key -> value of those that are laid together.
         """
         path = (section, inside) if inside else (section,)
@@ -104,8 +104,8 @@ class _Merge:
                 if owners.setdefault(key, f"robot '{name}'") == f"robot '{name}'":
                     values[key] = value
                 elif values[key] != value:
-                    self._changed(settings, (*path, key), f"{value} of robot '{name}' gives "
-                                  f'way to {values[key]} of {owners[key]}')
+                    self._changed(settings, (*path, key), f"{value} of robot '{name}' is "
+                                  f'overridden by {values[key]} of {owners[key]}')
         return own.model_copy(update={**values, **apart})
 
     def joint_limits(self) -> dict[str, JointLimitOverrides]:
@@ -127,7 +127,7 @@ class _Merge:
             if settings.simulation.world:
                 self._problems.append(Problem(
                     f"the world '{settings.simulation.world}' of robot '{name}' is not used here: "
-                    'the world of a cell stands in its own simulation.yaml',
+                    'the world of a cell is set in its own simulation.yaml',
                     settings.locate('simulation', 'world'), severity=Severity.INFO))
         cameras = {name: camera for settings in self.all
                    for name, camera in settings.simulation.cameras.items()}
@@ -166,8 +166,8 @@ class _Merge:
             rate = fastest
         for name, given in asked.items():
             if given != rate:
-                self._changed(self._robots[name], path, f"{given} Hz of robot '{name}' gives way "
-                              f'to {rate} Hz, the rate of all controllers')
+                self._changed(self._robots[name], path, f"{given} Hz of robot '{name}' is "
+                              f'overridden by {rate} Hz, the rate of all controllers')
         return rate
 
     def ompl(self) -> OmplSettings:

@@ -28,7 +28,7 @@ class ConfigDraft:
 
     :param sections: block -> its entries, of all files together.
     :param namespaces: namespace -> where it was first seen.
-    :param problems: mistakes and remarks found on the way.
+    :param problems: errors and remarks found on the way.
     """
 
     sections: dict[str, YamlNode] = field(default_factory=dict)
@@ -63,5 +63,5 @@ class ConfigDraft:
         self.sections[section] = merge_nodes(known, node)[0]
 
     def see_namespace(self, namespace: str, where: Location) -> None:
-        """Note the namespace in which a controller stands."""
+        """Record the namespace of a controller."""
         self.namespaces.setdefault(namespace, where)

@@ -19,7 +19,7 @@ class JointFault(Settings):
     bias: float = parameter(
         0.0, 'added to the position commands of the joint [rad or m]', allow_inf_nan=False
     )
-    blocked: bool = parameter(False, 'the joint stands still, whatever is commanded')
+    blocked: bool = parameter(False, 'the joint does not move, whatever is commanded')
 
     def __str__(self) -> str:
         """Return the fault in words."""

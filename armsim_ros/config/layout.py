@@ -117,7 +117,7 @@ class LayoutReader:
                 yield from self._nodes(inner, (*path, key))
             else:
                 self._draft.problems.append(ignored(Problem(
-                    f"key '{key}' stands outside of '{ROS2_KEY}'", inner.place,
+                    f"key '{key}' is outside of '{ROS2_KEY}'", inner.place,
                     remedy=f"indent it below '{ROS2_KEY}:'")))
 
     def _read_node(self, name: str, namespace: str, parameters: YamlNode) -> None:
@@ -225,7 +225,7 @@ class LayoutReader:
             severity=Severity.INFO))
 
     def _without_strays(self, block: YamlNode) -> YamlNode:
-        """Return a block without the keys of a controller that stand beside its name."""
+        """Return a block without the keys of a controller that are beside its name."""
         strays = [key for key in block.entries if key in _CONTROLLER_KEYS and key not in BLOCKS]
         if not strays:
             return block
@@ -234,7 +234,7 @@ class LayoutReader:
         keys = ', '.join(f"'{key}'" for key in strays)
         beside = f"beside '{empty[-1]}', which is empty" if empty else 'outside of any controller'
         self._draft.problems.append(Problem(
-            f'{keys} stand {beside}', block.entries[strays[0]].place,
+            f'{keys} are {beside}', block.entries[strays[0]].place,
             remedy='indent them below their controller; the indentation was probably lost in '
                    'copying'))
         return block.without(*strays, *empty)

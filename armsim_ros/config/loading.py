@@ -50,15 +50,15 @@ def load_robot_settings(
     Read everything that describes a robot, but for the URDF and SRDF themselves.
 
     :param robot: a name under ``config/``, or a path to a folder with the user's files.
-    :param strict: whether what the original stack silently ignores is a mistake.
+    :param strict: whether what upstream silently ignores is an error.
     :param options: those of :func:`find_files` and :func:`survey_files`.
-    :raises ConfigError: with every mistake of all files.
+    :raises ConfigError: with every error of all files.
     """
     settings = survey_robot_settings(robot, **options)
     found = map(strictly, settings.remarks) if strict else settings.remarks
-    mistakes = [problem for problem in found if problem.severity is Severity.ERROR]
-    if mistakes:
-        raise ConfigError(mistakes)
+    errors = [problem for problem in found if problem.severity is Severity.ERROR]
+    if errors:
+        raise ConfigError(errors)
     return settings
 
 
@@ -71,9 +71,9 @@ def survey_robot_settings(
     **sources: Unpack[FileOptions],
 ) -> RobotSettings:
     """
-    Read the same as :func:`load_robot_settings`, and go on where there are mistakes.
+    Read the same as :func:`load_robot_settings`, and continue despite errors.
 
-    :returns: settings in which a block with mistakes has its defaults; the mistakes are among
+    :returns: settings in which a block with errors has its defaults; the errors are among
         the remarks.
     :raises ConfigError: where the files cannot be found at all.
     """
@@ -98,7 +98,7 @@ def survey_files(
     :param world: a name under ``worlds/`` or a file, in place of simulation.yaml's.
     :param namespace: replaces that of the files.
     :param overrides: dotted path -> value, such as ``{'simulation.paused': True}``.
-    :returns: settings in which a block with mistakes has its defaults; the mistakes are among
+    :returns: settings in which a block with errors has its defaults; the errors are among
         the remarks.
     """
     draft = ConfigDraft(problems=list(files.remarks))
@@ -146,7 +146,7 @@ def survey_files(
 
 def _of_published(problem: Problem, package: PackageRoles) -> Problem:
     """
-    Return a mistake in a published file as a warning.
+    Return an error in a published file as a warning.
 
     The original stack leaves out the controller, solver or joint that it cannot read, and starts.
     """
@@ -194,7 +194,7 @@ def _namespace(draft: ConfigDraft, given: str | None) -> str:
     if given is None and len(found) > 1:
         places = ', '.join(f"'{name or '/'}' at {where}" for name, where in found.items())
         draft.problems.append(Problem(
-            f'the controllers stand in {len(found)} namespaces: {places}',
+            f'the controllers are in {len(found)} namespaces: {places}',
             list(found.values())[-1], remedy='merge them, or choose with namespace:=NS'))
     name = given if given is not None else next(iter(found), '')
     name = name.strip('/')

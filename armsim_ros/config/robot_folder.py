@@ -52,7 +52,7 @@ class RobotFolder:
     :param yaml_files: settings to read, in the order of their names.
     :param remarks: files that are left out.
     :param is_cell: whether the folder is that of a cell with robots of their own folders.
-    :param packages: where packages are looked for.
+    :param packages: where packages are searched.
     :param arguments: arguments of the URDF's and the SRDF's xacro.
     :param declared: arguments that the URDF's xacro declares, with their values, where it was
         run already.
@@ -99,7 +99,7 @@ def find_files(robot: str, *, config: Path | None = None, urdf: Path | None = No
     :param srdf: another SRDF file.
     :param controllers: other files with the controllers of ros2_control.
     :param arguments: arguments for the xacro of URDF and SRDF.
-    :param packages_path: where packages are looked for first.
+    :param packages_path: folders that are searched first for packages.
     :raises ConfigError: where a file is missing, or where several could be meant.
     """
     packages = Packages(packages_path)
@@ -157,9 +157,9 @@ def _robot_folder(robot: str, packages: Packages) -> Path:
 
 def _moveit_package(folder: Path, packages: Packages, *, named: bool) -> Path | None:
     """
-    Return the package that a folder stands for, None for a folder of the user's own files.
+    Return the package that a folder represents, None for a folder of the user's own files.
 
-    A package with an SRDF is itself; a description or bringup package stands for the MoveIt
+    A package with an SRDF is itself; a description or bringup package represents the MoveIt
     package that depends on it; a folder of packages for the only MoveIt package in it.
 
     :param named: whether the user names URDF or SRDF, and so needs no other package.

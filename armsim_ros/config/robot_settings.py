@@ -38,7 +38,7 @@ class RobotSettings(Settings):
     :param spawn: the controllers that are activated at the start, in this order.
     :param spawn_only: whether the other controllers stay unloaded until a spawner asks for them.
     :param start: where a package lets the joints start that its URDF says nothing of [rad or m].
-    :param remarks: what was found beside mistakes: warnings, and what is not used here.
+    :param remarks: findings beside errors: warnings, and what is not used here.
     """
 
     name: str
@@ -70,7 +70,7 @@ class RobotSettings(Settings):
 
     @property
     def packages(self) -> Packages:
-        """Where packages are looked for."""
+        """The search path of packages."""
         return self._packages
 
     def locate(self, *path: str | int) -> Location | None:

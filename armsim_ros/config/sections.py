@@ -75,8 +75,8 @@ def read_sections(draft: ConfigDraft, *, published: bool = False) -> dict[str, A
 
     :param published: whether the files are those of a published package: only the broadcaster
         and the controllers that move_group is told of start, where no list says which.
-    :returns: field of RobotSettings -> value; a block with mistakes has its defaults, and the
-        mistakes are among the draft's problems.
+    :returns: field of RobotSettings -> value; a block with errors has its defaults, and the
+        errors are among the draft's problems.
     """
     simulation = _checked(draft, draft.section('simulation'), SimulationSettings, 'simulation',
                           tolerant=False)

@@ -60,7 +60,7 @@ class ServoParameters(Settings):
     The block ``moveit_servo``.
 
     Other defaults than upstream's: topics, planning group and controller are this robot's own,
-    where an empty text stands for them.
+    where they are given as an empty text.
     """
 
     thread_priority: int = parameter(
@@ -107,7 +107,7 @@ class ServoParameters(Settings):
         '/monitored_planning_scene', 'changes of the planning scene', read_only=True
     )
     is_primary_planning_scene_monitor: bool = parameter(
-        True, 'serve the planning scene where nobody else does', read_only=True
+        True, 'serve the planning scene where no other node does', read_only=True
     )
     check_octomap_collisions: bool = parameter(
         False, 'has no effect: no octomap is built', read_only=True

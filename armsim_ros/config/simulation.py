@@ -66,7 +66,7 @@ class JointServoSettings(Settings):
 
 
 class PlacementSettings(Settings):
-    """Where the robot's root link stands in the world."""
+    """Pose of the robot's root link in the world."""
 
     xyz: Triple = parameter((0.0, 0.0, 0.0), 'position [m]', read_only=True)
     rpy: Triple = parameter((0.0, 0.0, 0.0), 'roll, pitch, yaw [rad]', read_only=True)
@@ -182,7 +182,7 @@ class SimulationSettings(Settings):
         (), 'further folders that worlds, objects and their meshes may be read from',
         read_only=True
     )
-    placement: PlacementSettings = parameter(PlacementSettings(), 'where the robot stands')
+    placement: PlacementSettings = parameter(PlacementSettings(), 'pose of the robot')
     vacuum_grippers: dict[str, VacuumGripperSettings] = parameter(
         {}, 'name -> suction cup', read_only=True)
     initial_state: str = parameter(

@@ -46,14 +46,14 @@ def read_settings(
     tolerant: bool = True,
 ) -> AnySettings | None:
     """
-    Return a block as checked settings, None where it has mistakes.
+    Return a block as checked settings, None where it has errors.
 
-    :param problems: mistakes and remarks are added here.
+    :param problems: errors and remarks are added here.
     :param title: what the block is, for messages, such as "controller 'arm'".
     :param unused: keys that other programs of the stack read and this program does not -> why;
         each gives a remark and is left out.
     :param tolerant: whether an unknown key is left out, as the original stack does, or is a
-        mistake, as in files that only this package has.
+        error, as in files that only this package has.
     """
     if not node.is_mapping:
         problems.append(Problem(f'{title} is {node.kind}', node.place, 'a block of keys'))
@@ -157,7 +157,7 @@ def _problem(kind: type[BaseModel], node: YamlNode, detail: Any, title: str,
 
 
 def _written_path(node: YamlNode, loc: Sequence[str | int]) -> list[str | int]:
-    """Return pydantic's path without the steps that stand for a member of a union."""
+    """Return pydantic's path without the steps that denote a member of a union."""
     path: list[str | int] = []
     for position, step in enumerate(loc):
         _, steps = node.find([*path, step])

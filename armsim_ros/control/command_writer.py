@@ -158,7 +158,7 @@ class CommandWriter:
             command[self._target] = ahead[row, self._columns]
 
     def last_positions(self) -> Vector:
-        """Return the position commands that stand (n,), NaN for joints without [rad or m]."""
+        """Return the position commands in effect (n,), NaN for joints without [rad or m]."""
         positions = np.full(self._joints, np.nan)
         if self.forwards_position:
             positions[self._columns] = self._command.position[self._target]

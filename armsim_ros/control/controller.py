@@ -213,7 +213,7 @@ class Controller(ABC, Generic[ParametersT]):
 
     @abstractmethod
     def process_requests(self, time_ns: int) -> None:
-        """Take up what other threads asked for, while time stands still."""
+        """Take up what other threads requested, while time is paused."""
 
     def set_parameters(self, changes: Settings | Mapping[str, Any]) -> None:
         """

@@ -37,7 +37,7 @@ class ControllerEvent:
 
 
 class EventQueue:
-    """Events of a source; any thread adds, any thread drains, nobody waits."""
+    """Events of a source; any thread adds, any thread drains, without waiting."""
 
     def __init__(self, source: str) -> None:
         self.source = source
@@ -48,7 +48,7 @@ class EventQueue:
         self._events.append(ControllerEvent(time_ns, level, self.source, kind, text))
 
     def drain(self) -> list[ControllerEvent]:
-        """Return all events that nobody has taken yet, oldest first."""
+        """Return all events that were not taken yet, oldest first."""
         taken: list[ControllerEvent] = []
         while True:
             try:

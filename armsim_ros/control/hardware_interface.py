@@ -93,7 +93,7 @@ class UpdatePlan:
         )
 
     def begin(self, command: JointArrays, feedforward: JointArrays) -> None:
-        """Forget what was planned: the commands that stand go on."""
+        """Forget what was planned: the present commands stay in effect."""
         self.position[:] = command.position
         self.velocity[:], self.acceleration[:] = feedforward.velocity, feedforward.acceleration
         self.expected[:] = 0.0

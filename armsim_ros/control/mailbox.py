@@ -10,7 +10,7 @@ from typing import Generic, TypeVar
 
 RequestT = TypeVar('RequestT')
 
-#: How much of a stream waits at most while time stands.
+#: How much of a stream waits at most while time is paused.
 STREAM_CAPACITY = 100
 
 
@@ -18,7 +18,7 @@ class Mailbox(Generic[RequestT]):
     """
     Requests in the order in which they came; any thread leaves some, any thread takes some.
 
-    Nobody waits, and no request is taken twice.
+    No thread waits, and no request is taken twice.
 
     :param wake: called after each post, so that a loop that sleeps takes it up.
     :param capacity: how many wait at most; more push out the oldest. None: all of them.

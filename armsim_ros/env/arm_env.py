@@ -59,7 +59,7 @@ class ArmEnv(Env):
     :param randomize: what differs from episode to episode: ``objects``: name -> ``xyz``, ``rpy``,
         ``mass``, ``friction``, ``color``; ``joints``: name -> start. Each is (low, high).
     :param max_steps: after so many an episode is truncated; 0 is never.
-    :param render_mode: ``rgb_array`` for those who want pictures.
+    :param render_mode: ``rgb_array`` for pictures.
     :param view: words of ``View``, for pictures.
     :param world: a world's name or file in place of the robot's own.
     :param overrides: dotted path -> value over the robot's files.
@@ -118,7 +118,7 @@ class ArmEnv(Env):
 
     @property
     def sim(self) -> ArmSim:
-        """The stack of this episode, to look at, and to plan with; ``reset`` makes another."""
+        """The stack of this episode, to read, and to plan with; ``reset`` makes another."""
         return self._sim
 
     @property

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What an environment needs of Gymnasium, for those who have it not: two spaces and a base."""
+"""What an environment needs of Gymnasium, where it is not installed: two spaces and a base."""
 
 from __future__ import annotations
 

@@ -136,14 +136,14 @@ def _serve(pipe: Connection, maker: MakeEnv) -> None:
                     answer: Any = (env.reset()[0], 0.0, False, False, {})
                 else:
                     answer = getattr(env, method)(**words)
-            except ArmsimError as mistake:
-                answer = ArmsimError(str(mistake))
+            except ArmsimError as error:
+                answer = ArmsimError(str(error))
             else:
                 if method != 'digest':
                     ended = method == 'step' and (answer[2] or answer[3])
             pipe.send(answer)
-    except ArmsimError as mistake:
-        pipe.send(ArmsimError(str(mistake)))
+    except ArmsimError as error:
+        pipe.send(ArmsimError(str(error)))
     except (EOFError, BrokenPipeError, KeyboardInterrupt):
         return
 

@@ -23,7 +23,7 @@ class GripperTarget:
     :param joint: the command joint; with ``parallel`` the first of the two.
     :param position: [rad or m]; with ``parallel`` the sum of both joints.
     :param effort: of the last point [N*m or N], None where that has none.
-    :param assumed: whether the first joint of the part stands in for the command joint.
+    :param assumed: whether the first joint of the part replaces the command joint.
     """
 
     joint: str

@@ -24,7 +24,7 @@ from armsim_ros.install_rules.xacro_run import as_xacro, PROGRAMS, XacroCommand
 
 #: Where a target comes from: a file or folder, or a run of xacro that makes it.
 Source = Path | XacroCommand
-#: Stands for the build folder, which no source has.
+#: Represents the build folder, which no source has.
 BUILD = Path('/nonexistent/build')
 #: A file with more is no longer read: a loop of functions that call each other.
 MOST_COMMANDS = 20_000

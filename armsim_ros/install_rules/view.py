@@ -74,7 +74,7 @@ def installed_view(folder: Path, name: str, *, around: Path, find: Callable[[str
         (cache / 'COLCON_IGNORE').touch()
         made = Path(tempfile.mkdtemp(prefix='new-', dir=cache))
         try:
-            # Who is in this view finds the packages of the workspace from there, too.
+            # Packages in this view find those of the workspace from there, too.
             (made / 'src').symlink_to(around)
             view = made / folder.name
             _open(view, folder)

@@ -28,7 +28,7 @@ class DisplacementBounds:
 
     A point that a turning joint carries moves by at most the angle times its distance from
     the axis; that distance is at most the sum of the lengths between the joints that lie
-    between, wherever these stand. A sliding joint moves a point by its own travel. So the
+    between, wherever these are. A sliding joint moves a point by its own travel. So the
     motion of a link is at most the sum over the joints above it of weight times travel.
 
     :param kinematics: the robot.

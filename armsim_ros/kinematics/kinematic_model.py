@@ -27,7 +27,7 @@ class KinematicModel:
 
     ``q`` is (n,) and holds a position [rad or m] for every movable joint, in the order of
     ``RobotModel.movable_joints``; a continuous joint is an unbounded angle, a mimic joint has
-    a value of its own that follows its master. Floating and planar joints stand at their
+    a value of its own that follows its master. Floating and planar joints are at their
     origin. Poses are (4, 4) in the model frame. Several threads may use a model.
 
     :param robot: the robot.
@@ -78,7 +78,7 @@ class KinematicModel:
         """
         Return q with the given positions laid over a base.
 
-        :param positions: joint -> [rad or m]; a mimic joint's value gives way to its master's.
+        :param positions: joint -> [rad or m]; a mimic joint's value is overridden by its master's.
         :param base: (n,) for the joints that are not named; None for the defaults.
         :raises PlanningError: INVALID_ROBOT_STATE for an unknown joint or a value that is not
             finite.

@@ -18,7 +18,7 @@ class StartTable:
     Configurations of a group, sampled once, and where they put a set of links.
 
     Poses are kept relative to the link that carries the group's first joint, so that joints
-    outside the group may stand anywhere. Two poses count as near when positions, measured in
+    outside the group may be anywhere. Two poses count as near when positions, measured in
     the spread of all samples, and orientations, measured as the chord between rotation
     matrices, are near.
 

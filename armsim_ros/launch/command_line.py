@@ -29,7 +29,7 @@ options:
   -d, --debug              say more
   -a, --show-all-subprocesses-output
                            show all output (always so here)
-  packages_path:=DIR[:DIR] where packages are looked for first"""
+  packages_path:=DIR[:DIR] folders that are searched first for packages"""
 
 _FLAGS = {
     '-s': 'show_arguments', '--show-args': 'show_arguments', '--show-arguments': 'show_arguments',

@@ -261,7 +261,7 @@ class Engine:
         self._timers.clear()
         self._jobs.append(self._runner.stop)
 
-    # Scopes: what an event does later sees the file and the arguments of the place it stands.
+    # Scopes: what an event does later sees the file and the arguments of its place.
 
     def capture_scope(self, handler: Any) -> None:
         """Remember the scope in which a handler was registered."""

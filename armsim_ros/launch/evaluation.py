@@ -78,7 +78,7 @@ class Launch:
         return USAGE_STATUS if report.failures else 0
 
     def run(self) -> int:
-        """Run it; return 0 after success or Ctrl-C, 1 after a failure, 2 after a mistake."""
+        """Run it; return 0 after success or Ctrl-C, 1 after a failure, 2 after an error."""
         from armsim_ros.launch.real_runner import ProcessRunner
 
         report = Report(dry=False)

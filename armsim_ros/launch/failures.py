@@ -116,7 +116,7 @@ def failure_of(error: BaseException, file: str) -> LaunchError:
     if isinstance(error, FileNotFoundError) and error.filename is not None:
         return LaunchError(f"file '{os.fsdecode(error.filename)}' does not exist", where)
     if isinstance(error, EOFError):
-        return LaunchError('the launch file asks for an answer, and nobody is there to give it; '
+        return LaunchError('the launch file asks for an answer, but there is no terminal; '
                            'run it in a terminal, or pipe the answers in', where)
     if isinstance(error, ArmsimError):
         return LaunchError(str(error), where)

@@ -19,7 +19,7 @@ from armsim_ros.packages import Packages
 
 #: Prefix of paths below a missing package; many are never opened.
 NOWHERE = Path('/nonexistent/share')
-#: Launch files of the originals that users include, and ours in their place.
+#: Launch files of upstream that users include, and ours in their place.
 STAND_INS = Path(__file__).resolve().parent / 'stand_ins'
 
 
@@ -135,7 +135,7 @@ def check_not_missing(path: str | Path) -> None:
 
 
 def stand_in_of(path: Path) -> Path | None:
-    """Return our stand-in for an original's launch file, None if there is none."""
+    """Return our replacement of an upstream launch file, None if there is none."""
     for package in path.parent.parts:
         found = STAND_INS / package / 'launch' / path.name
         if found.is_file():

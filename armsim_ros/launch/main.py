@@ -23,7 +23,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     Run a launch file, or show what it would start.
 
     :param argv: the words after the program's name; those of this process where None.
-    :returns: 0 after Ctrl-C or a good end, 1 when a required process failed, 2 for mistakes
+    :returns: 0 after Ctrl-C or a good end, 1 when a required process failed, 2 for errors
         before the start.
     """
     words = list(sys.argv[1:] if argv is None else argv)

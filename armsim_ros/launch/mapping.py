@@ -279,7 +279,7 @@ def _run_by_ros2(spec: ProcessSpec) -> RosNode | None:
 
 
 def _around(path: Path) -> list[Path | None]:
-    """Return the package of a file, and where those stand that it may name."""
+    """Return the package of a file, and of those that it may name."""
     workspace, package = workspace_of(path), package_of(path)
     if workspace is not None:
         return [package, workspace / 'src', workspace / 'install']

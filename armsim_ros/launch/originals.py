@@ -15,7 +15,7 @@ class ProgramRole(Enum):
     """What a program of the original stack does."""
 
     SIMULATION = 'the simulation with its controller manager'
-    WORLD = 'the world that the simulation stands in'
+    WORLD = 'the world of the simulation'
     SPAWN_ROBOT = 'puts the robot into the simulation'
     BRIDGE = 'the simulation publishes these topics itself'
     SPAWNER = 'loads and activates controllers'

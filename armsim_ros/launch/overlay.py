@@ -1,7 +1,7 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
 """
-An overlay for a ROS installation: the originals' package names, our programs.
+An overlay for a ROS installation: upstream's package names, our programs.
 
 ``. $(armsim overlay)`` puts it before the installation; the user's own ``ros2 launch`` then starts
 ours. A shell that has not sourced it sees nothing of it.
@@ -26,7 +26,7 @@ USAGE = """usage: . $(armsim overlay)         use ours in this shell; source ROS
 
 Write an overlay with the package names of ros2_control and MoveIt and this package's programs,
 and print the file to source. --check says where each program of a launch file comes from."""
-#: Package -> its programs here -> the program that stands in.
+#: Package -> its programs here -> the replacement.
 PROGRAMS: Mapping[str, Mapping[str, str]] = {
     'controller_manager': {
         'ros2_control_node': 'ros2_control_node', 'spawner': 'spawner', 'spawner.py': 'spawner',
@@ -42,7 +42,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     Write the overlay and print the file to source, or check a launch file against it.
 
     :param argv: the words after the program's name; those of this process where None.
-    :returns: 0, or 2 for a mistake.
+    :returns: 0, or 2 for an error.
     """
     words = list(sys.argv[1:] if argv is None else argv)
     if {'-h', '--help'} & set(words):
@@ -72,7 +72,7 @@ def write_overlay(folder: Path) -> Path:
     """
     Write the overlay anew and return its folder.
 
-    An original's ``share`` is linked through; its programs that are not ours stay reachable.
+    An upstream package's ``share`` is linked; its programs that are not ours stay reachable.
     """
     if folder.exists():
         shutil.rmtree(folder)

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Reports a launch to the user: processes, missing programs and packages, mistakes."""
+"""Reports a launch to the user: processes, missing programs and packages, errors."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ class Report:
     def failure(self, error: BaseException, file: str) -> None:
         """Report what keeps a launch file from being evaluated."""
         if isinstance(error, EOFError):
-            print(file=sys.stderr)  # the question stands there without an end of line
+            print(file=sys.stderr)  # the question is there without an end of line
         for line in failure_lines(error, file):
             if line in self.failures:
                 continue

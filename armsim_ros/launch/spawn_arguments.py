@@ -38,7 +38,7 @@ class SpawnArguments:
 
 
 def read_spawn_arguments(words: Sequence[str]) -> SpawnArguments:
-    """Parse the command line; unknown words are skipped, as in the originals."""
+    """Parse the command line; unknown words are skipped, as upstream."""
     found = SpawnArguments()
     rest = iter(words)
     for word in rest:

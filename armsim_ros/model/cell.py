@@ -48,12 +48,12 @@ class CellSurvey:
     """
     What was found in the files.
 
-    :param problems: mistakes, warnings and remarks.
+    :param problems: errors, warnings and remarks.
     :param settings: those of the only robot, or of the files in the cell's folder.
     :param robots: settings of the robots of a cell as their files say, each folder once; none
         for a single robot.
     :param model: of the only robot, even if there are errors; else of the cell.
-    :param cell: None where there are mistakes.
+    :param cell: None where there are errors.
     :param declared: arguments of the xacro of URDF and SRDF, with their values.
     """
 
@@ -68,14 +68,14 @@ class CellSurvey:
         """
         Return the cell.
 
-        :raises ConfigError: with every mistake.
+        :raises ConfigError: with every error.
         """
-        mistakes = mistakes_of(self.problems)
-        if mistakes or self.cell is None:
-            raise ConfigError(mistakes)
+        errors = errors_of(self.problems)
+        if errors or self.cell is None:
+            raise ConfigError(errors)
         return self.cell
 
 
-def mistakes_of(problems: Iterable[Problem]) -> list[Problem]:
+def errors_of(problems: Iterable[Problem]) -> list[Problem]:
     """Return the problems that stop a program."""
     return [problem for problem in problems if problem.severity is Severity.ERROR]

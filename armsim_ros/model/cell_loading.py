@@ -27,7 +27,7 @@ from armsim_ros.errors import (
     SimulationError,
     strictly,
 )
-from armsim_ros.model.cell import Cell, CellSurvey, mistakes_of, Robot
+from armsim_ros.model.cell import Cell, CellSurvey, errors_of, Robot
 from armsim_ros.model.cell_merge import clashes, merged_model, PlacedRobot
 from armsim_ros.model.cross_check import check_settings, fitting_controllers
 from armsim_ros.model.default_floor import with_default_floor
@@ -56,7 +56,7 @@ def load_cell(
     :param robot: a name under ``config/``, or a path to a folder.
     :param world: a name under ``worlds/`` or a file, in place of simulation.yaml's.
     :param overrides: dotted path -> value; of a cell, over the files of its own folder.
-    :raises ConfigError: with every mistake of all files.
+    :raises ConfigError: with every error of all files.
     """
     return survey_cell(robot, world=world, overrides=overrides).checked()
 
@@ -79,12 +79,12 @@ def survey_cell(
     **sources: Unpack[FileOptions],
 ) -> CellSurvey:
     """
-    Read the same as :func:`load_cell`, and go on where there are mistakes.
+    Read the same as :func:`load_cell`, and continue despite errors.
 
     :param namespace: replaces the namespace from the files of a single robot.
-    :param strict: whether what the original stack silently ignores is a mistake.
+    :param strict: whether what upstream silently ignores is an error.
     :param sources: those of :func:`find_files`.
-    :raises ConfigError: where the files cannot be found at all, or robots.yaml has mistakes.
+    :raises ConfigError: where the files cannot be found at all, or robots.yaml has errors.
     """
     files = find_files(robot, **sources)
     if files.is_cell and namespace is not None:
@@ -98,14 +98,14 @@ def survey_cell(
     if files.is_cell:
         return _CellReader(files, settings).read()
     found = [strictly(remark) if strict else remark for remark in settings.remarks]
-    mistaken = bool(mistakes_of(found))
+    faulty = bool(errors_of(found))
     model, of_model = survey_robot_model(
-        settings, partial=mistaken, urdf=descriptions[0], srdf=descriptions[1])
+        settings, partial=faulty, urdf=descriptions[0], srdf=descriptions[1])
     found += of_model
     declared = {name: value for description in reversed(descriptions) if description is not None
                 for name, value in description.arguments.items()}
     cell = None
-    if model is not None and not mistakes_of(found):
+    if model is not None and not errors_of(found):
         if files.package is not None:
             settings = settings.model_copy(
                 update={'spawn': fitting_controllers(settings, model)})
@@ -116,7 +116,7 @@ def survey_cell(
             settings, of_floor = with_default_floor(settings, model)
             found += [*of_start, *of_floor]
         except SimulationError:
-            pass  # an unknown state; who starts the robot says so
+            pass  # an unknown state, which is reported at the start of the robot
         cell = Cell(settings, model, (Robot(settings.name, settings, model),))
     return CellSurvey(tuple(found), settings, (), model, cell, declared)
 
@@ -199,12 +199,12 @@ class _CellReader:
             self._problems.append(Problem(
                 text, self._place(name), remedy=f"give '{name}' a prefix of its own"))
         cell = None
-        if not mistakes_of(self._problems):
+        if not errors_of(self._problems):
             cell = self._merged(settings, placed)
         return CellSurvey(
             tuple(dict.fromkeys(self._problems)), self._own,
             tuple(description for description, _ in self._read.values()),
-            cell.model if cell else None, None if mistakes_of(self._problems) else cell)
+            cell.model if cell else None, None if errors_of(self._problems) else cell)
 
     def _folder(self, entry: CellRobot) -> str:
         """Return a robot's folder: relative to the cell's folder, else an included robot."""
@@ -223,14 +223,14 @@ class _CellReader:
         return str(folder)
 
     def _survey(self, robot: str) -> tuple[RobotSettings, RobotModel | None]:
-        """Return a robot's settings, and its model where its files have no mistakes."""
+        """Return a robot's settings, and its model where its files have no errors."""
         folder = Path(robot)
         if folder not in self._read:
             settings = survey_robot_settings(robot)
-            mistaken = bool(mistakes_of(settings.remarks))
-            model, found = survey_robot_model(settings, partial=mistaken)
+            faulty = bool(errors_of(settings.remarks))
+            model, found = survey_robot_model(settings, partial=faulty)
             self._problems += [*settings.remarks, *found]
-            usable = not mistaken and not mistakes_of(found)
+            usable = not faulty and not errors_of(found)
             self._read[folder] = settings, model if usable else None
         return self._read[folder]
 
@@ -258,7 +258,7 @@ class _CellReader:
             return None
         merged = merged_settings(self._own, renamed, self._problems)
         merged = self._with_start(merged, renamed, placed, model)
-        if not mistakes_of(self._problems):
+        if not errors_of(self._problems):
             merged, of_floor = with_default_floor(merged, model)
             self._problems += of_floor
         self._problems += of_srdf

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The robots of a cell as one tree: each stands on the link ``world``."""
+"""The robots of a cell as one tree: each is mounted on the link ``world``."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from armsim_ros.model.semantic_model import SemanticModel
 from armsim_ros.model.transforms import pose_matrix
 from armsim_ros.model.tree import adjacent_pairs, tree_order
 
-#: The link that all robots stand on.
+#: The link that all robots are mounted on.
 WORLD = 'world'
 
 _HERE = Location('the cell')
@@ -27,7 +27,7 @@ _HERE = Location('the cell')
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PlacedRobot:
-    """A robot with the names that it has in the cell, and where its root link stands."""
+    """A robot with the names that it has in the cell, and the pose of its root link."""
 
     model: RobotModel
     placement: PlacementSettings
@@ -43,7 +43,7 @@ def clashes(robots: Mapping[str, PlacedRobot]) -> Iterator[tuple[str, str]]:
     for name, robot in robots.items():
         if WORLD in robot.model.links:
             yield name, (f"link '{WORLD}' of robot '{name}' has the name of the link that all "
-                         'robots stand on')
+                         'robots are mounted on')
     for (first, first_robot), (second, other) in combinations(robots.items(), 2):
         for kind, names, others in (
             ('link', first_robot.model.links, other.model.links),
@@ -127,7 +127,7 @@ def _merged_srdf(name: str, robots: Mapping[str, PlacedRobot], srdf: tuple[str, 
     for robot in robots.values():
         model = robot.model
         if model.srdf:
-            # A virtual joint ties a robot to the world that stands here itself.
+            # A virtual joint ties a robot to the world, which the cell has itself.
             root.children.extend(child for child in parse_xml(model.srdf, model.name).children
                                  if child.tag != 'virtual_joint')
         if not model.semantic.disabled_collisions:

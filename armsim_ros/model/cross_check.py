@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Whether the settings name what the robot has; each mistake with the place in its file."""
+"""Whether the settings name what the robot has; each error with its place in the file."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def check_settings(settings: RobotSettings, model: RobotModel,
     Return every place where settings and robot do not fit.
 
     :param places: 'joint x', 'group x' ... -> where the URDF or SRDF has it.
-    :param partial: whether files had mistakes; what is missing may only be missing for them.
+    :param partial: whether files had errors, which may be why something is missing.
     """
     check = _Check(settings, model, places or {})
     check.controllers()
@@ -82,12 +82,12 @@ class _Check:
             if lost:
                 self._add(
                     f"planning group '{group.name}' has {', '.join(lost)}, which no "
-                    '<ros2_control> has: nobody publishes where they are',
+                    '<ros2_control> has: no node publishes their positions',
                     self._places.get(f'group {group.name}'),
                     remedy='add them to a <ros2_control> with a state_interface')
 
     def moveit_controllers(self) -> None:
-        """Check the joints of move_group's controllers, and that somebody serves their action."""
+        """Check the joints of move_group's controllers, and that their action is served."""
         served = {self._relative(controller.name): controller
                   for controller in self._settings.controllers}
         for controller in self._settings.moveit_controllers:
@@ -99,8 +99,8 @@ class _Check:
             if controller.name.strip('/') not in served:
                 known = tuple(served)
                 self._add(
-                    f'{title}: no controller of this name runs here, so nobody serves its action '
-                    f"'{controller.action_name}'",
+                    f'{title}: no controller of this name runs here, so its action '
+                    f"'{controller.action_name}' is not served",
                     self._settings.locate('moveit_controllers', controller.name),
                     allowed=', '.join(known), remedy=nearest(controller.name.strip('/'), known))
 

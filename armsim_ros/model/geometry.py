@@ -81,7 +81,7 @@ class Capsule:
 Geometry = Box | Sphere | Cylinder | Cone | Plane | Mesh | Capsule
 
 LARGEST = 1e5
-"""Lengths and distances beyond this [m] are taken for mistakes."""
+"""Lengths and distances beyond this [m] are treated as errors."""
 
 
 def shape_fault(shape: Geometry) -> str:

@@ -41,13 +41,13 @@ def load_robot_model(
 
     :param report: is told of every warning and remark.
     :param visual_meshes: whether to read visual meshes too; physics and planning need none.
-    :raises ConfigError: with every mistake in URDF and SRDF, or every place where the settings
+    :raises ConfigError: with every error in URDF and SRDF, or every place where the settings
         name what the robot has not.
     """
     model, found = survey_robot_model(settings, visual_meshes=visual_meshes)
-    mistakes = [problem for problem in found if problem.severity is Severity.ERROR]
-    if mistakes or model is None:
-        raise ConfigError(mistakes)
+    errors = [problem for problem in found if problem.severity is Severity.ERROR]
+    if errors or model is None:
+        raise ConfigError(errors)
     if report is not None:
         for problem in found:
             report(problem)
@@ -63,9 +63,9 @@ def survey_robot_model(
     srdf: Description | None = None,
 ) -> tuple[RobotModel | None, list[Problem]]:
     """
-    Build the model and go on where there are mistakes.
+    Build the model and continue despite errors.
 
-    :param partial: whether the settings have mistakes of their own; what only follows from
+    :param partial: whether the settings have errors of their own; what only follows from
         those is left out.
     :param urdf: the URDF after xacro, where it was read already.
     :param srdf: the SRDF after xacro, the same.
@@ -80,7 +80,7 @@ def survey_robot_model(
 
 
 def packages_of(settings: RobotSettings) -> Packages:
-    """Return where the packages of a robot are looked for."""
+    """Return the search path for the packages of a robot."""
     files = (settings.urdf_file, settings.srdf_file, settings.folder)
     return settings.packages.beside(*(file.resolve() for file in files if file is not None))
 

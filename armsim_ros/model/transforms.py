@@ -4,7 +4,7 @@
 Rotations and poses as plain numpy arrays.
 
 Matrices are homogeneous (4, 4) or rotations (3, 3). Roll, pitch, yaw are URDF's: rotations
-about the fixed x, y, z axes in that order. The order of a quaternion's parts stands in the
+about the fixed x, y, z axes in that order. The order of a quaternion's parts is in the
 name: ``xyzw`` as in ROS messages, ``wxyz`` as in MuJoCo.
 """
 

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The kinematic tree: its order, what stands beside what in it, and where every link is."""
+"""The kinematic tree: its order, which links are adjacent, and where every link is."""
 
 from __future__ import annotations
 

@@ -32,8 +32,8 @@ WORLD_TYPE = 'armsim_ros/world'
 """
 Key of the object type that marks objects of a simulated world in messages.
 
-Its ``db`` is the world's epoch. In a planning scene they have no type, so that who sends them back
-is known for a user.
+Its ``db`` is the world's epoch. In a planning scene they have no type, so that an object that a
+client sends back is the user's.
 """
 
 #: Name of the floor where it is an object, and its size [m].

@@ -33,7 +33,7 @@ class ExecutorProgram(ABC):
     The robot's model, the node, and the executor that serves it in the calling thread.
 
     :param arguments: the command line.
-    :param stop_wanted: whether a signal came; looked at between the steps of the start.
+    :param stop_wanted: whether a signal came; read between the steps of the start.
     :raises ConfigError: the user's files do not describe a robot.
     """
 

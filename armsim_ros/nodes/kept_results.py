@@ -16,7 +16,7 @@ class KeptResults:
     """
     The results of an action server: of the goals that ended last, and of no others.
 
-    Whoever asks for a result that is kept no more is told that the goal is not known.
+    A client that requests a result that is no longer kept is answered that the goal is not known.
 
     :param server: whose ``result_timeout`` is in the node's time, as fast as that may run.
     :param most: how many are kept.

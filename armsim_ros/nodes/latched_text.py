@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Texts that are published once, for all who come later too."""
+"""Texts that are published once, also for late subscribers."""
 
 from __future__ import annotations
 

@@ -12,7 +12,7 @@ import sys
 import threading
 import time
 
-#: How often the threads are looked at, and how often it is said at most [s].
+#: Period of checking the threads, and the shortest between warnings [s].
 PERIOD, SILENCE = 20.0, 60.0
 #: Overloaded is a thread that waits for this share of the time, and longer than it computes.
 SHARE, RATIO = 0.5, 2.0
@@ -73,7 +73,7 @@ class OverloadWatch:
                 self._say(
                     f'{self._program}: this machine is overloaded: of the last {span:.0f} s the '
                     f'program had to wait {waited:.1f} s for a processor (load '
-                    f'{os.getloadavg()[0]:.0f} on {os.cpu_count()}); what it does comes late'
+                    f'{os.getloadavg()[0]:.0f} on {os.cpu_count()}); expect delays'
                 )
         self._before = now, times
 
@@ -95,7 +95,7 @@ def watch_process(program: str) -> None:
 
 
 def is_overloaded() -> bool:
-    """Return whether this process was found to starve when it was last looked at."""
+    """Return whether this process was found to starve at the last check."""
     return any(watch.is_overloaded for watch in _watches)
 
 

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A node whose frequent topics wake nobody: they are read when somebody looks."""
+"""A node whose frequent topics wake no executor: they are read on demand."""
 
 from __future__ import annotations
 
@@ -40,8 +40,8 @@ class PollingNode(GuardedNode):
     A node that reads its frequent topics, ``/clock`` among them, when ``catch_up`` is called.
 
     rclpy's executors make a wait set of all their entities for every message, which with a
-    hundred services costs close to a millisecond. Messages that nobody looks at stay with the
-    middleware, which keeps the newest; who calls ``catch_up`` before each callback has in each
+    hundred services costs close to a millisecond. Unread messages stay with the
+    middleware, which keeps the newest; a caller of ``catch_up`` before each callback has in each
     of them the state, and the time, of that moment.
 
     :param name: of the node.
@@ -82,7 +82,7 @@ class PollingNode(GuardedNode):
     def create_subscription(  # type: ignore[override] # see above
         self, msg_type: Any, topic: str, callback: Any, qos_profile: Any, **options: Any
     ) -> Subscription | None:
-        """Subscribe; to ``/clock``, as the node's time source does, without waking anybody."""
+        """Subscribe; to ``/clock``, as the time source does, without waking the executor."""
         if topic == CLOCK_TOPIC:
             self._subscribe_to_clock = partial(
                 self.poll, msg_type, topic, callback, qos_profile)
@@ -132,7 +132,7 @@ class PollingNode(GuardedNode):
         """
         Hand over all messages that have come in; always from the same thread.
 
-        :param subscriptions: those to look at; none stands for all.
+        :param subscriptions: those to read; none means all.
         """
         for subscription in subscriptions or self._polled:
             try:

@@ -45,7 +45,7 @@ EVENTS = _profile(
     lifespan=Duration(seconds=10),
 )
 """
-Publishers of rare events, the last of which matters for a while to those who come late:
+Publishers of rare events, the last of which matters for a while to late subscribers:
 rejected_goals.
 """
 

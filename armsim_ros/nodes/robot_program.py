@@ -45,7 +45,7 @@ def serve(
     :param name: of the class, a ``RobotProgram``.
     :param argv: the words after the program's name; those of this process where None.
     :param watched: whether it tells where it has to wait for a processor.
-    :returns: 0 after a signal, 2 after a mistake of the user's, else what the program says.
+    :returns: 0 after a signal, 2 after a user's error, else the program's status.
     """
     if started_by_bringup():
         # What does not fit into the pipe while bringup is stopped is lost; we are not.

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""SIGINT and SIGTERM as a wish that a program looks at when it can."""
+"""SIGINT and SIGTERM as a flag that a program reads when it can."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ _NUMBERS = (signal.SIGINT, signal.SIGTERM)
 
 class StopSignals:
     """
-    SIGINT and SIGTERM as a wish that is looked at between the steps of the start.
+    SIGINT and SIGTERM as a flag that is read between the steps of the start.
 
     Python runs signal handlers in the main thread, once that comes back to the interpreter; one
-    that waits for the middleware does not come back. So a thread of its own passes the wish on.
+    that waits for the middleware does not come back. So a separate thread passes the signal on.
     """
 
     def __init__(self) -> None:

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""When a request ends: its deadline, and whether anybody still waits for an answer."""
+"""When a request ends: its deadline, and whether a client still waits for an answer."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ POLLED_STATES = {False: 50, True: 1}
 
 
 def nothing() -> None:
-    """Do nothing: nobody can end the request."""
+    """Do nothing: the request cannot be cancelled."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,7 +41,7 @@ class Budget:
         return self.cancelled() or self.clock() >= self.deadline
 
     def now(self) -> float:
-        """Return the clock's time [s], infinite where nobody waits any more."""
+        """Return the clock's time [s], infinite if the request was cancelled."""
         return math.inf if self.cancelled() else self.clock()
 
     def check(self, stage: str) -> None:

@@ -45,7 +45,7 @@ __all__ = ['MotionPlanner', 'never', 'warm_up']
 
 
 def never() -> bool:
-    """Return False: nobody cancels."""
+    """Return False: never cancelled."""
     return False
 
 
@@ -53,7 +53,7 @@ class MotionPlanner:
     """
     Plans for the groups of a robot; any thread may ask, requests run one at a time.
 
-    No mistake of a client raises: the answer carries a code, a sentence and its source.
+    No error of a client raises: the answer carries a code, a sentence and its source.
 
     :param scene: any scene of the robot; each request brings its own, which is not changed.
     :param settings: what the user set.

@@ -27,7 +27,7 @@ DEFAULT_IK_TIMEOUT = 0.05
 """Time for inverse kinematics [s] where the request gives none, and kinematics.yaml no more."""
 
 LONGEST_IK_TIMEOUT = 10.0
-"""The most that a request gets [s]: nobody can cancel a service."""
+"""The most that a request gets [s]: a service cannot be cancelled."""
 
 
 @dataclass(frozen=True, slots=True)

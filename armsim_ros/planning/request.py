@@ -4,7 +4,7 @@
 What a client asks of motion planning, and the answer: plain values.
 
 The content of ``moveit_msgs``' ``MotionPlanRequest``, ``MotionPlanResponse``, ``Constraints``,
-``RobotState`` and ``GetCartesianPath``. Values stand as the client gave them; what is wrong with
+``RobotState`` and ``GetCartesianPath``. Values are as the client gave them; what is wrong with
 them is found where they are used. Poses are homogeneous (4, 4) matrices; an empty frame name is
 the model frame.
 """

@@ -76,7 +76,7 @@ class FlightRecorder:
         seconds: float = 10.0,
         rate: float = 50.0,
     ) -> None:
-        """Make an empty ring; whoever moves time calls ``sample`` once a period."""
+        """Make an empty ring; the owner of time calls ``sample`` once a period."""
         self.cell = cell
         self.joint_names = simulation.joint_names
         self.period_ns = round(1e9 / rate)

@@ -47,7 +47,7 @@ def write_scene_file(path: str, scene: PlanningScene) -> None:
     Write the objects of a scene's world: all of them, or nothing.
 
     :raises PlanningError: the path is no place for a file, another kind of file is there, or a
-        name cannot stand on a line.
+        name does not fit on a line.
     :raises OSError: it cannot be written.
     """
     target = Path(path)
@@ -76,7 +76,7 @@ def _is_scene_file(path: Path) -> bool:
 
 
 def _word(name: str, what: str) -> str:
-    """Return a name that can stand on a line of its own; PlanningError for any other."""
+    """Return a name that fits on a line; PlanningError for any other."""
     if name != name.strip() or len(name.splitlines()) != 1 or '\0' in name:
         raise _error(
             f'the name {name!r} of {what} cannot be saved: a file holds names of one line, '
@@ -250,7 +250,7 @@ class _Reader:
         return self._lines[self._next - 1].strip()
 
     def _wrong(self, found: str, allowed: str) -> PlanningError:
-        return _error(f'{self._path}:{self._next}: {found} stands where there must be {allowed}')
+        return _error(f'{self._path}:{self._next}: {found} instead of {allowed}')
 
 
 def _error(text: str) -> PlanningError:

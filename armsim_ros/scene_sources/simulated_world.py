@@ -60,7 +60,7 @@ def initial_scene(
 
     It is empty but for the robot. Where ``scene_from_world`` is ``fixed``, the fixed objects and
     the floor of the world's file are in it; they may touch the links that no joint moves, on which
-    the robot stands.
+    the robot is.
     """
     scene = PlanningScene(
         model,
@@ -293,7 +293,7 @@ class WorldOwnership:
                 there = id_ in after.objects or id_ in after.attached
                 (self._taken if there else self._removed).add(id_)
                 self._log(f"object '{id_}' of the simulated world was "
-                          + ('changed by the user and is his now' if there else
+                          + ('changed by the user and no longer updated' if there else
                              'removed by the user and stays away')
                           + ', until it is deleted there or the simulation is reset')
 

@@ -36,7 +36,7 @@ DEFAULT_VELOCITY, DEFAULT_ACCELERATION, DEFAULT_JERK = 1.0, 5.0, 100.0
 
 
 class ServoSettingsError(ArmsimError):
-    """Servo cannot work with its parameters; the text names all mistakes."""
+    """Servo cannot work with its parameters; the text names all errors."""
 
 
 def arm_group(kinematics: KinematicModel, controllers: Iterable[Sequence[str]]) -> str:

@@ -58,7 +58,7 @@ class CommandInbox:
         Take a command.
 
         :param read: makes it; InvalidCommandError tells which field is wrong.
-        :param stamp_ns: 0 stands for now.
+        :param stamp_ns: 0 is now.
         """
         refusal = self._refusal(kind, stamp_ns, now_ns)
         if refusal:

@@ -16,7 +16,7 @@ from armsim_ros.planning.collision.contacts import BodyType, PairDistance
 from armsim_ros.servo.status import Finding, ServoStatus
 
 ROOM = 0.1
-"""What is farther from its threshold than this is not looked at singly [m]."""
+"""What is farther from its threshold than this is not checked singly [m]."""
 _STEEPNESS = math.log(1000.0)
 _GAIN = 1e-7
 """A motion gains distance that gains more than this [m]."""
@@ -29,7 +29,7 @@ class ClearStates:
 
     No pair can come nearer than the joints move what they carry.
 
-    :param q: (n,) the state that was looked at.
+    :param q: (n,) the state that was checked.
     :param edits: of the scene, up to then.
     :param weights: (k, n) motion of bodies against each other [m/rad or m/m].
     :param room: (k,) from their distance to the threshold [m].

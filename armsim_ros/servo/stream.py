@@ -19,7 +19,7 @@ from armsim_ros.servo.status import Finding
 from armsim_ros.servo.target_velocity import TargetVelocity
 
 LOOKS_A_SECOND = 50.0
-"""So often at least it is looked for collisions [Hz]."""
+"""Minimum rate of collision checks [Hz]."""
 SETTLED = 1e-6
 """Nearer to rest than this is at rest [rad or m, a cycle]."""
 

@@ -50,7 +50,7 @@ class TrajectoryWindow:
     """
     The points that a controller still has to follow: from just before now to the latency ahead.
 
-    Upstream's servo sends as many of the past as well, which no controller looks at.
+    Upstream's servo sends as many of the past as well, which no controller reads.
 
     :param joint_names: (m,) of the stream.
     :param latency_ns: how far ahead points are stamped [ns].

@@ -104,7 +104,7 @@ def build_simulation(
 
 def _foreign_world(settings: RobotSettings) -> LoadedWorld | None:
     """
-    Return the world of an SDF or MJCF file; None where the robot stands in none.
+    Return the world of an SDF or MJCF file; None without a world.
 
     :raises SimulationError: the file cannot be used.
     """
@@ -121,7 +121,7 @@ def build_manager(
     """
     Return the controller manager with controllers configured and the spawned ones active.
 
-    The controllers of a package that nobody spawns stay unloaded, as in the original stack.
+    The controllers of a package that are not spawned stay unloaded, as upstream.
 
     :param hardware: the simulation, or what lies between it and the controllers.
     :raises ConfigError: a controller that cannot run on this robot; names the file and line.

@@ -18,7 +18,7 @@ class SimClock:
 
     :param step_ns: time of a physics step [ns].
     :param start_ns: time at the start [ns].
-    :param paused: whether the world stands still.
+    :param paused: whether the world is paused.
     :param real_time_factor: simulated time per wall time; 0 is as fast as it goes.
 
     ``on_change`` is called, in the thread that does it, when the pace or the pause change.
@@ -48,7 +48,7 @@ class SimClock:
 
     @property
     def paused(self) -> bool:
-        """Whether the world stands still."""
+        """Whether the world is paused."""
         return self._paused
 
     @paused.setter

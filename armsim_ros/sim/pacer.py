@@ -18,7 +18,7 @@ import numpy as np
 HISTORY = 10_000
 #: Wall time that a loop without a pace leaves to others in between [ns].
 BREATH = 100_000
-#: Share of its time that a loop which cannot keep the pace leaves to others, looked at after so
+#: Share of its time that a loop which cannot keep the pace leaves to others, checked after so
 #: many waits without a sleep; of what is beyond so long a time [ns] not all was work.
 LEFT_TO_OTHERS, SLEEPLESS_WAITS, LONGEST_WORK_NS = 0.2, 20, 100_000_000
 #: The first seconds [ns].

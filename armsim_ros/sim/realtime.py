@@ -9,7 +9,7 @@ import gc
 import os
 import sys
 
-#: Time after which a thread that computes in Python gives way [s]; the default is 5 ms.
+#: Time after which a thread that computes in Python yields [s]; the default is 5 ms.
 SWITCH_INTERVAL = 1e-4
 _PR_SET_TIMERSLACK = 29
 
@@ -18,7 +18,7 @@ def prefer_latency() -> None:
     """
     Make the process quick to answer; call it once, after everything is loaded.
 
-    Threads give way sooner, and what exists now is no longer visited by the garbage collector.
+    Threads yield sooner, and what exists now is no longer visited by the garbage collector.
     """
     sys.setswitchinterval(SWITCH_INTERVAL)
     gc.collect()

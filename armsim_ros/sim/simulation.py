@@ -241,7 +241,7 @@ class Simulation(SimulatedLinks, SavableSimulation, HardwareInterface):
         """
         Take planned updates over; ``follow_plan`` does their steps, ``end_plan`` ends it.
 
-        While the drives rest, the present commands stand for all of them; ``plan`` is not read.
+        While the drives rest, the present commands serve all of them; ``plan`` is not read.
 
         :param updates: that are planned.
         :param steps: physics steps in the period of each.
@@ -356,12 +356,12 @@ class Simulation(SimulatedLinks, SavableSimulation, HardwareInterface):
 
     @property
     def mujoco_model(self) -> Any:
-        """The ``MjModel``, to look at; an edit of the world replaces it."""
+        """The ``MjModel``, for reading; an edit of the world replaces it."""
         return self._plant.model
 
     @property
     def mujoco_data(self) -> Any:
-        """The ``MjData``, to look at; an edit of the world replaces it."""
+        """The ``MjData``, for reading; an edit of the world replaces it."""
         return self._plant.data
 
     @property

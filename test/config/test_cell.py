@@ -200,7 +200,7 @@ def test_the_whole_has_what_all_robots_have(merge):
 
 
 def test_the_cell_wins_over_its_robots(merge):
-    """One value for the whole; each one that gives way is told with its place."""
+    """One value for the whole; each value overridden by it is reported with its place."""
     whole, problems = merge(
         {'a': named('magician', 'a'), 'b': named('sunday', 'b')},
         simulation='timestep: 0.002\nservo: {gains: {a_magician_joint1: {p: 7}}}',
@@ -211,9 +211,9 @@ def test_the_cell_wins_over_its_robots(merge):
     assert whole.simulation.world == ''
     assert whole.controller_manager.update_rate == 500
     told = {(one.where.file.rpartition('/')[2], one.where.line): str(one) for one in problems}
-    assert "simulation.timestep: 0.001 of robot 'b' gives way to 0.002 of the cell" in told[
+    assert "simulation.timestep: 0.001 of robot 'b' is overridden by 0.002 of the cell" in told[
         'simulation.yaml', 2]
-    assert "300 Hz of robot 'a' gives way to 500 Hz" in told['ros_controllers.yaml', 8]
+    assert "300 Hz of robot 'a' is overridden by 500 Hz" in told['ros_controllers.yaml', 8]
     assert "world 'feeding_place' of robot 'b' is not used here" in told['simulation.yaml', 4]
     assert not [one for one in problems if one.severity in (Severity.ERROR, Severity.WARNING)]
 
@@ -252,4 +252,4 @@ def test_controllers_belong_to_robots(merge):
     _, problems = merge({'a': named('bot', 'a')}, arms='both:\n  type: '
                         'position_controllers/JointTrajectoryController\n  joints: [a_joint1]')
     (mistake,) = [one for one in problems if one.severity is Severity.ERROR]
-    assert "arms.yaml:1:1: controller 'both' stands in the folder of a cell" in str(mistake)
+    assert "arms.yaml:1:1: controller 'both' is in the folder of a cell" in str(mistake)

@@ -152,7 +152,7 @@ def test_lost_indentation_is_explained(files):
     files.write('trajectory_control.yaml', 'group_controller:\n'
                 'type: position_controllers/JointTrajectoryController\njoints:\n- joint_1\n')
     assert files.complaints() == [
-        "trajectory_control.yaml:2:1: 'type', 'joints' stand beside 'group_controller', which is "
+        "trajectory_control.yaml:2:1: 'type', 'joints' are beside 'group_controller', which is "
         'empty; indent them below their controller; the indentation was probably lost in copying']
 
 
@@ -161,7 +161,7 @@ def test_two_namespaces_are_too_many(files):
     files.replace('joint_states.yaml', 'sunday:', 'sundy:')
     found = files.complaints()
     assert len(found) == 1
-    assert "the controllers stand in 2 namespaces: '" in found[0]
+    assert "the controllers are in 2 namespaces: '" in found[0]
     assert files.load(namespace='sunday').namespace == '/sunday'
 
 

@@ -85,7 +85,7 @@ def test_a_missing_package_is_named(entities):
     """)
     assert said.plan == ['missing package: nowhere_at_all',
                          'process: mine/one name=goes_on ns=/ parameters=']
-    assert "package 'nowhere_at_all' is not found; looked at: " in said.errors
+    assert "package 'nowhere_at_all' is not found; searched: " in said.errors
     assert 'clone it into src/' in said.errors
     assert said.status == 2
 

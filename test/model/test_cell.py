@@ -176,7 +176,8 @@ def test_a_link_named_world_needs_a_prefix(cell):
     assert 'left_world' in cell.load().model.links
     cell.write('robots.yaml', "robots: {a: {robot: bot, prefix: ''}}")
     (found,) = cell.told(Severity.ERROR)
-    assert "link 'world' of robot 'a' has the name of the link that all robots stand on" in found
+    assert ("link 'world' of robot 'a' has the name of the link that all robots are mounted on"
+            in found)
 
 
 def test_mistakes_of_a_robot_keep_their_file_and_line(cell):

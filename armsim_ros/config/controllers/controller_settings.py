@@ -180,11 +180,11 @@ STAND_INS: tuple[StandIn, ...] = (
     StandIn(re.compile(r'.*/\w+JointTrajectoryController'), JointTrajectoryControllerParameters,
             f"type '{{type}}' runs as '{TRAJECTORY}'", TRAJECTORY),
     StandIn(re.compile(r'.*/SpeedScalingStateBroadcaster'), StandInParameters,
-            "type '{type}' is stood in for: it publishes 100.0, the full speed"),
+            "type '{type}' is replaced: it publishes 100.0, the full speed"),
     StandIn(re.compile(r'joint_state_controller/.*'), JointStateBroadcasterParameters,
             f"type '{{type}}' runs as '{BROADCASTER}'", BROADCASTER),
     StandIn(re.compile(r'.*Broadcaster|.*/GPIOController'), StandInParameters,
-            "type '{type}' is stood in for: it can be activated, claims nothing and publishes "
+            "type '{type}' is replaced: it can be activated, claims nothing and publishes "
             'nothing'),
 )
 
@@ -205,7 +205,7 @@ def read_controller(name: str, node: YamlNode, problems: list[Problem], *,
     Return a controller, None where its block has errors.
 
     :param node: its parameters, ``type`` among them.
-    :param problems: mistakes and remarks are added here.
+    :param problems: errors and remarks are added here.
     :param published: whether the file is published, so that its reader will not change.
     """
     title = f"controller '{name}'"

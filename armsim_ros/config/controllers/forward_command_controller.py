@@ -24,7 +24,7 @@ class ForwardParameters(ControllerParameters):
 
     command_timeout: float = parameter(
         0.0,
-        'silence after which velocity goes to 0 and effort gives way to holding; 0 is never [s]',
+        'silence after which velocity becomes 0 and effort is replaced by holding; 0 is never [s]',
         ge=0.0,
         allow_inf_nan=False,
     )

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Parameters of controllers that are stood in for."""
+"""Parameters of controllers that are replaced."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from armsim_ros.config.controllers.controller_parameters import ControllerParame
 
 
 class StandInParameters(ControllerParameters):
-    """What a stand-in reads; all else is the vendor's and stays unread."""
+    """Parameters that a replacement reads; all others are the vendor's and ignored."""
 
     model_config = ConfigDict(extra='ignore')
 

@@ -72,9 +72,9 @@ class PackageFiles:
     The files of a MoveIt configuration package.
 
     :param folder: the package.
-    :param packages: where other packages are looked for.
+    :param packages: where other packages are searched.
     :param name: the robot's name; where it is empty the package tells it.
-    :param config: a folder that is looked at before ``config/``.
+    :param config: a folder that is searched before ``config/``.
     :param problems: what was odd in choosing the files.
     """
 
@@ -95,7 +95,7 @@ class PackageFiles:
 
     @property
     def config_folders(self) -> tuple[Path, ...]:
-        """Where settings are looked for, in this order."""
+        """Folders that are searched for settings, in this order."""
         own = self.folder / 'config'
         return (own,) if self.config is None else (self.config, own)
 

@@ -13,7 +13,7 @@ def parameters_of_node(root: YamlNode, name: str, namespace: str) -> YamlNode | 
     """
     Return the parameters of a node, nested; None where no key of the file names it.
 
-    A key ``/ns/name`` or nested keys name it; ``*`` stands for one part of a name and ``**`` for
+    A key ``/ns/name`` or nested keys name it; ``*`` matches one part of a name and ``**`` for
     any number of them. What names the node wins over wildcards.
 
     :param namespace: such as ``/sunday``; ``/`` is none.

@@ -174,7 +174,7 @@ class _Composer:
                          remedy=nearest(name or '', tuple(self._anchors)))
         node = self._anchors[name]
         if node is None:
-            self._refuse(f"'*{name}' is inside what it stands for", where)
+            self._refuse(f"'*{name}' is inside its own value", where)
         return node
 
     def _add(self, node: YamlNode, anchor: str | None) -> None:

@@ -85,7 +85,7 @@ class Broadcaster(Controller[ParametersT], Generic[ParametersT, SampleT]):
         """Do nothing: a broadcaster has no requests."""
 
     def poll(self) -> SampleT | None:
-        """Return the oldest sample that nobody has taken, or None."""
+        """Return the oldest sample that was not taken, or None."""
         try:
             return self._samples.popleft()
         except IndexError:

@@ -17,7 +17,7 @@ from armsim_ros.control.repeated_warning import RepeatedWarning
 
 class ChainableController(Controller[ParametersT]):
     """
-    Exports its references; what comes from the topic counts only while nobody writes them.
+    Exports its references; what comes from the topic counts only while no controller writes them.
 
     ``offer`` may be called from any thread; all else belongs to the control loop.
     """
@@ -38,7 +38,7 @@ class ChainableController(Controller[ParametersT]):
         """
         Make an update with references.
 
-        :param references: (m,) that stand, NaN where none was given yet.
+        :param references: (m,) in effect, NaN where none was given yet.
         """
 
     @property
@@ -63,7 +63,7 @@ class ChainableController(Controller[ParametersT]):
             given = [np.array([written[name] for name in self.reference_interfaces])]
         else:
             given = self._inbox.take_all()
-        for coming in given:  # what nobody has given stays as it was
+        for coming in given:  # what was not given stays as it was
             self._wanted = np.where(np.isfinite(coming), coming, self._wanted)
         self.follow(self._wanted, time_ns, period)
 

@@ -20,7 +20,7 @@ class LinkMotion:
     Some links of a robot.
 
     :param model: the robot.
-    :param joints: (n,) those that move; all others stand at 0.
+    :param joints: (n,) those that move; all others are at 0.
     :param base: link before the joints, in whose frame everything is told.
     :param links: those that are asked for.
     :raises ControllerError: a link or joint that the robot lacks, or a base that moves.

@@ -78,7 +78,7 @@ class GripperBase(Controller[ParametersT]):
         self.context.hardware.effort_bound[self._index] = self._bound or math.inf
         self._command(period)
         if self._goal is not None:
-            self._judge(time_ns)
+            self._check_end(time_ns)
 
     def next_update(self, time_ns: int) -> int:
         """Return from when on an update matters [ns]: never without a goal."""
@@ -133,7 +133,7 @@ class GripperBase(Controller[ParametersT]):
         self.events.add(self.time_ns, 'error', 'goal_rejected', f'goal rejected: {reason}')
         return GripperResponse(False, reason)
 
-    def _judge(self, time_ns: int) -> None:
+    def _check_end(self, time_ns: int) -> None:
         parameters, state = self.parameters, self.context.hardware.state
         if abs(self._target - state.position[self._index]) < parameters.goal_tolerance:
             self._end(GoalStatus.SUCCEEDED, reached=True)

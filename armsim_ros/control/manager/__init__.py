@@ -1,3 +1,3 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The controller manager: what is loaded, what runs, who comes after whom."""
+"""The controller manager: loading, switching, and the order of controllers."""

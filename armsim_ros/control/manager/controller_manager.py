@@ -4,7 +4,7 @@
 The controller manager: loads, configures, switches and updates controllers.
 
 Only the control loop's thread calls :meth:`ControllerManager.update`, or
-:meth:`ControllerManager.process_requests` while time stands still; in both, switches that other
+:meth:`ControllerManager.process_requests` while time is paused; in both, switches that other
 threads asked for are carried out. :meth:`ControllerManager.switch` is for that thread alone, and
 for the time before the loop runs. All else may be called from any thread: loading and configuring
 happen there, and the loop never waits for them.
@@ -165,7 +165,7 @@ class ControllerManager:
         Ask the control loop for a switch.
 
         :param strictness: 0 takes the manager's default.
-        :returns: done after the loop's next update, or while time stands still at once.
+        :returns: done after the loop's next update, or at once while time is paused.
         """
         request = SwitchRequest(activate, deactivate, strictness)
         self._requests.post(request)
@@ -245,7 +245,7 @@ class ControllerManager:
         self._wake = wake
 
     def process_requests(self, time_ns: int) -> None:
-        """Carry out switches and take up goals and cancels while time stands still."""
+        """Carry out switches and take up goals and cancels while time is paused."""
         self.time_ns = time_ns
         if self._requests or self._failures:
             self._serve()

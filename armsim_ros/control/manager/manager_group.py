@@ -50,7 +50,7 @@ class ManagerGroup:
             manager.pass_updates(updates, period)
 
     def process_requests(self, time_ns: int) -> None:
-        """Take requests up while time stands still."""
+        """Take requests up while time is paused."""
         for manager in self._managers:
             manager.process_requests(time_ns)
 

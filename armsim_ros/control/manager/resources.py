@@ -40,7 +40,7 @@ class HardwareComponent:
     """
     A component; it starts active.
 
-    :param system: what the URDF declares; None stands for all joints of a robot.
+    :param system: what the URDF declares; None means all joints of a robot.
     """
 
     def __init__(self, name: str, system: HardwareSystem | None = None) -> None:

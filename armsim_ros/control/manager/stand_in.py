@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Stands in for a controller that only its vendor has: it can be activated and does nothing."""
+"""Replaces a controller that only its vendor has: it can be activated and does nothing."""
 
 from __future__ import annotations
 

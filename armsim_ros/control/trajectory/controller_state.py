@@ -156,7 +156,7 @@ def snapshot_of(
     commands: tuple[str, ...],
 ) -> ControllerSnapshot | None:
     """
-    Return the newest state as a value that nobody changes.
+    Return the newest state as an immutable value.
 
     :param states: interfaces that feedback and error have.
     :param commands: interfaces that output has.

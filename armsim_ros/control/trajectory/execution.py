@@ -33,10 +33,15 @@ from armsim_ros.control.trajectory.goal import (
     TrajectoryGoal,
     TrajectoryResult,
 )
-from armsim_ros.control.trajectory.judge import SUCCESS, timed_out, TrajectoryJudge, Verdict
 from armsim_ros.control.trajectory.requests import StartRequest
 from armsim_ros.control.trajectory.sampling import Motion, TIME_RESOLUTION
 from armsim_ros.control.trajectory.stop_motion import deceleration, standstill, stop_ramp
+from armsim_ros.control.trajectory.tolerance_monitor import (
+    SUCCESS,
+    timed_out,
+    ToleranceMonitor,
+    Verdict,
+)
 from armsim_ros.control.trajectory.tolerances import SegmentTolerances, ToleranceCheck
 
 #: References that are computed at once [updates].
@@ -95,7 +100,7 @@ class TrajectoryExecution:
         self._computed = tuple(computed)
         self._brakes = brakes
         self._events = events
-        self._judge = self._new_judge(SegmentTolerances.of(parameters))
+        self._monitor = self._new_monitor(SegmentTolerances.of(parameters))
         self._late_checks = Rate(LATE_CHECKS, aligned=True)
 
     @property
@@ -113,11 +118,11 @@ class TrajectoryExecution:
             return NEVER_NS
         if self.goal is not None or self.cmd_timeout > 0.0:
             return time_ns
-        due_ns = self._late_checks.next_due_ns(time_ns) if self._judge.can_fail_at_end else None
+        due_ns = self._late_checks.next_due_ns(time_ns) if self._monitor.can_fail_at_end else None
         return NEVER_NS if due_ns is None else due_ns
 
     def hold(self, positions: Vector, time_ns: int) -> None:
-        """Stand at (n,) positions [rad or m]."""
+        """Stay at (n,) positions [rad or m]."""
         self._set_motion(standstill(positions, len(self.ahead)), 0.0, time_ns)
         self.phase = Phase.HOLDING
 
@@ -134,7 +139,7 @@ class TrajectoryExecution:
         """
         Return the references of the next updates (k, w), the present first.
 
-        They hold while nobody asks for anything and the path tolerances are kept, and only
+        They hold while there are no requests and the path tolerances are kept, and only
         updates before the last waypoint are among them.
 
         :param period: from update to update [s].
@@ -143,7 +148,7 @@ class TrajectoryExecution:
         nothing = self.ahead[None, :][:0]
         if self.phase is not Phase.RUNNING or self.scheduled is not None:
             return nothing
-        if self._judge.first or self.motion.over(self.time):
+        if self._monitor.first or self.motion.over(self.time):
             return nothing
         self._look_ahead(period, most)
         row = self._row
@@ -159,8 +164,8 @@ class TrajectoryExecution:
 
     @property
     def path_check(self) -> ToleranceCheck:
-        """What judges the errors on the way."""
-        return self._judge.path
+        """The monitor of the errors on the way."""
+        return self._monitor.path
 
     def pass_time(self, duration: float) -> None:
         """Let a time [s] go by in which nothing changes."""
@@ -235,17 +240,17 @@ class TrajectoryExecution:
         self._set_motion(motion, 0.0, time_ns)
         self.phase = Phase.HOLDING
 
-    def judge(self, record: StateRecord, time_ns: int) -> None:
+    def check(self, record: StateRecord, time_ns: int) -> None:
         """Compare the errors with the tolerances; end the goal when they decide it."""
         if self.phase is not Phase.RUNNING:
             return
         over = self.time - self.motion.end
         late = self.goal is None and self.cmd_timeout <= 0.0 and self.motion.over(self.time)
-        if late and not self._judge.first and not self._late_checks.due(time_ns):
+        if late and not self._monitor.first and not self._late_checks.due(time_ns):
             return
-        verdict = self._judge.judge(record.error, over)
+        verdict = self._monitor.check(record.error, over)
         if verdict is SUCCESS and self.goal is not None:
-            if missed := self._judge.missed(record.error):
+            if missed := self._monitor.missed(record.error):
                 self._events.add(time_ns, 'warning', 'warning', f'goal succeeded, but {missed}')
             self._succeed(self.goal, time_ns)
             return
@@ -300,7 +305,7 @@ class TrajectoryExecution:
         )
         self._set_motion(motion, time, request.stamp_ns or time_ns)
         self.phase = Phase.RUNNING
-        self._judge = self._new_judge((self.goal or request).tolerances)
+        self._monitor = self._new_monitor((self.goal or request).tolerances)
 
     def _set_motion(self, motion: Motion, time: float, begin_ns: int) -> None:
         self.motion = motion
@@ -327,9 +332,9 @@ class TrajectoryExecution:
         self.time = self._times[row]
         self.ahead[:] = self._table[row]
 
-    def _new_judge(self, tolerances: SegmentTolerances) -> TrajectoryJudge:
+    def _new_monitor(self, tolerances: SegmentTolerances) -> ToleranceMonitor:
         parameters = self.parameters
-        return TrajectoryJudge(
+        return ToleranceMonitor(
             parameters.joints, self._computed, tolerances, strict=parameters.compat == 'ros1'
         )
 

@@ -1,7 +1,7 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
 """
-The border between those who send trajectories and the control loop.
+The border between the senders of trajectories and the control loop.
 
 Everything here runs in the sender's thread: checks, sorting, polynomials. What comes out is a
 request that the control loop takes up at the start of an update. In the manner of ROS 1 an empty

@@ -125,7 +125,7 @@ class JointTrajectoryController(Controller[JointTrajectoryControllerParameters])
         self._configured.update(time_ns, period)
 
     def process_requests(self, time_ns: int) -> None:
-        """Take goals and cancels up while time stands still."""
+        """Take goals and cancels up while time is paused."""
         self._configured.process_requests(time_ns)
 
     def next_update(self, time_ns: int) -> int:

@@ -1,7 +1,7 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
 """
-An update of a trajectory controller: read, take requests up, judge, sample, write.
+An update of a trajectory controller: read, take requests up, check, sample, write.
 
 This is the hot path; it allocates next to nothing and logs nothing while all goes well.
 """
@@ -127,7 +127,7 @@ class TrajectoryLoop:
         execution = self.execution
         self._adopt_changes()
         record = self._begin(time_ns)
-        execution.judge(record, time_ns)
+        execution.check(record, time_ns)
         self._note(record, time_ns)
         execution.advance(period)
         self.writer.write(self._ahead, record.error, record.output, period)
@@ -168,13 +168,13 @@ class TrajectoryLoop:
             self.writer.write_planned(self._ahead)
 
     def process_requests(self, time_ns: int) -> None:
-        """Take requests up while time stands still."""
+        """Take requests up while time is paused."""
         self._adopt_changes()
         if self.inbox:
             self._close(self._begin(time_ns), time_ns)
 
     def abort_pending(self, message: str) -> None:
-        """End the goals that nobody has taken up yet; any thread."""
+        """End the goals that were not taken up yet; any thread."""
         for request in self.inbox.take_all():
             goal = getattr(request, 'goal', None)
             if isinstance(goal, TrajectoryGoal) and not isinstance(request, CancelRequest):

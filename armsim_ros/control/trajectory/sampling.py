@@ -30,7 +30,7 @@ class Motion:
     A piecewise polynomial from a start time to an end time, and the state it ends in.
 
     :param start: time of the first value [s].
-    :param ends: (k,) increasing end times of the segments [s]; empty stands still from start.
+    :param ends: (k,) increasing end times of the segments [s]; empty rests from the start.
     :param coefficients: (k, 6, w) as :mod:`segments` makes them.
     :param final: (w,) values after the last segment.
     """
@@ -50,7 +50,7 @@ class Motion:
 
     @classmethod
     def standing(cls, final: Vector, time: float = 0.0) -> Motion:
-        """Return a motion that stands at (w,) ``final`` for ever."""
+        """Return a motion that rests at (w,) ``final`` for ever."""
         return cls(time, (), np.empty((0, DEGREE + 1, len(final))), final)
 
     def over(self, time: float) -> bool:
@@ -95,7 +95,7 @@ class PreparedTrajectory:
     :param continuous: indices of the joints that turn without end.
     :param splines: False for the interpolation method ``none``.
     :param effort: whether effort is part of the motion.
-    :param rest_at_end: stand still after the last point, whatever velocity it gives.
+    :param rest_at_end: rest after the last point, whatever velocity it gives.
     """
 
     def __init__(

@@ -4,7 +4,7 @@
 Polynomials between waypoints.
 
 The coefficients of a segment (:mod:`armsim_ros.polynomials`) and those of its first two
-derivatives by time stand side by side in a single (6, 3n) or, with effort, (6, 4n) matrix, so that
+derivatives by time are side by side in a single (6, 3n) or, with effort, (6, 4n) matrix, so that
 a product with (1, u, .., u^5) gives the whole state.
 """
 
@@ -46,7 +46,7 @@ def with_effort(coefficients: Matrix, start: Matrix, end: Matrix) -> Matrix:
 
 def step_coefficients(end: Matrix) -> Matrix:
     """
-    Return segments that stand at the values of their end, for the method ``none``.
+    Return segments that rest at the values of their end, for the method ``none``.
 
     :param end: (k, w) all values of the waypoint at each segment's end.
     :returns: (k, 6, w).
@@ -61,7 +61,7 @@ def between(waypoints: Waypoints, *, splines: bool, effort: bool) -> Matrix:
     Return the coefficients of the m - 1 segments between m waypoints.
 
     :param waypoints: with a position for every joint.
-    :param splines: polynomials; else every segment stands at its end point's values.
+    :param splines: polynomials; else every segment rests at its end point's values.
     :param effort: whether effort is interpolated too.
     """
     if not splines:

@@ -14,7 +14,7 @@ from armsim_ros.polynomials import DEGREE, QUINTIC, with_derivatives
 
 def standstill(position: Vector, width: int) -> Motion:
     """
-    Stand at a position for ever.
+    Stay at a position for ever.
 
     :param position: (n,) [rad or m].
     :param width: 3n, or 4n where the motion has effort, which is 0.

@@ -50,7 +50,7 @@ class ReplaceString(_NewFile):
     The path of a copy of a file with strings replaced.
 
     :param source_file: the file that is read.
-    :param replacements: text -> what stands in its place.
+    :param replacements: text -> its replacement.
     """
 
     def __init__(self, source_file: SomeText, replacements: Mapping[str, SomeText],

@@ -16,7 +16,7 @@ from armsim_ros.launch.failures import LaunchError
 
 class LaunchService:
     """
-    Stands for launch's service; ``armsim launch`` itself runs the descriptions.
+    Replaces launch's service; ``armsim launch`` itself runs the descriptions.
 
     :param argv: the words of the command line.
     """

@@ -66,4 +66,4 @@ class Element:
         return str(value)
 
     def assert_entity_completely_parsed(self) -> None:
-        """Do nothing: unread attributes are no mistake."""
+        """Do nothing: unread attributes are not an error."""

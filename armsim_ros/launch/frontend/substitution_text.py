@@ -120,7 +120,7 @@ def _sequence(text: str, start: int, more: dict[str, Any], ends: str
 
 
 def _substitution(text: str, start: int, more: dict[str, Any]) -> tuple[Substitution, int]:
-    """Read what stands after ``$(``; return it and the place after its bracket."""
+    """Read what follows ``$(``; return it and the place after its bracket."""
     position = start
     while position < len(text) and (text[position].isalnum() or text[position] in '-_'):
         position += 1

@@ -35,7 +35,7 @@ class MoveItParameters:
 
     :param package: the folder of the package.
     :param name: the robot's name; the package tells it where it is empty.
-    :param packages: where other packages are looked for.
+    :param packages: where other packages are searched.
     :param description: name of the parameter with the URDF; the others begin with it.
     """
 

@@ -24,7 +24,7 @@ _TRUE, _FALSE = ('true', '1'), ('false', '0')
 _KINDS = ('system', 'actuator', 'sensor')
 #: What a tag may hold.
 _PARTS = ('hardware', 'joint', 'sensor', 'gpio', 'transmission', 'properties')
-#: What a joint here can be commanded by; a tag may name more, which nobody can claim.
+#: Command interfaces of joints here; a tag may name more, which cannot be claimed.
 _QUANTITIES = ('position', 'velocity', 'acceleration', 'effort')
 #: What a sensor here can measure; others of its interfaces keep their initial value.
 _MEASURED = frozenset(f'{what}.{axis}' for what, axes in (
@@ -55,7 +55,7 @@ def read_hardware(root: XmlElement, links: Collection[str], joints: Mapping[str,
     Return the hardware that a URDF declares, an entry per tag.
 
     :param links: of the URDF; sensors measure in the frames of these.
-    :param joints: of the URDF; a tag that names others is a mistake.
+    :param joints: of the URDF; a tag that names others is an error.
     """
     frames = _gazebo_frames(root, links, joints)
     found: list[tuple[HardwareSystem, Location]] = []
@@ -170,7 +170,7 @@ def _read_system(element: XmlElement, frames: Mapping[str, str], joints: Mapping
 @dataclass(frozen=True)
 class _Mock:
     """
-    What the original's mock hardware is told to do.
+    The parameters of upstream's mock hardware.
 
     :param commanded: tags whose states can be commanded, sensor or gpio.
     """
@@ -255,7 +255,7 @@ def _read_joint(element: XmlElement, joints: Mapping[str, Joint], report: TextRe
     if follows and commands:
         report.ignored(
             f"joint '{name}' follows another joint and has the command interface "
-            f'{", ".join(commands)}, which nobody can claim', element.where,
+            f'{", ".join(commands)}, which no controller can claim', element.where,
             "remove it, or free the joint with mimic='false'")
         commands = ()
     limits = element.first('limits')

@@ -89,7 +89,7 @@ class _Reader:
         if self._root.tag != 'robot':
             self._report.error(f'the root element is <{self._root.tag}>', self._root.where,
                                '<robot>')
-            self._report.raise_mistakes()
+            self._report.raise_errors()
         passive = self._passive_joints()
         groups = self._groups(passive)
         enabled = self._pairs('enable_collisions')
@@ -109,7 +109,7 @@ class _Reader:
             if element.tag not in _KNOWN_TAGS:
                 self._report.warning(f'<{element.tag}> is not known and has no effect',
                                      element.where, nearest(element.tag, _KNOWN_TAGS))
-        self._report.raise_mistakes()
+        self._report.raise_errors()
         return SrdfContent(semantic, self._places, tuple(self._report.problems))
 
     def _check_owner(self, groups: Mapping[str, PlanningGroup]) -> None:

@@ -43,7 +43,7 @@ class UrdfContent:
     :param transmissions: noted, they choose hardware interfaces.
     :param places: 'link x' or 'joint x' -> where it is written.
     :param plugin_namespaces: robotNamespace of Gazebo's plugins, without slashes -> its place.
-    :param problems: warnings and remarks; mistakes were raised.
+    :param problems: warnings and remarks; errors were raised.
     :param hardware: what ``<ros2_control>`` declares.
     """
 
@@ -69,13 +69,13 @@ def parse_urdf(text: str, file: str, *, read_mesh: MeshReader,
     :param read_mesh: reads collision meshes.
     :param read_visual_mesh: reads visual meshes; None leaves them out.
     :param with_hardware: whether ``<ros2_control>`` and ``<transmission>`` are read.
-    :raises ModelError: with every mistake.
+    :raises ModelError: with every error.
     """
     root = parse_xml(text, file)
     report = TextReport()
     if root.tag != 'robot':
         report.error(f'the root element is <{root.tag}>', root.where, '<robot>')
-        report.raise_mistakes()
+        report.raise_errors()
     places: dict[str, Location] = {}
     materials = _materials(root, report)
     elements = _named(root, 'link', places, report)
@@ -101,7 +101,7 @@ def parse_urdf(text: str, file: str, *, read_mesh: MeshReader,
     transmissions = read_transmissions(root, report) if with_hardware else ()
     _check_transmissions(transmissions, joints, root.where, report)
     _remark_others(root, report)
-    report.raise_mistakes()
+    report.raise_errors()
     link_order, joint_order = tree_order(root_link, joints)
     repaired = {name: _repair(links[name], joints, places[f'link {name}'], report)
                 for name in link_order}
@@ -166,7 +166,7 @@ def _check_tree(root: XmlElement, links: dict[str, Link], joints: dict[str, Join
         report.error(f"{len(roots)} links have no parent: {', '.join(roots)}",
                      places[f'link {roots[1]}'], 'a single root link',
                      f"join '{roots[1]}' to the others by a joint")
-    elif not report.mistakes:
+    elif not report.errors:
         loose = [name for name in links if name not in tree_order(roots[0], joints)[0]]
         if loose:
             report.error(f"the links {', '.join(loose)} go round in a loop",

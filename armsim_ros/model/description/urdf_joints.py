@@ -41,7 +41,7 @@ class Transmission:
 
 
 def read_joint(element: XmlElement, report: TextReport) -> Joint | None:
-    """Return a joint, None where its name, type or links are wrong; mistakes are reported."""
+    """Return a joint, None where its name, type or links are wrong; errors are reported."""
     name = element.get('name')
     if not name:
         report.error('<joint> has no name', element.where)

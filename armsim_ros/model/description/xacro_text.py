@@ -131,7 +131,7 @@ def source_line(source: str, name: str) -> int | None:
     """
     Return the line of a source text that introduces a name, None where several may.
 
-    A text after xacro has other lines than its source; a name that stands there once still
+    A text after xacro has other lines than its source; a name that occurs there once still
     leads to the right file.
     """
     hits = [number for number, line in enumerate(source.splitlines(), 1)
@@ -145,7 +145,7 @@ def _run_xacro(file: Path, mappings: _Arguments, packages: Packages) -> str:
             document = xacro.process_file(str(file), mappings=mappings, verbosity=0)
         except expat.ExpatError as error:
             culprit = _current_file(xacro, file)
-            parse_xml(read_text(Path(culprit)), culprit)  # says more of the same mistake
+            parse_xml(read_text(Path(culprit)), culprit)  # describes the same error in more detail
             raise ModelError(Problem(
                 f'this is no XML: {expat.ErrorString(error.code)}',
                 Location(culprit, error.lineno, error.offset + 1))) from None

@@ -57,11 +57,11 @@ class TextReport:
 
     def error(self, what: str, where: Location | None, allowed: str = '',
               remedy: str = '') -> None:
-        """Note a mistake."""
+        """Record an error."""
         self.problems.append(Problem(what, where, allowed, remedy))
 
     def ignored(self, what: str, where: Location | None, remedy: str = '') -> None:
-        """Note a mistake that the original stack goes on without a word about."""
+        """Record an error that upstream silently ignores."""
         self.problems.append(ignored(Problem(what, where, '', remedy)))
 
     def warning(self, what: str, where: Location | None, remedy: str = '') -> None:
@@ -98,18 +98,18 @@ class TextReport:
                 return
 
     @property
-    def mistakes(self) -> list[Problem]:
+    def errors(self) -> list[Problem]:
         """The errors alone."""
         return [problem for problem in self.problems if problem.severity is Severity.ERROR]
 
-    def raise_mistakes(self) -> None:
+    def raise_errors(self) -> None:
         """
-        Stop where there are mistakes.
+        Stop where there are errors.
 
         :raises ModelError: with all of them.
         """
-        if self.mistakes:
-            raise ModelError(self.mistakes)
+        if self.errors:
+            raise ModelError(self.errors)
 
 
 def parse_xml(text: str, file: str) -> XmlElement:
@@ -138,7 +138,7 @@ def xml_text(element: XmlElement, indent: str = '') -> str:
 
 
 def quoted(value: str) -> str:
-    """Return an attribute's value as it stands in XML, with its quotes."""
+    """Return an attribute's value as written in XML, with its quotes."""
     return f'"{value.translate(_IN_QUOTES)}"'
 
 
@@ -201,7 +201,7 @@ def _likely_cause(text: str, error: expat.ExpatError, root: XmlElement | None) -
     name = expat.ErrorString(error.code)
     if name == 'junk after document element' and root is not None:
         owner = 'launch' if root.tag in ('node', 'include', 'rosparam', 'param') else 'robot'
-        return (f'several elements stand at the top, the first is <{root.tag}>: put them all '
+        return (f'several elements are at the top, the first is <{root.tag}>: put them all '
                 f'inside one <{owner}> ... </{owner}>')
     if name == 'not well-formed (invalid token)':
         lines = text.splitlines()
@@ -218,7 +218,7 @@ def read_numbers(element: XmlElement, name: str, count: int, report: TextReport,
     """
     Return an attribute with several numbers.
 
-    :param default: the value where the attribute is absent or wrong; a mistake is reported.
+    :param default: the value where the attribute is absent or wrong; an error is reported.
     """
     if name not in element.attributes:
         return default
@@ -244,7 +244,7 @@ def read_number(element: XmlElement, name: str, report: TextReport,
 
 
 def read_name(element: XmlElement, attribute: str, report: TextReport) -> str:
-    """Return an attribute that must be there; a mistake is reported and gives ''."""
+    """Return an attribute that must be there; an error is reported and gives ''."""
     name = element.get(attribute)
     if not name:
         report.error(f"<{element.tag}> has no '{attribute}'", element.where)
@@ -252,5 +252,5 @@ def read_name(element: XmlElement, attribute: str, report: TextReport) -> str:
 
 
 def unknown(kind: str, name: str, known: tuple[str, ...]) -> tuple[str, str]:
-    """Return what to say of a name that is not there: the mistake, and a hint."""
+    """Return the message about an unknown name: the error, and a hint."""
     return f"{kind} '{name}' is not in the URDF", nearest(name, known)

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A mesh as convex parts, which a physics of convex shapes can stand instead of its hull."""
+"""A mesh as convex parts, for physics with convex shapes."""
 
 from __future__ import annotations
 

@@ -33,7 +33,7 @@ def load_mesh(uri: str, scale: tuple[float, float, float] = (1.0, 1.0, 1.0), *,
 
     :param uri: ``package://``, ``file://`` or a path.
     :param scale: factors of x, y, z; a negative factor mirrors, and the triangles turn with it.
-    :param packages: where packages are looked for.
+    :param packages: where packages are searched.
     :param base: the folder that a relative path starts from.
     :param within: the folders that a mesh may lie in; None allows all.
     :raises ResourceError: where there is no such file, or it holds no triangles that we read.

@@ -44,7 +44,7 @@ class DomainLock:
     :param folder: where the lock files lie.
     :param program: ``bringup`` for a whole stack.
     :raises DomainTakenError: where another process holds it.
-    :raises UnsafeFolderError: where somebody else could have put the files there.
+    :raises UnsafeFolderError: where another user could have created the files.
     """
 
     def __init__(

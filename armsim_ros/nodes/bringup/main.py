@@ -21,7 +21,7 @@ from armsim_ros.nodes.web.main import MISSING, missing_package
 STARTED_PROGRAMS = ('simulation', 'move_group')
 #: Started on request.
 SERVO = 'servo_node'
-#: Nobody needs them to move the robot.
+#: Not needed to move the robot.
 PAGE, CAMERA = 'web', 'camera'
 
 

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""An output that never holds up who writes to it."""
+"""An output that never blocks its writers."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from collections.abc import Callable
 import os
 import threading
 
-#: Lines that wait while nobody reads; those after them are counted and dropped.
+#: Lines that wait while the reader is slow; those after them are counted and dropped.
 MOST_LINES = 10_000
 
 
@@ -17,10 +17,10 @@ class Outlet:
     """
     Lines on their way to a file descriptor, written by a thread of their own.
 
-    Whoever reads may stop to read, as a pager does: the writer here waits, its callers do not.
+    The reader may pause, as a pager does: the writer here waits, its callers do not.
 
     :param descriptor: where the lines go.
-    :param broken: called once nobody can read them any more.
+    :param broken: called once the output is closed.
     """
 
     def __init__(self, descriptor: int, broken: Callable[[], None]) -> None:
@@ -44,7 +44,7 @@ class Outlet:
             self._news.notify()
 
     def close(self, timeout: float) -> None:
-        """Write what waits, as far as somebody reads it within the time [s]."""
+        """Write what waits, as far as it is read within the time [s]."""
         with self._news:
             self._closed = True
             self._news.notify()
@@ -66,7 +66,7 @@ class Outlet:
             lines = list(self._lines)
             self._lines.clear()
             if self._dropped:
-                lines.append(f'[bringup] {self._dropped} lines were dropped here: nobody read')
+                lines.append(f'[bringup] {self._dropped} lines were dropped here: output not read')
                 self._dropped = 0
             return lines
 

@@ -66,7 +66,7 @@ class Supervisor:
                 self._wait_for_events()
                 self._look_for_ended()
                 if any(outlet.is_broken for outlet in self._outlets):
-                    break  # nobody reads our output any more: the same as a hang-up
+                    break  # our output is closed: the same as a hang-up
                 self._stop_step_by_step()
         finally:
             for child in self._children:
@@ -113,7 +113,7 @@ class Supervisor:
             if not line.startswith(MARK):
                 outlet.write(f'[{child.name}] {line}')
             elif line not in self._refusals:
-                # Every program reads the same files and finds the same mistake.
+                # Every program reads the same files and finds the same error.
                 speaker = '' if self._refusals else 'bringup: '
                 self._refusals.add(line)
                 outlet.write(speaker + line.removeprefix(MARK))

@@ -41,7 +41,7 @@ class RenderingDiagnostics:
         self._seconds += seconds
 
     def publish(self) -> None:
-        """Publish when it is due and somebody listens."""
+        """Publish when it is due and there are subscribers."""
         now = time.monotonic()
         if now < self._due or not self._publisher.get_subscription_count():
             return

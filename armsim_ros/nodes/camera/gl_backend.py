@@ -25,7 +25,7 @@ print('drawn', flush=True)
 import os
 os._exit(0)
 """
-#: Time between two looks at whether a trial has ended [s].
+#: Time between checks whether a trial has ended [s].
 _LOOK = 0.05
 #: A trial on a busy machine takes no longer [s].
 _LONGEST_TRIAL = 120.0

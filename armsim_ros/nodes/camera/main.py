@@ -14,7 +14,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     Publish pictures until SIGINT or SIGTERM.
 
     :param argv: the words after the program's name; those of this process where None.
-    :returns: 0 after a signal, 2 after a mistake of the user's.
+    :returns: 0 after a signal, 2 after a user's error.
     """
-    # It runs where nobody else wants to, so that it has to wait says nothing of the machine.
+    # It runs at the lowest priority, so that its waiting is no measure of the load.
     return serve('armsim_ros.nodes.camera.program', 'CameraProgram', argv, watched=False)

@@ -29,7 +29,7 @@ from armsim_ros.nodes.state_publishers.joint_transforms import transform
 from armsim_ros.sim.camera.camera import Camera
 from armsim_ros.sim.camera.snapshot import Snapshot
 
-#: Wall time between two looks at services and listeners while no picture comes [s].
+#: Wall time between checks of services and subscribers while no picture comes [s].
 _REST = 0.2
 #: The lowest priority that gets a share of the processor at all, and where a session has its own.
 _LOWEST, _OF_SESSION = 19, Path('/proc/self/autogroup')
@@ -55,7 +55,7 @@ class CameraProgram:
         self._renderer: Any = None
 
     def stop(self) -> None:
-        """End ``run``, which looks at the signals often enough by itself."""
+        """End ``run``, which reads the signals often enough by itself."""
 
     def run(self) -> int:
         """
@@ -116,7 +116,7 @@ class CameraProgram:
         self._renderer = SceneRenderer(cameras)
         self._renderer.load(plant)
         # It starts as any program does; from here on it draws below all others, but in lockstep,
-        # where time stands until it has drawn.
+        # where time is paused until it has drawn.
         if not self._source.lockstep:
             _give_way({threading.get_native_id(), *(_threads() - before)})
         self._topics = [CameraTopics(self._node, camera) for camera in cameras]
@@ -160,7 +160,7 @@ def _threads() -> set[int]:
 
 
 def _give_way(threads: set[int]) -> None:
-    """Let everybody else go before these threads, and those that they start from now on."""
+    """Give these threads, and those that they start, the lowest priority."""
     for thread in threads:
         with suppress(ProcessLookupError):
             os.setpriority(os.PRIO_PROCESS, thread, _LOWEST)

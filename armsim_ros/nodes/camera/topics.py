@@ -50,18 +50,18 @@ class CameraTopics:
 
     @property
     def wanted(self) -> bool:
-        """Whether anybody listens."""
+        """Whether there are subscribers."""
         return self.seen or any(publisher.get_subscription_count() for publisher in self._infos)
 
     @property
     def seen(self) -> bool:
-        """Whether anybody listens to what has to be drawn."""
+        """Whether there are subscribers to drawn pictures."""
         return any(publisher.get_subscription_count()
                    for publisher in (self._colour, self._depth, self._points))
 
     def publish(self, time_ns: int, picture: Picture | None) -> None:
         """
-        Publish a picture to those who listen; None publishes what is known without a picture.
+        Publish a picture to the subscribers; None publishes what is known without a picture.
 
         :param time_ns: of the state that it shows [ns].
         """

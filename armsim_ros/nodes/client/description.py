@@ -28,7 +28,7 @@ def describe(urdf: str, srdf: str = '') -> RobotModel:
     """
     Return the robot of two texts; meshes keep their address and scale, nothing is read.
 
-    The scale of a mesh stands in its ``vertices``, (1, 3).
+    The scale of a mesh is in its ``vertices``, (1, 3).
 
     :raises ModelError: a text is wrong.
     """
@@ -61,7 +61,7 @@ def with_limits(robot: RobotModel, overrides: Mapping[str, Mapping[str, float]])
 
 
 def joint_pose(joint: Joint, value: float) -> Matrix:
-    """Return where a joint's child link stands in its parent, (4, 4), at a position."""
+    """Return the pose of a joint's child link in its parent, (4, 4), at a position."""
     if not joint.movable:
         return joint.origin
     if joint.type is JointType.PRISMATIC:
@@ -72,9 +72,9 @@ def joint_pose(joint: Joint, value: float) -> Matrix:
 
 def link_pose(robot: RobotModel, link: str, positions: Mapping[str, float]) -> Matrix:
     """
-    Return where a link stands in the root link, (4, 4).
+    Return the pose of a link in the root link, (4, 4).
 
-    :param positions: every movable joint's [rad or m]; those that are not given stand at 0.
+    :param positions: every movable joint's [rad or m]; those that are not given are at 0.
     """
     pose = np.eye(4)
     while link != robot.root_link:
@@ -110,7 +110,7 @@ def moved_links(robot: RobotModel, group: str) -> frozenset[str]:
 
 
 def position_of(joint: Joint, xyz: Matrix, xyzw: Matrix) -> float:
-    """Return the position of a joint [rad or m] whose child stands so in its parent."""
+    """Return the position of a joint [rad or m] whose child has a pose in its parent."""
     offset = np.asarray(xyz) - joint.origin[:3, 3]
     if joint.type is JointType.PRISMATIC:
         return float((joint.origin[:3, :3] @ joint.axis) @ offset)

@@ -29,7 +29,7 @@ _END = 10.0
 
 
 class NotServedError(ArmsimError):
-    """Nobody serves what was asked for; the text names it."""
+    """The requested interface is not served; the text names it."""
 
     def __init__(self, name: str) -> None:
         super().__init__(f'waiting for {name}')
@@ -122,7 +122,7 @@ class RosClient:
         self.in_thread(lambda: self.node.create_subscription(kind, topic, callback, profile))
 
     def poll(self, kind: type[Any], topic: str, profile: QoSProfile | int) -> Polled:
-        """Subscribe without waking anybody: the messages wait until they are taken."""
+        """Subscribe without waking the executor: the messages wait until they are taken."""
         return Polled(self, kind, topic, profile, self._aside)
 
     def in_thread(self, work: Callable[[], Any]) -> Future[Any]:
@@ -155,7 +155,7 @@ class RosClient:
         def run() -> None:
             try:
                 work()
-            except Exception as error:  # noqa: BLE001 - belongs to whoever waits for it
+            except Exception as error:  # noqa: BLE001 - belongs to its waiter
                 if not answer.done():
                     answer.set_exception(error)
 
@@ -222,7 +222,7 @@ class GoalRun:
 
 
 class Polled:
-    """A subscription that wakes nobody."""
+    """A subscription that does not wake the executor."""
 
     def __init__(self, client: RosClient, kind: type[Any], topic: str, profile: QoSProfile | int,
                  group: CallbackGroup) -> None:
@@ -249,7 +249,7 @@ class Polled:
 
 def _settle(answer: Future[Any], result: Callable[[], Any],
             exception: Callable[[], BaseException | None]) -> None:
-    """Give an answer on, unless nobody waits for it any more."""
+    """Pass an answer on, unless its waiter is gone."""
     if answer.done():
         return
     with suppress(Exception):

@@ -14,7 +14,7 @@ from armsim_ros.control.trajectory.tolerances import JointTolerance
 def tolerances_from_messages(
     messages: Iterable[JointToleranceMessage],
 ) -> tuple[JointTolerance, ...]:
-    """Return tolerances as they stand: 0 keeps the default, -1 erases it."""
+    """Return tolerances unchanged: 0 keeps the default, -1 erases it."""
     return tuple(
         JointTolerance(
             name=message.name,

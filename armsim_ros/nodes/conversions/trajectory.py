@@ -131,5 +131,5 @@ def fill_point(
 
 
 def _numbers(values: Vector) -> array[float]:
-    """Return values in the form that messages keep without looking at each of them."""
+    """Return values in the form that messages keep without checking each of them."""
     return array('d', np.asarray(values, dtype=np.float64).tobytes())

@@ -20,7 +20,7 @@ from armsim_ros.model.robot_model import RobotModel
 from armsim_ros.nodes.parameters import parameters_by_prefix, reason
 from armsim_ros.planning.pilz.commands import PIPELINE as PILZ
 
-#: Fields of PlanningParameters that stand in a group of their own -> the parameter's name.
+#: Fields of PlanningParameters that are in their own group -> the parameter's name.
 NAMES = {
     'default_robot_padding': 'robot_description_planning.default_robot_padding',
     'default_robot_scale': 'robot_description_planning.default_robot_scale',

@@ -15,7 +15,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     Serve until SIGINT or SIGTERM.
 
     :param argv: the words after the program's name; those of this process where None.
-    :returns: 0 after a signal, 2 after a mistake of the user's.
+    :returns: 0 after a signal, 2 after a user's error.
     """
     end = QuietEnd(1)
     end.status = status = serve('armsim_ros.nodes.move_group.program', 'MoveGroupProgram', argv)

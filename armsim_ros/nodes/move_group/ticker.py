@@ -16,7 +16,7 @@ class Ticker:
     """
     Wakes waiting coroutines every 20 ms of real time, and on request.
 
-    The timer stands while nobody waits.
+    The timer is stopped while nothing waits.
 
     :param node: its executor runs the timer.
     """

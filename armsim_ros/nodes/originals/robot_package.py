@@ -20,7 +20,7 @@ _DUMPER = getattr(yaml, 'CSafeDumper', yaml.SafeDumper)
 _KINEMATICS = 'robot_description_kinematics'
 _PLANNING = 'robot_description_planning'
 _CONTROLLERS = ('moveit_simple_controller_manager', 'moveit_controller_manager')
-#: Parameters that stand in files of their own, or that the robot's text is.
+#: Parameters that have their own files, or that are the robot's text.
 _ELSEWHERE = (URDF, SEMANTIC, _KINEMATICS, _PLANNING,
               *_CONTROLLERS, 'planning_pipelines', 'use_sim_time')
 #: How the folder begins that a program makes for it, and takes away at its end.
@@ -60,7 +60,7 @@ class RobotPackage:
 
     def add_simulation(self, *, spawn: Iterable[str] = (), placement: Mapping[str, Any]) -> None:
         """
-        Say which controllers are active from the start, and where the robot stands.
+        Set which controllers are active from the start, and the pose of the robot.
 
         Description and transforms are left to the robot_state_publisher of the launch file.
         """

@@ -23,7 +23,7 @@ _DESCRIPTION = 'robot_description'
 #: Parameters that are no business of the controller manager.
 _NOT_THE_MANAGERS = (_DESCRIPTION, 'use_sim_time', 'robot_description_semantic')
 _OF_THE_MANAGER = {*ControllerManagerParameters.model_fields, *UNUSED_MANAGER_KEYS}
-#: Prefix of the parameters that say where the robot stands and begins; ours alone.
+#: Prefix of the parameters for the pose and start state of the robot; ours alone.
 PLACEMENT = 'armsim.'
 
 

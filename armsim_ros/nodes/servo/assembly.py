@@ -49,7 +49,7 @@ class ServoNode:
 
     :param node: has the endpoints.
     :param cell: the robot, or all robots of a cell.
-    :raises ServoSettingsError: the parameters do not fit each other or the robot; all mistakes.
+    :raises ServoSettingsError: the parameters do not fit each other or the robot; all errors.
     """
 
     def __init__(self, node: PollingNode, cell: Cell) -> None:
@@ -143,7 +143,7 @@ class ServoNode:
             block = settings.moveit_servo
             return '; '.join(check_parameters(kinematics, block.move_group_name, block))
 
-        # What is empty in the files is looked up, so that nobody reads back an empty text.
+        # What is empty in the files is looked up, so that no client reads back an empty text.
         group = given('move_group_name') or arm_group(kinematics, moved)
         known = group in kinematics.robot.semantic.groups
         joints = kinematics.robot.semantic.groups[group].active_joints if known else ()

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The time of commands and trajectories, without a message for every look at it."""
+"""The time of commands and trajectories, without a message for every read."""
 
 from __future__ import annotations
 

@@ -29,7 +29,7 @@ _FIRST = 0.5
 
 
 class ActionWatch:
-    """Whether an action of somebody else has goals."""
+    """Whether an action of another client has goals."""
 
     def __init__(self, node: PollingNode, action: str) -> None:
         self.busy = False
@@ -77,7 +77,7 @@ class ControllerWatch:
 
     @property
     def goal_runs(self) -> bool:
-        """Whether the controller follows somebody's goal."""
+        """Whether the controller follows a client's goal."""
         return self._own.busy
 
     @property

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Where the joints are, read when somebody looks."""
+"""Joint positions, read on demand."""
 
 from __future__ import annotations
 

@@ -14,6 +14,6 @@ def main(argv: Sequence[str] | None = None) -> int:
     Serve until SIGINT or SIGTERM.
 
     :param argv: the words after the program's name; those of this process where None.
-    :returns: 0 after a signal, 2 after a mistake of the user's.
+    :returns: 0 after a signal, 2 after a user's error.
     """
     return serve('armsim_ros.nodes.servo.program', 'ServoProgram', argv)

@@ -47,7 +47,7 @@ class JointCommands:
 
     @property
     def heard(self) -> bool:
-        """Whether anybody subscribes."""
+        """Whether there are subscribers."""
         return self._publisher.get_subscription_count() > 0
 
     def start(self, now_ns: int, stream: ServoStream) -> None:

@@ -31,18 +31,18 @@ from armsim_ros.planning.scene.planning_scene import PlanningScene
 
 _SERVICE = '/get_planning_scene'
 _LOOK = 1.0
-"""So often it is looked who serves the scene [s]."""
+"""Period of searching for a server of the scene [s]."""
 _PATIENCE = 3
-"""After so many looks without anybody, this node serves the scene if it is to."""
+"""After so many searches without success, this node serves the scene if enabled."""
 
 
 class SceneFollower:
     """
-    Keeps a scene equal to that of whoever serves ``get_planning_scene``.
+    Keeps a scene equal to that of the node that serves ``get_planning_scene``.
 
     :param scene: is changed.
     :param topic: of the changes.
-    :param serves: serve the scene from here where nobody else does.
+    :param serves: serve the scene from here where no other node does.
     """
 
     def __init__(
@@ -58,7 +58,7 @@ class SceneFollower:
         node.create_subscription(
             PlanningSceneMessage, topic, self._receive, QoSProfile(depth=100)
         )
-        # MoveIt's own topics of changes, the only sources where nobody serves a scene.
+        # MoveIt's own topics of changes, the only sources where no node serves a scene.
         for kind, name, take in (
             (CollisionObject, 'collision_object',
              lambda message: scene.apply_object(object_from_message(message))),
@@ -83,7 +83,8 @@ class SceneFollower:
                 self._own = self._node.create_service(
                     GetPlanningScene, _SERVICE, self._answer
                 )
-                self._node.get_logger().info('nobody else serves the planning scene; it is empty')
+                self._node.get_logger().info(
+                    'no other node serves the planning scene; it is empty')
             return
         if self._own is not None:
             self._node.destroy_service(self._own)

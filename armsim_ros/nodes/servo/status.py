@@ -22,7 +22,7 @@ class StatusTopic:
 
     @property
     def heard(self) -> bool:
-        """Whether anybody subscribes."""
+        """Whether there are subscribers."""
         return self._publisher.get_subscription_count() > 0
 
     def publish(self, finding: Finding) -> None:

@@ -27,7 +27,7 @@ from armsim_ros.servo.status import Finding, NOTHING, ServoStatus, weightiest
 from armsim_ros.servo.stream import Cycle, ServoStream
 from armsim_ros.sim.realtime import prioritize_thread
 
-#: All topics are looked at so often while anybody listens; those of commands in every cycle [Hz].
+#: Rate of reading the topics while there are subscribers; commands are read in every cycle [Hz].
 _LOOKS = 10.0
 #: While the arm is streamed to, once in so many cycles: the joints that others move, and what
 #: may end the stream in favour of others or is only to be complained about.
@@ -63,7 +63,7 @@ class Streaming:
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, name='servo', daemon=True)
         self._is_ready = False
-        #: The time that the newest cycle of the stream stands for [ns].
+        #: The time that of the newest cycle of the stream [ns].
         self._stream_ns = 0
         self._quiet = 0
         self._changes: list[tuple[ServoParameters, ServoStream]] = []
@@ -150,7 +150,7 @@ class Streaming:
             yield from self.states.subscriptions
 
     def _rests(self) -> bool:
-        """Whether there is nothing to do and nobody to be told so."""
+        """Whether there is nothing to do and no subscriber."""
         return (
             self._is_ready
             and not self.stream.streaming
@@ -205,15 +205,15 @@ class Streaming:
         """
         Take the next cycle's time; False where it has not come, or the stream has to begin anew.
 
-        A cycle that comes late stands for the time at which it was due: what it sends is as fast
+        A delayed cycle counts as of the time at which it was due: what it sends is as fast
         as commanded, not as fast as the cycles followed each other.
         """
         period = round(self.parameters.publish_period * 1e9)
         ahead = self._stream_ns + period - now
         if self.clock.parted and 2 * ahead > period and ahead <= 2 * period:
-            return False  # simulated time stands still, or is slower than ours
+            return False  # simulated time is paused, or slower than ours
         if ahead > 2 * period:
-            # Time was set back, or cycles went on before it was noticed that time stood still.
+            # Time was set back, or cycles went on before it was noticed that time was paused.
             if not self.output.go_back(now, self.stream):
                 self.stream.stop()
                 return False
@@ -222,7 +222,7 @@ class Streaming:
         return True
 
     def _others(self) -> Finding | None:
-        """Return who else moves the arm, None where nobody does."""
+        """Return what else moves the arm, None if nothing does."""
         if self.controller.goal_runs:
             return Finding(NOTHING.code, 'the controller follows a goal; commands wait')
         if self.controller.plan_runs:
@@ -237,7 +237,7 @@ class Streaming:
             return False
         obstacle = self.controller.inactive
         if not obstacle and not self.output.heard:
-            obstacle = f"nobody subscribes to '{self.output.topic}'"
+            obstacle = f"'{self.output.topic}' has no subscriber"
         if obstacle:
             findings.append(Finding(ServoStatus.INVALID, obstacle))
             return False
@@ -284,7 +284,7 @@ class Streaming:
             self.stream.stop()
         if not self.output.heard:
             findings.append(
-                Finding(ServoStatus.INVALID, f"nobody subscribes to '{self.output.topic}'")
+                Finding(ServoStatus.INVALID, f"'{self.output.topic}' has no subscriber")
             )
         return findings
 

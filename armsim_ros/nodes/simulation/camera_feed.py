@@ -33,7 +33,7 @@ class CameraFeed:
     all else happens in threads of its own that mostly wait. In lockstep the loop waits until
     the picture is out.
 
-    :param path: of the socket; whoever makes a feed holds the lock beside it.
+    :param path: of the socket; the creator of a feed holds the lock beside it.
     :param complain: takes a line where a picture that is waited for does not come.
     """
 

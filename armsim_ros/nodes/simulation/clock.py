@@ -29,7 +29,7 @@ class Clock:
 
     def publish(self, time_ns: int) -> None:
         """
-        Publish a time, if anybody subscribes.
+        Publish a time, if it has subscribers.
 
         :param time_ns: [ns] of the simulation.
         """

@@ -12,7 +12,7 @@ class DutyLimit:
     Keeps a flooded real-time thread from starving other programs.
 
     :param share: of the time that the thread may compute.
-    :param window: in which the share is looked at [s].
+    :param window: over which the share is measured [s].
     """
 
     def __init__(self, share: float = 0.8, window: float = 0.1) -> None:

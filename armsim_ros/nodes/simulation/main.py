@@ -15,7 +15,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     Run the simulation until SIGINT or SIGTERM.
 
     :param argv: the words after the program's name; those of this process where None.
-    :returns: 0 after a signal, 2 after a mistake of the user's, 1 after a failure.
+    :returns: 0 after a signal, 2 after a user's error, 1 after a failure.
     """
     # Nothing is drawn here: MuJoCo need not look for what draws, nor refuse what cannot.
     os.environ['MUJOCO_GL'] = 'disable'

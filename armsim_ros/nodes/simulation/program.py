@@ -74,7 +74,7 @@ class SimulationProgram:
     thread that calls ``run`` publishes what the loop hands over.
 
     :param arguments: the command line.
-    :param stop_wanted: whether a signal came; looked at between the steps of the start.
+    :param stop_wanted: whether a signal came; read between the steps of the start.
     :raises ConfigError: the user's files do not describe a robot that can run.
     :raises UsageError: a remapping would give several robots the same name.
     :raises DomainTakenError: another simulation has these names on this machine.

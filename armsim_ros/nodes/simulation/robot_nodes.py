@@ -121,7 +121,7 @@ class RobotNodes:
         self._events.drain()
 
     def watch(self, time_ns: int) -> None:
-        """Check what rarely changes, also while time [ns] stands still."""
+        """Check what rarely changes, also while time [ns] is paused."""
         self._registry.open_due_soon()
         self._events.drain()
         self._activity.publish_if_changed(time_ns)

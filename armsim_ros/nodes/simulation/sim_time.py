@@ -14,7 +14,7 @@ from rosgraph_msgs.msg import Clock
 from armsim_ros.nodes.conversions.time import fill_time
 from armsim_ros.nodes.guarded_node import GuardedNode
 
-#: Steady time between updates of clocks that nobody reads [s]; rcl reads them, too.
+#: Steady time between updates of clocks that are not read [s]; rcl reads them, too.
 IDLE_PERIOD = 1.0
 
 

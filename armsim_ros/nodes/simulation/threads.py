@@ -21,7 +21,7 @@ def prioritize_process(control_priority: int) -> bool:
     Give the calling thread, and all that it starts from now on, SCHED_FIFO priority 1.
 
     Call it before the first node exists, so that the middleware's threads have it too. The
-    control thread shares the interpreter's lock with all who run Python here, and those share
+    control thread shares the interpreter's lock with all Python threads, and those share
     the middleware's locks with its threads: were one of them preempted by another program while
     it holds a lock, the control thread would wait for that program: with ten clients on two
     processors the 99th percentile of its lateness is then tens of milliseconds instead of a

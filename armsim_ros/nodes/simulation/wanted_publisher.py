@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A publisher of a frequent topic that skips messages nobody would receive."""
+"""A publisher of a frequent topic that skips messages without a receiver."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 from rclpy.node import Node
 from rclpy.qos import QoSDurabilityPolicy, QoSProfile
 
-#: A latched state that nobody reads is still renewed this often, for those who come later [ns].
+#: A latched state without subscribers is still renewed this often, for late subscribers [ns].
 RENEWAL_NS = 100_000_000
 
 
@@ -17,9 +17,9 @@ class WantedPublisher:
     """
     A publisher of a topic that comes often.
 
-    To make and send a message costs ten times as much as to ask whether anybody listens. What
-    nobody hears is not made; where late subscribers get the last message, as with the state of a
-    controller, the message is renewed now and then for late subscribers.
+    To compose and send a message costs ten times as much as to count subscribers. A message
+    without subscribers is not composed; where late subscribers get the last message, as with the
+    state of a controller, it is renewed now and then.
 
     :param node: the node that publishes.
     :param kind: the message type.

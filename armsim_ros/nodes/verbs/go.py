@@ -125,7 +125,7 @@ def _named_state(robot: RobotModel, state: str, group: str) -> tuple[str, dict[s
 
 def _others(client: RosClient, robot: RobotModel, group: str, target: Mapping[str, float],
             patience: float) -> dict[str, float]:
-    """Return where the joints of a group stand that no goal was given for [rad or m]."""
+    """Return the positions of the joints of a group without a goal [rad or m]."""
     rest = set(robot.group(group).active_joints) - set(target)
     return {each['name']: each['position'] for each in joint_states(client, patience)
             if each['name'] in rest} if rest else {}

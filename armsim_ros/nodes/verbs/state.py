@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""``armsim state``: where the joints stand, and which controllers are active."""
+"""``armsim state``: joint positions, and which controllers are active."""
 
 from __future__ import annotations
 

@@ -100,7 +100,7 @@ def show(value: Any, as_json: bool, text: str) -> None:
 
 
 def table(rows: Sequence[Sequence[str]]) -> str:
-    """Return rows as columns that stand below each other."""
+    """Return rows as aligned columns."""
     widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
     return '\n'.join('  '.join(cell.ljust(width) for cell, width in zip(row, widths, strict=True))
                      .rstrip() for row in rows)

@@ -25,7 +25,7 @@ from armsim_ros.planning.collision.bodies import (
     shape_poses,
 )
 from armsim_ros.planning.collision.contacts import BodyType, Contact, PairDistance
-from armsim_ros.planning.collision.tables import CollisionTables, Judge
+from armsim_ros.planning.collision.tables import CollisionTables, CollisionTest
 from armsim_ros.planning.scene.content import SceneContent
 from armsim_ros.planning.scene.objects import AttachedObject, CollisionObject
 from armsim_ros.planning.scene.planning_scene import PlanningScene
@@ -36,7 +36,7 @@ _ORDER = {BodyType.ROBOT_LINK: 0, BodyType.ROBOT_ATTACHED: 1, BodyType.WORLD_OBJ
 
 class Exactly(Enum):
     """
-    When shapes themselves are looked at, which takes many times as long as their hulls.
+    When shapes themselves are checked, which takes many times as long as their hulls.
 
     Hulls that are near tell as much as the shapes, unless they touch where the shapes do not.
     """
@@ -146,7 +146,7 @@ class CollisionChecker:
     """
     Checks robot states in a scene; follows the scene's edits at the next query.
 
-    A move sets one pose, and another group changes which pairs are looked at; for other edits
+    A move sets one pose, and another group changes which pairs are checked; for other edits
     the tables that they concern are made anew. The robot's own shapes and all meshes are
     prepared once. One thread at a time may use a checker.
 
@@ -159,8 +159,8 @@ class CollisionChecker:
         content = scene.content
         self._tables = SceneTables(self._kinematics, content)
         self._motion = self._bounds(content)
-        #: The judge that was made last and what it was asked, until anything else is.
-        self._judge: Judge = _always
+        #: The last test and its arguments, until others are requested.
+        self._test: CollisionTest = _always
         self._judged: tuple[str | None, float, bool] | None = None
 
     @property
@@ -185,15 +185,15 @@ class CollisionChecker:
         :param q: (n,) robot state.
         :param group: look only at links that this group moves, and at what they carry.
         :param clearance: [m] nearer than this counts as touching.
-        :param exact: judge by the shapes; else meshes of the robot count as their hulls, and
+        :param exact: check the shapes; else meshes of the robot count as their hulls, and
             only False is sure.
         :raises PlanningError: INVALID_GROUP_NAME for an unknown group.
         """
-        return self.judge(group, clearance, exact)(q)
+        return self.test(group, clearance, exact)(q)
 
-    def judge(
+    def test(
         self, group: str | None = None, clearance: float = 0.0, exact: bool = True
-    ) -> Judge:
+    ) -> CollisionTest:
         """
         Return the quickest form of a question about many states, to be asked at once.
 
@@ -202,19 +202,19 @@ class CollisionChecker:
         """
         asked = group, clearance, exact
         if asked != self._judged or self._scene.content is not self._tables.content:
-            self._judge = self._made_judge(group, clearance, exact)
+            self._test = self._made_test(group, clearance, exact)
             self._judged = asked
-        return self._judge
+        return self._test
 
-    def _made_judge(self, group: str | None, clearance: float, exact: bool) -> Judge:
-        judges = []
+    def _made_test(self, group: str | None, clearance: float, exact: bool) -> CollisionTest:
+        tests = []
         for tables in self._followed():
             if tables.rigid_hit(group):
                 return _always
-            judges.append(tables.judge(group, clearance, exact))
-        if len(judges) == 1:
-            return judges[0]
-        return lambda q: any(judge(q) for judge in judges)
+            tests.append(tables.test(group, clearance, exact))
+        if len(tests) == 1:
+            return tests[0]
+        return lambda q: any(test(q) for test in tests)
 
     def may_collide(
         self, states: Matrix, reach: Matrix, group: str | None = None,
@@ -227,7 +227,7 @@ class CollisionChecker:
 
         :param states: (k, n) robot states.
         :param reach: (k, n) motion of every joint to either side [rad or m].
-        :param exact: when to judge by the shapes themselves where their hulls are near.
+        :param exact: when to check the shapes themselves where their hulls are near.
         :param clearance: [m] that shall be left.
         :param poll: called now and then; raises what ends the request.
         """
@@ -347,7 +347,7 @@ class CollisionChecker:
         self._judged = None
         content, before = self._scene.content, self._tables.content
         if content is not before:
-            self._judge = _always  # it would keep the tables that were
+            self._test = _always  # it would keep the tables that were
             self._tables.follow(content)
             if (content.attached is not before.attached
                     or content.link_scale is not before.link_scale):

@@ -1,11 +1,11 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
 """
-Whether motions are free between the states that are looked at, too.
+Whether motions are free between the states that are checked, too.
 
 A state from which no joint can move by half a piece's travel and touch anything proves the whole
 piece. Pieces that are not proved are halved, down to a millimetre of motion; so states are
-looked at closely where something is near, and hardly at all where nothing is (the idea of
+checked closely where something is near, and hardly at all where nothing is (the idea of
 Schwarzer, Saha and Latombe 2005, DOI 10.1109/TRO.2004.838012, with margins for distances).
 """
 
@@ -23,10 +23,10 @@ LONGEST_PIECE = 0.06
 """Largest motion [m] of any point within a piece that is tried to be proved."""
 
 HULL_PIECE = 0.024
-"""Longer pieces [m] are judged on hulls alone: halving them is quicker than looking closer."""
+"""Longer pieces [m] are checked on hulls alone: halving them is faster than exact checks."""
 
 EXACT_PIECE = 0.003
-"""Pieces up to this length [m] are judged on exact shapes wherever hulls are near."""
+"""Pieces up to this length [m] are checked on exact shapes wherever hulls are near."""
 
 SHORTEST_PIECE = 0.001
 """A piece in which no point moves further [m] counts as proved by a free state in it."""
@@ -40,7 +40,7 @@ def first_blocked(
     Return where a polyline in joint space is not free, None where it is free throughout.
 
     :param points: (k, m) joint positions; fewer than two are no motion.
-    :param step: largest motion [m] of any point between two looks at path constraints.
+    :param step: largest motion [m] of any point between two checks of path constraints.
     :param places: (k,) increasing; what to return a place in, default the number of the point.
     :param clearance: [m] that shall be left to everything.
     """
@@ -84,7 +84,7 @@ def first_blocked(
         near = validity.may_collide(states, reach, _exactly(longest), clearance)
         lows, middles, highs = lows[near], middles[near], highs[near]
         last = longest <= SHORTEST_PIECE
-        # A look at the states themselves on the way: what is blocked is mostly seen there.
+        # The states on the way first: most collisions are found there.
         if last or HULL_PIECE < longest <= 2.0 * HULL_PIECE:
             found = blocked(middles)
         if last:
@@ -96,7 +96,7 @@ def first_blocked(
 
 
 def _exactly(length: float) -> Exactly:
-    """Return how closely pieces of a length [m] are looked at."""
+    """Return how closely pieces of a length [m] are checked."""
     if length > HULL_PIECE:
         return Exactly.NEVER
     return Exactly.WHERE_HULLS_TOUCH if length > EXACT_PIECE else Exactly.ALWAYS

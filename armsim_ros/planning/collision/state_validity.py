@@ -17,7 +17,7 @@ from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.planning.budget import nothing, Poll, POLLED_STATES
 from armsim_ros.planning.collision.collision_model import CollisionChecker, Exactly
 from armsim_ros.planning.collision.contacts import Contact
-from armsim_ros.planning.collision.tables import Judge
+from armsim_ros.planning.collision.tables import CollisionTest
 from armsim_ros.planning.constraints import ConstraintSet
 
 SEARCH_STEP = 0.15
@@ -37,7 +37,7 @@ _BOUND_TOLERANCE = 1e-6
 
 class StateValidity:
     """
-    The free states of a group while all other joints stand still.
+    The free states of a group while all other joints rest.
 
     :param checker: follows the scene that is planned in.
     :param model: the robot's kinematics.
@@ -94,7 +94,7 @@ class StateValidity:
         return self._model.insert(self._base, self.group, values)
 
     def collides(self, values: Vector) -> bool:
-        """Return whether a state (m,) collides, judged on exact geometry."""
+        """Return whether a state (m,) collides on exact geometry."""
         return self._avoid_collisions and bool(
             self._checker.in_collision(self.full(values), self.group)
         )
@@ -115,7 +115,7 @@ class StateValidity:
         Return whether the robot may be in a state.
 
         :param values: (m,) [rad or m].
-        :param exact: judge collision on exact geometry; else on the hulls, which may call a
+        :param exact: check collisions on exact geometry; else on the hulls, which may call a
             free state blocked but never the other way round.
         :param clearance: [m] nearer than this counts as touching.
         """
@@ -142,7 +142,7 @@ class StateValidity:
         Return in which states (k, m) a motion by ``reach`` to either side may not be free.
 
         :param reach: (k, m) of every variable [rad or m]; False is proof for all within.
-        :param exact: when to judge by the shapes themselves where their hulls are near.
+        :param exact: when to check the shapes themselves where their hulls are near.
         :param clearance: [m] that shall be left.
         """
         if not self._avoid_collisions or not len(values):
@@ -174,12 +174,12 @@ class StateValidity:
         Return whether the straight motion between two states is free.
 
         :param a: (m,) a state known to be free.
-        :param b: (m,) a state, which is looked at as well.
+        :param b: (m,) a state, which is checked as well.
         :param step: see :data:`SEARCH_STEP` and :data:`FINE_STEP` [m].
         :param exact: see :meth:`free`.
         :param clearance: [m] that shall be left; None for :attr:`clearance`.
         """
-        blocked = self._judge(exact, self.clearance if clearance is None else clearance)
+        blocked = self._test(exact, self.clearance if clearance is None else clearance)
         last = self.full(b)
         if blocked(last):
             return False
@@ -196,11 +196,11 @@ class StateValidity:
                     return False
         return True
 
-    def _judge(self, exact: bool, clearance: float) -> Judge:
-        """Return the quickest judge of full states, which says what is blocked."""
+    def _test(self, exact: bool, clearance: float) -> CollisionTest:
+        """Return the fastest collision test of full states."""
         if not self._avoid_collisions or self.path_constraints is not None:
             return lambda q: not self._free(q, exact, clearance)
-        return self._checker.judge(self.group, clearance, exact)
+        return self._checker.test(self.group, clearance, exact)
 
     def keep_clear(self, ends: Sequence[Vector]) -> None:
         """Let motions keep clear of everything, as far as the states (m,) that they join do."""

@@ -28,7 +28,7 @@ from armsim_ros.planning.collision.contact_query import (
 )
 from armsim_ros.planning.scene.content import SceneContent
 
-Judge = Callable[[Vector], bool]
+CollisionTest = Callable[[Vector], bool]
 """Says whether a robot state (n,) touches anything."""
 
 
@@ -42,7 +42,7 @@ class BroadPhase:
     sweep and prune lose collisions, and the naive manager is the fastest of those that do not.
     Like all of Pinocchio's managers it leaves out pairs of shapes on the same joint.
 
-    :param model: Pinocchio's kinematic model; somebody else keeps it alive as well.
+    :param model: Pinocchio's kinematic model; also kept alive by its owner.
     :param shapes: (joint, pose (4, 4) on it, coal shape) each.
     :param pairs: (g, g) upper triangle, the pairs that can be checked.
     :param margins: (g, g) [m] distance that counts as contact, at least the tolerances.
@@ -117,7 +117,7 @@ class BroadPhase:
             self._looked_at = np.array(self._geometry_data.activeCollisionPairs, dtype=bool)
             self._active = active
 
-    def judge(self) -> Judge:
+    def test(self) -> CollisionTest:
         """Return whether any active pair touches, as a question of use until the shapes change."""
         collide = pin.computeCollisions
         model, data, manager = self._model, self._data, self._manager
@@ -278,7 +278,7 @@ class CollisionTables:
 
     def ready(self, exact: bool, group: str | None, clearance: float = 0.0) -> BroadPhase:
         """
-        Return a stage that looks at a group's pairs.
+        Return a stage that checks a group's pairs.
 
         :param exact: the shapes themselves; else hulls, which are never wrong about a state
             that they call free.
@@ -293,16 +293,16 @@ class CollisionTables:
         stage.set_margins(found)
         return stage
 
-    def judge(self, group: str | None, clearance: float, exact: bool) -> Judge:
+    def test(self, group: str | None, clearance: float, exact: bool) -> CollisionTest:
         """
         Return the quickest form of the question whether states touch, rigid pairs aside.
 
         It holds until another question or an edit. Parameters are those of :meth:`ready`.
         """
-        maybe = self.ready(False, group, clearance).judge()
+        maybe = self.ready(False, group, clearance).test()
         if not exact or self.hull is None:
             return maybe
-        surely = self.ready(True, group, clearance).judge()
+        surely = self.ready(True, group, clearance).test()
         return lambda q: maybe(q) and surely(q)
 
     def near(
@@ -316,7 +316,7 @@ class CollisionTables:
         :param reach: (k, n) motion of every joint [rad or m]; None for none.
         :param relative: (joints, joints, n) motion of what a joint carries against what
             another joint does [m/rad or m/m], 0 for the world.
-        :param exact: judge by the shapes themselves, not by hulls.
+        :param exact: check the shapes themselves, not by hulls.
         :param clearance: [m] that shall be left.
         :param poll: called now and then; raises what ends the request.
         """
@@ -325,7 +325,7 @@ class CollisionTables:
         if not count:
             return found
         stage = self.ready(exact, group, clearance)
-        hit = stage.judge()
+        hit = stage.test()
         weights = relative[self._joints[:, None], self._joints].reshape(count * count, -1).T
         kept = self._margins + clearance
         for begin in range(0, len(states), POLLED_STATES[exact]):

@@ -79,7 +79,7 @@ class AllowedCollisionMatrix:
         return self.with_pairs({sorted_pair(first, second): allowed})
 
     def with_pairs(self, pairs: Mapping[Pair, bool]) -> AllowedCollisionMatrix:
-        """Return a matrix in which several pairs are set; the names may stand in any order."""
+        """Return a matrix in which several pairs are set; the names may be in any order."""
         added = {sorted_pair(*pair): allowed for pair, allowed in pairs.items()}
         names = _united(self.names, (name for pair in added for name in pair))
         return AllowedCollisionMatrix({**self.pairs, **added}, self.defaults, names)

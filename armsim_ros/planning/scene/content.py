@@ -150,7 +150,7 @@ def link_of_frame(
     Return the link that a frame is fixed to, and its pose (4, 4) on that link.
 
     Links come first, then attached objects, then the world, then further frames; a subframe is
-    ``object/subframe``. What stands in the world is fixed to the root link; so is a further
+    ``object/subframe``. What is in the world is fixed to the root link; so is a further
     frame, at the place where it is in the content's robot state.
 
     :param frame: '' is the model frame; a leading slash is dropped.

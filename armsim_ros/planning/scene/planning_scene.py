@@ -211,7 +211,7 @@ class PlanningScene:
             self.set_state(self.kinematic_model.vector(positions, self._content.q))
 
     def set_frames(self, added: Mapping[str, FixedFrame]) -> None:
-        """Add or renew further frames; those that lead to no link are known to nobody."""
+        """Add or renew further frames; those that lead to no link are ignored."""
         with self._lock:
             known = MappingProxyType({**self._content.frames, **added})
             self._commit(replace(self._content, frames=known))

@@ -38,7 +38,7 @@ _DRAWS = 40
 @dataclass(slots=True)
 class _Tally:
     """
-    What is wrong with the states that were looked at.
+    What is wrong with the states that were checked.
 
     :param colliding: states (m,) that collide.
     :param off_goal: sentences about states outside the limits or the goal.

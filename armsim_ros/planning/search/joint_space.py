@@ -34,10 +34,10 @@ class JointSpace:
     A continuous joint is a real number within one turn and a half of the start, so that paths
     come out unwound.
 
-    :param validity: judges states and motions.
+    :param validity: checks states and motions.
     :param start: (m,) where the search begins [rad or m].
     :param step: largest motion of any point between two checks [m].
-    :param exact: judge on exact geometry, else on hulls.
+    :param exact: check on exact geometry, else on hulls.
     :param clearance: what motions keep from everything [m].
     """
 

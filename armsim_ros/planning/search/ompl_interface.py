@@ -125,7 +125,7 @@ def _information(space: JointSpace, checks: _Checks) -> Any:
 def _problem(information: Any, start: Vector, goals: Sequence[Vector]) -> Any:
     """Return an OMPL problem from a start to any of several goals."""
     def state(values: Vector) -> Any:
-        # The space's own allocState gives states that nobody frees.
+        # The space's own allocState gives states that are never freed.
         made = information.allocState()
         for k, value in enumerate(values.tolist()):
             made[k] = value

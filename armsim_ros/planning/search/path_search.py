@@ -54,7 +54,7 @@ class Stage:
     :param clearance: what motions keep from everything [m].
     :param step: largest motion of any point between two checks [m].
     :param fine_step: the same where the path that was found is checked [m].
-    :param most_motions: looked at before it gives up; None for no end but the budget's.
+    :param most_motions: checked before it gives up; None for no end but the budget's.
     :param straight: try the straight line only.
     """
 

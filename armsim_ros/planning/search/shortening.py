@@ -47,7 +47,7 @@ def shortened(
     chance seldom does.
 
     :param waypoints: (k, m) of a free path.
-    :param space: joins states, and judges motions between them.
+    :param space: joins states, and checks motions between them.
     :param stop: asked before every shortcut.
     :param failures: shortcuts in vain after which it ends where the path is hardly longer
         than the straight line; the longer it is, the more.

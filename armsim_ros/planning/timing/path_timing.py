@@ -114,9 +114,9 @@ def first_fault(
     Return where a motion leaves the free states; None for nowhere.
 
     :param motion: is followed between its points too.
-    :param step: largest motion [m] of any point between two looks at path constraints.
+    :param step: largest motion [m] of any point between two checks of path constraints.
     :param clearance: [m] that shall be left to everything.
-    :param since: time [s] before which nothing is looked at.
+    :param since: time [s] before which nothing is checked.
     """
     t = _blocked_at(motion, validity, step, clearance, since)
     if t is None:

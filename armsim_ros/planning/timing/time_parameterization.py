@@ -149,7 +149,7 @@ POINTS = 400
 """Points of a motion up to which the short spacing holds."""
 
 LONGEST = 3600.0
-"""A motion that lasts longer [s] is taken for a mistake."""
+"""A motion that lasts longer [s] is treated as an error."""
 
 _PANELS = 6
 _BLEND_STAGES = 6

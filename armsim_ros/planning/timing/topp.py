@@ -4,7 +4,7 @@
 TOPP-RA on a path of pieces.
 
 Kept apart because importing toppra takes time. Most of it would be that of plots and of splines
-through waypoints, which nobody needs here.
+through waypoints, which is not needed here.
 """
 
 from __future__ import annotations

@@ -13,7 +13,7 @@ from armsim_ros.sim.physics.compiler import model_from_bytes
 
 class PlantCopy:
     """
-    A plant that stands still until a snapshot is shown.
+    A plant that does not move until a snapshot is shown.
 
     :param content: its ``MjModel`` as bytes.
     """

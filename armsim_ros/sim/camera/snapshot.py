@@ -12,7 +12,7 @@ _HEAD = struct.Struct('<Hq')
 
 class Snapshot(NamedTuple):
     """
-    What stands where at a time.
+    The poses of all bodies at a time.
 
     :param camera: number of the camera that is to show it.
     :param time_ns: simulated time [ns].

@@ -118,7 +118,7 @@ class InverseDynamics:
         self, position: Matrix, velocity: Matrix, acceleration: Matrix, stride: int
     ) -> tuple[Matrix, Matrix]:
         """
-        Return what ``torques`` does, the dynamics looked at only at every so many steps.
+        Return what ``torques`` does, the dynamics computed only at every so many steps.
 
         Between them the matrix of inertia, and the torques without acceleration, are linear.
 

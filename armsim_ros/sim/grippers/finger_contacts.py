@@ -51,7 +51,7 @@ class FingerContact:
 
 class FingerContacts:
     """
-    Looks at the fingers of grippers; only in the thread that ticks.
+    Checks the fingers of grippers; only in the thread that ticks.
 
     :param simulation: has them.
     :param grippers: theirs.

@@ -17,13 +17,13 @@ from armsim_ros.sim.physics.plant import Plant
 from armsim_ros.sim.physics.saved_state import Restorable
 from armsim_ros.sim.world.world_scene import WorldScene
 
-#: Simulated time between two looks at a cup that is on [ns].
+#: Simulated time between checks of a cup that is on [ns].
 LOOK_NS = 2_000_000
 #: Nearer than this is a touch [m].
 TOUCH = 5e-4
-#: A surface that lies askew on the link is as near as this to the rim: the cup gives way [m].
+#: A surface that lies askew on the link is as near as this to the rim: the cup yields [m].
 LIP = 5e-3
-#: Lines that are kept for who asks.
+#: Lines that are kept for callers.
 KEPT_LOSSES = 100
 #: Acceleration with which a free object is pulled, over gravity [m/s^2].
 PULL = 4.0
@@ -51,7 +51,7 @@ class VacuumGripper(Restorable):
         self.name, self.settings = name, settings
         self.on = False
         self.losses: deque[str] = deque(maxlen=KEPT_LOSSES)
-        """A line for each object that was torn off, until somebody takes it."""
+        """A line for each object that was torn off, until it is taken."""
         self._plant, self._world = plant, world
         self._held = self._pulled = ''
         self._over_ns = 0

@@ -18,7 +18,7 @@ _NAME = 'world.mjb'
 
 def compile_model(spec: Any) -> Any:
     """
-    Return the ``MjModel`` of a specification; nobody may edit it meanwhile.
+    Return the ``MjModel`` of a specification; it must not be edited meanwhile.
 
     MuJoCo's Python call keeps the interpreter to itself for all of the compilation. This call
     calls the same function of the C library by ctypes, which lets the others run, and takes the

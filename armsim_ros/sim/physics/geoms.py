@@ -32,7 +32,7 @@ from armsim_ros.model.transforms import (
 WORLD_GROUP, VISUAL_GROUP, COLLISION_GROUP = 0, 2, 3
 #: Robot and objects touch each other; MuJoCo wants bits for it.
 TOUCHING, SEEN_ONLY = {'contype': 1, 'conaffinity': 1}, {'contype': 0, 'conaffinity': 0}
-#: Corners of the circle that stands for a cone's base.
+#: Corners of the circle that represents a cone's base.
 CONE_CORNERS = 24
 #: Half size of a plane as it is drawn [m]; its contact has no end.
 PLANE_HALF_SIZE = 10.0

@@ -245,7 +245,7 @@ def build_plant(
     """
     Return the specification of a robot in its world.
 
-    :param objects: what stands around the robot.
+    :param objects: what is around the robot.
     :param ground: its floor and gravity.
     """
     plant = PlantSpec(model, settings)

@@ -89,7 +89,7 @@ class Plant:
         self._bind_bounds()
 
     def drive(self, inputs: Vector) -> None:
-        """Give the drives' actuators their inputs (m,); they stand until others come."""
+        """Give the drives' actuators their inputs (m,); they hold until replaced."""
         self._given[:] = inputs
         self._inputs[:] = inputs
 
@@ -125,7 +125,7 @@ class Plant:
 
         :param inputs: (k * steps, m) of the drives [N*m or N].
         :param tunings: first row of a control period -> damping (m,) from it on, see ``tune``.
-        :param steps: in a control period; whether to go on is looked at before each of them.
+        :param steps: in a control period; whether to go on is checked before each of them.
         :param expected: (k, n) where the joints should be then [rad or m].
         :param weights: (n,) 1 by how far from it they may be, see ``UpdatePlan``.
         :returns: as ``step``.
@@ -284,7 +284,7 @@ class Plant:
         """
         Return the smallest and largest corner of what bodies consist of, (3,) each [m].
 
-        :param bodies: what is looked at; planes, which have no end, are left out.
+        :param bodies: which are measured; planes, which have no end, are left out.
         :param frame: the body in whose axes.
         """
         model, data = self.model, self.data

@@ -257,7 +257,7 @@ class Entities:
         return Category.OBJECT if free else Category.STATIC_OBJECT
 
     def _link(self, name: str) -> str | None:
-        """Return the link that a robot's name, or ``robot/link``, stands for."""
+        """Return the link that a robot's name, or ``robot/link``, refers to."""
         robot = self._robots.get(name)
         if robot is not None:
             return robot.root_link

@@ -29,7 +29,7 @@ from armsim_ros.sim.physics.plant import Plant
 LEAST_OVERLAP = 1e-3
 #: Meshes nearer than this are not apart [m].
 LEAST_GAP = 1e-4
-#: Random states that are looked at.
+#: Random states that are checked.
 STATES = 400
 #: The body that has the floor.
 FLOOR_BODY = 'world'
@@ -83,7 +83,7 @@ class _Resolver:
         self._parts: dict[str, int] = {}
 
     def at_the_start(self) -> list[str]:
-        """Look at all that overlaps now, the robot's world included."""
+        """Check all that overlaps now, the robot's world included."""
         mujoco.mj_forward(self._plant.model, self._plant.data)
         before = self._overlaps(self._plant.data)
         self._decompose(body for pair in before for body in pair)
@@ -96,7 +96,7 @@ class _Resolver:
         return lines + [_line(pair, depth, pair in inseparable) for pair, depth in found.items()]
 
     def in_named_states(self, start: Vector) -> list[str]:
-        """Look at the named states; the other joints are at the start (n,)."""
+        """Check the named states; the other joints are at the start (n,)."""
         states, names = [], []
         for group, named in self._model.semantic.named_states.items():
             for name, values in named.items():
@@ -113,7 +113,7 @@ class _Resolver:
                 else self._parts_line(overlap) for overlap in before]
 
     def elsewhere(self) -> list[str]:
-        """Look at random states; what was found is kept by the content of the robot."""
+        """Check random states; what was found is kept by the content of the robot."""
         def search(_: bytes) -> Arrays:
             lower, upper = np.array([self._range(name) for name in self._plant.joint_names]).T
             random = np.random.default_rng(0).uniform(lower, upper, (STATES, len(lower)))

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What somebody has to be told who knows the world as it was some time ago."""
+"""Differences of the world since an earlier snapshot."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ class WorldWatch:
     """
     Takes snapshots of a world; only in the thread that ticks.
 
-    :param world: is looked at.
+    :param world: is read.
     :param grippers: may hold objects.
     :param fingers: returns what fingers hold: object -> gripper.
     """
@@ -140,7 +140,7 @@ class WorldMirror:
 
         Where an object is that a link holds, is known by the link, from where it was exactly.
 
-        :param whole: tell of all objects, because somebody new listens.
+        :param whole: report all objects, for a new subscriber.
         """
         whole = whole or now.epoch != self._epoch
         self._epoch = now.epoch

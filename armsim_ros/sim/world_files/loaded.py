@@ -30,7 +30,7 @@ class ResourceFaultError(SimulationError):
     """
     A file or text of a world cannot be used.
 
-    :param fault: what kind of mistake it is.
+    :param fault: the kind of error.
     :param text: what is wrong, where, and what is allowed.
     """
 
@@ -43,7 +43,7 @@ class Unused:
     """
     Collects what of a file has no effect here, each once.
 
-    :ivar remarks: what the file leaves out and a default stands for, with its place.
+    :ivar remarks: what the file leaves to a default, with its place.
     """
 
     def __init__(self) -> None:
@@ -67,7 +67,7 @@ class LoadedObject:
 
     :param thing: the object; its pose is what the file says.
     :param unused: what of the file has no effect here, a line each.
-    :param remarks: what the file leaves out and a default stands for, a line each.
+    :param remarks: what the file leaves to a default, a line each.
     """
 
     thing: WorldObject
@@ -83,7 +83,7 @@ class LoadedWorld:
     :param floor: height of the floor [m]; None where there is none.
     :param unused: what of the file has no effect here, a line each.
     :param gravity: [m/s^2]; None where the world does not say, and ``simulation.yaml`` does.
-    :param remarks: what the file leaves out and a default stands for, a line each.
+    :param remarks: what the file leaves to a default, a line each.
     """
 
     name: str

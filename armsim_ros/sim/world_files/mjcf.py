@@ -95,7 +95,7 @@ def _is_level(part: LinkGeometry) -> bool:
 
 
 class _Reader:
-    """Takes a compiled model apart; it stands in its first pose."""
+    """Takes a compiled model apart; it is in its first pose."""
 
     def __init__(self, model: Any, unused: Unused) -> None:
         self._model, self._unused = model, unused

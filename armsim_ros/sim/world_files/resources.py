@@ -36,7 +36,7 @@ SCHEME = 'armsim://'
 FORMATS = ('sdf', 'urdf', 'mjcf', 'yaml')
 #: Endings of files that hold worlds.
 WORLD_ENDINGS = ('.yaml', '.yml', '.sdf', '.world', '.xml', '.mjcf')
-#: Files of a folder that are looked at at most.
+#: Files of a folder that are searched at most.
 MOST_FILES = 1000
 
 _ROOTS = {'sdf': 'sdf', 'model': 'sdf', 'robot': 'urdf', 'mujoco': 'mjcf'}
@@ -54,7 +54,7 @@ class WorldResources:
     user's; nothing else, and nothing from a network.
 
     :param folders: the user's ``resource_paths``.
-    :param packages: where packages are looked for.
+    :param packages: where packages are searched.
     """
 
     def __init__(self, folders: Iterable[Path] = (), packages: Packages | None = None) -> None:
@@ -101,7 +101,7 @@ class WorldResources:
         """
         Return the worlds that there are: name -> file.
 
-        :param more: further folders to look at, which must be allowed.
+        :param more: further folders to search, which must be allowed.
         :raises ResourceError: a folder of ``more`` is not there or not allowed.
         """
         for folder in more:
@@ -124,7 +124,7 @@ class WorldResources:
             try:
                 world = self.world(name, '')
             except ResourceFaultError:
-                continue  # whoever loads it hears why it cannot be read
+                continue  # loading it reports why it cannot be read
             found.update((f'{SCHEME}{name}/{thing.name}', LoadedObject(thing))
                          for thing in world.things)
         return found
@@ -268,9 +268,9 @@ def _checked(kind: type[AnySettings], text: str, name: str) -> AnySettings:
         settings = read_settings(kind, node, problems, title='world', tolerant=False)
     except ConfigError as error:
         raise ResourceFaultError(Fault.RESOURCE_PARSE_ERROR, str(error)) from None
-    mistakes = [str(problem) for problem in problems if problem.severity is Severity.ERROR]
-    if settings is None or mistakes:
-        raise ResourceFaultError(Fault.RESOURCE_PARSE_ERROR, '; '.join(mistakes))
+    errors = [str(problem) for problem in problems if problem.severity is Severity.ERROR]
+    if settings is None or errors:
+        raise ResourceFaultError(Fault.RESOURCE_PARSE_ERROR, '; '.join(errors))
     return settings
 
 

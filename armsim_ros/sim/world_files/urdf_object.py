@@ -22,7 +22,7 @@ MeshReader = Callable[[str, tuple[float, float, float]], Mesh]
 
 def urdf_object(text: str, file: str, read_mesh: MeshReader) -> LoadedObject:
     """
-    Return a URDF as an object that moves freely; its joints stand at 0 and do not move.
+    Return a URDF as an object that moves freely; its joints are fixed at 0.
 
     :raises ResourceFaultError: the text is wrong; with its line.
     """

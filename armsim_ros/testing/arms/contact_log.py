@@ -14,7 +14,7 @@ Pair = tuple[str, str]
 
 class ContactLog:
     """
-    Looks at the contacts of a simulation now and then, and keeps what has begun to touch.
+    Samples the contacts of a simulation, and keeps what has begun to touch.
 
     Pairs that touch when the log is begun are at rest on each other and left out.
 

@@ -25,7 +25,7 @@ from armsim_ros.stack import ArmSim
 from armsim_ros.testing.arms.arm import Arm, BUILT_WITHOUT_FAULTS, Points, Target, Touch
 from armsim_ros.testing.arms.contact_log import ContactLog
 
-#: Time between two looks at the contacts [ns]; a touch of stiff bodies lasts several times that.
+#: Time between samples of the contacts [ns]; a touch of stiff bodies lasts several times that.
 LOOK_NS = 2_000_000
 #: A suction cup is waited for so long [s], and fingers without a gripper controller move so long.
 SUCTION, FINGERS_MOVE = 2.0, 1.0

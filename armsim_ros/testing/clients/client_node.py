@@ -34,7 +34,7 @@ FIND_BACK = 0.2
 Time [s] for a server to find a new client.
 
 Fast DDS drops an answer where the server has not found its reader 0.1 s after the request, as
-happens where the server does not get to run; nobody can see from the client's side when it has.
+happens where the server does not get to run; the client cannot detect when it has.
 """
 
 

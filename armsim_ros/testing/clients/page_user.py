@@ -53,9 +53,9 @@ class PageUser:
 
     def __init__(self, tab: Any, address: str) -> None:
         self.tab, self.address = tab, address
-        self.mistakes: list[str] = []
+        self.page_errors: list[str] = []
         """What went wrong in the browser's own programs."""
-        tab.on('pageerror', lambda error: self.mistakes.append(str(error)))
+        tab.on('pageerror', lambda error: self.page_errors.append(str(error)))
 
     def open(self) -> None:
         """Load the page and wait until the robot is there and can be moved."""
@@ -172,7 +172,7 @@ class PageUser:
         raise AssertionError('the scene never looked as it should')
 
     def resting_picture(self) -> Picture:
-        """Return the scene once it stands still."""
+        """Return the scene once it is still."""
         pictures = [self.picture()]
 
         def same(now: Picture) -> bool:

@@ -12,7 +12,7 @@ from rclpy.action import ActionClient
 
 class PatientActionClient(ActionClient):
     """
-    rclpy's action client, which notes a request before it looks at the answer.
+    rclpy's action client, which notes a request before it reads the answer.
 
     rclpy 7.1 drops an answer that its executor takes before the sending thread has noted the
     request (later versions hold a lock).
@@ -36,7 +36,7 @@ class PatientActionClient(ActionClient):
             return super()._get_result_async(goal_handle)  # type: ignore[no-untyped-call] # rclpy's
 
     async def execute(self, taken_data: Any) -> None:
-        """Take answers once nobody is about to note a request."""
+        """Take answers once no request is about to be recorded."""
         with self._sending:
             pass
         await super().execute(taken_data)  # type: ignore[no-untyped-call] # rclpy's

@@ -3,7 +3,7 @@
 """
 Topics and services that fail on purpose on their way.
 
-A relay stands between a running stack and a node under test, which is started with the relayed
+A relay is between a running stack and a node under test, which is started with the relayed
 name in place of the original: ``--ros-args -r /clock:=/jumping_clock``.
 """
 

@@ -25,12 +25,12 @@ SHOWN_EVENTS = 12
 
 @contextmanager
 def users_mistakes_told() -> Iterator[None]:
-    """End a test with the sentence of a user's mistake, without a traceback of ours."""
+    """End a test with the sentence of a user's error, without a traceback of ours."""
     __tracebackhide__ = True
     try:
         yield
-    except (ArmsimError, pytest.UsageError) as mistake:
-        reason = str(mistake)
+    except (ArmsimError, pytest.UsageError) as error:
+        reason = str(error)
     else:
         return
     pytest.fail(reason, pytrace=False)

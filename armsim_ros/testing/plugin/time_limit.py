@@ -19,7 +19,7 @@ def wall_time_limit(seconds: float, arm: Arm) -> Iterator[None]:
     """
     Raise an AssertionError with the arm's state in the test when the time is over.
 
-    Works in the main thread, where tests run. An alarm that somebody else has set, such as
+    Works in the main thread, where tests run. An alarm that was set elsewhere, such as
     pytest-timeout, is left alone and replaces this limit.
 
     :param seconds: [s].

@@ -77,7 +77,7 @@ class Program:
 
         :param pattern: regular expression, searched in the line.
         :param timeout: [s].
-        :param after: so many lines from the start are not looked at.
+        :param after: so many lines from the start are ignored.
         :raises AssertionError: the program ended or the time is over; the text shows the output.
         """
         expression = re.compile(pattern)

@@ -44,7 +44,7 @@ class StartedStack:
         """Note what a reset does not take back."""
         self.robot = robot
         self._manager = f'{robot.namespace}/controller_manager'
-        # At once: whoever connects to a service waits until its server has noticed.
+        # At once: clients that connect to a service wait until its server has noticed.
         robot.client.connect({
             **_SERVICES, f'{self._manager}/list_controllers': ListControllers,
             **_parameter_services(self._manager, '/move_group')})

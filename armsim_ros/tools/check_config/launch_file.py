@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""ROS 1 launch files: what stands in for each of their lines."""
+"""ROS 1 launch files: what replaces each of their lines."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from armsim_ros.tools.check_config.spawn_model import answer_spawn_model
 _READ_HERE = 'its settings are read from the YAML files of the robot'
 _MOVE_GROUP = 'bringup starts move_group'
 
-#: Launch file that is included, by its name -> what stands in for it.
+#: Launch file that is included, by its name -> its replacement.
 INCLUDED: dict[str, str] = {
     'empty_world.launch': 'bringup starts the simulation, with a floor or world:=NAME|FILE',
     'move_group.launch': _MOVE_GROUP,
@@ -30,7 +30,7 @@ INCLUDED: dict[str, str] = {
     'sensor_manager.launch.xml': 'no octomap is built',
 }
 
-#: (package, type) of a node -> what stands in for it; '' stands for any type.
+#: (package, type) of a node -> its replacement; '' is any type.
 NODES: dict[tuple[str, str], str] = {
     ('robot_state_publisher', ''): 'the simulation publishes /tf and /robot_description',
     ('joint_state_publisher', ''):
@@ -46,7 +46,7 @@ NODES: dict[tuple[str, str], str] = {
         'start it as before: ros2 run tf2_ros static_transform_publisher',
 }
 
-#: Start of a parameter's name -> what stands in for it.
+#: Start of a parameter's name -> its replacement.
 PARAMETERS: dict[str, str] = {
     'robot_description_semantic': "the robot's SRDF file is read, or srdf:=FILE",
     'robot_description': "the robot's URDF or xacro file is read, or urdf:=FILE",
@@ -143,7 +143,7 @@ class _LaunchFile:
     def _parameter(self, element: XmlElement) -> Iterator[Problem]:
         name = element.get('name').strip('/')
         found = [text for start, text in PARAMETERS.items() if name.startswith(start)]
-        answer = found[0] if found else 'parameters stand in the YAML files of the robot'
+        answer = found[0] if found else 'parameters are in the YAML files of the robot'
         block, _, key = name.partition('/')
         value = element.get('value')
         if block == 'trajectory_execution' and key and value and not value.startswith('$('):

@@ -23,7 +23,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     Check a robot's folder, or single files.
 
     :param argv: the words after the program's name; those of this process where None.
-    :returns: 0 where all is well, 1 for warnings, 2 for mistakes.
+    :returns: 0 where all is well, 1 for warnings, 2 for errors.
     """
     words, _ = split_ros_args(sys.argv[1:] if argv is None else argv)
     launch_words = [word for word in words
@@ -63,10 +63,10 @@ def main(argv: Sequence[str] | None = None) -> int:
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog='check_config',
-        description="Read a robot's files, start nothing, and tell every mistake with file and "
+        description="Read a robot's files, start nothing, and report every error with file and "
                     'line, what each key does here, and which controllers move which planning '
                     'group.',
-        epilog='exit status: 0 all is well, 1 warnings, 2 mistakes')
+        epilog='exit status: 0 all is well, 1 warnings, 2 errors')
     parser.add_argument('targets', nargs='*', metavar='DIR|NAME|FILE',
                         help="a robot's folder or name, or single YAML, launch and URDF files")
     for entry in argument_table():
@@ -76,7 +76,7 @@ def _parser() -> argparse.ArgumentParser:
         if isinstance(entry.default, bool):
             option.nargs, option.const = '?', 'true'
     parser.add_argument('--strict', action='store_true',
-                        help='take for a mistake what the original stack silently ignores')
+                        help='treat as an error what upstream silently ignores')
     parser.add_argument('--keys', action='store_true',
                         help='list every key with what it does here')
     parser.add_argument('--schema', type=Path, metavar='DIR',

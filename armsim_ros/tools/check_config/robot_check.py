@@ -46,7 +46,7 @@ class RobotCheck:
     """
     What was found in a robot's files.
 
-    :param problems: mistakes, warnings and remarks.
+    :param problems: errors, warnings and remarks.
     :param settings: of the robot, or of the cell; None where the files could not be found.
     :param model: None where the URDF gives none.
     :param robots: settings of the robots of a cell, as their own files say, each folder once.
@@ -68,7 +68,7 @@ def check_robot(robot: str, *, strict: bool = False, **options: Unpack[SurveyOpt
     Check a robot's folder, or that of a cell and those of its robots.
 
     :param robot: a name under ``config/``, or a path to a folder.
-    :param strict: whether what the original stack silently ignores is a mistake.
+    :param strict: whether what upstream silently ignores is an error.
     :param options: those of :func:`survey_cell`.
     """
     try:
@@ -85,7 +85,7 @@ def check_robot(robot: str, *, strict: bool = False, **options: Unpack[SurveyOpt
         names = [controller.name for controller in part.controllers]
         read = [file.name for file in part.files]
         for file in launch_files(part.folder):
-            # bringup reads none, so a mistake there stops nothing
+            # bringup reads none, so an error there stops nothing
             found += [replace(each, severity=Severity.WARNING)
                       if each.severity is Severity.ERROR else each
                       for each in _check_launch_file(file, names, read)]

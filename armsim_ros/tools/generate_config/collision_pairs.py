@@ -40,7 +40,7 @@ class SampledPairs:
 
     :param disabled: pair -> reason, in the order of the links.
     :param checked: pairs that stay checked -> how many of the states had them touch or near.
-    :param states: how many states were looked at.
+    :param states: how many states were checked.
     """
 
     disabled: dict[Pair, str]
@@ -53,7 +53,7 @@ def sample_pairs(robot: RobotModel, *, states: int, seed: int = 0,
     """
     Find the pairs that need no check.
 
-    :param states: how many random states to look at, at least ``COUNTED_STATES``.
+    :param states: how many random states to check, at least ``COUNTED_STATES``.
     :param seed: of the random numbers.
     :param progress: is told how many states are done, now and then.
     """

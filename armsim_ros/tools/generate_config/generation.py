@@ -35,14 +35,14 @@ def generate_config(urdf: Path, target: Path, *, states: int = USUAL_STATES, see
 
     :param urdf: URDF or xacro file.
     :param target: folder for the files; none of them may be there yet.
-    :param states: random states in which collisions are looked for.
+    :param states: random states that are checked for collisions.
     :param seed: of the random numbers; the same gives the same files.
     :param copy: copy the URDF in place of a link to it.
     :param arguments: arguments of the URDF's xacro.
-    :param packages_path: where packages are looked for first.
+    :param packages_path: folders that are searched first for packages.
     :param progress: is told how many states are done.
     :returns: what was found, line by line.
-    :raises ConfigError: the URDF has mistakes, has no movable joint, or files are there already.
+    :raises ConfigError: the URDF has errors, has no movable joint, or files are there already.
     """
     robot = read_urdf(urdf, arguments, packages_path)
     groups = find_groups(robot)
@@ -66,8 +66,8 @@ def read_urdf(urdf: Path, arguments: Mapping[str, str] | None = None,
     Return the model of a URDF alone.
 
     :param arguments: arguments of its xacro.
-    :param packages_path: where packages are looked for first.
-    :raises ConfigError: with every mistake in it.
+    :param packages_path: folders that are searched first for packages.
+    :raises ConfigError: with every error in it.
     """
     if not urdf.is_file():
         raise ConfigError(Problem(f"urdf '{urdf}' is no file"))
@@ -76,9 +76,9 @@ def read_urdf(urdf: Path, arguments: Mapping[str, str] | None = None,
         arguments=dict(arguments or {}),
     ).with_source(empty_node(), Packages(packages_path))
     robot, found = survey_robot_model(settings)
-    mistakes = [problem for problem in found if problem.severity is Severity.ERROR]
-    if mistakes or robot is None:
-        raise ConfigError(mistakes)
+    errors = [problem for problem in found if problem.severity is Severity.ERROR]
+    if errors or robot is None:
+        raise ConfigError(errors)
     return robot
 
 

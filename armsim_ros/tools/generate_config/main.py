@@ -19,8 +19,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     Write a first set of files for a URDF, and check it.
 
     :param argv: the words after the program's name; those of this process where None.
-    :returns: as check_config says of the new files: 0, 1 with warnings, 2 with mistakes.
-    :raises ConfigError: the URDF has mistakes, or the files are there already.
+    :returns: check_config's status for the new files: 0, 1 with warnings, 2 with errors.
+    :raises ConfigError: the URDF has errors, or the files are there already.
     """
     words, _ = split_ros_args(sys.argv[1:] if argv is None else argv)
     words, arguments = part_words(words, _parser())
@@ -56,9 +56,9 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument('--to', type=Path, metavar='DIR',
                         help="folder for the files; without it a folder with the URDF's name")
     parser.add_argument('--packages-path', type=split_path, default=(), metavar='DIR:...',
-                        help='folders in which packages are looked for first')
+                        help='folders that are searched first for packages')
     parser.add_argument('--states', type=int, default=10_000, metavar='N',
-                        help='random states in which collisions are looked for (%(default)s)')
+                        help='random states that are checked for collisions (%(default)s)')
     parser.add_argument('--seed', type=int, default=0, help='of the random numbers (%(default)s)')
     parser.add_argument('--copy', action='store_true',
                         help='copy the URDF in place of a link to it')

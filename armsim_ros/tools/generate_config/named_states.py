@@ -65,7 +65,7 @@ class _Room:
         depth = {robot.root_link: 0}
         for joint in robot.joints.values():
             depth[joint.child] = depth[joint.parent] + int(joint.movable)
-        # The first moving link only turns on its base, which stands on the floor.
+        # The first moving link only turns on its base, which is on the floor.
         self._corners = [
             (name, np.vstack([corner_points(item.geometry, item.origin)
                               for item in link.collisions]))

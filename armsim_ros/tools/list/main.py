@@ -46,5 +46,5 @@ def _parser() -> argparse.ArgumentParser:
         description='List the robots that bringup finds: those of this package, the MoveIt '
                     'packages of the workspace around the working folder, the installed ones.')
     parser.add_argument('--packages-path', type=split_path, default=(), metavar='DIR:...',
-                        help='folders in which packages are looked for, too')
+                        help='folders that are searched for packages, too')
     return parser

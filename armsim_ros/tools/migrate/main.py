@@ -20,7 +20,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
     :param argv: the words after the program's name; those of this process where None.
     :returns: 0.
-    :raises ConfigError: the robot's files have mistakes.
+    :raises ConfigError: the robot's files have errors.
     """
     words, _ = split_ros_args(sys.argv[1:] if argv is None else argv)
     options = _parser().parse_args(argparse_words(words))

@@ -28,7 +28,7 @@ def migrate(robot: str, target: Path) -> list[str]:
     :param robot: a name under ``config/``, or a path to a folder.
     :param target: a folder that does not exist, or is empty.
     :returns: the report; it is in the folder too.
-    :raises ConfigError: the robot's files have mistakes, or the folder is not empty.
+    :raises ConfigError: the robot's files have errors, or the folder is not empty.
     """
     before = load_robot_settings(robot)
     if target.is_file() or (target.is_dir() and any(target.iterdir())):

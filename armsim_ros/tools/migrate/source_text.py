@@ -45,7 +45,7 @@ class SourceText:
         :param column: of its keys in the new text, from 0.
         :param edits: values to replace.
         :param dropped: keys whose lines are left out; their comments stay.
-        :returns: None where its keys do not stand on lines of their own.
+        :returns: None where its keys are not on separate lines.
         """
         if self._has_aliases or not self.has_own_lines(node):
             return None
@@ -87,7 +87,7 @@ class SourceText:
         return [text for number in left for text in self._comments(number, number + 1)]
 
     def _measure(self, node: YamlNode, first: int, end: int) -> None:
-        """Note where each block ends; an alias stands for lines that lie elsewhere."""
+        """Record where each block ends; an alias refers to lines elsewhere."""
         inner = [*node.entries.values(), *node.items]
         if not inner:
             return
@@ -122,7 +122,7 @@ class SourceText:
         if not line.strip():
             return ''
         head, rest = line[:old], line[old:]
-        if head.strip(' -'):  # a comment that stands further left
+        if head.strip(' -'):  # a comment further left
             return ' ' * new + line.lstrip()
         return ' ' * new + rest if rest else ' ' * new + line.lstrip()
 

@@ -247,7 +247,7 @@ def test_a_missing_package_of_meshes_is_told_once(small_package):
     found = [text for text in said(survey(small_package)) if 'geometry' in text]
     assert len(found) == 1
     assert found[0].startswith('the links base, upper, lower have no collision geometry: '
-                               "package 'lost' is not found; looked at: ")
+                               "package 'lost' is not found; searched: ")
     strict = survey_cell(str(small_package.folder), strict=True)
     assert any(one.strict for one in strict.problems)
 

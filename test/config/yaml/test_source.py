@@ -57,7 +57,7 @@ def test_merge_keys_and_aliases():
     ('a: 1\n---\nb: 2\n', 'f.yaml:2:1: a second document begins here'),
     ('a: [1, 2\nb: 3\n', 'f.yaml:1:4: the bracket that opens here is not closed'),
     ('a: "x\nb: 3\n', 'f.yaml:1:4: the quote that opens here is not closed'),
-    ('a: &x [*x]\n', "f.yaml:1:8: '*x' is inside what it stands for"),
+    ('a: &x [*x]\n', "f.yaml:1:8: '*x' is inside its own value"),
     ('a: *gone\n', "f.yaml:1:4: '*gone' has no anchor"),
     ('a: !!python/object:os.system x\n', "f.yaml:1:4: the tag 'tag:yaml.org,2002:python/object"),
     ('a: deg(x)\n', "f.yaml:1:4: 'x' is no angle"),

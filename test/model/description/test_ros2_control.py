@@ -143,7 +143,7 @@ def test_a_joint_that_follows_has_no_command_interface(following):
                            joint('grip', 'position'))
     _, manager, problems = start(following)
     assert 'grip/position' not in [one.name for one in manager.list_hardware_interfaces()[0]]
-    assert any("joint 'grip' follows another one" in text for text in said(problems))
+    assert any("joint 'grip' follows another joint" in text for text in said(problems))
 
 
 def test_a_joint_that_follows_can_be_freed(following):

@@ -34,7 +34,7 @@ def remove(*names):
 BROKEN = {
     'no description package': (
         lambda package: shutil.rmtree(package.description),
-        ["small.urdf.xacro: package 'small_description' is not found; looked at: ",
+        ["small.urdf.xacro: package 'small_description' is not found; searched: ",
          'clone it into src/']),
     'no URDF': (remove('config/small.urdf.xacro'), [NO_URDF]),
     'no files': (remove('config/small.urdf.xacro', 'config/small.srdf',

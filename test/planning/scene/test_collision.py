@@ -292,14 +292,14 @@ def test_shapes_about_nearly_one_centre_touch(mesh_kinematics, offset):
 def test_a_judge_holds_until_something_else_is_asked(scene):
     """It is the same one for the same question, and knows edits and other clearances."""
     checker = CollisionChecker(scene)
-    judge = checker.judge('arm', 0.02)
-    assert checker.judge('arm', 0.02) is judge
-    assert not judge(scene.q)
+    test = checker.test('arm', 0.02)
+    assert checker.test('arm', 0.02) is test
+    assert not test(scene.q)
     scene.apply_object(thing('near', Sphere(0.1), (0.6, 0.135, 0.0)))
-    assert checker.judge('arm', 0.02)(scene.q)
-    assert not checker.judge('arm', 0.0)(scene.q)
+    assert checker.test('arm', 0.02)(scene.q)
+    assert not checker.test('arm', 0.0)(scene.q)
     assert checker.distance(scene.q) == pytest.approx(0.01, abs=1e-6)
-    assert checker.judge('arm', 0.02)(scene.q)
+    assert checker.test('arm', 0.02)(scene.q)
 
 
 def test_checker_outlives_everything_that_was_given_to_it(make_robot):

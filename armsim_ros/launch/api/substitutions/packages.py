@@ -33,7 +33,7 @@ class FindPackage(Substitution):
         Return the folder.
 
         Of a package that is nowhere it is a path that does not exist: many a path is handed on
-        and never opened. Whoever opens it says so.
+        and never opened. Opening it reports this.
         """
         package = perform_substitutions(context, self.package)
         try:

@@ -42,7 +42,7 @@ class PathWatch:
             name for robot in context.robots if not robot & joints for name in robot
         )
         self._seen = self._versions()
-        self._stood = self._stand()
+        self._checked = self._positions()
         self._pending: Future | None = None
 
     def invalid(self, elapsed: float) -> str:
@@ -60,10 +60,11 @@ class PathWatch:
             self._pending = None
             if sentence:
                 return sentence
-        versions, stand = self._versions(), self._stand()
-        moved = any(abs(now - old) > MOVED for now, old in zip(stand, self._stood, strict=True))
+        versions, positions = self._versions(), self._positions()
+        moved = any(abs(now - old) > MOVED
+                    for now, old in zip(positions, self._checked, strict=True))
         if moved or versions != self._seen:
-            self._seen, self._stood = versions, stand
+            self._seen, self._checked = versions, positions
             context, scene = self._context, self._context.scene.snapshot()
             self._pending = context.queries.submit(
                 lambda: context.query_planner.path_fault(
@@ -72,7 +73,7 @@ class PathWatch:
             )
         return ''
 
-    def _stand(self) -> list[float]:
+    def _positions(self) -> list[float]:
         """Return the joint positions of other robots [rad or m]."""
         positions = self._context.states.positions
         return [positions.get(name, 0.0) for name in self._others]

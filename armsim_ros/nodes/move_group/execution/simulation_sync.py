@@ -31,7 +31,7 @@ class SimulationSync:
         """
         Return the simulation's time [ns]; the joint states of it are on their way.
 
-        :raises PlanningError: nobody answers.
+        :raises PlanningError: no answer.
         """
         clock, ticker = self._context.clock, self._context.ticker
         deadline = clock() + ANSWER_TIMEOUT

@@ -32,7 +32,7 @@ class _Turn:
     """
     A trajectory that is running or waiting.
 
-    :param controllers: names of those that it needs; none where nobody can run it.
+    :param controllers: names of those that it needs; empty where none can run it.
     :param begin_ns: when it began to run [ns].
     """
 
@@ -67,7 +67,7 @@ class TrajectoryExecutionManager:
         return bool(self._running)
 
     def stop(self) -> bool:
-        """Stop all motion, whoever asked for it; False if nothing moves."""
+        """Stop all motion of any client; False if nothing moves."""
         self._stops += 1
         for turn in self._running:
             turn.execution.stop()

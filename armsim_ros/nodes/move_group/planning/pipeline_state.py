@@ -22,7 +22,7 @@ class PipelineStates:
     Publishes the stages of a plan: an empty stage when it begins, all others when it is complete.
 
     The planner answers once, with the stage that refused the request, so all that it passed are
-    told together. Nothing is made while nobody listens.
+    published together. Nothing is composed without subscribers.
 
     :param settings: the pipeline's adapters and the topic's name; '' publishes nothing.
     """

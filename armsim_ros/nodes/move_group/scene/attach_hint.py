@@ -11,7 +11,7 @@ from armsim_ros.planning.scene.objects import AttachedObject
 
 class AttachHint:
     """
-    Looks at every object that is attached without touch_links.
+    Checks every object that is attached without touch_links.
 
     Nothing is exempted silently: the object counts as touching until the client says otherwise.
 

@@ -40,13 +40,13 @@ class StateMonitor:
     is as old as its oldest joint, passive ones aside. A message without a stamp counts with the
     time of its arrival.
 
-    Messages wake nobody: they are read before each callback of the executor, so that whoever
+    Messages wake no thread: they are read before each callback of the executor, so that what
     looks sees the newest state; a timer sees to it that there is such a callback.
 
     :param node: subscribes and tells the time.
     :param scene: gets the positions by ``update_scene``.
     :param topics: joint state topics; several may be given.
-    :param steady: measures how long somebody waits; by default wall time.
+    :param steady: measures waiting times; by default wall time.
     """
 
     def __init__(
@@ -66,7 +66,7 @@ class StateMonitor:
         self._timed = self._needed - set(robot.semantic.passive_joints)
         self.positions: dict[str, float] = {}
         self.velocities: dict[str, float] = {}
-        #: Asks whoever steps time for the current time [ns]; None where time runs by itself.
+        #: Asks the stepper of time for the current time [ns]; None where time runs by itself.
         self.asks: Callable[[], Awaitable[int]] | None = None
         #: Whether messages about the present state carry velocities too.
         self.monitor_dynamics = False
@@ -84,7 +84,7 @@ class StateMonitor:
         )
         for topic in self.topics:
             node.poll(JointState, topic, self._receive, profile)
-        # Patience is a matter of wall time: simulated time stands still in a pause, and jumps
+        # Patience is a matter of wall time: simulated time does not advance in a pause, and jumps
         # from 0 to the present when the first message of /clock comes.
         self._steady = steady or Clock(clock_type=ClockType.STEADY_TIME)
         self._idler = node.create_timer(IDLE_PERIOD, lambda: None, clock=self._steady)

@@ -48,7 +48,7 @@ class MonitoredPlanningScene:
     """
 
     def __init__(self, context: Context) -> None:
-        """Create the publisher; its timer runs on while sim time stands still."""
+        """Create the publisher; its timer runs on while sim time is paused."""
         self._context = context
         self._parameters = context.planning_parameters
         self._publisher = context.node.create_publisher(
@@ -90,7 +90,7 @@ class MonitoredPlanningScene:
         if heard and (before is None or before.content is not now.content):
             stamp = time_from_ns(max(self._context.states.stamp_ns, 0))
             self._pending = self._context.edits.submit(lambda: self._publish(before, now, stamp))
-            # An edit meanwhile could not be looked at.
+            # An edit meanwhile could not be seen.
             self._pending.add_done_callback(self._look_soon)
 
     def _publish(self, before: PlanningScene | None, now: PlanningScene, stamp: Time) -> None:

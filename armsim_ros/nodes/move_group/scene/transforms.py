@@ -50,7 +50,7 @@ class Transforms:
     Adds frames that others publish to the planning scene, each with its parent.
 
     Frames of the robot's own links come from its model and are left alone. Where a frame is,
-    is found out when a message or a request names it, as it stands then: what is mounted on a
+    is found out when a message or a request names it, as of then: what is mounted on a
     link moves with it. Frames above the root link are turned about, so that what hangs on them
     is known too.
 

@@ -42,7 +42,7 @@ class ControllerDescriptions:
         Return a controller's settings.
 
         :raises ControllerError: nothing describes it.
-        :raises ConfigError: its parameter files have mistakes.
+        :raises ConfigError: its parameter files have errors.
         """
         options = read_node_arguments(self.node_options(name), name)
         files = [*self._texts(name, 'params_file'), *map(str, options.files)]
@@ -116,7 +116,7 @@ def read_description(
     :param kind: its type; '' where the block gives it.
     :param block: its parameters.
     :param values: parameters that win over those, by their names with dots.
-    :raises ConfigError: every mistake.
+    :raises ConfigError: every error.
     """
     where = Location(f"controller '{name}'")
     block = merge_nodes(block, split_keys(node_of(values, where), '.'))[0]
@@ -124,7 +124,7 @@ def read_description(
         block = block.with_value({**block.entries, 'type': node_of(kind, block.where)})
     draft = ConfigDraft()
     settings = read_controller(name, block, draft.problems, published=True)
-    mistakes = [problem for problem in draft.problems if problem.severity is Severity.ERROR]
-    if mistakes or settings is None:
-        raise ConfigError(mistakes or draft.problems)  # an unknown type is only a warning
+    errors = [problem for problem in draft.problems if problem.severity is Severity.ERROR]
+    if errors or settings is None:
+        raise ConfigError(errors or draft.problems)  # an unknown type is only a warning
     return settings

@@ -53,7 +53,7 @@ class Diagnostics:
         )
 
     def publish(self) -> None:
-        """Publish the current state, if anybody subscribes, and warn of lost time."""
+        """Publish the current state, if it has subscribers, and warn of lost time."""
         self._warn_of_overruns()
         if not self._publisher.get_subscription_count():
             return

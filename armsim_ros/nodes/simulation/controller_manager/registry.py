@@ -53,7 +53,7 @@ class ControllerRegistry(Mapping[str, ControllerNode]):
         Load a controller and give it a node.
 
         :raises ControllerError: it is loaded already, or nothing describes it.
-        :raises ConfigError: what describes it has mistakes.
+        :raises ConfigError: its parameters have errors.
         """
         if name in self._manager.controllers:
             raise ControllerError(f"controller '{name}' is loaded already")

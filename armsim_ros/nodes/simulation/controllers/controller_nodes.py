@@ -288,7 +288,7 @@ class FollowingControllerNode(ControllerNode):
 
 
 class StandInNode(ControllerNode):
-    """A stand-in for a vendor's controller; that of a speed scaling broadcaster publishes."""
+    """A replacement of a vendor's controller; that of a speed scaling broadcaster publishes."""
 
     controller: StandInController
 

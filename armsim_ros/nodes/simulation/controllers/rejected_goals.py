@@ -16,7 +16,7 @@ class RejectedGoals:
     Publishes why a goal or trajectory was refused; an action's rejection has no room for it.
 
     :param node: the controller's node.
-    :param profile: how long a reason is there for those who come late, among others.
+    :param profile: how long a reason is there for late subscribers, among others.
     """
 
     def __init__(self, node: Node, profile: QoSProfile = qos.EVENTS) -> None:

@@ -19,7 +19,7 @@ class Sync:
     """
     Publishes ``/clock`` and the joint states as they are now, and answers with their time.
 
-    Topics have no answer; who must know that what it got is the present waits for the message
+    Topics have no answer; a client that needs the present state waits for the message
     with this time.
 
     :param node: the node that serves.

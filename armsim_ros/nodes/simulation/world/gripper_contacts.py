@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The topic ``<ns>/<gripper>/contacts``: where fingers touch, while somebody listens."""
+"""The topic ``<ns>/<gripper>/contacts``: where fingers touch, while there are subscribers."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class GripperContacts:
     :param node: the node that publishes.
     :param namespace: of the robot, with a slash before it.
     :param gripper: whose fingers.
-    :param fingers: looks at them.
+    :param fingers: reads their contacts.
     """
 
     def __init__(

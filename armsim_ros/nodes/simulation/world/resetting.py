@@ -65,7 +65,7 @@ class Resetting:
         Reset states, what was spawned, or time.
 
         :param scope: a sum of SCOPE_STATE, SCOPE_SPAWNED and, where time can be reset, SCOPE_TIME.
-        :param stop: whether time stands still then.
+        :param stop: whether time is paused then.
         """
         def change() -> None:
             edit = (self._entities.stage_delete(self._entities.spawned)

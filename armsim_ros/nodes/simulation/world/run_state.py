@@ -39,7 +39,7 @@ class RunState:
         return int(SimulationState.STATE_PAUSED)
 
     def stop(self) -> None:
-        """Note that everything stands at its start; a step ends that. Pauses the clock."""
+        """Record that everything is at its start; a step ends that. Pauses the clock."""
         self._clock.paused = True
         self._stopped_at = self._clock.steps
 

@@ -47,7 +47,7 @@ class SceneMirror:
     """
     Publishes objects that appear, move or vanish; late subscribers get all of them.
 
-    At rest nothing is said, and nothing is looked at while nobody listens.
+    At rest nothing is published, and without subscribers nothing is checked.
 
     :param node: the node that publishes.
     :param frame: the model frame.
@@ -96,13 +96,13 @@ class SceneMirror:
             self._whole = True
 
     def _listen(self) -> None:
-        """Note whether anybody listens; look, where no tick does, as in a pause."""
+        """Record whether there are subscribers; check here where no tick does, as in a pause."""
         self._heard = bool(self._publisher.get_subscription_count())
         if self._heard and time.monotonic() > self._due + 0.5 * PERIOD:
             self._look()
 
     def _look_in_tick(self, _: int) -> None:
-        """Look at what has moved; in the loop's thread, which need not be woken for that."""
+        """Check what has moved; in the loop's thread, which need not be woken for that."""
         now = time.monotonic()
         if self._heard and not self._looking and now >= self._due:
             self._looking, self._due = True, now + PERIOD - _EARLY

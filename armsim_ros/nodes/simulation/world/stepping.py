@@ -25,7 +25,7 @@ from armsim_ros.nodes.simulation.world.work import Work
 MOST_STEPS = 10**9
 #: Wall time of the steps that are done without a pause [s]; a cancel waits this long.
 _GO = 0.008
-#: Steps of the first go, and the most of any; who observes the loop waits as long.
+#: Steps of the first go, and the most of any; observers of the loop wait as long.
 _FIRST, _LARGEST = 10, 2000
 #: Wall time between two pieces of feedback [s].
 _FEEDBACK_PERIOD = 0.02

@@ -53,7 +53,7 @@ class Worlds:
     :param node: the node that serves.
     :param work: makes changes beside the loop.
     :param resources: finds and reads worlds.
-    :param resetting: has those who want to know of a new world.
+    :param resetting: notifies of a new world.
     """
 
     def __init__(
@@ -136,7 +136,7 @@ class Worlds:
         response.world = _world_message(world.name, request.uri, ())
         response.result.error_message = told_of(world)
         self._node.get_logger().info(
-            f"world '{world.name}' is loaded and stands still; {response.result.error_message}")
+            f"world '{world.name}' is loaded and paused; {response.result.error_message}")
 
     @answered
     async def _unload(self, request: Any, response: Any) -> None:
@@ -146,7 +146,7 @@ class Worlds:
             return
         await self._exchange(LoadedWorld('', ()))
         self._state.world, self._state.uri = None, ''
-        self._node.get_logger().info('the world is unloaded; the robots stand still')
+        self._node.get_logger().info('the world is unloaded; the robots do not move')
 
     async def _exchange(self, world: LoadedWorld) -> None:
         """Replace the current world; if that fails, the old world stays."""

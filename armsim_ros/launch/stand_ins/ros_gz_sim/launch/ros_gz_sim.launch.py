@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Gazebo's server and the bridge of topics; the simulation stands in their place."""
+"""Gazebo's server and the bridge of topics; replaced by the simulation."""
 
 from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument, IncludeLaunchDescription

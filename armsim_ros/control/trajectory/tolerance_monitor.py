@@ -27,11 +27,11 @@ ARRIVED = 5e-3
 SUCCESS = Verdict(TrajectoryErrorCode.SUCCESSFUL, 'Goal reached: success')
 
 
-class TrajectoryJudge:
+class ToleranceMonitor:
     """
     Checks a trajectory, update by update.
 
-    The path is judged until the last waypoint, and once at the first update in any case. From
+    The path is checked until the last waypoint, and once at the first update in any case. From
     the last waypoint on the trajectory succeeds as soon as every joint is inside its goal
     tolerance at the same time, and fails when that takes longer than the goal time.
 
@@ -58,7 +58,7 @@ class TrajectoryJudge:
 
     @property
     def first(self) -> bool:
-        """Whether nothing was judged yet."""
+        """Whether nothing was checked yet."""
         return self._first
 
     @property
@@ -79,7 +79,7 @@ class TrajectoryJudge:
         return (f"joint '{self._joints[worst]}' is {distances[worst]:.3g} from its last point; "
                 f'constraints.{self._joints[worst]}.goal makes the controller check that')
 
-    def judge(self, errors: Matrix, over: float) -> Verdict | None:
+    def check(self, errors: Matrix, over: float) -> Verdict | None:
         """
         Return the verdict, None while there is none.
 
