@@ -50,7 +50,7 @@ class Problem:
     :param what: what is wrong, naming the value.
     :param where: the place, or None where there is none.
     :param allowed: the values that would be right, as a phrase.
-    :param remedy: the next thing to do, as a phrase.
+    :param remedy: what to do next, as a phrase.
     :param strict: whether it is an error in strict mode, though upstream
         goes on without a word.
     """
@@ -117,7 +117,7 @@ class SimulationError(ArmsimError):
 
 
 class TrajectoryError(ArmsimError):
-    """Arrays are no trajectory: a shape or a number is wrong."""
+    """Arrays are not a trajectory: a shape or a number is wrong."""
 
 
 class ControllerError(ArmsimError):

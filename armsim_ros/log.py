@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Where planning says what it did: any object with these three methods."""
+"""The log of planning: any object with these three methods."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ class Log(Protocol):
     """The part of ``logging.Logger`` (and of rclpy's logger) that is used here."""
 
     def info(self, message: str, /) -> object:
-        """Say what happened."""
+        """Log an event."""
 
     def warning(self, message: str, /) -> object:
-        """Say what the user may want to change."""
+        """Log a warning."""
 
     def error(self, message: str, /) -> object:
-        """Say what failed."""
+        """Log an error."""

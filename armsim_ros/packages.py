@@ -136,7 +136,7 @@ class Packages:
     In this order: the folders given; the packages around the files given; their workspace, or
     what lies beside them where they lie in none; the workspace around the working folder;
     ``AMENT_PREFIX_PATH``; ``sys.prefix/share``; at last a folder around the files that is called
-    so, whatever its manifest says.
+    so, regardless of its manifest.
 
     :param path: folders that are a package, contain packages at any depth, or are an installation
         with ``share`` in it.

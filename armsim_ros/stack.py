@@ -228,7 +228,7 @@ class ArmSim:
         cups = self.simulation.vacuum_grippers.values()
         return held | {cup.held: cup.settings.link for cup in cups if cup.held}
 
-    def add_object(self, thing: WorldObject) -> None:
+    def add_object(self, item: WorldObject) -> None:
         """
         Put an object into the world that physics and planner share.
 
@@ -239,12 +239,12 @@ class ArmSim:
         :raises SimulationError: its name is taken, or the physics refuses it.
         :raises PlanningError: the planner refuses it; nothing is added then.
         """
-        self.simulation.world.add(thing)
-        self._shared_objects.add(thing.name)
+        self.simulation.world.add(item)
+        self._shared_objects.add(item.name)
         try:
             self._follow_world()
         except PlanningError:
-            self.remove_object(thing.name)
+            self.remove_object(item.name)
             raise
 
     def remove_object(self, name: str) -> None:

@@ -73,8 +73,8 @@ class WorldInScene:
             yield _grasps(news.released, ObjectOperation.REMOVE)
         objects = [CollisionObject(name, ObjectOperation.REMOVE, type=kind)
                    for name in news.removed]
-        objects += [replace(collision_object(replace(thing, pose=pose), self._root), type=kind)
-                    for thing, pose in news.added]
+        objects += [replace(collision_object(replace(item, pose=pose), self._root), type=kind)
+                    for item, pose in news.added]
         objects += [CollisionObject(name, ObjectOperation.MOVE, pose=self._root @ pose, type=kind)
                     for name, pose in news.moved]
         if objects:

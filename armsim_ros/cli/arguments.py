@@ -34,7 +34,7 @@ class ProgramArguments:
 
     An empty text leaves it to the robot's configuration.
 
-    :param xacro: words that are no argument of a program; the robot's xacro may declare them.
+    :param xacro: arguments unknown to the program; the robot's xacro may declare them.
     :param ros_args: everything between ``--ros-args`` and ``--``, those two included, for rclpy.
     """
 
@@ -79,7 +79,7 @@ class ProgramArguments:
         placeholder='true|false')
     camera: bool = _argument(
         False, 'whether the cameras of simulation.yaml see: bringup starts the program that '
-        'draws, the simulation tells it what', placeholder='true|false')
+        'draws, with data from the simulation', placeholder='true|false')
     paused: bool = _argument(
         False, 'whether the physics waits for an unpause at first', placeholder='true|false')
     mode: str = _argument(
@@ -119,7 +119,7 @@ def parse_arguments(argv: Sequence[str], *, xacro: bool = False) -> ProgramArgum
     """
     Read a program's command line.
 
-    ``name:=value`` (as in ros2 launch), ``--name value`` and ``--name=value`` say the same;
+    ``name:=value`` (as in ros2 launch), ``--name value`` and ``--name=value`` are equivalent;
     ``--name`` alone switches a true/false argument on. The last of several wins.
 
     ``xacro:name:=value`` is an argument of the robot's xacro even where the program has
@@ -237,7 +237,7 @@ def format_help(program: str, summary: str) -> str:
     lines = [f'  {left:<{width}}  {right}' for left, right in rows]
     return '\n'.join([
         f'usage: {program} [NAME:=VALUE ...] [--ros-args ...]', '', summary, '',
-        'arguments (--name VALUE says the same as name:=VALUE):', *lines])
+        'arguments (--name VALUE is the same as name:=VALUE):', *lines])
 
 
 def to_word(value: object) -> str:

@@ -53,7 +53,7 @@ REPLACED_ARGUMENTS: Mapping[str, str] = {
     'moveit_controller_manager': _EXECUTION,
     'jiggle_fraction': _OMPL,
     'pipeline': 'the built-in pipeline plans for each',
-    'max_safe_path_cost': 'planning with sensing is no part of ROS 2',
+    'max_safe_path_cost': 'planning with sensing is not part of ROS 2',
     'moveit_sensor_manager': 'no octomap is built',
     'publish_monitored_planning_scene': _SCENE,
     'capabilities': _ALL,

@@ -32,15 +32,15 @@ def main(argv: Sequence[str] | None = None) -> int:
     """
     words = [*(sys.argv[1:] if argv is None else argv)]
     if not words or words[0] in ('-h', '--help'):
-        _say(_overview())
+        _print(_overview())
         return 0 if words else USAGE_STATUS
     name, *rest = words
     if name == '--version':
-        _say(f'armsim_ros {_version()}')
+        _print(f'armsim_ros {_version()}')
         return 0
     if name not in PROGRAMS:
         hint = nearest(name, tuple(PROGRAMS)) or f"known: {', '.join(PROGRAMS)}"
-        _say(f"armsim: unknown program '{name}'; {hint}", sys.stderr)
+        _print(f"armsim: unknown program '{name}'; {hint}", sys.stderr)
         return USAGE_STATUS
     return run(name, rest)
 
@@ -52,11 +52,11 @@ def run(program: str, argv: Sequence[str] | None = None) -> int:
     :param program: a name of ``PROGRAMS``.
     :param argv: the words after the program's name; those of this process where None.
     :returns: 0, or 2 after a user's error, or 128 and a signal's number after a program that
-        the program did not handle (0 of bringup), or what the program says.
+        the program did not handle (0 of bringup), or the program's status.
     """
     words = [*(sys.argv[1:] if argv is None else argv)]
     if program in ROBOT_PROGRAMS and {'-h', '--help'} & set(split_ros_args(words)[0]):
-        _say(format_help(program, PROGRAMS[program]))
+        _print(format_help(program, PROGRAMS[program]))
         return _say_xacro_help(program, words)
     if isinstance(sys.stdout, TextIOWrapper):  # a locale may lack the degree sign
         sys.stdout.reconfigure(errors='replace')
@@ -67,7 +67,7 @@ def run(program: str, argv: Sequence[str] | None = None) -> int:
         return 0 if program == 'bringup' else 128 + number
 
     def leave(number: int, _frame: FrameType | None) -> None:
-        """End at once: an interrupted import would show a traceback that says nothing."""
+        """End at once: an interrupted import would show a useless traceback."""
         os._exit(status(number))
 
     try:
@@ -80,25 +80,25 @@ def run(program: str, argv: Sequence[str] | None = None) -> int:
                 signal.signal(number, handler)
         return int(start(words))
     except ArmsimError as error:
-        _say(f'{program}: {error}', sys.stderr)
+        _print(f'{program}: {error}', sys.stderr)
         return USAGE_STATUS
     except ModuleNotFoundError as error:
         if error.name is None or error.name.partition('.')[0] == 'armsim_ros':
             raise
-        _say(_missing_module(program, error.name), sys.stderr)
+        _print(_missing_module(program, error.name), sys.stderr)
         return 1
     except ImportError as error:
         library, found, _ = str(error).partition(': cannot open shared object file')
         if not found:
             raise
         package = {'libgomp.so.1': ' (Debian, Ubuntu: apt install libgomp1)'}.get(library, '')
-        _say(f"{program}: the system library '{library}' is missing; install it{package}",
+        _print(f"{program}: the system library '{library}' is missing; install it{package}",
              sys.stderr)
         return 1
     except RuntimeError as error:
         if 'log directory' not in str(error):
             raise
-        _say(f'{program}: {str(error).partition(", at ")[0]}; set ROS_LOG_DIR to a folder that '
+        _print(f'{program}: {str(error).partition(", at ")[0]}; set ROS_LOG_DIR to a folder that '
              'can be written', sys.stderr)
         return USAGE_STATUS
     except KeyboardInterrupt:
@@ -144,10 +144,10 @@ def _say_xacro_help(program: str, words: Sequence[str]) -> int:
     try:
         text = xacro_help(split_ros_args(words)[0])
     except ArmsimError as error:
-        _say(f'{program}: {error}', sys.stderr)
+        _print(f'{program}: {error}', sys.stderr)
         return USAGE_STATUS
     if text:
-        _say(f'\n{text}')
+        _print(f'\n{text}')
     return 0
 
 
@@ -180,7 +180,7 @@ def _missing_module(program: str, module: str) -> str:
             '`make env` in the source tree')
 
 
-def _say(text: str, stream: TextIO | None = None) -> None:
+def _print(text: str, stream: TextIO | None = None) -> None:
     try:
         print(text, file=stream or sys.stdout, flush=True)
     except BrokenPipeError:

@@ -14,7 +14,7 @@ ROBOT_PROGRAMS = {
     'bringup': 'start simulation and move_group, watch them, stop them together',
     'simulation': 'physics, controllers, controller_manager, joint states, /clock',
     'move_group': 'planning scene, kinematics, planning, trajectory execution',
-    'camera': 'what cameras see, drawn from what a simulation with camera:=true tells',
+    'camera': 'render the camera images of a simulation started with camera:=true',
     'servo_node': 'streaming: twists, joint jogs and poses to joint commands',
     'servo_node_main': 'the same as servo_node, as it was called for Humble',
 }

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""An end of the process at which libraries say nothing."""
+"""An end of the process without messages of libraries."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import sys
 
 class QuietEnd:
     """
-    Ends the process before its libraries say what they did not give back.
+    Ends the process before its libraries report leaks.
 
     OMPL's bindings print a page about that, below what the user should read.
 

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""How a program says that it cannot run, so that a bringup says it once for all its programs."""
+"""Refusals of programs, which a bringup reports once for all its programs."""
 
 from __future__ import annotations
 

@@ -39,7 +39,7 @@ class KeyedSettings(Settings):
             for key, value in data.items():
                 if key not in cls.model_fields and not isinstance(value, (Mapping, Settings)):
                     hint = nearest(str(key), tuple(cls.model_fields))
-                    raise ValueError(f"'{key}' is no {cls.is_no}{'; ' if hint else ''}{hint}")
+                    raise ValueError(f"'{key}' is not a {cls.is_no}{'; ' if hint else ''}{hint}")
         return data
 
 

@@ -31,7 +31,7 @@ class CellRobot(Settings):
         None, 'position of its root link [m]; by default from its simulation.yaml'
     )
     rpy: Triple | None = parameter(
-        None, 'roll, pitch, yaw of its root link [rad]; not given: as its simulation.yaml says'
+        None, 'roll, pitch, yaw of its root link [rad]; by default from its simulation.yaml'
     )
     prefix: str | None = parameter(
         None, "precedes its links, joints and planning groups; not given: its name and '_'"
@@ -58,7 +58,7 @@ class CellRobot(Settings):
         name = (value or '').strip('/')
         if name and not all(_WORD.fullmatch(part) for part in name.split('/')):
             raise ValueError(
-                f"'{value}' is no ROS name; allowed: letters, digits and _ that begin with a "
+                f"'{value}' is not a ROS name; allowed: letters, digits and _ that begin with a "
                 'letter, parted by /'
             )
         return None if value is None else name
@@ -79,7 +79,7 @@ class CellSettings(Settings):
         for name in self.robots:
             if not _WORD.fullmatch(name):
                 raise ValueError(
-                    f"robots: '{name}' is no name for a robot; allowed: letters, digits and _ "
+                    f"robots: '{name}' is not a name for a robot; allowed: letters, digits and _ "
                     'that begin with a letter'
                 )
             namespace = self.namespace(name)

@@ -56,7 +56,7 @@ class ConfigDraft:
         self.add(section, empty_node(node.place).with_value({key: node}))
 
     def override(self, section: str, path: list[str], node: YamlNode) -> None:
-        """Set a value whatever the files say."""
+        """Override a value of the files."""
         for key in reversed(path):
             node = YamlNode({}, node.where).with_value({key: node})
         known = self.sections.get(section, empty_node(node.where))

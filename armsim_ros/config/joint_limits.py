@@ -29,7 +29,7 @@ class JointLimitOverrides(Settings):
     Limits of a joint that replace those of the URDF in plans.
 
     Velocity, acceleration and jerk count only where their ``has_...`` is true. A bound of the
-    position counts wherever it is given, each by itself, whatever ``has_position_limits`` says.
+    position counts wherever it is given, each by itself, regardless of ``has_position_limits``.
     """
 
     has_position_limits: bool | None = parameter(None, 'not read, as in MoveIt')

@@ -5,8 +5,8 @@ From a file's keys to the neutral form: ROS 1 layout and ROS 2 layout.
 
 ROS 1 puts a file on the parameter server as it is, under the namespaces that its own keys make.
 ROS 2 has ``<node>: ros__parameters:`` (also ``/ns/node``, ``/**/node`` and ``/**``), dots in
-names mean depth. What a block is, its content says; the file's name only helps where that is
-open.
+names mean depth. The content of a block determines its kind; the file's name only helps where that
+is open.
 """
 
 from __future__ import annotations

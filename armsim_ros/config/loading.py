@@ -123,8 +123,8 @@ def survey_files(
     if is_foreign_world(world_file) and values['planning_parameters'].scene_from_world == 'fixed':
         draft.problems.append(Problem(
             "planning knows nothing of this world: scene_from_world is 'fixed', which reads "
-            "worlds in YAML only; 'live' tells planning of any", Location(str(world_file), 1, 1),
-            severity=Severity.WARNING))
+            "worlds in YAML only; 'live' publishes any to planning",
+            Location(str(world_file), 1, 1), severity=Severity.WARNING))
     settings = RobotSettings(
         name=files.name,
         namespace=chosen,
@@ -148,7 +148,7 @@ def _of_published(problem: Problem, package: PackageRoles) -> Problem:
     """
     Return an error in a published file as a warning.
 
-    The original stack leaves out the controller, solver or joint that it cannot read, and starts.
+    Upstream leaves out the controller, solver or joint that it cannot read, and starts.
     """
     where = problem.where
     role = package.roles.get(Path(where.file)) if where is not None else None
@@ -170,7 +170,7 @@ def _apply_overrides(draft: ConfigDraft, overrides: Mapping[str, object]) -> Non
         where = Location(f"override '{path}'")
         if section not in SECTIONS or not keys:
             draft.problems.append(Problem(
-                f"'{section}' is no block of settings", where, ', '.join(SECTIONS),
+                f"'{section}' is not a block of settings", where, ', '.join(SECTIONS),
                 nearest(section, SECTIONS)))
             continue
         node = _override_value(value, where)
@@ -200,7 +200,7 @@ def _namespace(draft: ConfigDraft, given: str | None) -> str:
     name = name.strip('/')
     if name and not all(part.isidentifier() for part in name.split('/')):
         draft.problems.append(Problem(
-            f"namespace '{name}' is no ROS name", found.get(name),
+            f"namespace '{name}' is not a ROS name", found.get(name),
             'letters, digits and _ that do not begin with a digit, parted by /'))
     return f'/{name}' if name else ''
 

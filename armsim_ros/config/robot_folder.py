@@ -57,7 +57,7 @@ class RobotFolder:
     :param declared: arguments that the URDF's xacro declares, with their values, where it was
         run already.
     :param package: which of the files means what, where the folder is a package.
-    :param controller_files: named by the user; of a folder that is not a package, what they say
+    :param controller_files: named by the user; of a folder that is not a package, their settings
         replaces the controllers of ``yaml_files``.
     """
 
@@ -108,12 +108,12 @@ def find_files(robot: str, *, config: Path | None = None, urdf: Path | None = No
         raise ConfigError(Problem(f"robot '{folder}' is a file", allowed='a folder with the '
                                   "robot's files", remedy='name a single URDF with urdf:=FILE'))
     if config is not None and not config.is_dir():
-        raise ConfigError(Problem(f"config '{config}' is no folder"))
+        raise ConfigError(Problem(f"config '{config}' is not a folder"))
     named = [path for path in (urdf, srdf, *controllers) if path is not None]
     for kind, file in (('urdf', urdf), ('srdf', srdf), *(('controllers', path)
                                                          for path in controllers)):
         if file is not None and not file.is_file():
-            raise ConfigError(Problem(f"{kind} '{file}' is no file"))
+            raise ConfigError(Problem(f"{kind} '{file}' is not a file"))
     packages = packages.beside(*named, folder)
     own = packages.installed(folder.resolve())
     package = _moveit_package(own, packages, named=bool(urdf or srdf))

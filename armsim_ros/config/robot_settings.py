@@ -37,7 +37,7 @@ class RobotSettings(Settings):
     :param arguments: arguments of the URDF's and the SRDF's xacro.
     :param spawn: the controllers that are activated at the start, in this order.
     :param spawn_only: whether the other controllers stay unloaded until a spawner asks for them.
-    :param start: where a package lets the joints start that its URDF says nothing of [rad or m].
+    :param start: a package's start of the joints for which its URDF gives none [rad or m].
     :param remarks: findings beside errors: warnings, and what is not used here.
     """
 

@@ -45,7 +45,7 @@ from armsim_ros.errors import ignored, nearest, Problem, Severity
 #: Parameters of the manager that others read -> why they have no effect here.
 UNUSED_MANAGER_KEYS = {
     'robot_description': 'the URDF file is read',
-    'use_sim_time': 'the programs are told once for all nodes',
+    'use_sim_time': 'it is set once for all nodes of a program',
     'hardware_components_not_used': '',
     'cpu_affinity': '',
     'thread_priority': "simulation.yaml's pace has the priority",
@@ -74,7 +74,7 @@ def read_sections(draft: ConfigDraft, *, published: bool = False) -> dict[str, A
     Check every block of a draft.
 
     :param published: whether the files are those of a published package: only the broadcaster
-        and the controllers that move_group is told of start, where no list says which.
+        and the controllers of move_group start, where there is no list.
     :returns: field of RobotSettings -> value; a block with errors has its defaults, and the
         errors are among the draft's problems.
     """
@@ -160,7 +160,7 @@ def _without_strays(draft: ConfigDraft, node: YamlNode) -> YamlNode:
                    and draft.section('controllers').get(key) is None))]
     for key in strays:
         draft.problems.append(ignored(Problem(
-            f"controller_manager: '{key}' is no {ControllerManagerParameters.is_no}",
+            f"controller_manager: '{key}' is not a {ControllerManagerParameters.is_no}",
             node.entries[key].place, remedy=nearest(key, known))))
     return node.without(*strays) if strays else node
 
@@ -219,9 +219,9 @@ def _spawn(draft: ConfigDraft, controllers: tuple[ControllerSettings, ...],
 def _spawn_planned(draft: ConfigDraft, controllers: tuple[ControllerSettings, ...]
                    ) -> tuple[str, ...]:
     """
-    Return the broadcaster and the controllers that move_group is told of.
+    Return the broadcaster and move_group's controllers.
 
-    Where it is told of none, all that can move a joint start that fit together.
+    Where it has none, all that can move a joint start that fit together.
     """
     entries = draft.section('moveit_controllers').entries
     planned = {name.rpartition('/')[2]: node.get('default') for name, node in entries.items()}

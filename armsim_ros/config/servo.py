@@ -20,7 +20,7 @@ RUCKIG = 'online_signal_smoothing::RuckigFilterPlugin'
 
 #: Keys of servo's files for Humble and ROS 1 -> why they have no effect.
 UNUSED_SERVO_KEYS: Mapping[str, str] = {
-    'use_sim_time': 'the programs are told once for all nodes',
+    'use_sim_time': 'it is set once for all nodes of a program',
     'robot_link_command_frame': 'a command names its own frame',
     'planning_frame': 'it is the base of the planning group',
     'ee_frame_name': 'it is the tip of the planning group',
@@ -162,7 +162,7 @@ class ServoParameters(Settings):
 
     @model_validator(mode='after')
     def _together(self) -> Self:
-        """Tell all that does not go together, not only the first."""
+        """Report all conflicts, not only the first."""
         wrong = []
         if self.hard_stop_singularity_threshold <= self.lower_singularity_threshold:
             wrong.append(

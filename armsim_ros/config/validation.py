@@ -52,7 +52,7 @@ def read_settings(
     :param title: what the block is, for messages, such as "controller 'arm'".
     :param unused: keys that other programs of the stack read and this program does not -> why;
         each gives a remark and is left out.
-    :param tolerant: whether an unknown key is left out, as the original stack does, or is a
+    :param tolerant: whether an unknown key is left out, as upstream does, or is an
         error, as in files that only this package has.
     """
     if not node.is_mapping:
@@ -68,7 +68,7 @@ def read_settings(
         details = error.errors(include_url=False)
     extra = [detail for detail in details if detail['type'] == 'extra_forbidden']
     if extra and tolerant:
-        # What the original stack does not know it does not read; so it is here.
+        # As upstream, unknown keys are ignored.
         problems.extend(ignored(_problem(kind, node, detail, title, known_unused))
                         for detail in extra)
         paths = [_written_path(node, detail['loc']) for detail in extra]

@@ -55,7 +55,7 @@ class CommandTargets:
 
     def stop(self, *, effort: float = 0.0) -> None:
         """
-        Stop velocities; positions and what is no joint's stay as they are.
+        Stop velocities; positions and what is not a joint's stay as they are.
 
         :param effort: of joints that follow efforts, NaN leaves them to the drives.
         """

@@ -149,7 +149,7 @@ class Controller(ABC, Generic[ParametersT]):
 
     @abstractmethod
     def configure(self) -> None:
-        """Check what can be checked before activation; ControllerError says what is wrong."""
+        """Check what can be checked before activation; ControllerError names what is wrong."""
 
     @abstractmethod
     def activate(self, time_ns: int) -> None:

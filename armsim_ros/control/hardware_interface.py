@@ -106,8 +106,8 @@ class HardwareInterface(ABC):
 
     ``state`` is refreshed before the controllers run; ``command`` is read after them. A
     position command is where the joint shall be a control period later; ``feedforward``
-    (velocity, acceleration) may be given with it and says how it moves there, NaN where the
-    controller does not say. ``plan`` takes position commands of the periods ahead from
+    (velocity, acceleration) may be given with it for the motion there, NaN where the
+    controller gives none. ``plan`` takes position commands of the periods ahead from
     controllers that know them; it has no room where the hardware has no use for them.
     ``effort_bound`` is what a drive may give at most, beside its own limit [N*m or N].
 
@@ -154,7 +154,7 @@ class HardwareInterface(ABC):
         return self.command_interfaces.get(owner) or _kinds_of(owner, others)
 
     def store_of(self, interface: str) -> dict[str, float]:
-        """Return where the commands of what is no joint are kept."""
+        """Return where the commands of what is not a joint are kept."""
         return self.references if interface in self.references else self.other_commands
 
     def states_of(self, owner: str) -> tuple[str, ...]:

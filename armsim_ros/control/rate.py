@@ -12,7 +12,7 @@ TOLERANCE_NS = 1_000
 
 class Rate:
     """
-    Says when something is due: at multiples of the period after the first time asked.
+    Determines when something is due: at multiples of the period after the first time asked.
 
     :param frequency: [Hz]; infinite is always, 0 or less is never.
     :param aligned: count the multiples from time 0 instead, so that what has the same rate is

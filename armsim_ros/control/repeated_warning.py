@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Warnings about a stream of messages: said once, and again after a while."""
+"""Warnings about a stream of messages: logged once, and again after a while."""
 
 from __future__ import annotations
 

@@ -48,7 +48,7 @@ class ArmEnv(Env):
     A robot in its world, moved by actions instead of controllers.
 
     A Gymnasium environment where Gymnasium is installed; it works without, too. Equal seeds and
-    actions give equal bytes, see ``digest``. For a task, a subclass says ``reward`` and
+    actions give equal bytes, see ``digest``. For a task, a subclass defines ``reward`` and
     ``terminated``. All poses are in the world.
 
     :param robot: a name, a folder, or what ``load_cell`` returned.
@@ -157,7 +157,7 @@ class ArmEnv(Env):
 
         :param action: as ``action_names`` has it; beyond the action space its bound is taken.
         :returns: observation, reward, terminated, truncated, info.
-        :raises SimulationError: it is no action, or the physics became unstable.
+        :raises SimulationError: it is not an action, or the physics became unstable.
         """
         target, cups = self._actions.read(action, self._target)
         self._motion.suck(cups)
@@ -170,11 +170,11 @@ class ArmEnv(Env):
                 self._info())
 
     def reward(self, observation: Mapping[str, Vector]) -> float:
-        """Return the reward of a step; 0 where no task says otherwise."""
+        """Return the reward of a step; 0 by default."""
         return 0.0
 
     def terminated(self, observation: Mapping[str, Vector]) -> bool:
-        """Return whether the task has ended; never, where no task says otherwise."""
+        """Return whether the task has ended; never, by default."""
         return False
 
     def render(self) -> NDArray[np.uint8] | None:

@@ -151,7 +151,7 @@ def drawn(ranges: Ranges, world: WorldSettings, random: np.random.Generator) -> 
 
 
 def _drawn_object(
-    name: str, ranges: ObjectRanges, thing: WorldObjectSettings, random: np.random.Generator
+    name: str, ranges: ObjectRanges, item: WorldObjectSettings, random: np.random.Generator
 ) -> WorldObjectSettings:
     values: dict[str, Any] = {}
     for word in ObjectRanges.model_fields:
@@ -160,5 +160,5 @@ def _drawn_object(
             chosen = random.uniform(*span)
             values[word] = tuple(chosen.tolist()) if np.ndim(chosen) else float(chosen)
     if 'color' in values:
-        values['color'] = (*values['color'], thing.color[3])
-    return checked(WorldObjectSettings, {**dict(thing), **values}, f"object '{name}'")
+        values['color'] = (*values['color'], item.color[3])
+    return checked(WorldObjectSettings, {**dict(item), **values}, f"object '{name}'")

@@ -91,7 +91,7 @@ class ProcessVector:
 
     def _ask(self, method: str, words: Sequence[dict[str, Any]]) -> list[Any]:
         for pipe, arguments in zip(self._pipes, words, strict=True):
-            with suppress(BrokenPipeError):  # it has ended; its answer will say so
+            with suppress(BrokenPipeError):  # it has ended; its answer will report that
                 pipe.send((method, arguments))
         return self._answers()
 

@@ -66,7 +66,7 @@ def send_parts(
     Give a trajectory to the active controllers that have its joints; a gripper gets its end.
 
     :param managers: robot -> its controllers.
-    :param known: the controllers of move_group, which say what a gripper's command is.
+    :param known: the controllers of move_group, which define a gripper's command.
     :raises ControllerError: no controller has the joints, or a controller refuses the goal.
     """
     several = len(managers) > 1

@@ -50,7 +50,7 @@ class InverseKinematics:
 
     From the seed first, then from sampled configurations whose poses are nearest to the
     target (the table is made once for a robot, group and set of links), then, while a clock
-    says that there is time, from random ones. Limits are kept; a joint that may turn more
+    allows, from random starts. Limits are kept; a joint that may turn more
     than once takes the turn nearest to the seed.
 
     :param kinematics: the robot.

@@ -26,7 +26,7 @@ options:
   -s, --show-args          the arguments of the launch file
   -n, --dry-run            start nothing; print what would be started, and what is missing
   -p, --print-description  the launch file as a tree, not evaluated
-  -d, --debug              say more
+  -d, --debug              print more
   -a, --show-all-subprocesses-output
                            show all output (always so here)
   packages_path:=DIR[:DIR] folders that are searched first for packages"""

@@ -175,7 +175,7 @@ def _argument_text(argument: DeclareLaunchArgument) -> str:
 
 @contextmanager
 def _ignoring_failures() -> Iterator[None]:
-    """Go on: what cannot be read has no arguments to show; a run says why."""
+    """Go on: what cannot be read has no arguments to show; a run reports why."""
     try:
         yield
     except Exception:  # noqa: BLE001 - anything that the user's code raises

@@ -39,7 +39,7 @@ class SubstitutionFailure(LaunchError):  # noqa: N818 - launch's own name
 
 
 class InvalidLaunchFileError(LaunchError):
-    """A file is no launch file."""
+    """A file is not a launch file."""
 
 
 class MissingPackageError(KeyError):

@@ -23,7 +23,7 @@ def read_launch_file(path: Path) -> LaunchDescription:
     """
     Return the description in a launch file; its code runs.
 
-    :raises InvalidLaunchFileError: where it is no launch file.
+    :raises InvalidLaunchFileError: where it is not a launch file.
     """
     path = path.absolute()
     current_lookup().beside(path)
@@ -33,7 +33,7 @@ def read_launch_file(path: Path) -> LaunchDescription:
 
     if path.suffix in XML_ENDINGS or path.suffix in YAML_ENDINGS:
         return read_frontend_file(path)
-    raise InvalidLaunchFileError('this is no launch file by its name', Location(str(path)))
+    raise InvalidLaunchFileError('this is not a launch file by its name', Location(str(path)))
 
 
 def load_python_file(path: Path) -> ModuleType:

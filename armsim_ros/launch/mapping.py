@@ -163,7 +163,7 @@ class Mapping:
                     "it; spawn the robot by its URDF ('-topic robot_description')"))
         if '<robot' not in str(text) and not (given.by_topic and not text):
             name = f"'{given.file}' is not found" if given.file and not text else (
-                f'{given.name or "the model"} is no URDF')
+                f'{given.name or "the model"} is not a URDF')
             return Start(action, spec, Kind.DONE, note=f'{name} and not spawned')
         if self._simulated:
             return Start(action, spec, Kind.DONE, note='the simulation has its robot already')

@@ -201,11 +201,11 @@ class _Finder(MetaPathFinder, Loader):
     def exec_module(self, module: ModuleType) -> None:
         self.made.append(module.__name__)
         found = _class_of(module.__name__)
-        for file, original, name in _entries(module.__name__) or ([found] if found else []):
+        for file, source, name in _entries(module.__name__) or ([found] if found else []):
             home = 'armsim_ros.launch.failures' if file == 'failures' else _API + file
             if file == 'frontend':
                 home = 'armsim_ros.launch.frontend.exposed'
-            setattr(module, name, getattr(import_module(home), original))
+            setattr(module, name, getattr(import_module(home), source))
         for child in _children(module.__name__):
             # launch_ros.actions is there after 'import launch_ros' alone.
             setattr(module, child.rpartition('.')[2], import_module(child))
@@ -293,8 +293,8 @@ def _entries(module: str) -> list[tuple[str, str, str]]:
     for word in MODULES.get(module, '').split():
         file, _, names = word.partition(':')
         for name in names.split(','):
-            original, _, other = name.partition('=')
-            found.append((file, original, other or original))
+            source, _, other = name.partition('=')
+            found.append((file, source, other or source))
     return found
 
 

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The original programs that are replaced, by the names that launch files use."""
+"""The upstream programs that are replaced, by the names that launch files use."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from armsim_ros.launch.process_spec import ProcessSpec, program_of
 
 
 class ProgramRole(Enum):
-    """What a program of the original stack does."""
+    """The role of an upstream program."""
 
     SIMULATION = 'the simulation with its controller manager'
     WORLD = 'the world of the simulation'
@@ -57,7 +57,7 @@ NODES: dict[tuple[str, str], ProgramRole] = {
 COMPONENTS: dict[str, tuple[str, str]] = {
     'moveit_servo::ServoNode': ('moveit_servo', 'servo_node'),
 }
-#: First words of commands that are no nodes.
+#: First words of commands that are not nodes.
 COMMANDS: dict[tuple[str, ...], ProgramRole] = {
     ('gz', 'sim'): ProgramRole.WORLD,
     ('ign', 'gazebo'): ProgramRole.WORLD,

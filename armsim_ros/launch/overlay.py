@@ -25,7 +25,7 @@ USAGE = """usage: . $(armsim overlay)         use ours in this shell; source ROS
        armsim overlay --check FILE [NAME:=VALUE ...]
 
 Write an overlay with the package names of ros2_control and MoveIt and this package's programs,
-and print the file to source. --check says where each program of a launch file comes from."""
+and print the file to source. --check shows where each program of a launch file comes from."""
 #: Package -> its programs here -> the replacement.
 PROGRAMS: Mapping[str, Mapping[str, str]] = {
     'controller_manager': {
@@ -77,20 +77,20 @@ def write_overlay(folder: Path) -> Path:
     if folder.exists():
         shutil.rmtree(folder)
     for package, programs in PROGRAMS.items():
-        original = next((prefix for prefix in _prefixes(folder)
+        upstream = next((prefix for prefix in _prefixes(folder)
                          if (prefix / _MARKERS / package).is_file()), None)
         marker = folder / _MARKERS / package
         marker.parent.mkdir(parents=True, exist_ok=True)
         marker.write_text('')
         share = folder / 'share' / package
-        if original is not None and (original / 'share' / package).is_dir():
-            share.symlink_to(original / 'share' / package)
+        if upstream is not None and (upstream / 'share' / package).is_dir():
+            share.symlink_to(upstream / 'share' / package)
         else:
             share.mkdir()
             (share / 'package.xml').write_text(
                 f'<package format="3"><name>{package}</name></package>\n', encoding='utf-8')
         _write_programs(folder / 'lib' / package, programs,
-                        original / 'lib' / package if original is not None else None)
+                        upstream / 'lib' / package if upstream is not None else None)
     quoted = shlex.quote(str(folder))
     (folder / 'setup.sh').write_text(
         f'export AMENT_PREFIX_PATH={quoted}"${{AMENT_PREFIX_PATH:+:$AMENT_PREFIX_PATH}}"\n',
@@ -104,7 +104,7 @@ def environment_with(folder: Path) -> dict[str, str]:
     return {**os.environ, 'AMENT_PREFIX_PATH': os.pathsep.join([str(folder), *rest])}
 
 
-def _write_programs(folder: Path, programs: Mapping[str, str], original: Path | None) -> None:
+def _write_programs(folder: Path, programs: Mapping[str, str], upstream: Path | None) -> None:
     folder.mkdir(parents=True)
     for name, program in programs.items():
         words = program_command('original', [program])
@@ -116,7 +116,7 @@ def _write_programs(folder: Path, programs: Mapping[str, str], original: Path | 
         path = folder / name
         path.write_text('\n'.join(lines) + '\n', encoding='utf-8')
         path.chmod(0o755)
-    for other in sorted(original.iterdir()) if original is not None and original.is_dir() else ():
+    for other in sorted(upstream.iterdir()) if upstream is not None and upstream.is_dir() else ():
         if other.name not in programs:
             (folder / other.name).symlink_to(other)
 

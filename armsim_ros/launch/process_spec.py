@@ -69,7 +69,7 @@ class ProcessSpec:
 
     @property
     def label(self) -> str:
-        """``PKG/EXE``, or ``-/PROGRAM`` of a process that is no node."""
+        """``PKG/EXE``, or ``-/PROGRAM`` of a process that is not a node."""
         if self.node is not None:
             return f'{self.node.package}/{self.node.executable}'
         return f'-/{program_of(self.command, self.shell)}'

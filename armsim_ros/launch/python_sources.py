@@ -91,7 +91,7 @@ def _scripts(folder: Path) -> Iterator[tuple[str, str]]:
     for name, section in _SECTIONS.items():
         _, found, rest = _text(folder / name).partition(section)
         if found:
-            # Up to the next section, or to the next key that is no program.
+            # Up to the next section, or to the next key that is not a program.
             block = re.split(r'^\[|^\w+\s*=\s*$', rest, maxsplit=1, flags=re.MULTILINE)[0]
             yield from _SCRIPT.findall(block)
 

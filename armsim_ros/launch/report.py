@@ -93,7 +93,7 @@ class Report:
         Report a failure and return whether to go on after the entity that failed.
 
         Only a dry run does, to name all that is missing. What depends on what was lost is not
-        told again.
+        reported again.
         """
         if not self.dry:
             return False

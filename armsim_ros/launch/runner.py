@@ -27,7 +27,7 @@ class Runner(Protocol):
         """Whether anything is running that may still cause events."""
 
     def open(self, engine: Engine) -> None:
-        """Begin; the engine is told of starts and ends."""
+        """Begin; the engine is notified of starts and ends."""
 
     def start(self, batch: Batch) -> None:
         """Start the processes of a batch."""

@@ -50,7 +50,7 @@ class CellSurvey:
 
     :param problems: errors, warnings and remarks.
     :param settings: those of the only robot, or of the files in the cell's folder.
-    :param robots: settings of the robots of a cell as their files say, each folder once; none
+    :param robots: settings of the robots of a cell as in their files, each folder once; none
         for a single robot.
     :param model: of the only robot, even if there are errors; else of the cell.
     :param cell: None where there are errors.

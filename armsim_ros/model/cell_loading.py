@@ -152,7 +152,7 @@ def _describe(files: RobotFolder) -> tuple[Description | None, Description | Non
 
 def with_plugin_files(files: RobotFolder, urdf: Description, *, keep: bool = False) -> RobotFolder:
     """
-    Return a package's files with what its URDF says: arguments, and the controllers' files.
+    Return a package's files with the content of its URDF: arguments, and the controllers' files.
 
     :param keep: whether the user named the controllers' files, which then stay.
     """

@@ -88,7 +88,7 @@ def merged_model(name: str, robots: Mapping[str, PlacedRobot],
     if root.children:
         content = read_srdf(root, robot_name=name, root_link=WORLD, links=links, joints=joints)
         semantic, text = content.semantic, xml_text(root)
-        # What is wrong with a robot's own SRDF is said where that is read.
+        # What is wrong with a robot's own SRDF is reported where that is read.
         problems = [problem for problem in content.problems
                     if srdf and problem.where is not None and problem.where.file == srdf[1]]
         places = content.places

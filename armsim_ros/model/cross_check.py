@@ -73,7 +73,7 @@ class _Check:
                     self._known_joint(title, joint, where, Severity.ERROR)
 
     def hardware(self) -> None:
-        """Warn of joints that planning needs and no declared hardware tells anything of."""
+        """Warn of joints that planning needs and no declared hardware reports."""
         if not self._model.hardware:
             return
         for group in self._model.semantic.groups.values():
@@ -177,7 +177,7 @@ class _Check:
             return
         if not self._settings.moveit_controllers:
             if self._settings.controllers and self._model.semantic.groups:
-                self._add('no file tells move_group of controllers: it plans, but cannot execute',
+                self._add('no file lists controllers for move_group: it plans, but cannot execute',
                           Location(str(self._settings.folder)),
                           remedy="add a 'controller_list' (controllers_gazebo.yaml) or "
                                  'moveit_controllers.yaml')
@@ -233,5 +233,5 @@ class _Check:
     def _add(self, what: str, where: Location | None, allowed: str = '', remedy: str = '',
              severity: Severity = Severity.WARNING) -> None:
         problem = Problem(what, where, allowed, remedy, severity)
-        # Of a published package what fits starts, as in the original stack.
+        # Of a published package what fits starts, as upstream.
         self.problems.append(ignored(problem) if self._settings.spawn_only else problem)

@@ -9,7 +9,7 @@ from armsim_ros.config.simulation import SimulationSettings
 from armsim_ros.errors import Location, nearest, Problem, Severity, SimulationError
 from armsim_ros.model.robot_model import RobotModel
 
-#: Keys of simulation.yaml that say where the joints start.
+#: Keys of simulation.yaml for the start positions of joints.
 START_KEYS = ('initial_positions', 'initial_state')
 
 
@@ -41,9 +41,9 @@ def initial_positions(model: RobotModel, settings: SimulationSettings) -> dict[s
 def with_hardware_start(settings: RobotSettings, model: RobotModel
                         ) -> tuple[RobotSettings, list[Problem]]:
     """
-    Return settings in which the joints start where the URDF's hardware, or the package, says.
+    Return settings in which the joints start as given by the URDF's hardware or the package.
 
-    What the user's own settings say wins: single joints, and the joints of a named state. A joint
+    The user's own settings win: single joints, and the joints of a named state. A joint
     of the hardware without a value starts at 0, or at the limit nearest to it.
 
     :returns: the settings, and a warning for each value that does not fit.

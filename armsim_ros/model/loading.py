@@ -39,7 +39,7 @@ def load_robot_model(
     """
     Build the model of a robot and check that the settings fit it.
 
-    :param report: is told of every warning and remark.
+    :param report: receives every warning and remark.
     :param visual_meshes: whether to read visual meshes too; physics and planning need none.
     :raises ConfigError: with every error in URDF and SRDF, or every place where the settings
         name what the robot has not.

@@ -150,10 +150,10 @@ class HardwareJoint:
 
     :param commands: the interfaces that may be claimed.
     :param states: the interfaces that can be read.
-    :param initial: position at the start [rad or m]; None where the tag does not say.
+    :param initial: position at the start [rad or m]; None where the tag gives none.
     :param bounds: command interface -> (least, largest) value, narrower than the URDF's; both
         infinite where the interface's limits are switched off.
-    :param limited: whether commands are kept within limits where the manager is told to.
+    :param limited: whether commands are kept within limits where the manager is configured to.
     :param free: whether a joint that mimics another in the URDF is driven by itself.
     :param follows: what the hardware makes a joint follow that mimics none in the URDF.
     """
@@ -276,7 +276,7 @@ class RobotModel:
 
     @cached_property
     def hardware_joints(self) -> dict[str, HardwareJoint]:
-        """Joint -> what ``<ros2_control>`` says of it; interfaces of several tags together."""
+        """Joint -> its declaration in ``<ros2_control>``; interfaces of several tags together."""
         found: dict[str, HardwareJoint] = {}
         for joint in (joint for system in self.hardware for joint in system.joints):
             known = found.get(joint.name)

@@ -58,7 +58,7 @@ class SemanticModel:
     :param named_states: group -> state -> joint -> value [rad or m].
     :param disabled_collisions: (link, link) -> reason; the pair is sorted by name.
     :param enabled_collisions: pairs that are always checked; sorted by name.
-    :param default_disabled: links that are not checked unless a pair says so.
+    :param default_disabled: links that are not checked unless a pair enables it.
     """
 
     name: str = ''

@@ -46,7 +46,7 @@ class ExecutorProgram(ABC):
         self._stop_wanted = stop_wanted
         self._executor: SingleThreadedExecutor | None = None
         self._cell, warnings = cell_of(arguments)
-        # Beside a simulation, which tells the same of the same files, they would be there twice.
+        # A simulation beside it reports the same about the same files.
         self._warnings = [] if started_by_bringup() else warnings
 
     def stop(self) -> None:

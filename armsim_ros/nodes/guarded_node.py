@@ -78,7 +78,7 @@ class GuardedNode(Node):
         return now
 
     def _failed(self, kind: Any, request: Any, error: Exception) -> Any:
-        """Return an answer that says that nothing was done, and log why."""
+        """Return an answer that reports that nothing was done, and log why."""
         text = f'{type(error).__name__}: {error}'
         if kind.__module__.startswith(_RCLPYS):
             self.get_logger().warning(f'a request of type {kind.__name__} was not served: {text}')

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Says that the machine is overloaded, where nothing else explains why all is late."""
+"""Reports an overloaded machine, where nothing else explains the delays."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ class OverloadWatch:
     Watches how long the threads of this process wait for a processor.
 
     :param program: the name that lines begin with.
-    :param read: tells what each thread has computed and waited.
-    :param say: takes a line.
+    :param read: returns the computing and waiting times of each thread.
+    :param report: takes a line.
     """
 
     def __init__(
@@ -35,14 +35,14 @@ class OverloadWatch:
         program: str,
         *,
         read: Callable[[], Times] = lambda: thread_times(),
-        say: Callable[[str], None] = lambda line: _print(line),
+        report: Callable[[str], None] = lambda line: _print(line),
     ) -> None:
         self.is_overloaded = False
         self._program = program
         self._read = read
-        self._say = say
+        self._report = report
         self._before: tuple[float, Times] | None = None
-        self._said: float | None = None
+        self._reported_at: float | None = None
 
     def start(self) -> None:
         """Look now and then, in a thread, as long as the process lives."""
@@ -50,7 +50,7 @@ class OverloadWatch:
 
     def look(self, now: float) -> None:
         """
-        Compare with the last look, and say it where it is overloaded.
+        Compare with the last check, and report overload.
 
         :param now: wall time [s].
         """
@@ -68,9 +68,10 @@ class OverloadWatch:
             )
             span = now - then
             self.is_overloaded = waited > SHARE * span and waited > RATIO * used
-            if self.is_overloaded and (self._said is None or now - self._said >= SILENCE):
-                self._said = now
-                self._say(
+            if self.is_overloaded and (
+                    self._reported_at is None or now - self._reported_at >= SILENCE):
+                self._reported_at = now
+                self._report(
                     f'{self._program}: this machine is overloaded: of the last {span:.0f} s the '
                     f'program had to wait {waited:.1f} s for a processor (load '
                     f'{os.getloadavg()[0]:.0f} on {os.cpu_count()}); expect delays'

@@ -27,7 +27,7 @@ class SettingsParameters(Generic[SettingsT]):
     :param node: the node that owns the parameters.
     :param settings: the values at the start.
     :param changed: called with the new settings after every change.
-    :param objection: says what else is wrong with new settings, '' where nothing is.
+    :param objection: returns what else is wrong with new settings, '' where nothing is.
     """
 
     def __init__(

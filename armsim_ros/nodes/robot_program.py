@@ -21,7 +21,7 @@ from armsim_ros.nodes.stop_signals import StopSignals
 
 
 class RobotProgram(Protocol):
-    """What is run; made of the arguments and a function that tells whether a signal came."""
+    """What is run; made of the arguments and a function that returns whether a signal came."""
 
     def __init__(self, arguments: ProgramArguments, stop_wanted: Callable[[], bool]) -> None:
         """Read the files; no node exists yet."""
@@ -44,7 +44,7 @@ def serve(
     :param module: where the program's class is.
     :param name: of the class, a ``RobotProgram``.
     :param argv: the words after the program's name; those of this process where None.
-    :param watched: whether it tells where it has to wait for a processor.
+    :param watched: whether it reports when it has to wait for a processor.
     :returns: 0 after a signal, 2 after a user's error, else the program's status.
     """
     if started_by_bringup():

@@ -120,7 +120,7 @@ class ConstraintSet:
         """
         Return by how much a full robot state (n,) violates each part of the constraints.
 
-        Visibility is no part of it.
+        Visibility is not part of it.
 
         :param margin: share 0..1 by which all tolerances are made smaller.
         :returns: zeros where the state satisfies them [rad or m].

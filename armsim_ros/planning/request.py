@@ -27,7 +27,7 @@ from armsim_ros.planning.scene.update import StartState
 from armsim_ros.trajectory import JointTrajectory
 
 FARTHEST = 1e6
-"""Numbers beyond this [m] are no places."""
+"""Numbers beyond this [m] are not places."""
 
 JOINT_TOLERANCE, POSITION_TOLERANCE, ORIENTATION_TOLERANCE = 1e-4, 1e-3, 1e-2
 """Tolerances of goals that are made of numbers: [rad or m], [m], [rad]."""

@@ -25,7 +25,7 @@ class PlanningSettings:
     :param pipelines: names of the planning pipelines.
     :param default_pipeline: used where a request names none.
     :param position_only_ik: groups whose inverse kinematics leaves orientations free.
-    :param strict_start_state: a start state that is no diff drops attached objects.
+    :param strict_start_state: a start state that is not a diff drops attached objects.
     :param start_state_max_bounds_error: a start may be this far [rad or m] beyond a limit.
     :param request_adapters: names of the steps before planning that the user lists.
     :param jiggle_fraction: share of the joints' ranges by which a colliding start may be moved.

@@ -46,13 +46,13 @@ def write_scene_file(path: str, scene: PlanningScene) -> None:
     """
     Write the objects of a scene's world: all of them, or nothing.
 
-    :raises PlanningError: the path is no place for a file, another kind of file is there, or a
+    :raises PlanningError: the path is not a place for a file, another kind of file is there, or a
         name does not fit on a line.
     :raises OSError: it cannot be written.
     """
     target = Path(path)
     if target.exists() and not _is_scene_file(target):
-        raise _error(f"'{path}' is there and is no scene file; it is left as it is")
+        raise _error(f"'{path}' is there and is not a scene file; it is left as it is")
     lines = [_word(scene.name or '(noname)', 'the scene')]
     for item in scene.objects.values():
         lines += _object_lines(item, scene.colors.get(item.id, _NO_COLOR))
@@ -250,7 +250,7 @@ class _Reader:
         return self._lines[self._next - 1].strip()
 
     def _wrong(self, found: str, allowed: str) -> PlanningError:
-        return _error(f'{self._path}:{self._next}: {found} instead of {allowed}')
+        return _error(f'{self._path}:{self._next}: {found}; allowed: {allowed}')
 
 
 def _error(text: str) -> PlanningError:

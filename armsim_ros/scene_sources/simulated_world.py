@@ -71,20 +71,20 @@ def initial_scene(
     if parameters.scene_from_world == 'fixed':
         root = world_in_root(settings)
         standing = standing_links(model.robot)
-        for thing in _fixed_objects(settings.world, root):
-            scene.apply_object(thing)
-            scene.set_acm(scene.acm.with_entry(thing.id, True, standing))
+        for item in _fixed_objects(settings.world, root):
+            scene.apply_object(item)
+            scene.set_acm(scene.acm.with_entry(item.id, True, standing))
     return scene
 
 
-def collision_object(thing: WorldObject, root: Matrix) -> CollisionObject:
+def collision_object(item: WorldObject, root: Matrix) -> CollisionObject:
     """
     Return an object of the simulated world as an object to be added to a scene.
 
     :param root: (4, 4) pose of the world in the root link's frame.
     """
-    shapes = tuple(ObjectShape(part.geometry, part.origin) for part in thing.parts)
-    return CollisionObject(thing.name, pose=root @ thing.pose, shapes=shapes)
+    shapes = tuple(ObjectShape(part.geometry, part.origin) for part in item.parts)
+    return CollisionObject(item.name, pose=root @ item.pose, shapes=shapes)
 
 
 def _fixed_objects(world: WorldSettings, root: Matrix) -> list[CollisionObject]:
@@ -93,19 +93,19 @@ def _fixed_objects(world: WorldSettings, root: Matrix) -> list[CollisionObject]:
 
     :param root: (4, 4) pose of the world in the root link's frame.
     """
-    things = [
-        collision_object(thing, root) for thing in world_objects(world) if thing.mass is None
+    items = [
+        collision_object(item, root) for item in world_objects(world) if item.mass is None
     ]
     if world.floor_height is not None and FLOOR not in world.objects:
-        things.append(collision_object(floor_object(world.floor_height), root))
-    return things
+        items.append(collision_object(floor_object(world.floor_height), root))
+    return items
 
 
 Log = Callable[[str], object]
 
 
 def of_world(update: SceneUpdate) -> bool:
-    """Return whether it is a simulated world that tells something."""
+    """Return whether the source is a simulated world."""
     attached = (item.object for item in update.robot_state.attached_objects)
     kinds = [item.type.key for item in (*update.objects, *attached)]
     diff = update.is_diff and not update.replaces_world
@@ -114,7 +114,7 @@ def of_world(update: SceneUpdate) -> bool:
 
 class WorldOwnership:
     """
-    Lets a simulated world tell of its objects, and keeps the user's from it.
+    Lets a simulated world update its objects, and keeps the user's from it.
 
     :param scene: what both edit; each edit that does not come through here is the user's.
     :param standing: links that no joint moves; the world's objects may touch them.
@@ -142,9 +142,9 @@ class WorldOwnership:
 
     def apply(self, update: SceneUpdate) -> None:
         """
-        Do what the world tells, as far as the objects are its own.
+        Apply the world's update as far as the objects are its own.
 
-        :raises PlanningError: an object cannot be what it tells; the others are done.
+        :raises PlanningError: an object cannot be updated; the others are done.
         """
         problems = [*update.unreadable, *update.robot_state.unreadable]
         self._telling.active = True
@@ -257,7 +257,7 @@ class WorldOwnership:
             '', CollisionObject(id_, ObjectOperation.REMOVE)))
 
     def _begin_epoch(self, kind: ObjectType, update: SceneUpdate) -> None:
-        """Forget take-overs where the world begins anew; its first message tells all of it."""
+        """Forget take-overs where the world begins anew; its first message contains all of it."""
         if kind.key != WORLD_TYPE or kind.db == self._epoch:
             return
         with self._lock:
@@ -299,7 +299,7 @@ class WorldOwnership:
 
 
 def _same(first: CollisionObject, second: CollisionObject) -> bool:
-    """Return whether two tell of the same shapes; where they are does not count."""
+    """Return whether two have the same shapes, at any pose."""
     def content(shape: ObjectShape) -> object:
         mesh = shape.geometry
         if isinstance(mesh, Mesh):

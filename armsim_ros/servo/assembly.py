@@ -67,7 +67,8 @@ def check_parameters(
     ):
         if (value or name == 'move_group_name') and value not in groups:
             wrong.append(
-                f"{name}: '{value}' is no planning group ({', '.join(groups) or 'there is none'}) "
+                f"{name}: '{value}' is not a planning group "
+                f"({', '.join(groups) or 'there is none'}) "
                 f'{nearest(value, groups)}'.rstrip()
             )
     if wrong:

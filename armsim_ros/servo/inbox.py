@@ -12,7 +12,7 @@ from armsim_ros.servo.commands import Command, CommandType, InvalidCommandError
 FARTHEST_AHEAD_NS = 500_000_000
 """A stamp farther in the future comes from another clock [ns]."""
 COMPLAINT_NS = 250_000_000
-"""So long is told what was wrong [ns]."""
+"""How long an error is reported [ns]."""
 
 _SERVICE = '~/switch_command_type'
 _NUMBERS = ', '.join(f'{kind.value} for {kind.name}' for kind in CommandType)
@@ -57,7 +57,7 @@ class CommandInbox:
         """
         Take a command.
 
-        :param read: makes it; InvalidCommandError tells which field is wrong.
+        :param read: makes it; InvalidCommandError names the wrong field.
         :param stamp_ns: 0 is now.
         """
         refusal = self._refusal(kind, stamp_ns, now_ns)
@@ -78,12 +78,12 @@ class CommandInbox:
         self._expires_ns = min(stamp_ns or now_ns, now_ns) + self.timeout_ns
 
     def complain(self, text: str, now_ns: int) -> None:
-        """Have something told for a while."""
+        """Report a finding for a while."""
         self.ceased = False
         self._complaint, self._complaint_ns = text, now_ns
 
     def reject(self, text: str, now_ns: int) -> None:
-        """Drop the command that holds, and say why."""
+        """Drop the command that holds, and report why."""
         self._command = None
         self.complain(text, now_ns)
 

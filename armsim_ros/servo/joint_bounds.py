@@ -51,7 +51,7 @@ class JointBounds:
 
         :param q: (m,) positions [rad or m].
         :param all_halt: slow all joints as the joint at its bound, not that joint alone.
-        :returns: the velocities, and what to say where a joint has come to its bound.
+        :returns: the velocities, and findings where a joint has come to its bound.
         """
         room, fastest = self._fastest(q, velocity, period)
         speed = np.abs(velocity)

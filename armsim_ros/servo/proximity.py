@@ -79,7 +79,7 @@ class Proximity:
 
         :param q: (n,) the robot now.
         :param ahead: (n,) the robot when it has come to rest after the next step.
-        :returns: 0 to 1, and what to say where it is less than 1.
+        :returns: 0 to 1, and findings where it is less than 1.
         """
         edits = self._checker.edits
         if self._clear is not None and self._clear.include(ahead, edits):

@@ -72,7 +72,7 @@ def singularity_factor(
     :param twist: (6,) wanted of the tip, linear over angular, in the units of the Jacobian.
     :param jacobian: (6, m) there.
     :param jacobian_at: (m,) -> (6, m), for other positions.
-    :returns: 0 to 1, and what to say where it is less than 1.
+    :returns: 0 to 1, and findings where it is less than 1.
     """
     if surely_below(jacobian, thresholds.lower):
         return 1.0, None

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What a cycle has to say, in the codes and words of moveit_servo."""
+"""The findings of a cycle, in the codes and wording of moveit_servo."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ _PRECEDENCE = (
 @dataclass(frozen=True, slots=True)
 class Finding:
     """
-    Something to say about a cycle.
+    A finding about a cycle.
 
     :param detail: names joint, pair, field or number; may be ''.
     """
@@ -70,5 +70,5 @@ NOTHING = Finding(ServoStatus.NO_WARNING)
 
 
 def weightiest(findings: Iterable[Finding]) -> Finding:
-    """Return the finding that a status tells of, of several."""
+    """Return the finding that a status reports, of several."""
     return min(findings, key=lambda finding: _PRECEDENCE.index(finding.code), default=NOTHING)

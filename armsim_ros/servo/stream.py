@@ -49,7 +49,7 @@ class Cycle:
     :param positions: (m,) to send [rad or m].
     :param velocities: (m,) with which they change [rad/s or m/s].
     :param at_rest: whether they have come to rest.
-    :param findings: what is to be said.
+    :param findings: what to report.
     """
 
     positions: Vector

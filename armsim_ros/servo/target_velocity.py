@@ -39,7 +39,7 @@ class Wanted:
 
     :param velocity: (m,) of the group's joints [rad/s or m/s].
     :param cartesian: whether the tip was commanded, not joints.
-    :param findings: what is to be said about it.
+    :param findings: findings to report.
     """
 
     velocity: Vector
@@ -55,7 +55,7 @@ class TargetVelocity:
     :param scene: knows the frames.
     :param group: planning group whose joints are commanded; the order of all vectors.
     :param subgroup: part of it that moves, or the group itself.
-    :raises PlanningError: INVALID_GROUP_NAME, or the subgroup is no part of the group.
+    :raises PlanningError: INVALID_GROUP_NAME, or the subgroup is not part of the group.
     """
 
     def __init__(
@@ -73,7 +73,7 @@ class TargetVelocity:
                      if set(kinematics.group_indices(name)) < set(self.indices)]
             raise PlanningError(
                 MoveItErrorCode.INVALID_GROUP_NAME,
-                f"planning group '{subgroup}' is no part of '{group}'; allowed: "
+                f"planning group '{subgroup}' is not part of '{group}'; allowed: "
                 f'{", ".join(parts) or "none"}',
                 'servo',
             )
@@ -145,7 +145,7 @@ class TargetVelocity:
             if name not in self._moving_names:
                 known = self._moving_names
                 raise InvalidCommandError(
-                    f"joint_names: '{name}' is no joint of '{self._moving}' "
+                    f"joint_names: '{name}' is not a joint of '{self._moving}' "
                     f'({", ".join(known)}) {nearest(name, known)}'.rstrip()
                 )
             velocity[self.names.index(name)] = value

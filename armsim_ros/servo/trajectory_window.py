@@ -122,7 +122,7 @@ class TrajectoryWindow:
         command of a stream goes out at once, though: it leads to rest anyhow. None where there
         is no command yet.
 
-        :param accelerations: whether to tell of them, too.
+        :param accelerations: whether to include them.
         """
         if len(self._points) < FEWEST:
             return self._first()

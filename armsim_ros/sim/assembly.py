@@ -182,7 +182,7 @@ def build_managers(cell: Cell, hardware: HardwareInterface) -> dict[str, Control
 
 
 def _sensors_and_gpios(robot: Robot) -> set[str]:
-    """Return the names of what has states and is no joint."""
+    """Return the names of what has states and is not a joint."""
     declared = {name.rpartition('/')[0] for system in robot.model.hardware
                 for name in (*system.other_states, *system.other_commands)}
     return declared | set(robot.settings.simulation.sensors)

@@ -104,7 +104,7 @@ class Pacer:
     :param spin_ns: last part of each wait spent polling the clock [ns].
     :param catch_up_ns: delay that is made up [ns].
     :param catch_up_at_start_ns: delay that is made up in the first seconds [ns], in which a
-        program still has other things to do.
+        program still has other work to do.
     :param alarm: ends a ``doze`` when another thread sets it.
     """
 

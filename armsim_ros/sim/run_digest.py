@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A hash of a whole run's present, to tell whether two runs are the same."""
+"""A hash of a whole run's present, to compare two runs."""
 
 from __future__ import annotations
 

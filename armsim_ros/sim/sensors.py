@@ -109,7 +109,7 @@ def sensors_of(
     for name, entry in settings.items():
         if entry.link not in model.links:
             raise SimulationError(
-                f"sensor '{name}' sits on '{entry.link}', which is no link of robot "
+                f"sensor '{name}' sits on '{entry.link}', which is not a link of robot "
                 f"'{model.name}'; " + (nearest(entry.link, tuple(model.links)) or 'see its URDF')
             )
     return tuple(

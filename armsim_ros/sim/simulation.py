@@ -79,12 +79,12 @@ class Simulation(SimulatedLinks, SavableSimulation, HardwareInterface):
         self.model = model
         self.clock = clock or SimClock(self.settings.timestep_ns)
         world = world or WorldSettings()
-        things = world.things if isinstance(world, LoadedWorld) else world_objects(world)
+        items = world.items if isinstance(world, LoadedWorld) else world_objects(world)
         self._world_lines = ((*(f'not used of the world: {line}' for line in world.unused),
                               *world.remarks) if isinstance(world, LoadedWorld) else ())
         floor = world.floor if isinstance(world, LoadedWorld) else world.floor_height
         ground = Ground(floor, world.gravity)
-        spec = build_plant(model, self.settings, things, ground)
+        spec = build_plant(model, self.settings, items, ground)
         self._initial = np.array([start[name] for name in self.joint_names])
         inputs = np.full((9, len(self.joint_names)), np.nan)
         self.command, self.feedforward = JointArrays(*inputs[:4]), JointArrays(*inputs[4:8])
@@ -104,7 +104,7 @@ class Simulation(SimulatedLinks, SavableSimulation, HardwareInterface):
             spec, self.joint_names, self.state, self._active, fingers_driven(model))
         self._bounded = self.effort_bound.tobytes()
         self._servo = Servo(model, self.settings, gains or {}, self._plant.tune, weights)
-        self.world = WorldScene(self._plant, things, ground)
+        self.world = WorldScene(self._plant, items, ground)
         self.vacuum_grippers = {
             name: VacuumGripper(name, gripper, self._plant, self.world)
             for name, gripper in self.settings.vacuum_grippers.items()

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Assertions about an arm that say what is wrong: joint, body, distance, limit, time."""
+"""Assertions about an arm that name the failure: joint, body, distance, limit, time."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def assert_no_collision(arm: Arm, since: float | None = None) -> None:
     hits = [touch for touch in arm.touches(since)
             if any(name.startswith(own) for name in touch.bodies)]
     if hits:
-        raise AssertionError(f'{arm.name} was in collision: {_told(hits)}')
+        raise AssertionError(f'{arm.name} was in collision: {_described(hits)}')
 
 
 def assert_no_contact(
@@ -56,7 +56,7 @@ def assert_no_contact(
         if touch.names(first) and (second is None or touch.names(second))
     ]
     if hits:
-        raise AssertionError(f"'{first}' was touched: {_told(hits)}")
+        raise AssertionError(f"'{first}' was touched: {_described(hits)}")
 
 
 def assert_holds(arm: Arm, name: str) -> None:
@@ -94,7 +94,7 @@ def assert_rejected(arm: Arm, points: Points, match: str = '') -> str:
     return reason
 
 
-def _told(touches: list[Touch]) -> str:
+def _described(touches: list[Touch]) -> str:
     lines = [
         f"'{touch.bodies[0]}' and '{touch.bodies[1]}' overlapped by {touch.depth * 1e3:.2f} mm "
         f'from {touch.start:.3f} to {touch.end:.3f} s'

@@ -55,9 +55,9 @@ def test_prefix_and_namespace_follow_from_the_name(tmp_path):
     ('robots:\n  a: {}', "robots.yaml:2:3: cell: 'robots.a.robot' is missing"),
     ('robots:\n  a: {robot: bot, prefx: b_}', "2:19: cell: key 'robots.a.prefx' is not known"),
     ('robots:\n  a: {robot: bot, prefix: a b}', "'a b' cannot begin a name"),
-    ('robots:\n  a: {robot: bot, namespace: a//b}', "'a//b' is no ROS name"),
+    ('robots:\n  a: {robot: bot, namespace: a//b}', "'a//b' is not a ROS name"),
     ('robots:\n  a: {robot: bot, xyz: [0, 0, .inf]}', 'all three numbers must be finite'),
-    ('robots:\n  a-b: {robot: bot}', "2:3: cell: robots: 'a-b' is no name for a robot"),
+    ('robots:\n  a-b: {robot: bot}', "2:3: cell: robots: 'a-b' is not a name for a robot"),
     ('robots:\n  a: {robot: bot}\n  b: {robot: bot, namespace: a}',
      "robots.yaml:3:3: cell: robots: 'b' and 'a' are both in namespace '/a'"),
 ])

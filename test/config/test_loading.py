@@ -187,7 +187,7 @@ def test_overrides_win_over_files(files):
 
 
 @pytest.mark.parametrize(('path', 'value', 'message'), [
-    ('simulaton.paused', True, "override 'simulaton.paused': 'simulaton' is no block"),
+    ('simulaton.paused', True, "override 'simulaton.paused': 'simulaton' is not a block"),
     ('simulation.pausd', True, "override 'simulation.pausd': simulation: key 'pausd' is not"),
     ('simulation.timestep', 'fast', "override 'simulation.timestep': simulation: 'timestep' is "),
 ])

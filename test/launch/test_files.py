@@ -202,7 +202,7 @@ def test_a_wrong_element_is_answered_with_its_line(dry):
     """An element that is not known is named with its line and the nearest one."""
     said = dry('<launch>\n  <nodes pkg="a" exec="b"/>\n</launch>\n', name='it.launch.xml')
     assert 'it.launch.xml:2' in said.errors
-    assert "<nodes> is no element of a launch file; did you mean 'node'?" in said.errors
+    assert "<nodes> is not an element of a launch file; did you mean 'node'?" in said.errors
 
 
 def test_a_ros_1_file(dry, workspace):

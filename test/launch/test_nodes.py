@@ -60,7 +60,7 @@ def test_a_robot_description_stays_a_text():
 def test_a_value_of_another_type_is_refused():
     """P37 ParameterValue: a text that is no value of its type is a mistake with its line."""
     value = ParameterValue(TextSubstitution(text='x'), value_type=int)
-    with pytest.raises(LaunchError, match="'x' is no int"):
+    with pytest.raises(LaunchError, match="'x' is not a valid int"):
         evaluate_parameters(LaunchContext(), [{'n': value}])
 
 

@@ -101,7 +101,7 @@ def test_what_the_user_adds_is_his(story):
     story.user('a', ADD)
     story.world(('a', MOVE, 2.0), ('a', ADD, 2.0), ('b', MOVE, 2.0))
     assert story.heights() == {'a': 5.0, 'b': 2.0}
-    assert ['his now' in line for line in story.lines] == [True]
+    assert ['no longer updated' in line for line in story.lines] == [True]
     story.epoch = '2'
     story.world(('a', ADD, 1.0), ('b', ADD, 1.0))
     assert story.heights() == {'a': 1.0, 'b': 1.0}

@@ -76,7 +76,7 @@ def test_speed_of_a_joint_scales_all(streamer):
 
 def test_override_of_the_velocity(streamer):
     """
-    The factor multiplies what is commanded; it is no share of the limits, which may be lower.
+    The factor multiplies what is commanded; it is not a share of the limits, which may be lower.
 
     Upstream: utils/common.cpp, jointLimitVelocityScalingFactor.
     """

@@ -45,7 +45,7 @@ class AdmittanceKinematics(Settings):
         '', "has no effect: the robot's own model is used", read_only=True)
     plugin_package: str = parameter(
         '', "has no effect: the robot's own model is used", read_only=True)
-    base: str = parameter('', 'link in whose axes forces and motion are told', read_only=True)
+    base: str = parameter('', 'link in whose axes forces and motion are given', read_only=True)
     tip: str = parameter('', 'link at the end of the joints', read_only=True)
     alpha: float = parameter(0.01, 'damping of the inverse Jacobian', ge=0.0)
 
@@ -91,7 +91,7 @@ class AdmittanceControllerParameters(ControllerParameters):
     """
     Parameters of ``admittance_controller/AdmittanceController``.
 
-    What is needed and empty is told of when the controller is configured.
+    What is needed and empty is reported when the controller is configured.
     """
 
     joints: tuple[str, ...] = parameter((), 'controlled joints', read_only=True)

@@ -111,7 +111,7 @@ ROS1_TYPES: Mapping[str, Ros1Type] = {
 
 #: Parameters that every ROS 2 controller has, and some of ROS 1 -> why they have no effect here.
 UNUSED_CONTROLLER_KEYS: Mapping[str, str] = {
-    'use_sim_time': 'the programs are told once for all nodes',
+    'use_sim_time': 'it is set once for all nodes of a program',
     'async_parameters': 'all controllers run in the same control loop',
     'lock_memory': '',
     'node_options_args': '',
@@ -163,12 +163,12 @@ class StandIn:
 
     :param pattern: of the type.
     :param type: the type that runs; '' keeps the vendor's name.
-    :param says: the line that a user gets.
+    :param message: the line that a user gets.
     """
 
     pattern: re.Pattern[str]
     parameters: type[Settings]
-    says: str
+    message: str
     type: str = ''
 
 
@@ -221,8 +221,8 @@ def read_controller(name: str, node: YamlNode, problems: list[Problem], *,
     stand_in = stand_in_for(source_type) if parameters is None else None
     if stand_in is not None:
         canonical, parameters = stand_in.type or source_type, stand_in.parameters
-        problems.append(Problem(f'{title}: {stand_in.says.format(type=source_type)}', kind.where,
-                                severity=Severity.CHANGED))
+        problems.append(Problem(f'{title}: {stand_in.message.format(type=source_type)}',
+                                kind.where, severity=Severity.CHANGED))
     if parameters is None:
         allowed = ', '.join(allowed_types())
         remedy = nearest(source_type, allowed_types())
@@ -239,8 +239,8 @@ def read_controller(name: str, node: YamlNode, problems: list[Problem], *,
             severity=Severity.CHANGED))
     if 'gains' in block.entries and canonical == TRAJECTORY and _commands_position(block):
         problems.append(Problem(
-            f'{title}: the gains go to the simulated drives, where they take effect; the '
-            'original stack reads none of a position controller', block.entries['gains'].place,
+            f'{title}: the gains go to the simulated drives, where they take effect; '
+            'upstream reads none of a position controller', block.entries['gains'].place,
             severity=Severity.CHANGED))
     if published and canonical == TRAJECTORY:
         block = _without_strange_joints(title, block, problems)
@@ -279,6 +279,6 @@ def _commands_position(block: YamlNode) -> bool:
 
 
 def _with_implied(block: YamlNode, ros1: Ros1Type, kind: YamlNode) -> YamlNode:
-    """Return the block with what its ROS 1 type says; what is written wins."""
+    """Return the block with the defaults of its ROS 1 type; what is written wins."""
     implied = {key: node_of(value, kind.where) for key, value in ros1.implied.items()}
     return split_keys(block.with_value({**implied, **block.entries}), '/')

@@ -19,7 +19,7 @@ class ForwardParameters(ControllerParameters):
     """
     What all of them share; the command timeout is ours.
 
-    A list or name that is needed and empty is told of when the controller is configured.
+    A list or name that is needed and empty is reported when the controller is configured.
     """
 
     command_timeout: float = parameter(
@@ -125,7 +125,7 @@ class MultiInterfaceForwardCommandControllerParameters(ForwardParameters):
 
 
 class JointParameters(ForwardParameters):
-    """Parameters of ROS 1's controllers of a single joint; the type's name says what it takes."""
+    """Parameters of ROS 1's controllers of a single joint; the type's name gives its interface."""
 
     interface: ClassVar[str] = POSITION
     joint: str = parameter('', 'commanded joint', read_only=True)

@@ -21,11 +21,11 @@ class GpioInterfaces(Settings):
 class GpioCommandControllerParameters(BroadcasterParameters):
     """Parameters of ``gpio_controllers/GpioCommandController``."""
 
-    gpios: tuple[str, ...] = parameter((), 'gpios that are commanded or told of', read_only=True)
+    gpios: tuple[str, ...] = parameter((), 'gpios that are commanded or published', read_only=True)
     command_interfaces: dict[str, GpioInterfaces] = parameter(
         {}, 'gpio -> what is commanded', read_only=True)
     state_interfaces: dict[str, GpioInterfaces] = parameter(
-        {}, 'gpio -> what is told; all that it has where none is named', read_only=True)
+        {}, 'gpio -> published interfaces; all by default', read_only=True)
 
     @property
     def commands(self) -> tuple[str, ...]:

@@ -143,7 +143,7 @@ class JointTrajectoryControllerParameters(ControllerParameters):
         read_only=True,
     )
     refused_goals: Literal['reject', 'abort'] = parameter(
-        'reject', 'abort: accept a bad goal and end it at once, so that its result tells why'
+        'reject', 'abort: accept a bad goal and end it at once, so that its result has the reason'
     )
     reject_beyond_limits: bool = parameter(
         False,

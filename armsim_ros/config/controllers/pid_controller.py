@@ -26,7 +26,7 @@ class PidControllerParameters(ControllerParameters):
     """
     Parameters of ``pid_controller/PidController``.
 
-    What is needed and empty is told of when the controller is configured.
+    What is needed and empty is reported when the controller is configured.
     """
 
     dof_names: tuple[str, ...] = parameter(

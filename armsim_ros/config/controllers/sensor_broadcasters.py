@@ -18,9 +18,9 @@ _TURN = (*_AXES, 'w')
 
 class BroadcasterParameters(ControllerParameters):
     """
-    What all of them share; the original publishes at every update.
+    What all of them share; upstream publishes at every update.
 
-    A name that is needed and empty is told of when the controller is configured.
+    A name that is needed and empty is reported when the controller is configured.
     """
 
     publish_rate: float = parameter(
@@ -195,7 +195,7 @@ class SpeedScalingStateBroadcasterParameters(BroadcasterParameters):
 
 
 SPEED_SCALING = 'speed_scaling/speed_scaling_factor'
-"""The state interface that says how fast a robot goes; 1 is as planned."""
+"""The state interface with the speed scaling of a robot; 1 is as planned."""
 
 
 def _of(sensor: str, *quantities: tuple[str, tuple[str, ...]]) -> tuple[str, ...]:

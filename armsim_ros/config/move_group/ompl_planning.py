@@ -66,7 +66,7 @@ class OmplSettings(Settings):
     response_adapters: tuple[str, ...] | None = parameter(
         None, 'what happens after planning; none given: the usual ones')
     progress_topic: str = parameter(
-        'pipeline_state', "where the stages of a plan are told; '' is nowhere")
+        'pipeline_state', "topic of the stages of a plan; '' is nowhere")
     display_path_topic: str = parameter(
         'display_planned_path', 'where DisplayMotionPath publishes plans', min_length=1)
     display_contacts_topic: str = parameter(

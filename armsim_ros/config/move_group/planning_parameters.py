@@ -13,7 +13,7 @@ from armsim_ros.config.move_group.cartesian_limits import CartesianLimits
 
 
 class PlanningParameters(Settings):
-    """What move_group is told about descriptions, pipelines and the planning scene."""
+    """move_group's parameters about descriptions, pipelines and the planning scene."""
 
     default_robot_padding: float = parameter(
         0.0, 'the robot is this much thicker against the world [m]', ge=0.0)
@@ -36,7 +36,7 @@ class PlanningParameters(Settings):
         4.0, 'scene messages a second at most [Hz]', gt=0.0)
     cartesian_limits: CartesianLimits = CartesianLimits()
     strict_start_state: bool = parameter(
-        False, 'a start state that is no difference drops the objects that the robot carries')
+        False, 'a start state that is not a difference drops the objects that the robot carries')
     scene_from_world: Literal['live', 'fixed', 'false'] = parameter(
         'live', 'what of the simulated world the planning scene has: live: all, where it is; '
         'fixed (or true): what never moves, from the files; false: nothing')

@@ -8,7 +8,7 @@ from armsim_ros.config.base import parameter, Settings
 
 
 class TrajectoryExecutionSettings(Settings):
-    """Parameters of ``trajectory_execution.*``, and those beside it that say what may run."""
+    """Parameters of ``trajectory_execution.*``, and those beside it about what may run."""
 
     allow_trajectory_execution: bool = parameter(
         True, 'whether execute_trajectory moves the robot')

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Controllers that a package leaves to others: made from what move_group is told of them."""
+"""Controllers that a package leaves to others: made from move_group's list."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ def complete_controllers(draft: ConfigDraft, folder: Path) -> None:
     """
     Add the controllers that must run and that no file describes.
 
-    Each controller that move_group is told of and that no file describes becomes a controller of
+    Each controller in move_group's list that no file describes becomes a controller of
     its name and joints. A robot always has a joint state broadcaster.
 
-    :param folder: named in the line that says what was added.
+    :param folder: named in the message about what was added.
     """
     described = draft.section('controllers').entries
     _tell_move_group(draft)
@@ -50,7 +50,7 @@ def complete_controllers(draft: ConfigDraft, folder: Path) -> None:
 
 
 def _tell_move_group(draft: ConfigDraft) -> None:
-    """Tell move_group of all trajectory controllers where its manager would ask for them."""
+    """List all trajectory controllers for move_group where its manager would query them."""
     manager = draft.section('trajectory_execution').get('moveit_controller_manager')
     if manager is None or not str(manager.value).startswith(_ASKING):
         return

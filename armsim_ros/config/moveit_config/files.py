@@ -73,7 +73,7 @@ class PackageFiles:
 
     :param folder: the package.
     :param packages: where other packages are searched.
-    :param name: the robot's name; where it is empty the package tells it.
+    :param name: the robot's name; where it is empty, taken from the package.
     :param config: a folder that is searched before ``config/``.
     :param problems: what was odd in choosing the files.
     """

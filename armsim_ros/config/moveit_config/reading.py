@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The settings files of a package to the neutral form: what a file is, its role says."""
+"""The settings files of a package to the neutral form: by the role of each file."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _VAR = re.compile(r'\$\(var\s+([^)\s]+)\s*\)')
 #: Files in which a launch file may have values filled in.
 _FILLED_IN = (Role.MOVEIT_CONTROLLERS, Role.ROS2_CONTROLLERS, Role.JOINT_LIMITS)
 
-#: The block of the draft with the joints' start; what the URDF says wins over it.
+#: The block of the draft with the joints' start; the URDF overrides it.
 _START = 'start'
 
 
@@ -75,7 +75,7 @@ class PackageReader:
                                       node_of(names, where))
 
     def _add_ompl_defaults(self) -> None:
-        """Add what MoveItConfigsBuilder takes where the package says nothing of OMPL."""
+        """Add what MoveItConfigsBuilder takes where the package has no settings of OMPL."""
         found = self._draft.section('ompl')
         if not found.entries:
             self._layout.take_pipeline(node_of(default_pipeline('ompl'), found.where))

@@ -18,7 +18,7 @@ FILE = '.setup_assistant'
 @dataclass(frozen=True)
 class SetupAssistant:
     """
-    The entries of the file that still mean something; empty where it does not say.
+    The entries of the file that are still used; empty where it has none.
 
     :param urdf_package: the package that holds the URDF.
     :param urdf_path: the URDF's path in it.
@@ -35,7 +35,7 @@ class SetupAssistant:
 
 
 def read_setup_assistant(package: Path) -> SetupAssistant:
-    """Return what a package's ``.setup_assistant`` says; nothing where it cannot be read."""
+    """Return what a package's ``.setup_assistant`` contains; empty where it cannot be read."""
     file = package / FILE
     if not file.is_file():
         return SetupAssistant()

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Why a text is no YAML: from the parser's words and the line to what its author probably did."""
+"""Why a text is not YAML: from the parser's words and the line to what its author probably did."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def explain_syntax(error: yaml.YAMLError, text: str, file: str) -> Problem:
     if mark is None:
         return _unreadable_character(error, text, file)
     number = min(mark.line, max(len(lines) - 1, 0))
-    what = str(getattr(error, 'problem', '') or 'this is no YAML')
+    what = str(getattr(error, 'problem', '') or 'this is not YAML')
     tab = _line_indented_with_tab(lines, number)
     if tab is not None:
         return Problem('the line is indented with a tab', Location(file, tab + 1, 1),
@@ -76,7 +76,7 @@ def _likely_cause(lines: list[str], number: int) -> tuple[str, int]:
             return "a list's '-' needs a space after it", candidate
     line = lines[number] if 0 <= number < len(lines) else ''
     if line.strip() and ':' not in line and not line.lstrip().startswith('-'):
-        return "the line has neither ':' nor '- ' and is no comment", number
+        return "the line has neither ':' nor '- ' and is not a comment", number
     return 'check the indentation: all keys of a block begin in the same column, deeper than ' \
         'the key above them', number
 

@@ -22,7 +22,7 @@ _LONGEST_NUMBER = 100
 
 
 class ScalarError(ValueError):
-    """A scalar that cannot be read; the text says why."""
+    """A scalar that cannot be read; with the reason."""
 
 
 def read_plain_scalar(text: str) -> str | int | float | bool | None:
@@ -98,6 +98,6 @@ def _read_angle(unit: str, text: str) -> float:
     except (ValueError, ZeroDivisionError):
         number = None
     if number is None:
-        raise ScalarError(f"'{text}' is no angle; allowed: a number, or pi with a factor and a "
-                          'divisor such as 3*pi/4')
+        raise ScalarError(f"'{text}' is not an angle; allowed: a number, or pi with a factor and "
+                          'a divisor such as 3*pi/4')
     return math.radians(number) if unit == 'deg' else float(number)

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""YAML text to values with places; what is wrong with the text is told with its likely cause."""
+"""YAML text to values with places; errors in the text are reported with their likely cause."""
 
 from __future__ import annotations
 
@@ -31,11 +31,11 @@ def read_yaml_file(path: Path, problems: list[Problem] | None = None, *,
     :param problems: takes a warning for each key that is there twice; None refuses them.
     :param substitute: changes the text before it is parsed, line by line.
     :returns: a mapping; empty for a file without values.
-    :raises ConfigError: where the file cannot be read or is no YAML mapping.
+    :raises ConfigError: where the file cannot be read or is not a YAML mapping.
     """
     name = str(path)
     if path.exists() and not (path.is_file() or path.is_dir()):  # reading a pipe may never end
-        raise ConfigError(Problem('cannot be read: it is no regular file', Location(name)))
+        raise ConfigError(Problem('cannot be read: it is not a regular file', Location(name)))
     try:
         with path.open('rb') as stream:
             data = stream.read(LARGEST_FILE + 1)

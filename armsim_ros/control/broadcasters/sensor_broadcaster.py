@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Broadcasters of sensors: they sample states that are no joint's."""
+"""Broadcasters of sensors: they sample states other than joint states."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ class ForceTorqueSensorBroadcaster(SensorBroadcaster):
     chainable: ClassVar[bool] = True
 
     def configure(self) -> None:
-        """Look whether everything is named, and tell what has no effect."""
+        """Check that everything is named, and report what has no effect."""
         super().configure()
         if self._own.sensor_filter_chain:
             self.events.add(self.time_ns, 'warning', 'warning',

@@ -1,7 +1,7 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
 """
-The gpio controller: sets command interfaces of gpios by name, and tells of their states.
+The gpio controller: sets command interfaces of gpios by name, and publishes their states.
 
 ``receive`` may be called from any thread; all else belongs to the control loop.
 """
@@ -23,7 +23,7 @@ Group = tuple[str, Sequence[str], Sequence[float]]
 
 
 class GpioCommandController(SensorBroadcaster):
-    """``gpio_controllers/GpioCommandController``; what is no command changes nothing."""
+    """``gpio_controllers/GpioCommandController``; what is not a command changes nothing."""
 
     parameters_class: ClassVar[type[Settings]] = GpioCommandControllerParameters
     only_reads: ClassVar[bool] = False
@@ -46,7 +46,7 @@ class GpioCommandController(SensorBroadcaster):
 
     @property
     def interfaces(self) -> tuple[str, ...]:
-        """State interfaces that are told: those that are named, else all of the gpios."""
+        """State interfaces that are published: those that are named, else all of the gpios."""
         if self._own.interfaces:
             return self._own.interfaces
         hardware = self.context.hardware
@@ -54,7 +54,7 @@ class GpioCommandController(SensorBroadcaster):
                      for kind in hardware.states_of(gpio))
 
     def configure(self) -> None:
-        """Look whether there is something to command or to tell."""
+        """Check whether there is anything to command or to publish."""
         super().configure()
         self._warning = RepeatedWarning(self.events)
         if not (self.required_command_interfaces or self.interfaces):
@@ -95,7 +95,7 @@ class GpioCommandController(SensorBroadcaster):
         return ''
 
     def update(self, time_ns: int, period: float) -> None:
-        """Set what was commanded, then tell of the states."""
+        """Set what was commanded, then sample the states."""
         for command in self._inbox.take_all():
             self.context.hardware.other_commands.update(command)
         super().update(time_ns, period)

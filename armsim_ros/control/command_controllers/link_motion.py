@@ -21,7 +21,7 @@ class LinkMotion:
 
     :param model: the robot.
     :param joints: (n,) those that move; all others are at 0.
-    :param base: link before the joints, in whose frame everything is told.
+    :param base: link before the joints, in whose frame everything is given.
     :param links: those that are asked for.
     :raises ControllerError: a link or joint that the robot lacks, or a base that moves.
     """
@@ -34,7 +34,8 @@ class LinkMotion:
             for name in names:
                 if name not in known:
                     hint = nearest(name, known) or f'known: {", ".join(known)}'
-                    raise ControllerError(f"'{name}' is no {kind} of robot '{model.name}'; {hint}")
+                    raise ControllerError(
+                        f"'{name}' is not a {kind} of robot '{model.name}'; {hint}")
         self._base = base
         self._columns = {name: column for column, name in enumerate(joints)}
         self._paths = {link: _path(model, link) for link in (base, *links)}

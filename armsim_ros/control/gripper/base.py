@@ -51,7 +51,7 @@ class GripperBase(Controller[ParametersT]):
         hardware, joint = self.context.hardware, self.parameters.joint
         if joint not in hardware.index:
             known = ', '.join(hardware.joint_names)
-            raise ControllerError(f"joint '{joint}' is no joint of the hardware ({known})")
+            raise ControllerError(f"joint '{joint}' is not a joint of the hardware ({known})")
         self._index = hardware.index[joint]
         self._inbox: Mailbox[tuple[GripperGoal, bool]] = Mailbox(self.context.wake)
 

@@ -44,7 +44,7 @@ class GripperGoal(ActionGoal[GripperResult]):
 
 @dataclass(frozen=True, slots=True)
 class GripperResponse:
-    """The answer to a gripper goal; the reason says why it was refused."""
+    """The answer to a gripper goal; with the reason of a refusal."""
 
     accepted: bool
     reason: str = ''

@@ -94,7 +94,7 @@ class ParallelGripperController(GripperBase[ParallelGripperActionControllerParam
 
     parameters_class: ClassVar[type[Settings]] = ParallelGripperActionControllerParameters
     kind = 'parallel_gripper_command'
-    #: Where the drive is told to be now, on the way to the target [rad or m].
+    #: The present command of the drive, on the way to the target [rad or m].
     _reference = 0.0
     #: The target that it is on the way to [rad or m].
     _way_to = 0.0

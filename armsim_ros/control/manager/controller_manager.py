@@ -310,7 +310,7 @@ class ControllerManager:
         return {name: kind.chainable for name, kind in CONTROLLER_TYPES.items()}
 
     def poll_events(self) -> list[ControllerEvent]:
-        """Return what the manager and its controllers had to say since the last call."""
+        """Return the messages of the manager and its controllers since the last call."""
         events = self.events.drain()
         for controller in self.controllers.values():
             events += controller.poll_events()

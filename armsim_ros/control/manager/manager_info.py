@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What a controller manager tells about controllers and interfaces."""
+"""Information about controllers and interfaces."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def controller_info(
     controller: Controller[Any], controllers: Iterable[Controller[Any]]
 ) -> ControllerInfo:
     """
-    Return what there is to tell about a controller.
+    Return the information about a controller.
 
     :param controllers: all that are loaded.
     """

@@ -81,7 +81,7 @@ class TrajectoryExecution:
         brakes: Vector | None,
         events: EventQueue,
     ) -> None:
-        """Start holding at zero; :meth:`hold` says where."""
+        """Start holding at zero; see :meth:`hold`."""
         self.parameters = parameters
         self.joints = len(parameters.joints)
         self.scaling = parameters.initial_pace

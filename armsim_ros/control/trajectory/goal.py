@@ -68,7 +68,7 @@ class GoalResponse:
     The answer to a goal.
 
     :param reason: why it was refused; it is there too where a refused goal is accepted only to
-        be aborted, so that its result can tell the reason.
+        be aborted, so that its result can give the reason.
     """
 
     accepted: bool

@@ -22,8 +22,8 @@ class QueryResult:
     """
     Answer to ``query_state``.
 
-    Outside of a trajectory ``success`` is false and the message says why; the state is that which
-    is measured, or the last point. Only an inactive controller gives none.
+    Outside of a trajectory ``success`` is false and the message has the reason; the state is that
+    which is measured, or the last point. Only an inactive controller gives none.
     """
 
     success: bool

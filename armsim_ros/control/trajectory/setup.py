@@ -22,13 +22,14 @@ def check_configuration(
     """
     Refuse parameters that do not fit together or to the hardware.
 
-    :raises ControllerError: the first thing that is wrong.
+    :raises ControllerError: the first error.
     """
     for joint in parameters.joints:
         if joint not in hardware.index:
             hint = nearest(joint, hardware.joint_names)
             raise ControllerError(
-                f"joint '{joint}' is no joint of the hardware ({', '.join(hardware.joint_names)})"
+                f"joint '{joint}' is not a joint of the hardware "
+                f"({', '.join(hardware.joint_names)})"
                 f'{"; " if hint else ""}{hint}'
             )
     _check_command_joints(parameters, hardware)
@@ -55,13 +56,13 @@ def _check_command_joints(
         if len(commanded) < len(joints) and name not in joints:
             raise ControllerError(f"command_joints: '{name}' is not among joints; {allowed}")
         if '/' not in name and (following or name not in hardware.index):
-            raise ControllerError(f"command_joints: '{name}' is no joint to command; {allowed}")
+            raise ControllerError(f"command_joints: '{name}' is not a joint to command; {allowed}")
 
 
 def warn_of_configuration(
     parameters: JointTrajectoryControllerParameters, events: EventQueue, time_ns: int
 ) -> None:
-    """Say what a user of these parameters may not expect."""
+    """Report what a user of these parameters may not expect."""
     if not any(block.goal > 0.0 for block in parameters.constraints.joints.values()):
         text = (
             'no goal tolerance (constraints.<joint>.goal) is set: goals succeed at the end of '
@@ -85,7 +86,7 @@ def stop_brakes(
     """
     Return the (n,) decelerations of a stop, or None where it is not to be done that way.
 
-    Where ``decelerate_on_cancel`` is set but something for it is missing, a warning says what.
+    Where ``decelerate_on_cancel`` is set but something for it is missing, a warning names it.
     """
     if not parameters.constraints.decelerate_on_cancel:
         return None

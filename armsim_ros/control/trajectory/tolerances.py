@@ -67,7 +67,7 @@ class SegmentTolerances:
         Lay a goal's own tolerances over these defaults.
 
         :param goal_time: 0 keeps the default, -1 takes it away [s].
-        :returns: the tolerances, and a text. Where it is not empty it says what is wrong with
+        :returns: the tolerances, and a text. Where it is not empty it is the error in
             the goal's tolerances, and the defaults are returned unchanged.
         """
         tables = []
@@ -77,7 +77,7 @@ class SegmentTolerances:
                 if tolerance.name not in joints:
                     hint = nearest(tolerance.name, joints)
                     return self, (
-                        f"{kind} tolerance for '{tolerance.name}', which is no joint of the "
+                        f"{kind} tolerance for '{tolerance.name}', which is not a joint of the "
                         f'controller{"; " if hint else ""}{hint}'
                     )
                 column = joints.index(tolerance.name)

@@ -33,7 +33,7 @@ def validate(
     Return a trajectory's waypoints in controller order.
 
     :param now_ns: the present time [ns].
-    :raises RefusedTrajectoryError: the first thing that is wrong.
+    :raises RefusedTrajectoryError: the first error.
     """
     joints = parameters.joints
     names = trajectory.joint_names

@@ -88,4 +88,4 @@ def _resource(prefix: str, kind: str, name: str) -> str:
 
 def _check(name: Any) -> None:
     if not re.fullmatch(r'[a-zA-Z0-9_-]+', str(name)):
-        raise ValueError(f"'{name}' is no name of a package")
+        raise ValueError(f"'{name}' is not a name of a package")

@@ -32,7 +32,7 @@ class Condition(Placed):
         return self._predicate is None or bool(self._predicate(context))
 
     def _predicate_func(self, context: LaunchContext) -> bool:
-        """Return whether it holds; some launch files call this private name of the original."""
+        """Return whether it holds; some launch files call this private name of upstream."""
         return self.evaluate(context)
 
     def describe(self) -> str:

@@ -55,7 +55,7 @@ class LaunchDescriptionSource(Placed):
         """
         Return the description; its file is read now.
 
-        :raises LaunchError: where there is no such file, or it is no launch file.
+        :raises LaunchError: where there is no such file, or it is not a launch file.
         """
         if self._description is not None:
             return self._description

@@ -94,7 +94,7 @@ class RewrittenYaml(_NewFile):
         try:
             content = yaml.load(text, _LOADER)
         except yaml.YAMLError as error:
-            raise SubstitutionFailure(f"file '{path}' is no YAML: {error}") from None
+            raise SubstitutionFailure(f"file '{path}' is not YAML: {error}") from None
         content = content if isinstance(content, dict) else {}
         values = {name: perform_text(context, value) for name, value in self._values.items()}
         for parent, key, place in list(_walk(content)):

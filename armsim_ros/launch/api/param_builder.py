@@ -38,13 +38,13 @@ def load_yaml(file_path: Any) -> Any:
     Return the content of a YAML file.
 
     :raises ParameterBuilderFileNotFoundError: where it does not exist.
-    :raises LaunchError: where it is no YAML.
+    :raises LaunchError: where it is not YAML.
     """
     text = load_file(file_path)
     try:
         return yaml.load(text, _Loader)
     except yaml.YAMLError as error:
-        raise LaunchError(f"file '{file_path}' is no YAML: {error}") from None
+        raise LaunchError(f"file '{file_path}' is not YAML: {error}") from None
 
 
 def load_xacro(file_path: Any, mappings: Mapping[str, Any] | None = None) -> str:

@@ -180,7 +180,7 @@ class ExecuteLocal(Action):
         try:
             return float(text)
         except ValueError:
-            raise LaunchError(f"'{text}' is no number", self.where) from None
+            raise LaunchError(f"'{text}' is not a number", self.where) from None
 
     def _output_words(self, context: LaunchContext) -> str:
         if isinstance(self._output, Mapping):

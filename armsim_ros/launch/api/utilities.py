@@ -152,7 +152,7 @@ def coerce(text: Any, kind: Any) -> Any:
             pass
     if isinstance(value, kind):
         return value
-    raise LaunchError(f"'{text}' is no {getattr(kind, '__name__', kind)}")
+    raise LaunchError(f"'{text}' is not a valid {getattr(kind, '__name__', kind)}")
 
 
 def create_future(_loop: Any) -> None:

@@ -70,7 +70,7 @@ def _of_yaml(text: str, path: Path) -> Element:
     except yaml.YAMLError as error:
         mark = getattr(error, 'problem_mark', None)
         raise InvalidLaunchFileError(
-            f"this is no YAML: {getattr(error, 'problem', error)}",
+            f"this is not YAML: {getattr(error, 'problem', error)}",
             Location(str(path), mark.line + 1 if mark else None)) from None
     if not isinstance(content, dict) or 'launch' not in content:
         raise InvalidLaunchFileError("the file has no list 'launch:'", Location(str(path)))
@@ -81,7 +81,7 @@ def _children(content: Any, path: Path) -> list[Element]:
     found: list[Element] = []
     for item in content or ():
         if not isinstance(item, dict):
-            raise LaunchError(f"'{item}' is no action", Location(str(path)))
+            raise LaunchError(f"'{item}' is not an action", Location(str(path)))
         line = item.get('__line__')
         for name, body in item.items():
             if name != '__line__':

@@ -87,7 +87,7 @@ class Parser:
         known = [method.removeprefix('_make_') for method in dir(self)
                  if method.startswith('_make_')]
         hint = nearest(name, known) or f"known: {', '.join(known)}"
-        raise LaunchError(f'<{element.type_name}> is no element of a launch file; {hint}',
+        raise LaunchError(f'<{element.type_name}> is not an element of a launch file; {hint}',
                             element.where)
 
     def _all(self, elements: Iterable[Element]) -> list[Entity]:

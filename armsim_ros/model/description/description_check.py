@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Whether the settings fit what a URDF says for Gazebo: motors, and the plugin's namespace."""
+"""Whether the settings fit a URDF's data for Gazebo: motors, and the plugin's namespace."""
 
 from __future__ import annotations
 

@@ -34,7 +34,7 @@ class MoveItParameters:
     A path that is named is taken from the package's folder, unless it is absolute.
 
     :param package: the folder of the package.
-    :param name: the robot's name; the package tells it where it is empty.
+    :param name: the robot's name; where it is empty, taken from the package.
     :param packages: where other packages are searched.
     :param description: name of the parameter with the URDF; the others begin with it.
     """

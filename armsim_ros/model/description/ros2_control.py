@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What a URDF says of its hardware: ``<ros2_control>``, and Gazebo's plugin for it."""
+"""The hardware of a URDF: ``<ros2_control>``, and Gazebo's plugin for it."""
 
 from __future__ import annotations
 
@@ -115,7 +115,7 @@ def _commands(joint: HardwareJoint) -> list[str]:
 
 def _gazebo_frames(root: XmlElement, links: Collection[str], joints: Mapping[str, Joint]
                    ) -> dict[str, str]:
-    """Return name -> link of the sensors that Gazebo is told of."""
+    """Return name -> link of the sensors that are declared for Gazebo."""
     found = {}
     for element in root.all('gazebo'):
         place = element.get('reference')
@@ -181,7 +181,7 @@ class _Mock:
 
     @classmethod
     def of(cls, plugin: str, parameters: Mapping[str, str]) -> _Mock:
-        """Return what a component is told; other plugins have parameters of their own."""
+        """Return a component's parameters; other plugins have other parameters."""
         if plugin not in _MOCKS:
             return cls()
 
@@ -202,7 +202,7 @@ class _Mock:
 
 
 def _end_of_chain(names: Sequence[str], joints: Mapping[str, Joint]) -> str:
-    """Return the link at the end of the joints, '' where they are no chain."""
+    """Return the link at the end of the joints, '' where they are not a chain."""
     below = {joint.child: name for name, joint in joints.items()}
     for name in reversed(names):
         way, link = set(), joints[name].child
@@ -227,7 +227,7 @@ def _read_sensor(element: XmlElement, states: Iterable[str], frames: Mapping[str
     frame = frames.get(named) or frames.get(name) or end
     if not frame:
         report.info(f"sensor '{name}' measures nothing: neither a <param name='frame_id'> nor a "
-                    '<gazebo> element says which link it is on', element.where)
+                    '<gazebo> element gives its link', element.where)
         return None
     return HardwareSensor(name, frame, tuple(state for state in states if state in _MEASURED))
 
@@ -327,7 +327,7 @@ def _parameter(element: XmlElement, name: str, report: TextReport) -> float | No
     except ValueError:
         value = math.nan
     if math.isnan(value):
-        report.ignored(f"<param name='{name}'> is '{holder.content}', which is no number",
+        report.ignored(f"<param name='{name}'> is '{holder.content}', which is not a number",
                        holder.where)
         return None
     return value

@@ -55,7 +55,7 @@ def parse_srdf(text: str, file: str, *, robot_name: str, root_link: str,
     :param text: the text after xacro.
     :param file: the name that messages give.
     :param joints: in tree order; groups take their order from it.
-    :raises ModelError: where the text is no SRDF, or none of its groups fits the robot.
+    :raises ModelError: where the text is not an SRDF, or none of its groups fits the robot.
     """
     return read_srdf(parse_xml(text, file), robot_name=robot_name, root_link=root_link,
                      links=links, joints=joints)
@@ -194,8 +194,8 @@ class _Reader:
             value = math.nan
         if not math.isfinite(value):
             self._report.warning(
-                f"{title}: value '{element.get('value')}' of joint '{joint}' is no finite number;"
-                ' it is left out', element.where)
+                f"{title}: value '{element.get('value')}' of joint '{joint}' is not a finite "
+                'number; it is left out', element.where)
             return None
         limits = self._joints[joint].limits
         if not limits.lower - 1e-6 <= value <= limits.upper + 1e-6:

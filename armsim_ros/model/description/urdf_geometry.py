@@ -127,7 +127,7 @@ def _read_geometry(element: XmlElement, link: str, use: str, read_mesh: MeshRead
         return shape(pair[0], pair[1])
     if kind == 'mesh':
         return _read_mesh(element, link, use, read_mesh, report)
-    report.error(f"<{kind}> of link '{link}' is no shape", element.where,
+    report.error(f"<{kind}> of link '{link}' is not a shape", element.where,
                  'box, sphere, cylinder, capsule, mesh')
     return None
 

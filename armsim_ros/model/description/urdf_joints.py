@@ -28,7 +28,7 @@ _WITH_AXIS = (*_BOUNDED, JointType.CONTINUOUS, JointType.PLANAR)
 @dataclass(frozen=True, slots=True)
 class Transmission:
     """
-    What a URDF says of a joint's motor.
+    A URDF's data on a joint's motor.
 
     :param interfaces: the hardware interfaces, 'position', 'velocity' or 'effort'.
     :param reduction: gear ratio; noted, the simulated joints have no gears.
@@ -95,7 +95,7 @@ def _reduction(elements: list[XmlElement], report: TextReport) -> float:
             value = math.nan
         if math.isfinite(value) and value != 0.0:
             return value
-        report.warning(f"mechanicalReduction '{element.content}' is no number other than 0; "
+        report.warning(f"mechanicalReduction '{element.content}' is not a number other than 0; "
                        'it has no effect', element.where)
     return 1.0
 

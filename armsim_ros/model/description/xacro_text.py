@@ -90,7 +90,7 @@ def declared_arguments(file: Path, *, mappings: Mapping[str, str] | None = None,
     """
     Return the arguments that a description's xacro declares, with their defaults.
 
-    A xacro that needs an argument that has not been given still tells those that it declares
+    A xacro that lacks a required argument still reports those that it declares
     before it stops.
     """
     arguments = _Arguments(mappings or {})
@@ -147,7 +147,7 @@ def _run_xacro(file: Path, mappings: _Arguments, packages: Packages) -> str:
             culprit = _current_file(xacro, file)
             parse_xml(read_text(Path(culprit)), culprit)  # describes the same error in more detail
             raise ModelError(Problem(
-                f'this is no XML: {expat.ErrorString(error.code)}',
+                f'this is not XML: {expat.ErrorString(error.code)}',
                 Location(culprit, error.lineno, error.offset + 1))) from None
         except Exception as error:  # noqa: BLE001 - any error of the expressions in the file
             raise ModelError(_complaint(xacro, error, file)) from None

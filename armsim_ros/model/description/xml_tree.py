@@ -117,7 +117,7 @@ def parse_xml(text: str, file: str) -> XmlElement:
     Parse a text to its root element.
 
     :param file: the name that messages give.
-    :raises ModelError: for a text that is no XML, or that defines entities.
+    :raises ModelError: for a text that is not XML, or that defines entities.
     """
     if len(text) > LARGEST_TEXT:
         raise ModelError(Problem(f'the text is larger than {LARGEST_TEXT >> 20} MiB',
@@ -166,7 +166,7 @@ class _Builder:
                 opened = self._open[-1]
                 remedy = f'<{opened.tag}> of line {opened.where.line} is still open there'
             raise ModelError(Problem(
-                f'this is no XML: {expat.ErrorString(error.code)}', where,
+                f'this is not XML: {expat.ErrorString(error.code)}', where,
                 remedy=remedy)) from None
         if self._root is None:
             raise ModelError(Problem('the file is empty', Location(self._file)))
@@ -197,7 +197,7 @@ class _Builder:
 
 
 def _likely_cause(text: str, error: expat.ExpatError, root: XmlElement | None) -> str:
-    """Return what the author of a text that is no XML probably did, '' where nothing fits."""
+    """Return what the author of a text that is not XML probably did, '' where nothing fits."""
     name = expat.ErrorString(error.code)
     if name == 'junk after document element' and root is not None:
         owner = 'launch' if root.tag in ('node', 'include', 'rosparam', 'param') else 'robot'

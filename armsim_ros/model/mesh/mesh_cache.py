@@ -28,7 +28,7 @@ def cached(data: bytes, ending: str, make: Callable[[bytes], Arrays]) -> Arrays:
     """
     Return the arrays that were made of these bytes before, else make them and keep them.
 
-    :param ending: says what is made; the same bytes may mean another thing in another format.
+    :param ending: the kind of result; the same bytes may differ in another format.
     :raises ValueError: where ``make`` does.
     """
     digest = hashlib.sha256(data).hexdigest()

@@ -18,7 +18,7 @@ from armsim_ros.model.mesh.mesh_cache import cached
 
 #: Endings of the formats.
 ENDINGS = ('.dae', '.glb', '.gltf', '.ply')
-#: Formats whose file does not hold all of it, and so does not tell whether it has changed.
+#: Formats whose file does not hold all of it, and so does not show whether it has changed.
 _OF_SEVERAL_FILES = ('.gltf',)
 _UNIT = re.compile(rb'<unit\b[^>]*\bmeter\s*=\s*["\']([^"\']+)["\']')
 

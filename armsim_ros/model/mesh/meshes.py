@@ -88,7 +88,7 @@ def _text_corners(data: bytes) -> Vertices:
     words = data.split()
     places = [i for i, word in enumerate(words) if word.lower() == b'vertex']
     if len(places) % 3:
-        raise ValueError(f'{len(places)} vertices are no whole number of triangles')
+        raise ValueError(f'{len(places)} vertices are not a whole number of triangles')
     numbers = [[float(word) for word in words[i + 1:i + 4]] for i in places]
     return np.array(numbers, dtype=np.float64).reshape(-1, 3)
 

@@ -43,10 +43,10 @@ def main(argv: Sequence[str] | None = None) -> int:
         commands = {program: program_command(program, words) for program in programs}
         if arguments.web:
             commands.update(page_command(arguments))
-        say(f"loading {arguments.robot}; starting {', '.join(commands)}")
+        report(f"loading {arguments.robot}; starting {', '.join(commands)}")
         status = Supervisor(commands, spare=(PAGE, CAMERA)).run()
         if status == 0:
-            say('all has stopped')
+            report('all has stopped')
         return status
     finally:
         lock.release()
@@ -54,13 +54,13 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def page_command(arguments: ProgramArguments) -> dict[str, list[str]]:
     """
-    Return the page's command; none, and a line that says why, where it cannot be served.
+    Return the page's command; none, and a message, where it cannot be served.
 
     :raises ConfigError: where the robot's files, which the page shows meshes of, are wrong.
     """
     missing = missing_package()
     if missing:
-        say(f'no page: {MISSING.format(missing)}')
+        report(f'no page: {MISSING.format(missing)}')
         return {}
     near = os.pathsep.join(map(str, places_near(arguments)))
     words = [f'near:={near}'] if near else []
@@ -86,7 +86,7 @@ def places_near(arguments: ProgramArguments) -> list[Path]:
         path for robot in cell.robots for path in packages_of(robot.settings).near))
 
 
-def say(text: str) -> None:
+def report(text: str) -> None:
     """Print a line of bringup's own."""
     with suppress(BrokenPipeError):
         print(f'[bringup] {text}', flush=True)

@@ -36,7 +36,7 @@ class Supervisor:
     ends or a signal comes.
 
     :param commands: program name -> the words that start it, in starting order.
-    :param spare: programs whose end is told and ends no other.
+    :param spare: programs whose end is reported and ends no other.
     """
 
     def __init__(self, commands: Mapping[str, Sequence[str]], spare: Sequence[str] = ()) -> None:
@@ -138,9 +138,10 @@ class Supervisor:
             stream.close()
 
     def _report_loss(self, child: Child) -> None:
-        """Say which program was lost and how; a refused configuration it has said itself."""
+        """Report which program was lost and how; it reports a refused configuration itself."""
         if child.name in self._spare:
-            self._say(f'{child.name} (pid {child.pid}) {child.describe_end()}; the rest goes on')
+            self._report(
+                f'{child.name} (pid {child.pid}) {child.describe_end()}; the rest goes on')
             return
         if child.status == USAGE_STATUS:
             self._status = USAGE_STATUS
@@ -151,7 +152,7 @@ class Supervisor:
             self._status = 1
             others = [other.name for other in self._children if other is not child]
             last = ''.join(f'\n  {line}' for line in child.last_lines)
-            self._say(f'{child.name} (pid {child.pid}) {child.describe_end()}; stopping '
+            self._report(f'{child.name} (pid {child.pid}) {child.describe_end()}; stopping '
                       f'{" and ".join(others) or "nothing else"}'
                       + (f'; its last lines:{last}' if last else '; it had printed nothing'))
         self._begin_stop()
@@ -178,5 +179,5 @@ class Supervisor:
     def _all_ended(self) -> bool:
         return all(child.has_ended() and self._is_drained(child) for child in self._children)
 
-    def _say(self, text: str) -> None:
+    def _report(self, text: str) -> None:
         self._outlets[1].write(f'[bringup] {text}')

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What the camera program tells of itself on ``/diagnostics``."""
+"""The diagnostics of the camera program on ``/diagnostics``."""
 
 from __future__ import annotations
 

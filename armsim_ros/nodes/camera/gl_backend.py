@@ -32,7 +32,7 @@ _LONGEST_TRIAL = 120.0
 
 
 class NoRenderingError(ArmsimError):
-    """Nothing on this machine can draw; the text says what to install."""
+    """Nothing on this machine can draw; the text names what to install."""
 
 
 def choose_backend(
@@ -77,10 +77,10 @@ def _draws(
         waited = 0.0
         while waited < _LONGEST_TRIAL and not stop_wanted():
             try:
-                said, _ = child.communicate(timeout=_LOOK)
+                output, _ = child.communicate(timeout=_LOOK)
             except subprocess.TimeoutExpired:
                 waited += _LOOK
                 continue
-            return b'drawn' in said
+            return b'drawn' in output
         child.kill()
     return False

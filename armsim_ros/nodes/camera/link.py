@@ -4,9 +4,9 @@
 Between the simulation and the program that draws: a socket of this user's on this machine.
 
 The simulation sends a greeting once, the plant whenever it changes, and a snapshot when
-a picture is due that was asked for. The other side sends the number of a camera when it wants
-the next picture of it. In lockstep snapshots come unasked, and the number says that a picture
-is out.
+a requested picture is due. The other side sends the number of a camera to request its next
+picture. In lockstep snapshots come without a request, and the number confirms that a picture was
+published.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ def greeting(cameras: Sequence[Camera], *, lockstep: bool) -> bytes:
 
 
 def read_greeting(message: bytes) -> tuple[tuple[Camera, ...], bool]:
-    """Return what a greeting says."""
+    """Return the content of a greeting."""
     words = json.loads(message)
     cameras = (Camera(**{**entry, 'mount': tuple(entry['mount']), 'range': tuple(entry['range'])})
                for entry in words['cameras'])

@@ -16,7 +16,7 @@ class PictureSource:
     """
     Where snapshots of the simulation come from.
 
-    :param ros_args: of the command line; they tell which simulation is meant.
+    :param ros_args: of the command line; they select the simulation.
     """
 
     def __init__(self, ros_args: Sequence[str]) -> None:
@@ -41,8 +41,8 @@ class PictureSource:
             return (), b''
         return cameras, plant
 
-    def tell(self, camera: int) -> None:
-        """Ask for the camera's next picture; in lockstep, report that one is pending."""
+    def confirm(self, camera: int) -> None:
+        """Ask for the camera's next picture; in lockstep, confirm that it was published."""
         try:
             if self._connection is not None:
                 self._connection.send_bytes(bytes([camera]))

@@ -132,14 +132,14 @@ class CameraProgram:
         for number, topics in enumerate(self._topics):
             if not self._source.lockstep and number not in self._asked and topics.wanted:
                 self._asked.add(number)
-                self._source.tell(number)
+                self._source.confirm(number)
         message = self._source.receive(_REST)
         if isinstance(message, Snapshot):
             self._asked.discard(message.camera)
             self._show(message)
             if self._source.lockstep:
                 self._topics[message.camera].wait_until_taken()
-                self._source.tell(message.camera)
+                self._source.confirm(message.camera)
         elif message is not None:
             self._renderer.load(message)
         elif not self._source.connected:

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A robot as its published descriptions tell it: URDF, SRDF, no files of ours."""
+"""A robot from its published descriptions: URDF, SRDF, no files of ours."""
 
 from __future__ import annotations
 

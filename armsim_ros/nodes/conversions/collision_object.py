@@ -153,7 +153,7 @@ def object_to_message(
 
 
 def world_object_to_message(
-    thing: WorldObject, pose: Matrix, frame_id: str
+    item: WorldObject, pose: Matrix, frame_id: str
 ) -> CollisionObjectMessage:
     """
     Return the message that adds an object of the simulated world.
@@ -163,14 +163,14 @@ def world_object_to_message(
     :param pose: (4, 4) in the frame.
     """
     shapes = []
-    for part in thing.parts:
+    for part in item.parts:
         shapes.append(ObjectShape(part.geometry, part.origin))
         if isinstance(part.geometry, Capsule):
             ball, half = Sphere(part.geometry.radius), 0.5 * part.geometry.length
             shapes += [ObjectShape(ball, part.origin @ pose_matrix((0.0, 0.0, end)))
                        for end in (-half, half)]
     return object_to_message(
-        CollisionObject(thing.name, pose=pose, shapes=tuple(shapes)), frame_id)
+        CollisionObject(item.name, pose=pose, shapes=tuple(shapes)), frame_id)
 
 
 def removal_message(object_id: str, frame_id: str) -> CollisionObjectMessage:

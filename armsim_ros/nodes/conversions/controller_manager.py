@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What the controller manager tells of itself, as ``controller_manager_msgs``."""
+"""The controller manager's state, as ``controller_manager_msgs``."""
 
 from __future__ import annotations
 

@@ -43,7 +43,7 @@ def pose_from_message(message: Pose) -> Matrix:
     """
     Return a pose (4, 4); an all-zero quaternion is read as identity.
 
-    :raises PlanningError: for numbers that are no pose.
+    :raises PlanningError: for numbers that are not a pose.
     """
     position, orientation = message.position, message.orientation
     return message_pose(

@@ -117,7 +117,7 @@ class MoveGroup:
         self._context.states.update_scene()
 
     def end(self, sentence: str) -> None:
-        """Cancel what is planned and executed; their clients are told why."""
+        """Cancel what is planned and executed; their clients get the reason."""
         self._context.ending = sentence
         self._context.ticker.wake()
 

@@ -39,8 +39,8 @@ class Context:
 
     :param node: has the endpoints.
     :param scene: the monitored scene.
-    :param planning_parameters: what the robot's files and the command line say.
-    :param ownership: says what of the scene belongs to a simulated world.
+    :param planning_parameters: from the robot's files and the command line.
+    :param ownership: knows what of the scene belongs to a simulated world.
     :param execution_settings: may be replaced while the program runs.
     :param robots: the joints of each robot; several where it is a cell.
     :param ending: why the program ends; '' while it does not.
@@ -87,7 +87,7 @@ class Context:
         return self.scene.snapshot()
 
     def started(self, scene: PlanningScene, start: StartState) -> PlanningScene:
-        """Return a snapshot with a client's start state, as the settings say."""
+        """Return a snapshot with a client's start state, as configured."""
         return scene.with_start_state(start, strict=self.planner.settings.strict_start_state)
 
     def serve(self, kind: Any, name: str, answer: Callable[..., Any]) -> None:

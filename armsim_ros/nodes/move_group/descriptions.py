@@ -10,7 +10,7 @@ from armsim_ros.nodes.move_group.context import Context
 
 class Descriptions:
     """
-    Publishes a description whose parameter ``publish_...`` is true, as the original does.
+    Publishes a description whose parameter ``publish_...`` is true, as upstream does.
 
     :param context: has node and robot.
     """

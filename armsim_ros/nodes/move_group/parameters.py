@@ -76,7 +76,7 @@ class MoveGroupParameters:
         self._changed(self._live.settings)
 
     def warn_from_now_on(self) -> None:
-        """Warn of parameters of other nodes that are set here; declaring them is no such thing."""
+        """Warn of parameters of other nodes that are set here, but not of their declaration."""
         self._context.node.add_post_set_parameters_callback(self._warn)
 
     def _warn(self, parameters: Sequence[Parameter]) -> None:

@@ -1,3 +1,3 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Programs of the original stack by their own command lines: what launch files start."""
+"""Replacements of upstream programs with the same command lines: what launch files start."""

@@ -15,7 +15,7 @@ from std_msgs.msg import String
 from armsim_ros.nodes import qos
 from armsim_ros.nodes.originals.node_parameters import NodeArguments
 
-#: The user is told what is waited for at this rate [s].
+#: Period of reporting what is waited for [s].
 _REMINDER = 5.0
 
 

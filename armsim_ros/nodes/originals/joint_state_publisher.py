@@ -41,7 +41,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     """
     Publish until SIGINT or SIGTERM.
 
-    :param argv: the words that the original would get; the first may be a URDF file.
+    :param argv: the words that the upstream program would get; the first may be a URDF file.
     :returns: 0 after a signal, 1 where dependent joints follow each other in a circle, 2 where
         a parameter or the file is wrong.
     """

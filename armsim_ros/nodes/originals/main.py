@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The program that replaces a program of the original stack."""
+"""The program that replaces an upstream program."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     """
     Run such a program.
 
-    :param argv: the program's name, then the words that the original would get.
+    :param argv: the program's name, then the words that the upstream program would get.
     :returns: its exit status.
     :raises UsageError: for a name that is none of them.
     """
@@ -37,7 +37,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     if not words or words[0] not in PROGRAMS:
         given = words[0] if words else ''
         hint = nearest(given, tuple(PROGRAMS)) or f"known: {', '.join(PROGRAMS)}"
-        raise UsageError(f"there is no original '{given}'; {hint}")
+        raise UsageError(f"there is no replacement of '{given}'; {hint}")
     program, *rest = words
     if program == 'spawner':
         # A vendor's controller that is not known here must not keep the arm's own away.

@@ -24,7 +24,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     """
     Run move_group for the robot that parameters or topics describe.
 
-    :param argv: the words that the original would get.
+    :param argv: the words that the upstream program would get.
     :returns: the exit status of move_group.
     """
     from armsim_ros.nodes.move_group.main import main as plan

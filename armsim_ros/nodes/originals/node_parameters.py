@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What ``--ros-args`` say to a node, read before ROS is started."""
+"""A node's ``--ros-args``, read before ROS is started."""
 
 from __future__ import annotations
 
@@ -97,7 +97,7 @@ def _load(file: Path) -> Any:
     except OSError as error:
         raise UsageError(f"parameter file '{file}' cannot be read: {error.strerror}") from None
     except yaml.YAMLError as error:
-        raise UsageError(f"parameter file '{file}' is no YAML: {error}") from None
+        raise UsageError(f"parameter file '{file}' is not YAML: {error}") from None
 
 
 def _blocks(content: Any, path: tuple[str, ...]) -> Iterator[tuple[tuple[str, ...], Any]]:

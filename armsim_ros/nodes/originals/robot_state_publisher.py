@@ -30,7 +30,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     """
     Publish until SIGINT or SIGTERM.
 
-    :param argv: the words that the original would get; the first may be a URDF file.
+    :param argv: the words that the upstream program would get; the first may be a URDF file.
     :returns: 0 after a signal, 2 without a robot description.
     """
     words, ros_args = split_ros_args(sys.argv[1:] if argv is None else argv)

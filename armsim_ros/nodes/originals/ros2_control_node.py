@@ -20,7 +20,7 @@ from armsim_ros.nodes.originals.node_parameters import NodeArguments, read_node_
 from armsim_ros.nodes.originals.robot_package import PREFIX, RobotPackage
 
 _DESCRIPTION = 'robot_description'
-#: Parameters that are no business of the controller manager.
+#: Parameters that do not concern the controller manager.
 _NOT_THE_MANAGERS = (_DESCRIPTION, 'use_sim_time', 'robot_description_semantic')
 _OF_THE_MANAGER = {*ControllerManagerParameters.model_fields, *UNUSED_MANAGER_KEYS}
 #: Prefix of the parameters for the pose and start state of the robot; ours alone.
@@ -31,7 +31,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     """
     Run the simulation of the robot that a parameter or topic describes.
 
-    :param argv: the words that the original would get.
+    :param argv: the words that the upstream program would get.
     :returns: the exit status of the simulation.
     """
     from armsim_ros.nodes.simulation.main import main as simulate
@@ -52,7 +52,7 @@ def simulation_words(urdf: str, arguments: NodeArguments, folder: Path) -> list[
     """
     Return the words that start the simulation of a robot, whose files are written into a folder.
 
-    :raises ConfigError: where the text is no URDF.
+    :raises ConfigError: where the text is not a URDF.
     """
     package = RobotPackage(folder, urdf)
     values = arguments.values

@@ -32,7 +32,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     """
     Run servo_node for the robot that parameters or topics describe.
 
-    :param argv: the words that the original would get.
+    :param argv: the words that the upstream program would get.
     :returns: the exit status of servo_node.
     """
     from armsim_ros.nodes.servo.main import main as stream

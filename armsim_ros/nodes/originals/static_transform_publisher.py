@@ -28,7 +28,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     """
     Publish a transform until SIGINT or SIGTERM.
 
-    :param argv: the words that the original would get.
+    :param argv: the words that the upstream program would get.
     :returns: 0 after a signal, 2 for words that cannot be understood.
     """
     words, ros_args = split_ros_args(sys.argv[1:] if argv is None else argv)
@@ -105,4 +105,4 @@ def _number(word: str) -> float:
     try:
         return float(word)
     except ValueError:
-        raise UsageError(f"'{word}' is no number: {_USAGE}") from None
+        raise UsageError(f"'{word}' is not a number: {_USAGE}") from None

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The three command topics and the services that say which of them counts."""
+"""The three command topics and the services that select among them."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class CommandTopics:
     """
     Reads commands into the inbox.
 
-    :param now_ns: tells the time [ns].
+    :param now_ns: returns the time [ns].
     :param frame_named: called with the frame of each twist and pose.
     """
 
@@ -113,7 +113,7 @@ class CommandServices:
         except ValueError:
             allowed = ', '.join(f'{kind.value} {kind.name}' for kind in CommandType)
             self._node.get_logger().error(
-                f'switch_command_type: {request.command_type} is no command type; '
+                f'switch_command_type: {request.command_type} is not a command type; '
                 f'allowed: {allowed}'
             )
             response.success = False

@@ -60,7 +60,7 @@ class ControllerWatch:
         self._joints = tuple(joints)
         self._newest: JointTrajectoryControllerState | None = None
         self._node = node
-        #: As controller_manager tells it; '' while it has told nothing.
+        #: As reported by controller_manager; '' until then.
         self.lifecycle = ''
         #: Read where the reference is asked for; None before ``follow_state``.
         self.state: Subscription | None = None

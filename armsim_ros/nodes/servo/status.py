@@ -13,7 +13,7 @@ from armsim_ros.servo.status import Finding
 
 
 class StatusTopic:
-    """Says in each cycle how it went."""
+    """Publishes the result of each cycle."""
 
     def __init__(self, node: PollingNode, topic: str) -> None:
         self._publisher = node.create_publisher(ServoStatusMessage, topic, qos.STATE)

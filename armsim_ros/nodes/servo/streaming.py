@@ -124,12 +124,12 @@ class Streaming:
                     busy = True
                     due = time.monotonic()
                     cycle = 0
-        except Exception:  # noqa: BLE001 - whatever it is, the program must say it and end
+        except Exception:  # noqa: BLE001 - whatever it is, the program must report it and end
             if not self._stop.is_set():
                 self.failure = traceback.format_exc()
 
     def _look(self) -> None:
-        """Read what tells of others; commands last, as the clock tells what stamps mean."""
+        """Read the states; commands last, as the clock determines what stamps mean."""
         commands = tuple(self.commands.subscriptions.values())
         later = (*commands, self.controller.state)
         self.node.catch_up(*(each for each in self.node.polled if each not in later))

@@ -53,9 +53,9 @@ class Dispatcher:
     A queue of small calls, made by the publishing thread.
 
     An executor rebuilds its wait set at every wake-up, which costs ten times as much as to
-    publish a message; so what the loop has to say goes out through this queue instead. What it
-    says again and again is bounded, however late the thread is, and wakes the thread once for
-    all that is said in a tick.
+    publish a message; so the loop's messages go out through this queue instead. What it
+    repeats is bounded, however late the thread is, and wakes the thread once for
+    all messages of a tick.
 
     :param leaves_out: whether messages may be left out; not where each run is to be like the last.
     """

@@ -22,7 +22,7 @@ class DomainWatch:
     both find the other and both give up.
 
     :param node: our manager's node.
-    :param found: called once with what to tell the user.
+    :param found: called once with the message for the user.
     """
 
     def __init__(self, node: Node, found: Callable[[str], None]) -> None:

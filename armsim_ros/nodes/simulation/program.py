@@ -145,7 +145,7 @@ class SimulationProgram:
                 prefer_latency()
                 if not simulation.deterministic:
                     self._clock.reset(time.time_ns())
-                self._time.tell()
+                self._time.update()
                 self._control.start()
                 executor.start()
                 if prioritized:
@@ -290,7 +290,7 @@ class SimulationProgram:
         logger = self._robots[0].node.get_logger()
         self._clock_hint = ClockHint(self._clock, logger.warning)
         self._dispatcher.every(_WATCH_PERIOD, self._watch)
-        self._dispatcher.every(IDLE_PERIOD, self._time.tell)
+        self._dispatcher.every(IDLE_PERIOD, self._time.update)
         logger.info(
             f"simulation of '{self._cell.model.name}' runs; controllers: {', '.join(states)}"
         )
@@ -335,7 +335,7 @@ class SimulationProgram:
         if self._control.failed:
             self._fail(1, f'the control loop failed:\n{self._control.failure}')
         if self._clock.paused:
-            self._time.tell()
+            self._time.update()
             self._clock_publisher.publish(self._clock.now_ns)
         for nodes in self._robots:
             nodes.watch(self._clock.now_ns)

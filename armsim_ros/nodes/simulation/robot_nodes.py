@@ -39,7 +39,7 @@ class RobotNodes:
     :param loop: runs all managers.
     :param executor: serves the nodes.
     :param faults: makes joints fail, where that is possible.
-    :param time: makes the nodes, and tells them the time.
+    :param time: makes the nodes, and sets their clocks.
     """
 
     def __init__(

@@ -38,7 +38,7 @@ class ToldNode(GuardedNode):
 
     def get_clock(self) -> Any:
         """Return the clock, set to the current time."""
-        self.tell()
+        self.update()
         return super().get_clock()
 
     def create_subscription(
@@ -50,7 +50,7 @@ class ToldNode(GuardedNode):
             return None
         return super().create_subscription(msg_type, topic, callback, qos_profile, **options)
 
-    def tell(self) -> None:
+    def update(self) -> None:
         """Set the node's clock if it uses sim time."""
         now_ns = self._now()
         if self._receive is not None and now_ns != self._told_ns:
@@ -89,7 +89,7 @@ class SimTime:
         """Stop setting a node's clock."""
         self._nodes.pop(node, None)
 
-    def tell(self) -> None:
+    def update(self) -> None:
         """Set all clocks."""
         for node in list(self._nodes):
-            node.tell()
+            node.update()

@@ -49,7 +49,7 @@ class ControlThread:
 
     @property
     def failed(self) -> bool:
-        """Whether the loop has ended by itself; ``failure`` says why."""
+        """Whether the loop has ended by itself; ``failure`` is the reason."""
         return bool(self.failure)
 
     def start(self) -> None:
@@ -65,7 +65,7 @@ class ControlThread:
     def _run(self) -> None:
         try:
             self._loop.run(self._stop)
-        except Exception:  # noqa: BLE001 - whatever it is, the program must say it and end
+        except Exception:  # noqa: BLE001 - whatever it is, the program must report it and end
             self.failure = traceback.format_exc()
 
 

@@ -66,7 +66,7 @@ class JointStates:
 
     def take(self, names: Sequence[str], **values: Sequence[float]) -> None:
         """
-        Take over what a source says of the free joints.
+        Take over a source's values for the free joints.
 
         :param values: position [rad or m], velocity, effort; empty where it has none.
         """

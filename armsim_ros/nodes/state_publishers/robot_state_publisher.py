@@ -115,7 +115,7 @@ def robot_of(urdf: str) -> RobotModel:
     """
     Return the kinematic tree of a robot, without geometry and hardware.
 
-    :raises ModelError: where the text is no URDF.
+    :raises ModelError: where the text is not a URDF.
     """
     content = parse_urdf(
         urdf, DESCRIPTION, read_mesh=lambda uri, scale: None, with_hardware=False)

@@ -145,7 +145,7 @@ def _run(client: RosClient, goal: Any) -> Any:
         run.result.result(2.0)
         raise
     if wrapped is None:
-        raise ArmsimError('move_group refused the goal; its log says why')
+        raise ArmsimError('move_group refused the goal; its log has the reason')
     return wrapped
 
 
@@ -176,7 +176,7 @@ def _share(text: str) -> float:
     except ValueError:
         value = math.nan
     if not 0.0 < value <= 1.0:
-        raise argparse.ArgumentTypeError(f"'{text}' is no share; allowed: above 0, up to 1")
+        raise argparse.ArgumentTypeError(f"'{text}' is not a share; allowed: above 0, up to 1")
     return value
 
 

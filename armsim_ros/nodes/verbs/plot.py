@@ -119,7 +119,7 @@ def _profile(client: RosClient, topic: str, patience: float) -> QoSProfile:
 
 def _bounds(client: RosClient, topic: str, records: Sequence[JointRecord], patience: float
             ) -> tuple[dict[str, float], dict[str, tuple[float, ...]]]:
-    """Return tolerances and position limits, as far as controller and description tell them."""
+    """Return tolerances and position limits, as far as controller and description publish them."""
     node = topic.rpartition('/')[0]
     names = [f'constraints.{record.name}.trajectory' for record in records]
     tolerances: dict[str, float] = {}
@@ -132,5 +132,5 @@ def _bounds(client: RosClient, topic: str, records: Sequence[JointRecord], patie
                 tolerances[record.name] = value.double_value
         limits = position_limits(published_robot(client, patience), records)
     except ArmsimError:
-        return tolerances, limits  # drawn without what is not told
+        return tolerances, limits  # drawn without what is not published
     return tolerances, limits

@@ -63,8 +63,8 @@ def read_csv(file: Path) -> list[JointRecord]:
         with file.open(encoding='utf-8', newline='') as stream:
             table = csv.reader(stream)
             if next(table, None) != _COLUMNS:
-                raise ArmsimError(f"{file}:1: this is no executed motion; its first line must be "
-                                  f"'{','.join(_COLUMNS)}'")
+                raise ArmsimError(f"{file}:1: this is not an executed motion; its first line must "
+                                  f"be '{','.join(_COLUMNS)}'")
             for number, row in enumerate(table, 2):
                 try:
                     values = [float(word) for word in row[1:]]

@@ -26,7 +26,7 @@ _DESCRIPTION = 'robot_description'
 
 
 def records_of(messages: Iterable[Any]) -> list[JointRecord]:
-    """Return what messages of type JointTrajectoryControllerState say of each joint."""
+    """Return what messages of type JointTrajectoryControllerState contain for each joint."""
     rows: dict[str, list[tuple[float, float, float, float]]] = {}
     start: float | None = None
     for message in messages:
@@ -43,7 +43,7 @@ def read_recording(file: Path) -> list[JointRecord]:
     """
     Read an MCAP file, or the first in a folder that ``ros2 bag record`` made.
 
-    :raises ArmsimError: it is not there, is no recording, or no trajectory controller is in it.
+    :raises ArmsimError: it is not there, is not a recording, or no trajectory controller is in it.
     """
     if file.is_dir():
         inside = sorted(file.glob('*.mcap'))
@@ -65,7 +65,7 @@ def read_recording(file: Path) -> list[JointRecord]:
     except OSError as error:
         raise ArmsimError(f"'{file}' cannot be read: {error.strerror}") from None
     except (McapError, struct.error, ValueError, KeyError, EOFError) as error:
-        raise ArmsimError(f"'{file}' is no recording that can be read: {error}") from None
+        raise ArmsimError(f"'{file}' is not a recording that can be read: {error}") from None
     if not states:
         raise ArmsimError(f"'{file}' has no messages of {_STATE}; record the controller's "
                           'controller_state')

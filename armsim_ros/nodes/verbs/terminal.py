@@ -31,7 +31,7 @@ class Words(argparse.ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         """Refuse the command line."""
-        raise UsageError(f'{message}; {self.prog} --help tells more')
+        raise UsageError(f'{message}; {self.prog} see --help')
 
 
 def parser(name: str, about: str, *, json_too: bool = True) -> Words:

@@ -177,7 +177,7 @@ def must_check(first: Body, second: Body, acm: AllowedCollisionMatrix) -> bool:
     carried_2 = second.type is BodyType.ROBOT_ATTACHED
     if carried_1 and carried_2 and first.link == second.link:
         return False
-    # A world object that bears a link's name is no link: it is not exempt.
+    # A world object that bears a link's name is not a link: it is not exempt.
     if first.link and second.link and (
         (carried_1 and second.name in first.touch_links)
         or (carried_2 and first.name in second.touch_links)

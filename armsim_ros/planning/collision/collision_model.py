@@ -38,7 +38,7 @@ class Exactly(Enum):
     """
     When shapes themselves are checked, which takes many times as long as their hulls.
 
-    Hulls that are near tell as much as the shapes, unless they touch where the shapes do not.
+    Hulls that are near are as good as the shapes, unless they touch where the shapes do not.
     """
 
     NEVER = 'never'

@@ -39,7 +39,7 @@ def first_blocked(
     """
     Return where a polyline in joint space is not free, None where it is free throughout.
 
-    :param points: (k, m) joint positions; fewer than two are no motion.
+    :param points: (k, m) joint positions; fewer than two are not a motion.
     :param step: largest motion [m] of any point between two checks of path constraints.
     :param places: (k,) increasing; what to return a place in, default the number of the point.
     :param clearance: [m] that shall be left to everything.

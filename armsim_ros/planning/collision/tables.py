@@ -29,7 +29,7 @@ from armsim_ros.planning.collision.contact_query import (
 from armsim_ros.planning.scene.content import SceneContent
 
 CollisionTest = Callable[[Vector], bool]
-"""Says whether a robot state (n,) touches anything."""
+"""Tests whether a robot state (n,) touches anything."""
 
 
 class BroadPhase:

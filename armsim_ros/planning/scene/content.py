@@ -268,7 +268,7 @@ def _unknown(
     joined = f"; its chain of transforms ends at '{name}'" if name != _name(frame) else ''
     return PlanningError(
         MoveItErrorCode.FRAME_TRANSFORM_FAILURE,
-        f"frame '{frame}' is no link, object, subframe or known fixed frame{joined}; "
+        f"frame '{frame}' is not a link, object, subframe or known fixed frame{joined}; "
         f"the model frame is '{kinematics.robot.model_frame}' "
         f'{nearest(name, known_frames(kinematics, content))}'.rstrip(),
         'planning scene',

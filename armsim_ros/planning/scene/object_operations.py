@@ -97,7 +97,7 @@ def apply_attached_in_state(draft: SceneDraft, item: AttachedObject) -> None:
 
 
 def _known_operation(item: CollisionObject) -> ObjectOperation:
-    """Return what to do; PlanningError for a number that is no operation."""
+    """Return what to do; PlanningError for a number that is not an operation."""
     try:
         return ObjectOperation(item.operation)
     except ValueError:

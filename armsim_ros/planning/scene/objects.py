@@ -137,7 +137,7 @@ def check_pose(pose: Matrix, what: str) -> Matrix:
     rotation = matrix[:3, :3]
     off = np.abs(rotation @ rotation.T - _IDENTITY).max()
     if off > ROTATION_TOLERANCE or np.linalg.det(rotation) < 0.0:
-        raise object_error(f'{what} has a part that is no rotation')
+        raise object_error(f'{what} has a part that is not a rotation')
     if np.abs(matrix[:3, 3]).max() > LARGEST:
         far = ', '.join(f'{value:g}' for value in matrix[:3, 3])
         raise object_error(f'{what} lies too far away: ({far}) m; allowed: {LARGEST:g} m')

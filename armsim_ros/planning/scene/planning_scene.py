@@ -269,7 +269,7 @@ class PlanningScene:
                 return
             with self._lock:
                 now = self._content
-                if now is not base:  # the robot has moved meanwhile, or frames were told
+                if now is not base:  # the robot has moved meanwhile, or frames were set
                     made = replace(
                         made,
                         q=now.q if made.q is base.q else made.q,
@@ -316,7 +316,7 @@ class PlanningScene:
 
         :param start: joints that are not named keep the scene's state; its attached objects
             are applied, ``refusals`` has those that were refused.
-        :param strict: a start state that is no difference drops the scene's attached objects.
+        :param strict: a start state that is not a difference drops the scene's attached objects.
         :raises PlanningError: INVALID_ROBOT_STATE for an unknown joint or for names and
             positions that do not match.
         """

@@ -164,7 +164,7 @@ def apply_start_state(
     """
     Take over a client's start state; return why attached objects were refused.
 
-    :param strict: whether a state that is no difference drops the scene's attached objects.
+    :param strict: whether a state that is not a difference drops the scene's attached objects.
     :raises PlanningError: INVALID_ROBOT_STATE.
     """
     _set_joints(draft, start)

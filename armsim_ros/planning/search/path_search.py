@@ -233,7 +233,7 @@ def repaired(waypoints: Matrix, problem: SearchProblem, stage: Stage) -> Matrix:
 
 
 def no_path(problem: SearchProblem) -> PlanningError:
-    """Return what to say where no stage found a path."""
+    """Return the message where no stage found a path."""
     count = len(problem.goals)
     goals = 'one goal configuration' if count == 1 else f'{count} goal configurations'
     where = np.round(problem.goals[0], 3).tolist()

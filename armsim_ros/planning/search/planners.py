@@ -189,7 +189,7 @@ class PlannerTable:
 
 
 def settings_of(choice: PlannerChoice, log: Log) -> dict[str, Any]:
-    """Return setter -> value of the parameters that the planner has; tell of all others."""
+    """Return setter -> value of the parameters that the planner has; report all others."""
     kind, settings = _BOUND[choice.type], {}
     for key, value in choice.parameters.items():
         if key in _OTHER_KEYS or (key == 'adaptive_domains' and choice.type == DEFAULT_PLANNER):

@@ -80,7 +80,7 @@ class LimitTable:
     def __init__(self, robot: RobotModel, log: Log) -> None:
         self._robot = robot
         self._log = log
-        self._told: set[str] = set()
+        self._reported: set[str] = set()
 
     def limits(self, joint_names: Iterable[str]) -> MotionLimits:
         """Return the limits of these joints, in this order."""
@@ -114,10 +114,10 @@ class LimitTable:
         lacking = [
             name
             for name, value in zip(names, values, strict=True)
-            if self._usable(value, -1.0) < 0.0 and f'{kind} {name}' not in self._told
+            if self._usable(value, -1.0) < 0.0 and f'{kind} {name}' not in self._reported
         ]
         if lacking:
-            self._told.update(f'{kind} {name}' for name in lacking)
+            self._reported.update(f'{kind} {name}' for name in lacking)
             what = 'joint has' if len(lacking) == 1 else 'joints have'
             self._log.warning(
                 f'{what} no {kind} limit: {", ".join(lacking)}; assuming {default:g}. Give '

@@ -84,7 +84,7 @@ def _camera(name: str, settings: CameraSettings, model: RobotModel) -> Camera:
     if not link:
         if optical not in links:
             raise SimulationError(
-                f"camera '{name}': robot '{model.name}' has no link '{optical}'; say with 'link' "
+                f"camera '{name}': robot '{model.name}' has no link '{optical}'; give with 'link' "
                 'and xyz, rpy where the camera sits')
         body, mount = f'{model.name}/{optical}', np.eye(4)
     else:
@@ -95,7 +95,7 @@ def _camera(name: str, settings: CameraSettings, model: RobotModel) -> Camera:
                 "'link' out, or give the camera another name")
         if link not in (*links, model.model_frame):
             raise SimulationError(
-                f"camera '{name}' sits on '{link}', which is no link of robot '{model.name}'; "
+                f"camera '{name}' sits on '{link}', which is not a link of robot '{model.name}'; "
                 + (nearest(link, links) or 'see its URDF'))
         body = f'{model.name}/{link}' if link in links else 'world'
         mount = pose_matrix(settings.xyz, settings.rpy) @ TO_OPTICAL

@@ -88,8 +88,8 @@ class FingerContacts:
 
     def squeezed(self) -> dict[str, Gripper]:
         """Return the free objects that are pressed from opposite sides now, and by what."""
-        free = {name for name, thing in self._simulation.world.objects.items()
-                if thing.mass is not None}
+        free = {name for name, item in self._simulation.world.objects.items()
+                if item.mass is not None}
         return {
             name: gripper
             for gripper in self._grippers

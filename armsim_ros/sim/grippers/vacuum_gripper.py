@@ -36,7 +36,7 @@ class VacuumGripper(Restorable):
     A suction cup; only the thread that ticks may use it.
 
     While it is on, the nearest free object in reach is pulled. Where it touches the cup it is
-    welded as it lies; the weld's own forces tell when it is torn off.
+    welded as it lies; the weld's own forces show when it is torn off.
 
     :param name: of the gripper.
     :param plant: the physics.
@@ -114,8 +114,8 @@ class VacuumGripper(Restorable):
         rim, ends = self._rim(), np.empty(6)
         axis = self._pose()[:3, :3] @ self._axis
         best: tuple[str, float, Vector] | None = None
-        for name, thing in self._world.objects.items():
-            if thing.mass is None:
+        for name, item in self._world.objects.items():
+            if item.mass is None:
                 continue
             body = int(model.body(object_body_name(name)).id)
             start = int(model.body_geomadr[body])
@@ -212,9 +212,9 @@ class VacuumGripper(Restorable):
             self._plant.data.xfrc_applied[body] = 0.0
         self._pulled = ''
 
-    def _weld(self, thing: str) -> int:
+    def _weld(self, item: str) -> int:
         kind = mujoco.mjtObj.mjOBJ_EQUALITY
-        return int(mujoco.mj_name2id(self._plant.model, kind, weld_name(self.name, thing)))
+        return int(mujoco.mj_name2id(self._plant.model, kind, weld_name(self.name, item)))
 
     def _pose(self) -> Matrix:
         return self._plant.pose(self._plant.body(self.settings.link))

@@ -57,9 +57,9 @@ def cup_name(gripper: str) -> str:
     return f'vacuum/{gripper}'
 
 
-def weld_name(gripper: str, thing: str) -> str:
+def weld_name(gripper: str, item: str) -> str:
     """Return the MuJoCo constraint by which a vacuum gripper holds an object."""
-    return f'vacuum/{gripper}/{thing}'
+    return f'vacuum/{gripper}/{item}'
 
 
 class Ground(NamedTuple):
@@ -120,15 +120,15 @@ class PlantSpec:
             pos=list(gripper.xyz), mass=0.0, group=COLLISION_GROUP, rgba=[0.0, 0.0, 0.0, 0.0],
             **SEEN_ONLY)
 
-    def _add_welds(self, thing: WorldObject) -> None:
+    def _add_welds(self, item: WorldObject) -> None:
         """Add what a vacuum gripper may hold an object by; none of it acts at first."""
         for name, gripper in self._grippers.items():
             weld = self.spec.add_equality(
-                name=weld_name(name, thing.name),
+                name=weld_name(name, item.name),
                 type=mujoco.mjtEq.mjEQ_WELD,
                 objtype=mujoco.mjtObj.mjOBJ_BODY,
                 name1=self.name(gripper.link),
-                name2=object_body_name(thing.name),
+                name2=object_body_name(item.name),
             )
             weld.active = 0
             weld.solref = [2.0 * self.spec.option.timestep, 1.0]
@@ -153,41 +153,41 @@ class PlantSpec:
             **TOUCHING,
         )
 
-    def add_object(self, thing: WorldObject) -> None:
+    def add_object(self, item: WorldObject) -> None:
         """
         Add an object; an object with mass may move freely.
 
         :raises SimulationError: an object of that name is there, or it has no parts.
         """
-        name = object_body_name(thing.name)
+        name = object_body_name(item.name)
         if self.spec.body(name) is not None:
-            raise SimulationError(f"the world already has an object '{thing.name}'")
-        if not thing.parts:
-            raise SimulationError(f"object '{thing.name}' has no shape")
+            raise SimulationError(f"the world already has an object '{item.name}'")
+        if not item.parts:
+            raise SimulationError(f"object '{item.name}' has no shape")
         body = self.spec.worldbody.add_body(
-            name=name, pos=thing.pose[:3, 3], quat=quat_wxyz_from_matrix(thing.pose)
+            name=name, pos=item.pose[:3, 3], quat=quat_wxyz_from_matrix(item.pose)
         )
-        volumes = [1.0] * len(thing.parts)
-        if thing.mass is not None:
+        volumes = [1.0] * len(item.parts)
+        if item.mass is not None:
             body.add_freejoint(name=name)
-            self._add_welds(thing)
-            volumes = [volume(part.geometry) for part in thing.parts]
-        if thing.mass is not None and thing.inertial is not None:
+            self._add_welds(item)
+            volumes = [volume(part.geometry) for part in item.parts]
+        if item.mass is not None and item.inertial is not None:
             body.explicitinertial = True
-            set_inertial(body, thing.inertial)
-        for i, part in enumerate(thing.parts):
+            set_inertial(body, item.inertial)
+        for i, part in enumerate(item.parts):
             add_geom(
                 self.spec,
                 body,
                 part.geometry,
                 part.origin,
                 mesh_name=f'{name}/{i}',
-                mass=(thing.mass or 0.0) * volumes[i] / sum(volumes),
-                friction=[thing.friction, 0.005, 0.0001],
+                mass=(item.mass or 0.0) * volumes[i] / sum(volumes),
+                friction=[item.friction, 0.005, 0.0001],
                 rgba=part.rgba or (0.6, 0.6, 0.6, 1.0),
                 group=WORLD_GROUP,
                 **TOUCHING,
-                **({} if thing.mass is None else GRASPABLE),
+                **({} if item.mass is None else GRASPABLE),
             )
 
     def remove_object(self, name: str) -> None:
@@ -250,6 +250,6 @@ def build_plant(
     """
     plant = PlantSpec(model, settings)
     plant.set_ground(ground)
-    for thing in objects:
-        plant.add_object(thing)
+    for item in objects:
+        plant.add_object(item)
     return plant

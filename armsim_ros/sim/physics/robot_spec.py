@@ -238,7 +238,7 @@ class RobotSpec:
 
 
 def bound_or_infinite(bound: float) -> float:
-    """Return a velocity or effort limit; 0 or less is how many URDFs say that there is none."""
+    """Return a velocity or effort limit; 0 or less is "unlimited" in many URDFs."""
     return bound if bound > 0.0 else math.inf
 
 
@@ -246,8 +246,8 @@ def untouching_pairs(model: RobotModel) -> list[tuple[str, str]]:
     """
     Return the pairs of links that never touch: neighbours, and what the SRDF disables.
 
-    Without an SRDF nothing tells hulls that overlap from links that touch, and no two links of
-    the robot touch each other, as in Gazebo without ``self_collide``.
+    Without an SRDF hulls that overlap cannot be distinguished from links that touch, and no two
+    links of the robot touch each other, as in Gazebo without ``self_collide``.
 
     :returns: pairs sorted by name; both links have collision shapes.
     """

@@ -27,7 +27,7 @@ class Restorable:
     """A part whose attributes, but for some that never change, are its state."""
 
     unchanging: ClassVar[frozenset[str]] = frozenset()
-    """Attributes that are no state: settings, and other parts."""
+    """Attributes that are not part of the state: settings, and other parts."""
 
     def save(self) -> dict[str, Any]:
         """Return a copy of all that changes while it works."""

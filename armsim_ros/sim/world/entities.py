@@ -17,7 +17,7 @@ from armsim_ros.sim.physics.mujoco_model import Ground
 from armsim_ros.sim.simulation import Simulation
 from armsim_ros.sim.world.world_scene import WorldEdit
 
-#: The frame that all poses are told in.
+#: The frame of all poses.
 WORLD_FRAME = 'world'
 
 
@@ -194,9 +194,9 @@ class Entities:
         self._check(name)
         self._simulation.world.set_pose(name, state.pose, (state.linear, state.angular))
 
-    def stage_spawn(self, things: Iterable[WorldObject]) -> WorldEdit:
+    def stage_spawn(self, items: Iterable[WorldObject]) -> WorldEdit:
         """Prepare new objects, see :meth:`WorldScene.stage`."""
-        return self._simulation.world.stage(add=things)
+        return self._simulation.world.stage(add=items)
 
     def spawn(self, edit: WorldEdit) -> None:
         """
@@ -205,7 +205,7 @@ class Entities:
         :raises OverlapError: a free object overlaps a robot; nothing is added then.
         """
         self._simulation.world.commit(edit, keep_clear=True)
-        self._spawned += tuple(thing.name for thing in edit.added)
+        self._spawned += tuple(item.name for item in edit.added)
 
     def stage_delete(self, names: Iterable[str]) -> WorldEdit:
         """
@@ -224,14 +224,14 @@ class Entities:
     def delete(self, edit: WorldEdit) -> None:
         """Remove prepared objects; only from the thread that ticks."""
         self._simulation.world.commit(edit)
-        gone = {thing.name for thing in edit.removed}
+        gone = {item.name for item in edit.removed}
         self._spawned = tuple(name for name in self._spawned if name not in gone)
         self._infos = {name: info for name, info in self._infos.items() if name not in gone}
 
-    def stage_load(self, things: Iterable[WorldObject], ground: Ground) -> WorldEdit:
+    def stage_load(self, items: Iterable[WorldObject], ground: Ground) -> WorldEdit:
         """Prepare a world in place of the present world."""
         world = self._simulation.world
-        return world.stage(add=things, remove=world.names, ground=ground)
+        return world.stage(add=items, remove=world.names, ground=ground)
 
     def load(self, edit: WorldEdit) -> None:
         """Take a prepared world in place of the present world; only from the thread that ticks."""

@@ -11,10 +11,10 @@ from armsim_ros.model.geometry import Geometry, half_extent, Mesh, Plane
 from armsim_ros.model.world_objects import WorldObject
 
 
-def object_bounds(thing: WorldObject) -> tuple[Matrix, Matrix]:
+def object_bounds(item: WorldObject) -> tuple[Matrix, Matrix]:
     """Return the smallest and the largest corner of an object in its own axes, (3,) each [m]."""
     corners = []
-    for part in thing.parts:
+    for part in item.parts:
         if isinstance(part.geometry, Plane):
             continue
         low, high = _bounds(part.geometry)

@@ -22,7 +22,7 @@ from armsim_ros.model.world_objects import FLOOR, floor_object, WorldObject
 from armsim_ros.sim.grippers.vacuum_gripper import VacuumGripper
 from armsim_ros.sim.world.world_scene import WorldScene
 
-#: What has moved by less is not told [m], [rad].
+#: Smaller motions are not reported [m], [rad].
 LEAST_WAY, LEAST_TURN = 1e-3, math.radians(0.5)
 
 
@@ -58,7 +58,7 @@ class WorldSnapshot:
 @dataclass(frozen=True, slots=True, eq=False)
 class WorldNews:
     """
-    What has changed since it was last told.
+    What has changed since the last report.
 
     :param added: new objects, or all; with (4, 4) poses.
     :param moved: name -> (4, 4).
@@ -75,7 +75,7 @@ class WorldNews:
 
     @property
     def empty(self) -> bool:
-        """Whether there is nothing to tell."""
+        """Whether nothing has changed."""
         return not (
             self.added or self.moved or self.removed or self.grasped or self.released)
 
@@ -112,8 +112,8 @@ class WorldWatch:
             if world.floor is not None:
                 self._objects.setdefault(FLOOR, floor_object(world.floor))
             self._fixed = {
-                name: _row(world.pose(name) if name in world.objects else thing.pose)
-                for name, thing in self._objects.items() if thing.mass is None
+                name: _row(world.pose(name) if name in world.objects else item.pose)
+                for name, item in self._objects.items() if item.mass is None
             }
         names, rows = world.free_poses()
         held: dict[str, Holder] = {}
@@ -127,16 +127,16 @@ class WorldWatch:
 
 
 class WorldMirror:
-    """Remembers what was told, and finds what has to be told next."""
+    """Remembers what was reported, and finds the changes."""
 
     def __init__(self) -> None:
-        self._told: dict[str, tuple[WorldObject, Vector]] = {}
+        self._reported: dict[str, tuple[WorldObject, Vector]] = {}
         self._held: dict[str, Holder] = {}
         self._epoch = -1
 
     def news(self, now: WorldSnapshot, *, whole: bool = False) -> WorldNews:
         """
-        Return what has changed, and take it for told.
+        Return what has changed, and mark it as reported.
 
         Where an object is that a link holds, is known by the link, from where it was exactly.
 
@@ -144,9 +144,9 @@ class WorldMirror:
         """
         whole = whole or now.epoch != self._epoch
         self._epoch = now.epoch
-        removed = tuple(name for name in self._told if name not in now.objects)
+        removed = tuple(name for name in self._reported if name not in now.objects)
         for name in removed:
-            del self._told[name]
+            del self._reported[name]
         released = tuple(pair for pair in self._held.items()
                          if now.held.get(pair[0]) != pair[1])
         grasped = tuple(pair for pair in now.held.items()
@@ -154,18 +154,18 @@ class WorldMirror:
         begun = {name for name, _ in grasped}
         self._held = dict(now.held)
         for name, _ in released:
-            self._told.pop(name, None)
+            self._reported.pop(name, None)
         added, moved = [], []
-        for name, thing in now.objects.items():
-            row, known = now.poses[name], self._told.get(name)
-            if whole or known is None or known[0] is not thing:
-                added.append((thing, _pose(row)))
+        for name, item in now.objects.items():
+            row, known = now.poses[name], self._reported.get(name)
+            if whole or known is None or known[0] is not item:
+                added.append((item, _pose(row)))
             elif (name in begun and not np.array_equal(known[1], row)) or (
                     name not in now.held and _apart(known[1], row)):
                 moved.append((name, _pose(row)))
             else:
                 continue
-            self._told[name] = thing, row
+            self._reported[name] = item, row
         return WorldNews(tuple(added), tuple(moved), removed, grasped, released)
 
 

@@ -62,9 +62,9 @@ class WorldScene:
     :param ground: its floor and gravity.
     """
 
-    def __init__(self, plant: Plant, things: Iterable[WorldObject], ground: Ground) -> None:
+    def __init__(self, plant: Plant, items: Iterable[WorldObject], ground: Ground) -> None:
         self._plant = plant
-        self._things = {thing.name: thing for thing in things}
+        self._things = {item.name: item for item in items}
         self._ground = ground
         self._free: tuple[Any, tuple[str, ...], Places] | None = None
         self.version = 0
@@ -104,7 +104,7 @@ class WorldScene:
         """Return the free objects and where they are: (n, 7) positions, quaternions wxyz."""
         model = self._plant.model
         if self._free is None or self._free[0] is not model:
-            names = tuple(name for name, thing in self._things.items() if thing.mass is not None)
+            names = tuple(name for name, item in self._things.items() if item.mass is not None)
             starts = [self._free_address(self._body(name)) or 0 for name in names]
             places = np.array(starts, dtype=np.intp)[:, None] + np.arange(7)
             self._free = model, names, places
@@ -153,9 +153,9 @@ class WorldScene:
 
     def return_to_start(self) -> None:
         """Put the fixed objects back; the physics does so with the free ones at its reset."""
-        for name, thing in self._things.items():
-            if thing.mass is None:
-                self._place_fixed(name, thing.pose)
+        for name, item in self._things.items():
+            if item.mass is None:
+                self._place_fixed(name, item.pose)
 
     def bounds(self, name: str) -> tuple[Vector, Vector]:
         """
@@ -185,11 +185,11 @@ class WorldScene:
         ground = ground or self._ground
         done: list[WorldObject] = []
         try:
-            for thing in removed:
-                spec.remove_object(thing.name)
-            for thing in added:
-                spec.add_object(thing)
-                done.append(thing)
+            for item in removed:
+                spec.remove_object(item.name)
+            for item in added:
+                spec.add_object(item)
+                done.append(item)
             spec.set_ground(ground)
             staged = self._plant.stage()
         except SimulationError:
@@ -204,27 +204,27 @@ class WorldScene:
         :param keep_clear: refuse what would overlap a robot, if it is free to move.
         :raises OverlapError: a new object overlaps a robot; the change is undone.
         """
-        free = {object_body_name(thing.name) for thing in edit.added if thing.mass is not None}
+        free = {object_body_name(item.name) for item in edit.added if item.mass is not None}
         try:
             self._plant.adopt(edit.staged, lambda model, data: (
                 _refuse_overlaps(model, data, free) if keep_clear else None))
         except OverlapError:
             self._undo(edit.added, edit.removed)
             raise
-        for thing in edit.removed:
-            del self._things[thing.name]
-        self._things.update((thing.name, thing) for thing in edit.added)
+        for item in edit.removed:
+            del self._things[item.name]
+        self._things.update((item.name, item) for item in edit.added)
         self._ground = edit.ground
         self.version += 1
 
-    def add(self, thing: WorldObject) -> None:
+    def add(self, item: WorldObject) -> None:
         """
         Put a new object into the running world.
 
         :raises SimulationError: its name is taken, or the physics refuses it; the world stays
             as it was.
         """
-        self.commit(self.stage(add=[thing]))
+        self.commit(self.stage(add=[item]))
 
     def remove(self, name: str) -> None:
         """
@@ -236,10 +236,10 @@ class WorldScene:
 
     def _undo(self, added: Iterable[WorldObject], removed: Iterable[WorldObject]) -> None:
         spec = self._plant.spec
-        for thing in added:
-            spec.remove_object(thing.name)
-        for thing in removed:
-            spec.add_object(replace(thing, pose=self.pose(thing.name)))
+        for item in added:
+            spec.remove_object(item.name)
+        for item in removed:
+            spec.add_object(replace(item, pose=self.pose(item.name)))
         spec.set_ground(self._ground)
 
     def _place_fixed(self, name: str, pose: Matrix) -> None:

@@ -65,12 +65,12 @@ class LoadedObject:
     """
     An object that was read.
 
-    :param thing: the object; its pose is what the file says.
+    :param thing: the object; its pose is that of the file.
     :param unused: what of the file has no effect here, a line each.
     :param remarks: what the file leaves to a default, a line each.
     """
 
-    thing: WorldObject
+    item: WorldObject
     unused: tuple[str, ...] = ()
     remarks: tuple[str, ...] = ()
 
@@ -82,12 +82,12 @@ class LoadedWorld:
 
     :param floor: height of the floor [m]; None where there is none.
     :param unused: what of the file has no effect here, a line each.
-    :param gravity: [m/s^2]; None where the world does not say, and ``simulation.yaml`` does.
+    :param gravity: [m/s^2]; None where ``simulation.yaml`` decides.
     :param remarks: what the file leaves to a default, a line each.
     """
 
     name: str
-    things: tuple[WorldObject, ...]
+    items: tuple[WorldObject, ...]
     floor: float | None = None
     unused: tuple[str, ...] = ()
     gravity: tuple[float, float, float] | None = None
@@ -100,15 +100,15 @@ def told_of(loaded: LoadedObject | LoadedWorld) -> str:
     return '; '.join((*unused, *loaded.remarks))
 
 
-def check_names(things: Iterable[WorldObject]) -> None:
+def check_names(items: Iterable[WorldObject]) -> None:
     """
     Refuse a world with two objects of the same name.
 
     :raises ResourceFaultError: names it.
     """
     seen: set[str] = set()
-    for thing in things:
-        if thing.name in seen:
+    for item in items:
+        if item.name in seen:
             raise ResourceFaultError(
-                Fault.RESOURCE_PARSE_ERROR, f"two objects have the name '{thing.name}'")
-        seen.add(thing.name)
+                Fault.RESOURCE_PARSE_ERROR, f"two objects have the name '{item.name}'")
+        seen.add(item.name)

@@ -59,8 +59,8 @@ def mjcf_object(text: str, file: str, read_mesh: MeshReader) -> LoadedObject:
         unused.add('gravity of <option>: an object has none')
     for body in tops[1:]:
         unused.add(f"body '{model.body(body).name}': an object is a single body")
-    thing = reader.thing(tops[0])
-    return LoadedObject(replace(thing, name=model.body(tops[0]).name), unused.lines)
+    item = reader.item(tops[0])
+    return LoadedObject(replace(item, name=model.body(tops[0]).name), unused.lines)
 
 
 def mjcf_world(text: str, file: str, read_mesh: MeshReader, *, ignore_assets: bool = False
@@ -74,7 +74,7 @@ def mjcf_world(text: str, file: str, read_mesh: MeshReader, *, ignore_assets: bo
     model, unused = _compiled(text, file, read_mesh, ignore_assets)
     reader = _Reader(model, unused)
     x, y, z = (float(value) for value in model.opt.gravity)
-    things = [reader.thing(body) for body in range(1, model.nbody)
+    items = [reader.item(body) for body in range(1, model.nbody)
               if model.body_parentid[body] == 0]
     fixed = reader.geoms(0, np.eye(4))
     floor: float | None = None
@@ -82,10 +82,10 @@ def mjcf_world(text: str, file: str, read_mesh: MeshReader, *, ignore_assets: bo
         if floor is None and _is_level(part):
             floor = float(part.origin[2, 3])
             continue
-        things.append(WorldObject(name, part.origin, (
+        items.append(WorldObject(name, part.origin, (
             LinkGeometry(part.geometry, np.eye(4), rgba=part.rgba),)))
-    check_names(things)
-    return LoadedWorld(_model_name(text, file), tuple(things), floor, unused.lines,
+    check_names(items)
+    return LoadedWorld(_model_name(text, file), tuple(items), floor, unused.lines,
                        (x, y, z) if _tells_gravity(text, file) else None)
 
 
@@ -102,7 +102,7 @@ class _Reader:
         self._data = mujoco.MjData(model)
         mujoco.mj_kinematics(model, self._data)
 
-    def thing(self, top: int) -> WorldObject:
+    def item(self, top: int) -> WorldObject:
         """Return a body at the top with all that hangs on it as an object."""
         model = self._model
         name = model.body(top).name or f'body_{top}'
@@ -138,7 +138,7 @@ class _Reader:
         """
         Return the shapes of a body that touch, with their names.
 
-        :param frame: (4, 4) from the world to what they are told in.
+        :param frame: (4, 4) from the world to the frame of the poses.
         """
         model, found = self._model, []
         start = int(model.body_geomadr[body])

@@ -125,8 +125,8 @@ class WorldResources:
                 world = self.world(name, '')
             except ResourceFaultError:
                 continue  # loading it reports why it cannot be read
-            found.update((f'{SCHEME}{name}/{thing.name}', LoadedObject(thing))
-                         for thing in world.things)
+            found.update((f'{SCHEME}{name}/{item.name}', LoadedObject(item))
+                         for item in world.items)
         return found
 
     def _own(self, uri: str) -> LoadedObject:
@@ -140,12 +140,12 @@ class WorldResources:
             raise ResourceFaultError(
                 Fault.MISSING_ASSETS, f"'{uri}' names nothing; allowed: {SCHEME}"
                 + f', {SCHEME}'.join(allowed))
-        things = {thing.name: thing for thing in self.world(world, '').things}
-        if name not in things:
-            hint = nearest(name, tuple(things)) or f'it has: {", ".join(things) or "none"}'
+        items = {item.name: item for item in self.world(world, '').items}
+        if name not in items:
+            hint = nearest(name, tuple(items)) or f'it has: {", ".join(items) or "none"}'
             raise ResourceFaultError(
                 Fault.MISSING_ASSETS, f"world '{world}' has no object '{name}'; {hint}")
-        return LoadedObject(replace(things[name], pose=np.eye(4)))
+        return LoadedObject(replace(items[name], pose=np.eye(4)))
 
     def _file(self, uri: str) -> Path:
         if '://' in uri and not uri.startswith(('file://', 'package://', 'model://')):
@@ -291,7 +291,7 @@ def _read(file: Path) -> str:
         return file.read_text(encoding='utf-8')
     except (OSError, UnicodeDecodeError):
         raise ResourceFaultError(
-            Fault.UNSUPPORTED_FORMAT, f"'{file.name}' is no text that can be read") from None
+            Fault.UNSUPPORTED_FORMAT, f"'{file.name}' is not a text that can be read") from None
 
 
 def _is_world(file: Path) -> bool:

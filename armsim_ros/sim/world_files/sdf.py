@@ -66,8 +66,8 @@ def sdf_object(text: str, file: str, read_mesh: MeshReader, read_model: ModelRea
     if model is None:
         raise _refused(root, 'it has no <model>')
     reader = _Reader(read_mesh, read_model, unused, ignore_assets=False)
-    thing = reader.model(model, _Scope(), 0)
-    return LoadedObject(thing, unused.lines, tuple(unused.remarks))
+    item = reader.model(model, _Scope(), 0)
+    return LoadedObject(item, unused.lines, tuple(unused.remarks))
 
 
 def sdf_world(text: str, file: str, read_mesh: MeshReader, read_model: ModelReader, *,
@@ -93,9 +93,9 @@ def sdf_world(text: str, file: str, read_mesh: MeshReader, read_model: ModelRead
     scope = _Scope.of(world, ('model', 'frame'))
     read = [reader.asset(reader.model, model, scope, 0) for model in world.all('model')]
     read += [reader.asset(reader.include, include, scope, 0) for include in world.all('include')]
-    things = [thing for thing in read if thing is not None]
-    check_names(things)
-    return LoadedWorld(world.get('name') or 'world', tuple(things), False, unused.lines, gravity,
+    items = [item for item in read if item is not None]
+    check_names(items)
+    return LoadedWorld(world.get('name') or 'world', tuple(items), False, unused.lines, gravity,
                        tuple(unused.remarks))
 
 
@@ -113,7 +113,7 @@ class _Scope:
         """
         Return the pose (4, 4) of an element where the scope begins.
 
-        :param base: what it is relative to where it does not say so.
+        :param base: what it is relative to by default.
         """
         given = element.first('pose')
         local = np.eye(4) if given is None else _pose(given)
@@ -158,13 +158,13 @@ class _Reader:
             raise _refused(element, f"'{uri}' holds no <model>" if model is None else
                            'models are nested too deeply')
         reader = _Reader(read_mesh, read_model, self._unused, self._ignore_assets)
-        thing = reader.model(model, _Scope(), depth + 1)
+        item = reader.model(model, _Scope(), depth + 1)
         static = _flag(element, 'static')
         return WorldObject(
-            _text(element, 'name', thing.name),
-            scope.pose(element) if element.first('pose') is not None else thing.pose,
-            thing.parts, None if static else thing.mass, thing.friction,
-            None if static else thing.inertial)
+            _text(element, 'name', item.name),
+            scope.pose(element) if element.first('pose') is not None else item.pose,
+            item.parts, None if static else item.mass, item.friction,
+            None if static else item.inertial)
 
     def model(self, element: XmlElement, outer: _Scope, depth: int) -> WorldObject:
         """Return a model as an object."""
@@ -191,16 +191,16 @@ class _Reader:
             friction = rubbing if friction is None else friction
         inner = [(scope.pose(child), self.model(child, scope, depth + 1))
                  for child in element.all('model')]
-        inner += [(thing.pose, thing) for thing in (
+        inner += [(item.pose, item) for item in (
             self.asset(self.include, included, scope, depth + 1)
             for included in element.all('include'))
-            if thing is not None]
-        for pose, thing in inner:
+            if item is not None]
+        for pose, item in inner:
             parts += [LinkGeometry(part.geometry, pose @ part.origin, rgba=part.rgba)
-                      for part in thing.parts]
-            if not static and thing.inertial is not None:
-                inertials.append(Inertial(thing.inertial.mass, pose @ thing.inertial.origin,
-                                          thing.inertial.inertia))
+                      for part in item.parts]
+            if not static and item.inertial is not None:
+                inertials.append(Inertial(item.inertial.mass, pose @ item.inertial.origin,
+                                          item.inertial.inertia))
         if not parts:
             fault = _refused(element, f"model '{name}' has no <collision> that is read")
             if self._left_out > left_out:

@@ -41,7 +41,7 @@ def shape_object(shape: str, query: str) -> LoadedObject:
     for word in words:
         if word not in known:
             hint = nearest(word, known) or f'allowed: {", ".join(known)}'
-            raise _refused(f"'{word}' is no word of armsim://{shape}; {hint}")
+            raise _refused(f"'{word}' is not a word of armsim://{shape}; {hint}")
     content: dict[str, object] = {'type': shape}
     for word, (count, default) in measures.items():
         numbers = _numbers(word, words.get(word, default), count)

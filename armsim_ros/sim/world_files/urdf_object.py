@@ -52,5 +52,5 @@ def urdf_object(text: str, file: str, read_mesh: MeshReader) -> LoadedObject:
         raise ResourceFaultError(
             Fault.RESOURCE_PARSE_ERROR, f"{file}: '{content.name}' has no <collision>")
     whole = combined(inertials) if inertials else inertial_of(parts)
-    thing = WorldObject(content.name, np.eye(4), tuple(parts), whole.mass, inertial=whole)
-    return LoadedObject(thing, unused.lines)
+    item = WorldObject(content.name, np.eye(4), tuple(parts), whole.mass, inertial=whole)
+    return LoadedObject(item, unused.lines)

@@ -27,7 +27,7 @@ Target = str | Mapping[str, float] | Matrix
 Points = JointTrajectory | Sequence[tuple[float, Mapping[str, float] | Sequence[float]]]
 
 BUILT_WITHOUT_FAULTS = (
-    "joints fail only where the marker says so: armsim(faults={'joint': {...}})")
+    "joints fail only where the marker sets it: armsim(faults={'joint': {...}})")
 
 
 @dataclass(frozen=True)
@@ -105,7 +105,7 @@ class Arm(ABC):
 
         :param points: (time from start [s], positions [rad or m]) of each waypoint, the positions
             by joint or in the order of ``joints``; or a trajectory.
-        :raises ControllerError: it was refused or aborted; the text says why.
+        :raises ControllerError: it was refused or aborted; with the reason.
         """
 
     @abstractmethod
@@ -181,7 +181,7 @@ class Arm(ABC):
         :param shape: another shape than a box, see ``armsim_ros.config.world``.
         :param rpy: roll, pitch, yaw in the world [rad].
         :param mass: [kg]; None for an object that never moves.
-        :raises SimulationError: it is refused; the text says why.
+        :raises SimulationError: it is refused; with the reason.
         """
         x, y, z = size
         box = BoxSettings(type='box', size=(x, y, z))
@@ -192,7 +192,7 @@ class Arm(ABC):
         ))
 
     @abstractmethod
-    def _spawn(self, name: str, thing: WorldObjectSettings) -> None:
+    def _spawn(self, name: str, item: WorldObjectSettings) -> None:
         """Put an object of a single part into the world."""
 
     @abstractmethod
@@ -208,7 +208,7 @@ class Arm(ABC):
         return ''
 
     def event_lines(self) -> list[str]:
-        """Return what controllers and programs had to say last, oldest first."""
+        """Return what controllers and programs logged last, oldest first."""
         return []
 
     def save_artifacts(self, place: Path) -> Iterator[tuple[str, Path]]:
@@ -256,7 +256,7 @@ class Arm(ABC):
                     f"there is no named state '{target}'; there are: {', '.join(states)}")
             return states[target]
         if not isinstance(target, Mapping):
-            raise ValueError('a pose is no joint state; give a named state or joint positions')
+            raise ValueError('a pose is not a joint state; give a named state or joint positions')
         unknown = [joint for joint in target if joint not in self.positions]
         if unknown:
             raise ValueError(

@@ -178,9 +178,9 @@ class InProcessArm(Arm):
         raise ControllerError(
             f"there is no controller '{controller}'; there are: {', '.join(known)}")
 
-    def _spawn(self, name: str, thing: WorldObjectSettings) -> None:
+    def _spawn(self, name: str, item: WorldObjectSettings) -> None:
         """Put an object into the world that physics and planner share."""
-        self.sim.add_object(object_from_settings(name, thing))
+        self.sim.add_object(object_from_settings(name, item))
 
     def delete(self, name: str) -> None:
         """
@@ -203,13 +203,13 @@ class InProcessArm(Arm):
         return self.sim.digest()
 
     def last_events(self) -> tuple[ControllerEvent, ...]:
-        """Return what the controllers had to say, oldest first."""
+        """Return what the controllers logged, oldest first."""
         for manager in self.sim.managers.values():
             self.events.extend(manager.poll_events())
         return tuple(sorted(self.events, key=lambda event: event.time_ns))
 
     def event_lines(self) -> list[str]:
-        """Return what the controllers had to say, a line each."""
+        """Return what the controllers logged, a line each."""
         return [
             f'{event.time_ns * 1e-9:.3f} s {event.level} {event.source}: {event.text}'
             for event in self.last_events()

@@ -194,17 +194,17 @@ class RosArm(Arm):
         finally:
             client.in_executor(action.destroy)
 
-    def _spawn(self, name: str, thing: WorldObjectSettings) -> None:
+    def _spawn(self, name: str, item: WorldObjectSettings) -> None:
         """Have the simulation spawn it."""
-        words = thing.parts[0].shape.model_dump()
+        words = item.parts[0].shape.model_dump()
         kind = words.pop('type')
-        words['friction'] = thing.friction
-        if thing.mass is not None:
-            words['mass'] = thing.mass
+        words['friction'] = item.friction
+        if item.mass is not None:
+            words['mass'] = item.mass
         query = '&'.join(f'{word}={_text(value)}' for word, value in words.items())
         request = SpawnEntity.Request(name=name)
         request.uri = f'armsim://{kind}?{query}'
-        request.initial_pose.pose = pose_to_message(pose_matrix(thing.xyz, thing.rpy))
+        request.initial_pose.pose = pose_to_message(pose_matrix(item.xyz, item.rpy))
         self._asked('/spawn_entity', SpawnEntity, request)
 
     def delete(self, name: str) -> None:

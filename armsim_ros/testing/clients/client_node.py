@@ -27,7 +27,7 @@ LATCHED = QoSProfile(
 
 
 PATIENCE = 30.0
-"""Time [s] in which everything happens on a machine that does other things too."""
+"""Time [s] in which everything happens on a machine under load."""
 
 FIND_BACK = 0.2
 """

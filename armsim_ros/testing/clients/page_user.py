@@ -63,7 +63,7 @@ class PageUser:
         self.wait_until_ready()
 
     def wait_until_ready(self) -> None:
-        """Wait until the status says that all programs are there, and the scene is drawn."""
+        """Wait until the status shows that all programs are available, and the scene is drawn."""
         self.tab.locator('#status[data-level=ready]').wait_for()
         self.tab.locator('#plan:enabled').wait_for()
         self.tab.frame_locator('#scene').locator('canvas').first.wait_for()
@@ -113,7 +113,7 @@ class PageUser:
         self.tab.locator('#status-text', has_text=text).wait_for()
 
     def wait_for_result(self, text: str) -> None:
-        """Wait until the last thing that was asked for came to this."""
+        """Wait for this result of the last request."""
         self.tab.locator('#result', has_text=text).wait_for()
 
     def wait_for_verdict(self, kind: str) -> str:

@@ -57,7 +57,7 @@ class RobotUser:
         Make a joint of a stack with fault injection fail.
 
         :param fault: ``lag`` [s], ``bias`` [rad or m], ``blocked``.
-        :raises AssertionError: it is refused; the text says why.
+        :raises AssertionError: it is refused; with the reason.
         """
         manager = ParameterClient(self.client, f'{self.namespace}/controller_manager')
         for kind, value in fault.items():
@@ -65,7 +65,7 @@ class RobotUser:
             assert not reason, f"fault {kind} of joint '{joint}': {reason}"
 
     def wait_until_still(self) -> None:
-        """Wait for a message that says that no joint moves."""
+        """Wait for a message in which no joint moves."""
         self._joint_states.clear()
         self._joint_states.wait_for(
             lambda message: max(map(abs, message.velocity), default=0.0) < 0.001

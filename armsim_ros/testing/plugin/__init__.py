@@ -17,7 +17,7 @@ from typing import Any, TYPE_CHECKING
 import pytest
 
 from armsim_ros.testing.plugin.marker import DESCRIPTION, MODES, requested
-from armsim_ros.testing.plugin.report import ARM, on_failure, users_mistakes_told
+from armsim_ros.testing.plugin.report import ARM, on_failure, users_errors_reported
 from armsim_ros.testing.plugin.stacks import (
     arm_in_process,
     arm_of_stack,
@@ -80,7 +80,7 @@ def pytest_configure_node(node: Any) -> None:
 
 
 def pytest_report_header(config: pytest.Config) -> str | None:
-    """Tell the seed where it was chosen by chance."""
+    """Print a random seed."""
     if _option(config, 'armsim_seed') == 'random':
         return f'armsim: --armsim-seed={config.stash[SEED]}'
     return None
@@ -91,7 +91,7 @@ def arm(request: pytest.FixtureRequest) -> Iterator[Arm]:
     """Give an arm at its start: that of the marker ``armsim``, or the default robot."""
     config = request.config
     with ExitStack() as stack:
-        with users_mistakes_told():
+        with users_errors_reported():
             wanted = requested(
                 request.node, mode=_option(config, 'armsim_mode'), seed=config.stash[SEED])
             made = stack.enter_context(

@@ -24,7 +24,7 @@ SHOWN_EVENTS = 12
 
 
 @contextmanager
-def users_mistakes_told() -> Iterator[None]:
+def users_errors_reported() -> Iterator[None]:
     """End a test with the sentence of a user's error, without a traceback of ours."""
     __tracebackhide__ = True
     try:

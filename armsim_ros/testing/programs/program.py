@@ -91,7 +91,7 @@ class Program:
                 seen = max(seen, len(self.output))
                 left = deadline - time.monotonic()
                 if self._closed or left <= 0.0:
-                    reason = 'ended' if self._closed else f'said nothing like it in {timeout} s'
+                    reason = 'ended' if self._closed else f'printed nothing like it in {timeout} s'
                     text = '\n'.join(self.output)
                     raise AssertionError(f'{self.name} {reason}: /{pattern}/\n{text}')
                 self._condition.wait(left)

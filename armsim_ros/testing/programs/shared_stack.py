@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from armsim_ros.testing.clients.robot_user import RobotUser
     from armsim_ros.testing.programs.started_stack import StartedStack
 
-#: The planner knows what a test tells it, as in the test's own process; a test may ask for more.
+#: The planner knows what a test gives it, as in the test's own process; a test may request more.
 WITHOUT_WORLD = 'scene_from_world:=false'
 
 

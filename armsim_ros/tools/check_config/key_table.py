@@ -37,7 +37,7 @@ def key_table(files: Iterable[Path], problems: Iterable[Problem]) -> list[KeySta
     """
     Return every key of the files that can be read.
 
-    :param problems: all that was found; their places tell the keys' states.
+    :param problems: all that was found; their places determine the keys' states.
     """
     states = {problem.where: _STATE_OF[problem.severity] for problem in problems
               if problem.where is not None and problem.severity in _STATE_OF}

@@ -81,7 +81,7 @@ def answer_launch_file(file: Path, controllers: Collection[str] | None = None,
 
     :param controllers: the names that a spawner may start; None where they are not known.
     :param yaml_files: names of the files that are read; None where they are not known.
-    :raises ConfigError: the text is no launch file.
+    :raises ConfigError: the text is not a launch file.
     """
     if file.stat().st_size > LARGEST_FILE:
         raise ModelError(Problem(f'{file} is larger than {LARGEST_FILE >> 20} MiB'))
@@ -116,7 +116,7 @@ class _LaunchFile:
                 yield from self._node(child)
             elif child.tag not in _SILENT:
                 known = ('arg', 'include', 'param', 'rosparam', 'node', *_GROUPING, *_SILENT)
-                yield Problem(f'<{child.tag}> is no element of a launch file', child.where,
+                yield Problem(f'<{child.tag}> is not an element of a launch file', child.where,
                               ', '.join(known), nearest(child.tag, known), Severity.WARNING)
 
     def _flags(self, element: XmlElement) -> Iterator[Problem]:
@@ -135,7 +135,7 @@ class _LaunchFile:
 
     def _include(self, element: XmlElement) -> Iterator[Problem]:
         file = element.get('file').rsplit('/', 1)[-1]
-        answer = INCLUDED.get(file, 'what it does is said where that file is checked')
+        answer = INCLUDED.get(file, 'see the check of that file')
         yield _answer(element, f"include of '{file}'", answer)
         for child in element.all('arg'):
             yield from self._argument(child)

@@ -49,7 +49,7 @@ class RobotCheck:
     :param problems: errors, warnings and remarks.
     :param settings: of the robot, or of the cell; None where the files could not be found.
     :param model: None where the URDF gives none.
-    :param robots: settings of the robots of a cell, as their own files say, each folder once.
+    :param robots: settings of the robots of a cell, as in their own files, each folder once.
     """
 
     problems: tuple[Problem, ...]
@@ -153,7 +153,7 @@ def _check_urdf_file(file: Path) -> list[Problem]:
 
 
 def _files_alone(robot: str, config: Path | None) -> list[Problem]:
-    """Return what can be said of the YAML files of a folder that is no robot's."""
+    """Check the YAML files of a folder that is not a robot's."""
     try:
         folder = config or find_robot(robot)
     except ArmsimError:

@@ -38,7 +38,7 @@ def answer_spawn_model(element: XmlElement) -> Iterator[Problem]:
         flag = words[position]
         count = _FLAGS.get(flag)
         if count is None:
-            yield Problem(f"'{flag}' is no flag of spawn_model", element.where,
+            yield Problem(f"'{flag}' is not a flag of spawn_model", element.where,
                           ', '.join(_FLAGS), severity=Severity.WARNING)
             position += 1
             continue

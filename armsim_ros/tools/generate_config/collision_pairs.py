@@ -55,7 +55,7 @@ def sample_pairs(robot: RobotModel, *, states: int, seed: int = 0,
 
     :param states: how many random states to check, at least ``COUNTED_STATES``.
     :param seed: of the random numbers.
-    :param progress: is told how many states are done, now and then.
+    :param progress: is called with how many states are done, now and then.
     """
     model = KinematicModel(robot)
     links = LinkPairs(model)

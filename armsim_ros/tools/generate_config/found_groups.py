@@ -14,7 +14,7 @@ import re
 
 from armsim_ros.model.robot_model import Joint, RobotModel
 
-#: A chain with fewer joints of its own is no arm.
+#: A chain with fewer joints of its own is not an arm.
 LEAST_ARM_JOINTS = 3
 
 _JAW = re.compile(r'grip|finger|jaw|claw|knuckle|hand', re.IGNORECASE)

@@ -40,7 +40,7 @@ def generate_config(urdf: Path, target: Path, *, states: int = USUAL_STATES, see
     :param copy: copy the URDF in place of a link to it.
     :param arguments: arguments of the URDF's xacro.
     :param packages_path: folders that are searched first for packages.
-    :param progress: is told how many states are done.
+    :param progress: is called with how many states are done.
     :returns: what was found, line by line.
     :raises ConfigError: the URDF has errors, has no movable joint, or files are there already.
     """
@@ -70,7 +70,7 @@ def read_urdf(urdf: Path, arguments: Mapping[str, str] | None = None,
     :raises ConfigError: with every error in it.
     """
     if not urdf.is_file():
-        raise ConfigError(Problem(f"urdf '{urdf}' is no file"))
+        raise ConfigError(Problem(f"urdf '{urdf}' is not a file"))
     settings = RobotSettings(
         name=urdf.name.split('.')[0], folder=urdf.parent, urdf_file=urdf,
         arguments=dict(arguments or {}),

@@ -12,7 +12,7 @@ from armsim_ros.model.robot_model import JointType, RobotModel
 from armsim_ros.tools.generate_config.found_groups import FoundGroup
 
 GRIPPER = 'position_controllers/GripperActionController'
-#: Where a URDF says nothing [rad/s or m/s].
+#: Where a URDF gives none [rad/s or m/s].
 USUAL_VELOCITY = {JointType.PRISMATIC: 0.1}
 USUAL_TURNING = 1.0
 #: Time from rest to full velocity [s].

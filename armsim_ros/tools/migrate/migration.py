@@ -23,7 +23,7 @@ _PLUGIN_LINES = ['planning_plugins:', '  - ompl_interface/OMPLPlanner']
 
 def migrate(robot: str, target: Path) -> list[str]:
     """
-    Write a robot's files in the layout of ROS 2, and check that they say the same.
+    Write a robot's files in the layout of ROS 2, and check that they are equivalent.
 
     :param robot: a name under ``config/``, or a path to a folder.
     :param target: a folder that does not exist, or is empty.
@@ -42,7 +42,7 @@ def migrate(robot: str, target: Path) -> list[str]:
     after = load_robot_settings(str(target), urdf=before.urdf_file)
     differences = _differences(before, after)
     if differences:
-        raise ArmsimError("the new files do not say the same; please report this with the "
+        raise ArmsimError("the new files are not equivalent; please report this with the "
                           f"robot's files: {', '.join(differences)}")
     report.append('checked: both folders load to the same values')
     (target / REPORT).write_text('\n'.join(report) + '\n', encoding='utf-8')
@@ -91,7 +91,7 @@ def _kept_as_it_is(records: FileRecords) -> list[str] | None:
 
 
 def _copy_others(before: RobotSettings, files: list[Path], target: Path) -> list[str]:
-    """Copy what is no settings file: URDF, SRDF, meshes, worlds."""
+    """Copy what is not a settings file: URDF, SRDF, meshes, worlds."""
     report = []
     for file in files:
         place = target / file.relative_to(before.folder)

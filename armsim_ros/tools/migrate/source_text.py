@@ -25,7 +25,7 @@ class SourceText:
     A file's lines, and which of them belong to which key.
 
     :param file: the file, UTF-8.
-    :param root: what it says.
+    :param root: its content.
     """
 
     def __init__(self, file: Path, root: YamlNode) -> None:

@@ -60,7 +60,7 @@ def test_merge_keys_and_aliases():
     ('a: &x [*x]\n', "f.yaml:1:8: '*x' is inside its own value"),
     ('a: *gone\n', "f.yaml:1:4: '*gone' has no anchor"),
     ('a: !!python/object:os.system x\n', "f.yaml:1:4: the tag 'tag:yaml.org,2002:python/object"),
-    ('a: deg(x)\n', "f.yaml:1:4: 'x' is no angle"),
+    ('a: deg(x)\n', "f.yaml:1:4: 'x' is not an angle"),
     ('g:\njoints:#mine\n- hip\n', "f.yaml:2: could not find expected ':'; a comment needs"),
     ('l:\n- n: g\na: f type: F\n', 'f.yaml:3:10: mapping values are not allowed in this context'),
     ('joint\uff1a 1\nb: 2\n', "the sign '\uff1a' is not YAML's: write :"),
@@ -103,7 +103,7 @@ def test_a_file_that_is_not_there(tmp_path):
 def test_a_pipe_is_refused(tmp_path):
     """Nobody may ever write into it, and the reader would wait."""
     os.mkfifo(tmp_path / 'pipe.yaml')
-    with pytest.raises(ConfigError, match=r'pipe\.yaml: cannot be read: it is no regular file'):
+    with pytest.raises(ConfigError, match=r'pipe\.yaml: cannot be read: it is not a regular file'):
         read_yaml_file(tmp_path / 'pipe.yaml')
 
 

@@ -76,7 +76,7 @@ def test_controllers(arm: Streamed, name: str, topic: str, message: Any, words: 
 @pytest.mark.parametrize(
     ('kind', 'message', 'words'),
     [
-        (JOG, JointJog(joint_names=['nobody'], velocities=[1.0]), "'nobody' is no joint"),
+        (JOG, JointJog(joint_names=['nobody'], velocities=[1.0]), "'nobody' is not a joint"),
         (JOG, JointJog(joint_names=['joint_1']), 'velocities has 0'),
         (JOG, JointJog(joint_names=['joint_1'], velocities=[NAN]), 'velocities'),
         (POSE, pose(0, 0, 0, 0, 0, 0, 0), 'quaternion'),
@@ -103,7 +103,8 @@ def test_types_that_do_not_exist(arm: Streamed, kind: int) -> None:
     assert arm.choose(JOG)
     marker = len(arm.program.text)
     assert not arm.choose(kind)
-    arm.until(lambda: f'{kind} is no command type' in arm.program.text[marker:], 'the log says so')
+    arm.until(
+        lambda: f'{kind} is not a command type' in arm.program.text[marker:], 'the log says so')
     before = arm.positions
     arm.stream_until(arm.jog, JointJog(joint_names=['joint_6'], velocities=[1.0]),
                      arm.has_moved(before, 0.02), 'the joint moves')

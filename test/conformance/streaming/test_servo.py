@@ -50,7 +50,7 @@ def test_parameters_are_resolved(arm: Streamed) -> None:
     assert topic == '/sunday/arm_joint_controller/joint_trajectory'
     assert parameters.get('moveit_servo.joint_topic') == '/sunday/joint_states'
     wrong = parameters.set('moveit_servo.active_subgroup', 'nowhere')
-    assert "'nowhere' is no planning group" in wrong
+    assert "'nowhere' is not a planning group" in wrong
 
 
 @statement('S9')

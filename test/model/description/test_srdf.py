@@ -90,7 +90,7 @@ def test_named_states(make_model):
         'this state ends at the limit',
         "named state 'odd': joint 'jj' is not in the URDF; it is left out",
         "named state 'odd': joint 'finger_1' is not in group 'arm'; it is left out",
-        "named state 'odd': value 'much' of joint 'j2' is no finite number; it is "
+        "named state 'odd': value 'much' of joint 'j2' is not a finite number; it is "
         'left out',
         "named state 'lost' is left out: planning group 'leg' is not in the SRDF",
     ]

@@ -70,7 +70,7 @@ def test_a_field_that_is_not_sent_is_told() -> None:
 
 
 def test_messages_of_many_lengths_one_after_the_other():
-    """What the middleware leaves behind a message, of earlier ones, is no part of it."""
+    """What the middleware leaves behind a message, of earlier ones, is not part of it."""
     for count in range(1, 60):
         numbers = array('d', [0.0] * 6)
         points = [JointTrajectoryPoint(positions=numbers, velocities=numbers)

@@ -84,8 +84,8 @@ def test_a_joint_cannot_end_the_page(tmp_path):
 
 
 @pytest.mark.parametrize(('text', 'message'), [
-    ('', 'is no executed motion'),
-    ('time,a position\n', 'is no executed motion'),
+    ('', 'is not an executed motion'),
+    ('time,a position\n', 'is not an executed motion'),
     ('joint,time,desired,actual,error\na,0,0\n', r'csv:2: allowed: a name and four numbers'),
     ('joint,time,desired,actual,error\na,0,0,x,0\n', r'csv:2'),
     ('joint,time,desired,actual,error\n', 'nothing was recorded'),

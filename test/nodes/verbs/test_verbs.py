@@ -44,7 +44,7 @@ def test_go_takes_joint_positions_and_can_leave_it_at_the_plan(fake_stack, capsy
     (['turn=9'], 'allowed: -2 to 2'),
     (['turn=fast'], "with 'deg' behind it"),
     (['up', '--group', 'leg'], 'allowed: arm'),
-    (['up', '--speed', '2'], "--speed: '2' is no share; allowed: above 0, up to 1"),
+    (['up', '--speed', '2'], "--speed: '2' is not a share; allowed: above 0, up to 1"),
 ])
 def test_go_answers_a_wrong_word_with_the_right_one(words, text):
     """Nothing moves."""

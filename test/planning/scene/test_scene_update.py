@@ -58,7 +58,7 @@ REFUSED = {
     'scale 0': {'link_scale': {'fore': 0.0}},
     'unknown scale link': {'link_scale': {'nose': 1.1}},
     'colour of nothing': {'object_colors': {'': (1.0, 0.0, 0.0, 1.0)}},
-    'frame that is no pose': {'fixed_frames': {'cam': FixedFrame('', np.full((4, 4), np.nan))}},
+    'frame that is not a pose': {'fixed_frames': {'cam': FixedFrame('', np.full((4, 4), np.nan))}},
     'frame in no frame': {'fixed_frames': {'cam': FixedFrame('nowhere', np.eye(4))}},
     'unknown joint': {'robot_state': StartState(('knee',), (0.0,))},
     'joint at no number': {'robot_state': StartState(('elbow',), (math.nan,))},

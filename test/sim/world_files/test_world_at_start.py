@@ -73,4 +73,4 @@ def test_a_planner_that_reads_the_file_itself_is_warned(file):
     """``fixed`` reads worlds in YAML only; the remark names what reads any."""
     overrides = {'planning_parameters.scene_from_world': 'fixed'}
     remarks = load_robot_settings('sunday', world=file, overrides=overrides).remarks
-    assert [one for one in remarks if "'live' tells planning of any" in one.what]
+    assert [one for one in remarks if "'live' publishes any to planning" in one.what]

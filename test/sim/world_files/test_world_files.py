@@ -47,11 +47,11 @@ def read(resources, text):
 
 def test_a_shape_of_an_address():
     """Measures, mass, friction and colour; three numbers make an opaque colour."""
-    thing = shape_object('box', 'size=0.1,0.2,0.3&mass=0.3&color=1,0,0&friction=0.5').thing
+    thing = shape_object('box', 'size=0.1,0.2,0.3&mass=0.3&color=1,0,0&friction=0.5').item
     part = thing.parts[0]
     assert (part.geometry, part.rgba) == (Box((0.1, 0.2, 0.3)), (1.0, 0.0, 0.0, 1.0))
     assert (thing.mass, thing.friction) == (0.3, 0.5)
-    assert shape_object('sphere', 'radius=0.1').thing.mass is None
+    assert shape_object('sphere', 'radius=0.1').item.mass is None
 
 
 @pytest.mark.parametrize(('query', 'words'), [
@@ -71,7 +71,7 @@ def test_links_of_a_model_hold_together(resources):
         BALL, 'b', '0 0 1 0 0 0', more=weight.format(3))
         + '<joint name="j" type="revolute"/>')
     loaded = read(resources, text)
-    thing = loaded.thing
+    thing = loaded.item
     assert [type(part.geometry) for part in thing.parts] == [Box, Sphere]
     assert thing.parts[1].origin[2, 3] == 1.0
     assert thing.mass == 4.0
@@ -81,8 +81,8 @@ def test_links_of_a_model_hold_together(resources):
 
 def test_a_static_model_and_one_without_inertial(resources):
     """Static ones have no mass; the others 1 kg unless they say otherwise."""
-    assert read(resources, model(link(BOX), more='<static>true</static>')).thing.mass is None
-    assert read(resources, model(link(BOX))).thing.mass == 1.0
+    assert read(resources, model(link(BOX), more='<static>true</static>')).item.mass is None
+    assert read(resources, model(link(BOX))).item.mass == 1.0
 
 
 def test_friction_and_colour(resources):
@@ -90,7 +90,7 @@ def test_friction_and_colour(resources):
     text = model('<link name="l"><visual name="v"><material><diffuse>1 0 0 1</diffuse></material>'
                  '</visual><collision name="c"><geometry>' + BOX + '</geometry><surface><friction>'
                  '<ode><mu>0.3</mu></ode></friction></surface></collision></link>')
-    thing = read(resources, text).thing
+    thing = read(resources, text).item
     assert (thing.friction, thing.parts[0].rgba) == (0.3, (1.0, 0.0, 0.0, 1.0))
 
 
@@ -100,7 +100,7 @@ def test_poses_relative_to_other_frames(resources):
         '<frame name="f"><pose degrees="true">0 0 1 0 0 90</pose></frame>' + link(
             BALL, 'a', '1 0 0 0 0 0').replace('<pose>', '<pose relative_to="f">', 1))
     np.testing.assert_allclose(
-        read(resources, text).thing.parts[0].origin[:3, 3], (0, 1, 1), atol=1e-12)
+        read(resources, text).item.parts[0].origin[:3, 3], (0, 1, 1), atol=1e-12)
 
 
 @pytest.mark.parametrize(('text', 'words'), [
@@ -128,7 +128,7 @@ def test_models_inside_of_models(resources, tmp_path):
     (tmp_path / 'tray.sdf').write_text(text)
     for mesh in ('cup.stl', 'model://cup/cup.stl'):
         (folder / 'model.sdf').write_text(model(link(f'<mesh><uri>{mesh}</uri></mesh>'), 'cup'))
-        thing = resources.object(str(tmp_path / 'tray.sdf'), '', '').thing
+        thing = resources.object(str(tmp_path / 'tray.sdf'), '', '').item
         assert [type(part.geometry) for part in thing.parts] == [Box, Mesh]
         assert thing.parts[1].origin[2, 3] == 2.0
 
@@ -140,9 +140,9 @@ def test_a_world_in_sdf(resources):
             + model(link(BALL), 'ball', '<pose>1 2 3 0 0 0</pose>')[len('<sdf version="1.9">'):-6]
             + '</world></sdf>')
     world = resources.world('', text)
-    assert [thing.name for thing in world.things] == ['ground', 'ball']
-    assert isinstance(world.things[0].parts[0].geometry, Plane)
-    np.testing.assert_allclose(world.things[1].pose[:3, 3], (1, 2, 3))
+    assert [thing.name for thing in world.items] == ['ground', 'ball']
+    assert isinstance(world.items[0].parts[0].geometry, Plane)
+    np.testing.assert_allclose(world.items[1].pose[:3, 3], (1, 2, 3))
     assert any('plugin' in line for line in world.unused)
 
 
@@ -154,7 +154,7 @@ def test_mjcf_means_what_mujoco_makes_of_it(resources):
       <body name="cube" pos="0 1 1"><freejoint/><geom type="box" size="0.05 0.05 0.05"/></body>
     </worldbody></mujoco>"""
     world = resources.world('', text)
-    post, cube = world.things
+    post, cube = world.items
     assert (world.name, world.floor) == ('w', 0.0)
     assert (post.mass, post.parts[0].geometry) == (None, Cylinder(0.1, 1.0))
     np.testing.assert_allclose(post.pose[:3, 2], (1, 0, 0), atol=1e-12)
@@ -171,7 +171,7 @@ def test_mjcf_reads_files_of_the_users_folders_only(resources, tmp_path):
     file = tmp_path / 'b.xml'
     file.write_text(text.format('.'))
     loaded = resources.object(str(file), '', '')
-    assert isinstance(loaded.thing.parts[0].geometry, Mesh)
+    assert isinstance(loaded.item.parts[0].geometry, Mesh)
     assert '<include>' in loaded.unused
     file.write_text(text.format('/etc'))
     with pytest.raises(ResourceFaultError) as caught:
@@ -199,8 +199,8 @@ def test_an_address_counts_before_a_text(resources, tmp_path):
     """
     (tmp_path / 'a.sdf').write_text(model(link(BOX), 'of_the_file'))
     text = model(link(BALL), 'of_the_text')
-    assert resources.object(str(tmp_path / 'a.sdf'), text, '').thing.name == 'of_the_file'
-    assert resources.object('', text, '').thing.name == 'of_the_text'
+    assert resources.object(str(tmp_path / 'a.sdf'), text, '').item.name == 'of_the_file'
+    assert resources.object('', text, '').item.name == 'of_the_text'
     (tmp_path / 'w.sdf').write_text(
         f'<sdf version="1.9"><world name="w"><model name="m">{link(BALL)}</model></world></sdf>')
     assert resources.world(str(tmp_path / 'w.sdf'), 'objects: {}\n').name == 'w'
@@ -223,7 +223,7 @@ def test_a_resource_has_its_own_name_or_none(resources, uri, text, name):
 
     simulation_interfaces SpawnEntity.srv, name.
     """
-    assert resources.object(uri, text, 'x').thing.name == name
+    assert resources.object(uri, text, 'x').item.name == name
 
 
 @pytest.mark.parametrize('uri', [
@@ -264,7 +264,7 @@ def test_a_world_can_leave_missing_assets_out(resources, tmp_path):
     with pytest.raises(ResourceFaultError):
         resources.world('', text)
     world = resources.world('', text, ignore_assets=True)
-    assert [(thing.name, len(thing.parts)) for thing in world.things] == [('both', 1)]
+    assert [(thing.name, len(thing.parts)) for thing in world.items] == [('both', 1)]
     assert sum(line.startswith('left out') for line in world.unused) == 4
 
 
@@ -275,7 +275,7 @@ def test_an_mjcf_world_can_leave_missing_meshes_out(resources):
             '<body name="b"><geom size="0.1"/><geom type="mesh" mesh="m"/></body>'
             '</worldbody></mujoco>')
     world = resources.world('', text, ignore_assets=True)
-    assert [(thing.name, len(thing.parts)) for thing in world.things] == [('b', 1)]
+    assert [(thing.name, len(thing.parts)) for thing in world.items] == [('b', 1)]
     assert any('nowhere.stl' in line for line in world.unused)
 
 
@@ -294,6 +294,6 @@ def test_each_collision_has_the_colour_of_its_visual(resources):
     visuals = ''.join(visual.format(*each) for each in enumerate(colours))
     collisions = ''.join(f'<collision name="c{k}"><geometry>{BALL}</geometry></collision>'
                          for k in range(4))
-    thing = read(resources, model(f'<link name="l">{visuals}{collisions}</link>')).thing
+    thing = read(resources, model(f'<link name="l">{visuals}{collisions}</link>')).item
     assert [part.rgba[:3] for part in thing.parts] == [
         (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0), (0.0, 0.0, 1.0)]

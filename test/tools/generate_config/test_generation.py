@@ -116,7 +116,7 @@ def test_a_urdf_in_the_folder_itself(tmp_path):
 
 @pytest.mark.parametrize(('text', 'said'), [
     ('<robot name="x"><link name="a"/></robot>', "robot 'x' has no movable joint"),
-    ('<robot name="x"><link name="a">', 'this is no XML'),
+    ('<robot name="x"><link name="a">', 'this is not XML'),
 ])
 def test_a_urdf_that_is_wrong(text, said, tmp_path):
     """One message with the place; nothing is written."""

@@ -37,7 +37,7 @@ sunday:  # the namespace
     joints: [joint_1, joint_2, joint_3, joint_4, joint_5, joint_6]
     # above the gains
     gains:
-      joint_1:   {p: 1000, i: 0, d: 0.1, i_clamp: 0}  # '#' is no comment here
+      joint_1:   {p: 1000, i: 0, d: 0.1, i_clamp: 0}  # '#' is not a comment here
     constraints: {goal_time: 1}
 # further left
     stop_trajectory_duration: 1
@@ -72,7 +72,7 @@ def test_a_block_keeps_its_form(user, tmp_path):
     assert """
     # above the gains
     gains:
-      joint_1:   {p: 1000.0, i: 0.0, d: 0.1, i_clamp: 0.0}  # '#' is no comment here
+      joint_1:   {p: 1000.0, i: 0.0, d: 0.1, i_clamp: 0.0}  # '#' is not a comment here
     constraints: {goal_time: 1.0}
     # further left
     stop_trajectory_duration: 1.0

@@ -79,7 +79,7 @@ class ForEach(Action):
             try:
                 values = yaml.safe_load(text)
             except yaml.YAMLError as error:
-                raise LaunchError(f"values of ForEach: '{text}' is no YAML: {error}",
+                raise LaunchError(f"values of ForEach: '{text}' is not YAML: {error}",
                                     self.where) from None
             values = values if isinstance(values, dict) else {}
             if self._function is not None:

@@ -121,7 +121,7 @@ class ExecuteTaskSolution:
             await self._change_scene(number, part)
 
     async def _change_scene(self, number: int, part: SubTrajectory) -> None:
-        """Apply what a part changes; where the joints are, the robot itself tells."""
+        """Apply what a part changes; where the joints are, the robot itself publishes."""
         scene = part.scene_diff
         scene.robot_state.joint_state = JointState()
         scene.robot_state.multi_dof_joint_state = MultiDOFJointState()

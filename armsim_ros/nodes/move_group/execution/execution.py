@@ -76,7 +76,7 @@ class ExecutionWatch:
 
     :param cancelled: whether the client wants it to stop.
     :param invalid: [s] since the start -> why the rest of the path is no longer valid, or ''.
-    :param observe: told [s] since the start, every 20 ms.
+    :param observe: called with [s] since the start, every 20 ms.
     """
 
     cancelled: Callable[[], bool] = lambda: False
@@ -215,7 +215,7 @@ class Execution:
             if run.rejected:
                 raise PlanningError(
                     MoveItErrorCode.CONTROL_FAILED,
-                    f"controller '{run.name}' rejected the trajectory; its log says why",
+                    f"controller '{run.name}' rejected the trajectory; its log has the reason",
                     SOURCE,
                 )
         if not answered:
@@ -310,10 +310,10 @@ class Execution:
         deadline = self._context.clock() + STOP_TIMEOUT
         while running := [run.name for run in self._runs if not run.done]:
             if self._context.ending:
-                return  # the client is told while there is time
+                return  # the client is answered while there is time
             if self._context.clock() > deadline:
                 self._context.logger.warning(
-                    f"{SOURCE}: controller {', '.join(map(repr, running))} has not told for "
+                    f"{SOURCE}: controller {', '.join(map(repr, running))} has not reported for "
                     f'{STOP_TIMEOUT} s that it has stopped; the robot may still move'
                 )
                 return

@@ -20,7 +20,7 @@ from armsim_ros.planning.collision.contacts import Contact
 
 class CheckStateValidity:
     """
-    Tells whether a state is collision-free and satisfies constraints, and lists contacts.
+    Answers whether a state is collision-free and satisfies constraints, and lists contacts.
 
     :param context: the parts of move_group.
     """

@@ -13,7 +13,7 @@ class AttachHint:
     """
     Checks every object that is attached without touch_links.
 
-    Nothing is exempted silently: the object counts as touching until the client says otherwise.
+    Nothing is exempted silently: the object counts as touching until the client allows it.
 
     :param context: the parts of move_group.
     """

@@ -130,7 +130,7 @@ class MonitoredPlanningScene:
 def fill_geometry(
     message: PlanningSceneMessage, before: PlanningScene, now: PlanningScene
 ) -> None:
-    """Tell a follower, whose scene is as it was before, of objects and rules as they are now."""
+    """Update a follower's earlier scene with the present objects and rules."""
     frame = now.model_frame
     message.world.collision_objects = [
         removal_message(name, frame)

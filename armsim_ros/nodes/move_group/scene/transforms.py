@@ -62,7 +62,7 @@ class Transforms:
         self._context = context
         self._moving: Subscription | None = None
         self._roots = {context.robot.root_link, context.robot.model_frame}
-        self._told: dict[str, FixedFrame] = {}
+        self._received: dict[str, FixedFrame] = {}
         static = QoSProfile(
             depth=100, reliability=qos.LATCHED.reliability, durability=qos.LATCHED.durability
         )
@@ -103,8 +103,8 @@ class Transforms:
             except PlanningError as error:
                 self._context.warn_once(f"tf: frame '{child}': {error}")
                 continue
-            if _differ(frame, self._told.get(child)):
-                self._told[child] = frame
+            if _differ(frame, self._received.get(child)):
+                self._received[child] = frame
                 changed = True
         if changed:
             known = self._context.scene.content.frames
@@ -116,12 +116,12 @@ class Transforms:
 
     def _frames(self) -> dict[str, FixedFrame]:
         """Return all frames that were received, as a tree rooted at the robot."""
-        frames = {name: frame for name, frame in self._told.items() if not self._own(name)}
+        frames = {name: frame for name, frame in self._received.items() if not self._own(name)}
         for root in self._roots:
             below, passed = root, {root}
-            while below in self._told and self._told[below].parent not in passed:
-                above = self._told[below].parent
-                frames[above] = FixedFrame(below, inverse_pose(self._told[below].pose))
+            while below in self._received and self._received[below].parent not in passed:
+                above = self._received[below].parent
+                frames[above] = FixedFrame(below, inverse_pose(self._received[below].pose))
                 below = above
                 passed.add(above)
         return frames

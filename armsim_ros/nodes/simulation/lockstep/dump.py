@@ -28,7 +28,7 @@ class Dump:
 
     :param node: the node that serves.
     :param recorder: has the last seconds.
-    :param events: returns what the controllers said lately.
+    :param events: returns the controllers' latest messages.
     """
 
     def __init__(

@@ -55,7 +55,7 @@ def checked_pose(message: Pose) -> Matrix:
     """
     Return a pose (4, 4).
 
-    :raises RefusedPoseError: a number that is none, or a quaternion that is no rotation.
+    :raises RefusedPoseError: a number that is none, or a quaternion that is not a rotation.
     """
     position, turn = message.position, message.orientation
     xyz = (position.x, position.y, position.z)

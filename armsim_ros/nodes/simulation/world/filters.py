@@ -96,7 +96,7 @@ def expression(text: str) -> Callable[[str], bool]:
     if code:
         words = ctypes.create_string_buffer(200)
         library.regerror(code, compiled, words, len(words))
-        raise SimulationError(f"the filter '{text}' is no POSIX extended regular expression: "
+        raise SimulationError(f"the filter '{text}' is not a POSIX extended regular expression: "
                               f'{words.value.decode(errors="replace")}')
     held = _Compiled(library, compiled)
     return lambda name: library.regexec(held.buffer, name.encode(), 0, None, 0) == 0
@@ -104,7 +104,7 @@ def expression(text: str) -> Callable[[str], bool]:
 
 def region(bounds: Bounds) -> Callable[[Matrix, Matrix], bool] | None:
     """
-    Return what says whether a box of the world overlaps a region; None where there is none.
+    Return a test whether a box of the world overlaps a region; None where there is none.
 
     :raises SimulationError: a region that is not supported or has wrong points.
     """

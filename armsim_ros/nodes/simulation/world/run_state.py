@@ -13,7 +13,7 @@ class RunState:
     """
     The state of the simulation in the words of simulation_interfaces.
 
-    :param clock: says whether time passes.
+    :param clock: knows whether time passes.
     :param world: name of the world that is loaded.
     :param uri: where it can be loaded from.
     """

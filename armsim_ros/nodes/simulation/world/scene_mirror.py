@@ -83,7 +83,7 @@ class SceneMirror:
         loop.every(_TICK_NS, self._look_in_tick)
 
     def tell_now(self, then: Callable[[], object]) -> None:
-        """Tell of the world as it is now, and then call something; in the dispatcher's thread."""
+        """Publish the present world, then call back; in the dispatcher's thread."""
         self._waiting.append(then)
         self._look()
 
@@ -107,7 +107,7 @@ class SceneMirror:
         if self._heard and not self._looking and now >= self._due:
             self._looking, self._due = True, now + PERIOD - _EARLY
             snapshot = self._watch.look()
-            self._post(lambda: self._told(snapshot, ()))
+            self._post(lambda: self._sent(snapshot, ()))
 
     def _look(self) -> None:
         """Have the loop look soon, also while it is paused."""
@@ -125,9 +125,9 @@ class SceneMirror:
     def _looked(
         self, future: LoopFuture[WorldSnapshot], waiting: Iterable[Callable[[], object]]
     ) -> None:
-        self._told(None if future.cancelled() else future.result(), waiting)
+        self._sent(None if future.cancelled() else future.result(), waiting)
 
-    def _told(
+    def _sent(
         self, now: WorldSnapshot | None, waiting: Iterable[Callable[[], object]]
     ) -> None:
         self._looking = False
@@ -172,15 +172,15 @@ class SceneMirror:
         message.robot_state.is_diff = True
         objects = message.world.collision_objects
         objects += [self._short(name, CollisionObject.REMOVE) for name in news.removed]
-        for thing, pose in news.added:
-            objects.append(world_object_to_message(thing, self._root @ pose, self._frame))
-            message.object_colors.append(_color(thing))
+        for item, pose in news.added:
+            objects.append(world_object_to_message(item, self._root @ pose, self._frame))
+            message.object_colors.append(_color(item))
         for name, pose in news.moved:
             moved = self._short(name, CollisionObject.MOVE)
             moved.pose = pose_to_message(self._root @ pose)
             objects.append(moved)
-        for item in objects:
-            item.type.key, item.type.db = WORLD_TYPE, epoch
+        for message_object in objects:
+            message_object.type.key, message_object.type.db = WORLD_TYPE, epoch
         return message
 
     def _short(self, name: str, operation: bytes) -> CollisionObject:
@@ -189,7 +189,7 @@ class SceneMirror:
         return message
 
 
-def _color(thing: WorldObject) -> ObjectColor:
-    given = next((part.rgba for part in thing.parts if part.rgba), (0.6, 0.6, 0.6, 1.0))
+def _color(item: WorldObject) -> ObjectColor:
+    given = next((part.rgba for part in item.parts if part.rgba), (0.6, 0.6, 0.6, 1.0))
     red, green, blue, alpha = (float(value) for value in given)
-    return ObjectColor(id=thing.name, color=ColorRGBA(r=red, g=green, b=blue, a=alpha))
+    return ObjectColor(id=item.name, color=ColorRGBA(r=red, g=green, b=blue, a=alpha))

@@ -32,7 +32,7 @@ from armsim_ros.sim.world_files.loaded import Fault, ResourceFaultError, told_of
 from armsim_ros.sim.world_files.resources import WorldResources
 
 LONGEST_NAME = 200
-#: Names that are no entity's, though there is none of that name.
+#: Reserved names.
 _RESERVED = (WORLD_FRAME, FLOOR_NAME)
 _NAME = re.compile(rf'[A-Za-z0-9_./-]{{1,{LONGEST_NAME}}}')
 _NAMESPACE = re.compile(r'/?[A-Za-z_]\w*(/[A-Za-z_]\w*)*/?', re.ASCII)
@@ -115,17 +115,17 @@ class Spawning:
                    f'because: {failed[0].result.error_message}')
 
     async def _spawned(self, order: _Order, result: Result) -> str:
-        """Carry out a request; return the name, '' if the result says why not."""
+        """Carry out a request; return the name, '' if refused, with the reason in the result."""
         try:
-            name, told = await self._work.beside(lambda: self._spawn(order))
+            name, note = await self._work.beside(lambda: self._spawn(order))
         except _RefusedError as error:
             refuse(result, error.code, str(error))
             return ''
         except ArmsimError as error:
             refuse(result, Result.RESULT_OPERATION_FAILED, str(error))
             return ''
-        if told:
-            result.error_message = told
+        if note:
+            result.error_message = note
             self._node.get_logger().info(f"'{name}' was spawned; {result.error_message}")
         return name
 
@@ -135,28 +135,28 @@ class Spawning:
             self._check_name(order.name)
         if order.namespace and not _NAMESPACE.fullmatch(order.namespace):
             raise _RefusedError(
-                SpawnResult.NAMESPACE_INVALID, f"'{order.namespace[:200]}' is no namespace; "
+                SpawnResult.NAMESPACE_INVALID, f"'{order.namespace[:200]}' is not a namespace; "
                 'allowed: letters, digits and _ that do not begin with a digit, parted by /')
         try:
             loaded = self._resources.object(order.uri, order.text, order.name)
         except ResourceFaultError as error:
             raise _RefusedError(_CODES[error.fault], str(error)) from None
-        name = self._name(order, loaded.thing)
+        name = self._name(order, loaded.item)
         try:
             local = checked_pose(order.pose.pose)
             frame = self._work.wait_for_loop(
                 lambda: frame_of(order.pose.header.frame_id, self._entities.frame_pose))
         except RefusedPoseError as error:
             raise _RefusedError(SpawnResult.INVALID_POSE, str(error)) from None
-        edit = self._entities.stage_spawn([replace(loaded.thing, name=name, pose=frame @ local)])
+        edit = self._entities.stage_spawn([replace(loaded.item, name=name, pose=frame @ local)])
         try:
             self._work.wait_for_loop(lambda: self._entities.spawn(edit))
         except OverlapError as error:
             raise _RefusedError(SpawnResult.INVALID_POSE, str(error)) from None
         return name, told_of(loaded)
 
-    def _name(self, order: _Order, thing: WorldObject) -> str:
-        wanted = order.name or thing.name
+    def _name(self, order: _Order, item: WorldObject) -> str:
+        wanted = order.name or item.name
         if not wanted and not order.renaming:
             raise _RefusedError(
                 SpawnResult.NAME_INVALID, 'the name is empty, and the resource gives none; '
@@ -175,7 +175,7 @@ class Spawning:
     def _check_name(self, name: str) -> None:
         if not _NAME.fullmatch(name):
             raise _RefusedError(
-                SpawnResult.NAME_INVALID, f"'{name[:LONGEST_NAME]}' is no name; allowed: 1 to "
+                SpawnResult.NAME_INVALID, f"'{name[:LONGEST_NAME]}' is not a name; allowed: 1 to "
                 f'{LONGEST_NAME} letters, digits, _ - . /')
 
     @answered
@@ -192,8 +192,8 @@ class Spawning:
             response.result.error_message = (
                 'only the armsim:// addresses are listed; other sources are not searched')
         for uri, loaded in (await self._work.beside(self._resources.spawnables)).items():
-            thing = loaded.thing
-            mass = 'fixed' if thing.mass is None else f'{thing.mass:g} kg'
+            item = loaded.item
+            mass = 'fixed' if item.mass is None else f'{item.mass:g} kg'
             response.spawnables.append(Spawnable(
-                uri=uri, description=f'{thing.name or uri}, {mass}',
-                spawn_bounds=box(*object_bounds(thing))))
+                uri=uri, description=f'{item.name or uri}, {mass}',
+                spawn_bounds=box(*object_bounds(item))))

@@ -67,12 +67,12 @@ class Stepping:
     async def _execute(self, handle: Any) -> Any:
         outcome, steps = SimulateSteps.Result(), handle.request.steps
         outcome.result.result = Result.RESULT_OK
-        told = [0.0]
+        reported = [0.0]
 
         def go_on(done: int) -> bool:
             now = time.monotonic()
-            if done == steps or now - told[0] >= _FEEDBACK_PERIOD:
-                told[0] = now
+            if done == steps or now - reported[0] >= _FEEDBACK_PERIOD:
+                reported[0] = now
                 handle.publish_feedback(SimulateSteps.Feedback(
                     completed_steps=done, remaining_steps=steps - done))
             return not handle.is_cancel_requested
@@ -102,7 +102,7 @@ class Stepping:
             if not stable:
                 refuse(result, Result.RESULT_OPERATION_FAILED,
                        f'the physics became unstable in step {done} of {steps}; the '
-                       "simulation's log says where")
+                       "simulation's log has the place")
                 break
             if moved < count:
                 refuse(result, Result.RESULT_OPERATION_FAILED,

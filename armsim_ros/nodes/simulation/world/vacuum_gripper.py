@@ -30,7 +30,7 @@ class VacuumGripperServer:
     :param node: the node that serves.
     :param work: reaches the loop.
     :param namespace: of the robot, with a slash before it.
-    :param tell_scene: tells planning of the world as it is now, and then calls what it is given.
+    :param tell_scene: publishes the present world to planning, and then calls back.
     """
 
     def __init__(

@@ -151,12 +151,12 @@ class Worlds:
     async def _exchange(self, world: LoadedWorld) -> None:
         """Replace the current world; if that fails, the old world stays."""
         def change() -> None:
-            taken = [thing.name for thing in world.things
-                     if self._entities.is_robot(thing.name)]
+            taken = [item.name for item in world.items
+                     if self._entities.is_robot(item.name)]
             if taken:
                 raise SimulationError(f"the world has an object '{taken[0]}', as a robot is named")
             edit = self._entities.stage_load(
-                world.things, Ground(world.floor, world.gravity))
+                world.items, Ground(world.floor, world.gravity))
 
             def between_ticks() -> None:
                 self._entities.load(edit)

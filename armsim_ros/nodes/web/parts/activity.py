@@ -32,7 +32,7 @@ class Activity:
     def begin(self, what: Literal['planning', 'executing'], session: Session, total: float,
               clock: Callable[[], float]) -> None:
         """
-        Tell that something goes on from now on, also in place of what did.
+        Publish a new activity, which replaces the present.
 
         :param total: how long it takes, or may take at most [s].
         :param clock: which time it takes [s].
@@ -42,7 +42,7 @@ class Activity:
         self._telling = self._page.start(self._publish(session, total, clock))
 
     def end(self) -> None:
-        """Tell that it is over."""
+        """Publish its end."""
         self.what = ''
         if self._telling is not None:
             self._telling.cancel()

@@ -234,7 +234,7 @@ class GoalPart(Part):
         goal, robot = self.goal(session), self._need_robot()
         for name, value in command.values.items():
             if name not in goal.positions:
-                raise ArmsimError(f"'{name}' is no joint of group '{goal.group}'")
+                raise ArmsimError(f"'{name}' is not a joint of group '{goal.group}'")
             lower, upper = bounds(robot.joints[name])
             goal.positions[name] = min(max(value, lower), upper)
         goal.state, goal.wanted_pose = '', None

@@ -226,7 +226,7 @@ class MotionPart(Part):
             reporting.cancel()
 
     async def _report(self, session: Session, plan: Plan) -> None:
-        """Tell a session what the controllers report."""
+        """Show a session what the controllers report."""
         topics = [self.page.link.poll(JointTrajectoryControllerState, name, _REPORTS)
                   for name, kind in self._watch.topics.items() if kind == _STATE_TYPE]
         trace = Trace()

@@ -218,7 +218,7 @@ class ObjectsPart(Part):
         except (ValueError, binascii.Error, KeyError) as error:
             raise ArmsimError(f"'{command.name}' cannot be read: {error}") from None
         except Exception as error:  # noqa: BLE001 - the readers raise what they like
-            raise ArmsimError(f"'{command.name}' is no mesh that is read: {error}") from None
+            raise ArmsimError(f"'{command.name}' is not a mesh that is read: {error}") from None
         count = sum(len(part.faces) for part in parts)
         if count > _MOST_TRIANGLES:
             raise ArmsimError(f"'{command.name}' has {count} triangles; at most {_MOST_TRIANGLES}")
@@ -323,7 +323,7 @@ class ObjectsPart(Part):
         try:
             objects = [object_from_dict(item) for item in json.loads(command.text)['objects']]
         except Exception as error:  # noqa: BLE001 - any text may have been chosen
-            raise ArmsimError(f'this is no scene that was saved here: {error!r:.200}') from None
+            raise ArmsimError(f'this is not a scene that was saved here: {error!r:.200}') from None
         await self._apply(*objects)
 
     async def _select(self, session: Session, command: Select) -> None:

@@ -178,7 +178,7 @@ def _primitive(geometry: Geometry) -> Surface:
     elif isinstance(geometry, Plane):
         solid = _plane(geometry)
     else:
-        raise ResourceError(f'{type(geometry).__name__} is no shape that is shown')
+        raise ResourceError(f'{type(geometry).__name__} is not a shape that is shown')
     return Surface(np.asarray(solid.vertices, np.float32), np.asarray(solid.faces, np.uint32),
                 smooth=smooth)
 
