@@ -26,7 +26,7 @@ def main() -> None:
     # Only now: MuJoCo is imported, which looks once at what is to draw.
     from armsim_ros.cli.arguments import parse_arguments
     from armsim_ros.cli.settings import cell_of
-    from armsim_ros.config.camera import CameraSettings
+    from armsim_ros.config.simulation import CameraSettings
     from armsim_ros.sim.assembly import build_simulation
     from armsim_ros.sim.camera.camera import cameras_of
     from armsim_ros.sim.camera.scene_renderer import SceneRenderer

@@ -25,8 +25,8 @@ from armsim_ros.config.robot_settings import RobotSettings
 from armsim_ros.errors import Severity
 from armsim_ros.model.cell import Cell
 from armsim_ros.model.cell_loading import survey_cell, SurveyOptions
-from armsim_ros.model.default_floor import with_default_floor
 from armsim_ros.model.description.xacro_text import declared_arguments
+from armsim_ros.model.world_objects import with_default_floor
 from armsim_ros.packages import split_path
 
 LOCKSTEP = 'lockstep'

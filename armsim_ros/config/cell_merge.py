@@ -8,7 +8,7 @@ from collections.abc import Collection, Mapping
 from typing import Any, TypeVar
 
 from armsim_ros.config.base import Settings
-from armsim_ros.config.controllers.pid_gains import PidGains
+from armsim_ros.config.controllers.pid_controller import PidGains
 from armsim_ros.config.joint_limits import JointLimitOverrides
 from armsim_ros.config.move_group.ompl_planning import OmplGroup, OmplSettings, PlannerConfig
 from armsim_ros.config.robot_settings import RobotSettings

@@ -9,16 +9,16 @@ import re
 from typing import Any
 
 from armsim_ros.config.base import Settings
-from armsim_ros.config.controllers.controller_settings import ControllerSettings
-from armsim_ros.config.controllers.gpio_command_controller import GpioCommandControllerParameters
-from armsim_ros.config.controllers.sensor_broadcasters import (
+from armsim_ros.config.controllers.broadcasters import (
     BroadcasterParameters,
     SPEED_SCALING,
     SpeedScalingStateBroadcasterParameters,
 )
+from armsim_ros.config.controllers.command_controllers import GpioCommandControllerParameters
+from armsim_ros.config.controllers.controller_settings import ControllerSettings
 from armsim_ros.config.move_group.kinematics import KinematicsSettings
-from armsim_ros.config.move_group.moveit_controllers import MoveItControllerSettings
 from armsim_ros.config.move_group.ompl_planning import OmplGroup, OmplSettings
+from armsim_ros.config.move_group.trajectory_execution import MoveItControllerSettings
 from armsim_ros.config.robot_settings import RobotSettings
 from armsim_ros.config.simulation import SimulationSettings
 

@@ -13,10 +13,12 @@ from armsim_ros.config.controllers.controller_manager import ControllerManagerPa
 from armsim_ros.config.controllers.controller_settings import ControllerSettings
 from armsim_ros.config.joint_limits import JointLimitsSettings
 from armsim_ros.config.move_group.kinematics import KinematicsSettings
-from armsim_ros.config.move_group.moveit_controllers import MoveItControllerSettings
 from armsim_ros.config.move_group.ompl_planning import OmplSettings
 from armsim_ros.config.move_group.planning_parameters import PlanningParameters
-from armsim_ros.config.move_group.trajectory_execution import TrajectoryExecutionSettings
+from armsim_ros.config.move_group.trajectory_execution import (
+    MoveItControllerSettings,
+    TrajectoryExecutionSettings,
+)
 from armsim_ros.config.servo import ServoNodeSettings
 from armsim_ros.config.simulation import SimulationSettings
 from armsim_ros.config.world import WorldSettings

@@ -21,11 +21,6 @@ from armsim_ros.config.joint_limits import (
     UNUSED_LIMIT_KEYS,
 )
 from armsim_ros.config.move_group.kinematics import KinematicsSettings, UNUSED_KINEMATICS_KEYS
-from armsim_ros.config.move_group.moveit_controllers import (
-    MoveItControllerSettings,
-    NEEDED_KEYS,
-    UNUSED_MOVEIT_CONTROLLER_KEYS,
-)
 from armsim_ros.config.move_group.ompl_planning import (
     OmplSettings,
     RENAMED_PIPELINE_KEYS,
@@ -33,8 +28,11 @@ from armsim_ros.config.move_group.ompl_planning import (
 )
 from armsim_ros.config.move_group.planning_parameters import PlanningParameters
 from armsim_ros.config.move_group.trajectory_execution import (
+    MoveItControllerSettings,
+    NEEDED_KEYS,
     TrajectoryExecutionSettings,
     UNUSED_EXECUTION_KEYS,
+    UNUSED_MOVEIT_CONTROLLER_KEYS,
 )
 from armsim_ros.config.servo import ServoNodeSettings, UNUSED_SERVO_KEYS
 from armsim_ros.config.simulation import SimulationSettings

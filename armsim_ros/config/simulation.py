@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Settings of the physics, the joints' servos and the pace (``simulation.yaml``)."""
+"""Settings of the physics, the joints' servos, cameras and the pace (``simulation.yaml``)."""
 
 from __future__ import annotations
 
@@ -12,10 +12,69 @@ from pydantic import AfterValidator, field_validator, model_validator
 from typing_extensions import Self
 
 from armsim_ros.config.base import parameter, Settings
-from armsim_ros.config.camera import CameraSettings
-from armsim_ros.config.controllers.pid_gains import PidGains
+from armsim_ros.config.controllers.pid_controller import PidGains
 
 Triple = tuple[float, float, float]
+
+
+class CameraSettings(Settings):
+    """A camera that sees colour and depth from the same place."""
+
+    link: str = parameter(
+        '', "link that carries it; '' where the URDF has its frame <name>_color_optical_frame",
+        read_only=True)
+    xyz: Triple = parameter((0.0, 0.0, 0.0), 'where it sits in the link [m]', read_only=True)
+    rpy: Triple = parameter(
+        (0.0, 0.0, 0.0), 'how it is turned there: x looks forward, z is up [rad]', read_only=True)
+    width: int = parameter(640, 'columns of a picture', ge=16, le=4096, read_only=True)
+    height: int = parameter(480, 'lines of a picture', ge=16, le=4096, read_only=True)
+    rate: float = parameter(10.0, 'pictures a second [Hz]', gt=0.0, le=30.0, read_only=True)
+    focal_length: float = parameter(
+        1.0, 'focal length over the height of the picture', ge=0.05, le=50.0, read_only=True)
+    range: tuple[float, float] = parameter(
+        (0.1, 10.0), 'nearest and farthest depth that is measured [m]', read_only=True)
+
+    @field_validator('xyz', 'rpy')
+    @classmethod
+    def _all_finite(cls, value: Triple) -> Triple:
+        if not all(map(math.isfinite, value)):
+            raise ValueError('all three numbers must be finite')
+        return value
+
+    @field_validator('range')
+    @classmethod
+    def _rising(cls, value: tuple[float, float]) -> tuple[float, float]:
+        if not 0.02 <= value[0] < value[1] <= 1000.0:
+            raise ValueError('nearest and farthest must rise between 0.02 and 1000')
+        return value
+
+
+class JointFault(Settings):
+    """What is wrong with a joint, so that tests can make tolerances fail."""
+
+    lag: float = parameter(
+        0.0,
+        'time constant with which the joint follows position commands, 0 for none [s]',
+        ge=0.0,
+        allow_inf_nan=False,
+    )
+    bias: float = parameter(
+        0.0, 'added to the position commands of the joint [rad or m]', allow_inf_nan=False
+    )
+    blocked: bool = parameter(False, 'the joint does not move, whatever is commanded')
+
+    def __str__(self) -> str:
+        """Return the fault in words."""
+        words = [f'lag {self.lag:g} s'] if self.lag else []
+        words += [f'bias {self.bias:g}'] if self.bias else []
+        words += ['blocked'] if self.blocked else []
+        return ', '.join(words) or 'none'
+
+
+class JointFaults(Settings):
+    """The faults of all joints, as parameters of a node."""
+
+    faults: dict[str, JointFault] = parameter({}, 'joint -> what is wrong with it')
 
 
 #: Slowest and fastest pace that can be asked for.

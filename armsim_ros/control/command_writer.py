@@ -18,7 +18,7 @@ from armsim_ros.arrays import Matrix, Vector
 from armsim_ros.config.controllers.joint_trajectory_controller import (
     JointTrajectoryControllerParameters,
 )
-from armsim_ros.config.controllers.pid_gains import PidGains
+from armsim_ros.config.controllers.pid_controller import PidGains
 from armsim_ros.control.hardware_interface import (
     ACCELERATION,
     COMMAND_INTERFACES,

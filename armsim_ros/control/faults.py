@@ -15,8 +15,8 @@ import math
 
 import numpy as np
 
-from armsim_ros.config.controllers.pid_gains import PidGains
-from armsim_ros.config.joint_fault import JointFault
+from armsim_ros.config.controllers.pid_controller import PidGains
+from armsim_ros.config.simulation import JointFault
 from armsim_ros.control.hardware_interface import COMMAND_INTERFACES, HardwareInterface
 from armsim_ros.control.manager.controller_manager import ControllerManager
 from armsim_ros.control.manager.manager_group import ManagerGroup

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import math
 
-from armsim_ros.config.controllers.pid_gains import PidGains
+from armsim_ros.config.controllers.pid_controller import PidGains
 
 
 class Pid:

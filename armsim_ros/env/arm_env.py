@@ -15,9 +15,8 @@ from numpy.typing import NDArray
 from armsim_ros.arrays import Vector
 from armsim_ros.control.hardware_interface import POSITION
 from armsim_ros.control.manager.switching import Strictness
-from armsim_ros.env.actions import ActionKind, Actions, KINDS
+from armsim_ros.env.actions import ActionKind, Actions, KINDS, PositionCommands
 from armsim_ros.env.gym_base import Env
-from armsim_ros.env.motion import PositionCommands
 from armsim_ros.env.observations import Observations
 from armsim_ros.env.ranges import checked, drawn, Episode, merged, ranges_from
 from armsim_ros.env.rendering import Renderer, View

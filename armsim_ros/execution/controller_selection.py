@@ -8,7 +8,7 @@ from collections.abc import Collection, Iterable, Sequence
 from dataclasses import replace
 from itertools import combinations
 
-from armsim_ros.config.move_group.moveit_controllers import MoveItControllerSettings
+from armsim_ros.config.move_group.trajectory_execution import MoveItControllerSettings
 from armsim_ros.errors import MoveItErrorCode, nearest, PlanningError
 from armsim_ros.execution.multi_dof import multi_dof_joints
 from armsim_ros.model.robot_model import RobotModel

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from armsim_ros.config.move_group.moveit_controllers import MoveItControllerSettings
+from armsim_ros.config.move_group.trajectory_execution import MoveItControllerSettings
 from armsim_ros.errors import MoveItErrorCode, PlanningError
 from armsim_ros.trajectory import JointTrajectory
 

@@ -8,10 +8,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from armsim_ros.config.move_group.moveit_controllers import MoveItControllerSettings
+from armsim_ros.config.move_group.trajectory_execution import MoveItControllerSettings
 from armsim_ros.control.action_goal import GoalStatus
 from armsim_ros.control.controller import Controller
-from armsim_ros.control.gripper.goal import GripperGoal, GripperResponse, GripperResult
+from armsim_ros.control.gripper.base import GripperGoal, GripperResponse, GripperResult
 from armsim_ros.control.gripper.gripper_controller import (
     GripperController,
     ParallelGripperController,

@@ -17,8 +17,7 @@ from armsim_ros.errors import (
     ResourceError,
     Severity,
 )
-from armsim_ros.model.cross_check import check_settings
-from armsim_ros.model.description.description_check import check_description
+from armsim_ros.model.cross_check import check_description, check_settings
 from armsim_ros.model.description.srdf import parse_srdf
 from armsim_ros.model.description.urdf import parse_urdf, UrdfContent
 from armsim_ros.model.description.urdf_geometry import Scale

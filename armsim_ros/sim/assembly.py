@@ -7,7 +7,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import NamedTuple
 
-from armsim_ros.config.controllers.forward_command_controller import (
+from armsim_ros.config.controllers.command_controllers import (
     JointGroupPositionControllerParameters,
     JointPositionControllerParameters,
 )
@@ -15,7 +15,7 @@ from armsim_ros.config.controllers.gripper_action_controller import GripperParam
 from armsim_ros.config.controllers.joint_trajectory_controller import (
     JointTrajectoryControllerParameters,
 )
-from armsim_ros.config.controllers.pid_gains import PidGains
+from armsim_ros.config.controllers.pid_controller import PidGains
 from armsim_ros.config.robot_settings import RobotSettings
 from armsim_ros.config.world import is_foreign_world
 from armsim_ros.control.faults import FaultInjector, FaultyControllers

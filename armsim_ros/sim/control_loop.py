@@ -23,8 +23,7 @@ from typing import Any, TypeVar
 from armsim_ros.control.controllers import Controllers
 from armsim_ros.control.mailbox import Mailbox
 from armsim_ros.errors import ControllerError, SimulationError
-from armsim_ros.sim.pacer import Alarm, Pacer, PaceStatistics
-from armsim_ros.sim.realtime import prioritize_thread
+from armsim_ros.sim.pacer import Alarm, Pacer, PaceStatistics, prioritize_thread
 from armsim_ros.sim.simulation import MOST_PLANNED, Simulation
 
 Result = TypeVar('Result')

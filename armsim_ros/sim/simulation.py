@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from armsim_ros.arrays import Matrix, selector, Vector
-from armsim_ros.config.controllers.pid_gains import PidGains
+from armsim_ros.config.controllers.pid_controller import PidGains
 from armsim_ros.config.simulation import SimulationSettings
 from armsim_ros.config.world import WorldSettings
 from armsim_ros.control.hardware_interface import (
@@ -28,8 +28,8 @@ from armsim_ros.model.initial_state import initial_positions
 from armsim_ros.model.robot_model import RobotModel
 from armsim_ros.model.world_objects import world_objects
 from armsim_ros.sim.clock import SimClock
+from armsim_ros.sim.drives.drive_modes import MockCommands
 from armsim_ros.sim.drives.joint_limits import fingers_driven
-from armsim_ros.sim.drives.mock_commands import MockCommands
 from armsim_ros.sim.drives.placeholder_efforts import with_sufficient_efforts
 from armsim_ros.sim.drives.servo import Servo
 from armsim_ros.sim.grippers.vacuum_gripper import VacuumGripper

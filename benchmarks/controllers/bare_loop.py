@@ -18,8 +18,7 @@ import mujoco
 from armsim_ros.config.loading import load_robot_settings
 from armsim_ros.model.loading import load_robot_model
 from armsim_ros.sim.assembly import build_simulation
-from armsim_ros.sim.pacer import Pacer
-from armsim_ros.sim.realtime import prioritize_thread
+from armsim_ros.sim.pacer import Pacer, prioritize_thread
 
 STARTED = 'bare loop runs'
 

@@ -9,7 +9,7 @@ from pydantic import ValidationError
 import pytest
 
 from armsim_ros.config.controllers.controller_manager import ControllerManagerParameters
-from armsim_ros.config.joint_fault import JointFault
+from armsim_ros.config.simulation import JointFault
 from armsim_ros.control.faults import FaultInjector, FaultyControllers
 from armsim_ros.control.manager.controller_manager import ControllerManager
 from armsim_ros.errors import ControllerError

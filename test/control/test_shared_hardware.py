@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from armsim_ros.config.controllers.controller_manager import ControllerManagerParameters
-from armsim_ros.config.joint_fault import JointFault
+from armsim_ros.config.simulation import JointFault
 from armsim_ros.control.faults import FaultInjector
 from armsim_ros.control.manager.controller_manager import ControllerManager
 from armsim_ros.control.manager.manager_group import ManagerGroup

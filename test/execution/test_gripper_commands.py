@@ -5,7 +5,7 @@
 import numpy as np
 import pytest
 
-from armsim_ros.config.move_group.moveit_controllers import MoveItControllerSettings
+from armsim_ros.config.move_group.trajectory_execution import MoveItControllerSettings
 from armsim_ros.errors import PlanningError
 from armsim_ros.execution.gripper_commands import gripper_target, parallel_gripper_target
 from armsim_ros.trajectory import JointTrajectory

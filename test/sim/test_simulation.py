@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from armsim_ros.config.controllers.pid_gains import PidGains
+from armsim_ros.config.controllers.pid_controller import PidGains
 from armsim_ros.config.simulation import PlacementSettings, SimulationSettings
 from armsim_ros.config.world import WorldSettings
 from armsim_ros.errors import SimulationError

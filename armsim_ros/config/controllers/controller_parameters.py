@@ -1,8 +1,10 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Parameters that every controller has, as controller_interface declares them."""
+"""Parameters that every controller has, and those of replaced controllers."""
 
 from __future__ import annotations
+
+from pydantic import ConfigDict
 
 from armsim_ros.config.base import parameter, Settings
 
@@ -19,3 +21,12 @@ class ControllerParameters(Settings):
     thread_priority: int = parameter(
         -100, 'has no effect: all controllers run in the same control loop', read_only=True
     )
+
+
+class StandInParameters(ControllerParameters):
+    """Parameters that a replacement reads; all others are the vendor's and ignored."""
+
+    model_config = ConfigDict(extra='ignore')
+
+    state_publish_rate: float = parameter(
+        100.0, 'messages a second, where it publishes anything [Hz]', read_only=True, gt=0.0)

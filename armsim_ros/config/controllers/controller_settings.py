@@ -11,8 +11,16 @@ from typing import Any
 
 from armsim_ros.config.base import parameter, Settings
 from armsim_ros.config.controllers.admittance_controller import AdmittanceControllerParameters
-from armsim_ros.config.controllers.forward_command_controller import (
+from armsim_ros.config.controllers.broadcasters import (
+    ForceTorqueSensorBroadcasterParameters,
+    IMUSensorBroadcasterParameters,
+    JointStateBroadcasterParameters,
+    PoseBroadcasterParameters,
+    SpeedScalingStateBroadcasterParameters,
+)
+from armsim_ros.config.controllers.command_controllers import (
     ForwardCommandControllerParameters,
+    GpioCommandControllerParameters,
     JointEffortControllerParameters,
     JointGroupEffortControllerParameters,
     JointGroupPositionControllerParameters,
@@ -21,24 +29,16 @@ from armsim_ros.config.controllers.forward_command_controller import (
     JointVelocityControllerParameters,
     MultiInterfaceForwardCommandControllerParameters,
 )
-from armsim_ros.config.controllers.gpio_command_controller import GpioCommandControllerParameters
+from armsim_ros.config.controllers.controller_parameters import StandInParameters
 from armsim_ros.config.controllers.gripper_action_controller import (
     GripperActionControllerParameters,
     ParallelGripperActionControllerParameters,
 )
-from armsim_ros.config.controllers.joint_state_broadcaster import JointStateBroadcasterParameters
 from armsim_ros.config.controllers.joint_trajectory_controller import (
     JointTrajectoryControllerParameters,
     ScaledJointTrajectoryControllerParameters,
 )
 from armsim_ros.config.controllers.pid_controller import PidControllerParameters
-from armsim_ros.config.controllers.sensor_broadcasters import (
-    ForceTorqueSensorBroadcasterParameters,
-    IMUSensorBroadcasterParameters,
-    PoseBroadcasterParameters,
-    SpeedScalingStateBroadcasterParameters,
-)
-from armsim_ros.config.controllers.stand_in import StandInParameters
 from armsim_ros.config.validation import known_keys, read_settings
 from armsim_ros.config.yaml.node import node_of, split_keys, YamlNode
 from armsim_ros.errors import ignored, nearest, Problem, Severity

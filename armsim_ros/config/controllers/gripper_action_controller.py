@@ -11,7 +11,7 @@ from pydantic import model_validator
 
 from armsim_ros.config.base import parameter
 from armsim_ros.config.controllers.controller_parameters import ControllerParameters
-from armsim_ros.config.controllers.pid_gains import PidGains
+from armsim_ros.config.controllers.pid_controller import PidGains
 
 
 class GripperParameters(ControllerParameters):

@@ -7,10 +7,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 import re
+from typing import Any
 
 from armsim_ros.config.draft import ConfigDraft
 from armsim_ros.config.layout import LayoutReader
-from armsim_ros.config.moveit_config.default_pipelines import default_pipeline, planner_configs
 from armsim_ros.config.moveit_config.files import Role
 from armsim_ros.config.moveit_config.roles import OFFERED_PIPELINES, PackageRoles
 from armsim_ros.config.yaml.node import node_of, ROS2_KEY, YamlNode
@@ -25,6 +25,51 @@ from armsim_ros.errors import (
 )
 from armsim_ros.packages import Packages
 from armsim_ros.resources import expand_find
+
+_REQUEST_ADAPTERS = tuple(f'default_planning_request_adapters/{name}' for name in (
+    'ResolveConstraintFrames', 'ValidateWorkspaceBounds', 'CheckStartStateBounds',
+    'CheckStartStateCollision'))
+_RESPONSE_ADAPTERS = tuple(f'default_planning_response_adapters/{name}' for name in (
+    'AddTimeOptimalParameterization', 'ValidateSolution', 'DisplayMotionPath'))
+
+#: OMPL's planners that the usual templates configure.
+_PLANNERS = (
+    'SBL', 'EST', 'LBKPIECE', 'BKPIECE', 'KPIECE', 'RRT', 'RRTConnect', 'RRTstar', 'TRRT', 'PRM',
+    'PRMstar', 'FMT', 'BFMT', 'PDST', 'STRIDE', 'BiTRRT', 'LBTRRT', 'BiEST', 'ProjEST', 'LazyPRM',
+    'LazyPRMstar', 'SPARS', 'SPARStwo',
+)
+
+#: The pipelines that there are without any file, in the order of their offer.
+DEFAULT_PIPELINES = ('ompl', 'pilz_industrial_motion_planner', 'chomp', 'stomp')
+
+
+def planner_configs() -> dict[str, dict[str, str]]:
+    """Return the planner configurations that OMPL's pipeline has without a file."""
+    return {'APSConfigDefault': {'type': 'geometric::AnytimePathShortening'},
+            **{f'{planner}kConfigDefault': {'type': f'geometric::{planner}'}
+               for planner in _PLANNERS}}
+
+
+def default_pipeline(name: str) -> dict[str, Any]:
+    """Return the parameters of a pipeline without a file; empty for an unknown pipeline."""
+    request, response = list(_REQUEST_ADAPTERS), list(_RESPONSE_ADAPTERS)
+    if name == 'ompl':
+        return {'planning_plugins': ['ompl_interface/OMPLPlanner'],
+                'request_adapters': request, 'response_adapters': response}
+    if name == 'pilz_industrial_motion_planner':
+        return {'planning_plugins': ['pilz_industrial_motion_planner/CommandPlanner'],
+                'default_planner_config': 'PTP', 'request_adapters': request,
+                'response_adapters': response[1:],
+                'capabilities': 'pilz_industrial_motion_planner/MoveGroupSequenceAction '
+                                'pilz_industrial_motion_planner/MoveGroupSequenceService'}
+    if name == 'chomp':
+        return {'planning_plugins': ['chomp_interface/CHOMPPlanner'],
+                'request_adapters': request, 'response_adapters': response}
+    if name == 'stomp':
+        return {'planning_plugins': ['stomp_moveit/StompPlanner'],
+                'request_adapters': request, 'response_adapters': response}
+    return {}
+
 
 _VAR = re.compile(r'\$\(var\s+([^)\s]+)\s*\)')
 #: Files in which a launch file may have values filled in.

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from armsim_ros.arrays import Vector
 from armsim_ros.config.base import Settings
-from armsim_ros.config.controllers.joint_state_broadcaster import JointStateBroadcasterParameters
+from armsim_ros.config.controllers.broadcasters import JointStateBroadcasterParameters
 from armsim_ros.control.broadcasters.broadcaster import Broadcaster
 from armsim_ros.control.hardware_interface import COMMAND_INTERFACES
 from armsim_ros.errors import ControllerError

@@ -12,7 +12,7 @@ import numpy as np
 
 from armsim_ros.arrays import Vector
 from armsim_ros.config.base import Settings
-from armsim_ros.config.controllers.sensor_broadcasters import (
+from armsim_ros.config.controllers.broadcasters import (
     BroadcasterParameters,
     ForceTorqueSensorBroadcasterParameters,
     IMUSensorBroadcasterParameters,

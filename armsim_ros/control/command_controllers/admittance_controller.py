@@ -24,8 +24,7 @@ from armsim_ros.control.command_controllers.admittance_rule import AdmittanceRul
 from armsim_ros.control.command_controllers.chainable_controller import ChainableController
 from armsim_ros.control.command_controllers.link_motion import LinkMotion
 from armsim_ros.control.command_targets import CommandTargets
-from armsim_ros.control.hardware_interface import ACCELERATION, POSITION, VELOCITY
-from armsim_ros.control.joint_properties import JointProperties
+from armsim_ros.control.hardware_interface import ACCELERATION, JointProperties, POSITION, VELOCITY
 from armsim_ros.errors import ControllerError
 
 

@@ -16,7 +16,7 @@ import numpy as np
 
 from armsim_ros.arrays import Vector
 from armsim_ros.config.base import Settings
-from armsim_ros.config.controllers.forward_command_controller import (
+from armsim_ros.config.controllers.command_controllers import (
     ForwardCommandControllerParameters,
     ForwardParameters,
     JointEffortControllerParameters,
@@ -29,8 +29,8 @@ from armsim_ros.config.controllers.forward_command_controller import (
 )
 from armsim_ros.control.command_targets import CommandTargets
 from armsim_ros.control.controller import Controller, NEVER_NS
+from armsim_ros.control.events import RepeatedWarning
 from armsim_ros.control.mailbox import Mailbox
-from armsim_ros.control.repeated_warning import RepeatedWarning
 from armsim_ros.errors import ControllerError
 
 

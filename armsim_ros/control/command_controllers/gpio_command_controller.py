@@ -13,10 +13,10 @@ import math
 from typing import ClassVar
 
 from armsim_ros.config.base import Settings
-from armsim_ros.config.controllers.gpio_command_controller import GpioCommandControllerParameters
+from armsim_ros.config.controllers.command_controllers import GpioCommandControllerParameters
 from armsim_ros.control.broadcasters.sensor_broadcaster import SensorBroadcaster
+from armsim_ros.control.events import RepeatedWarning
 from armsim_ros.control.mailbox import Mailbox, STREAM_CAPACITY
-from armsim_ros.control.repeated_warning import RepeatedWarning
 from armsim_ros.errors import ControllerError, nearest
 
 Group = tuple[str, Sequence[str], Sequence[float]]

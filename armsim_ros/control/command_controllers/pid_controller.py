@@ -19,8 +19,10 @@ import numpy as np
 from armsim_ros.arrays import Matrix, Vector
 from armsim_ros.config.base import Settings
 from armsim_ros.config.controllers.pid_controller import PidControllerParameters
-from armsim_ros.control.command_controllers.chainable_controller import ChainableController
-from armsim_ros.control.command_controllers.named_values import NamedValues
+from armsim_ros.control.command_controllers.chainable_controller import (
+    ChainableController,
+    NamedValues,
+)
 from armsim_ros.control.command_targets import CommandTargets
 from armsim_ros.control.pid import Pid
 from armsim_ros.errors import ControllerError

@@ -12,15 +12,58 @@ where ``allow_stalling`` is set.
 from __future__ import annotations
 
 from abc import abstractmethod
+from dataclasses import dataclass
 import math
 from typing import TypeVar
 
 from armsim_ros.config.controllers.gripper_action_controller import GripperParameters
-from armsim_ros.control.action_goal import GoalStatus
+from armsim_ros.control.action_goal import ActionGoal, GoalStatus
 from armsim_ros.control.controller import Controller, NEVER_NS
-from armsim_ros.control.gripper.goal import GripperGoal, GripperResponse, GripperResult
 from armsim_ros.control.mailbox import Mailbox
 from armsim_ros.errors import ControllerError
+
+
+@dataclass(frozen=True, slots=True)
+class GripperResult:
+    """
+    How a gripper goal ended.
+
+    :param position: measured [rad or m].
+    :param velocity: measured [rad/s or m/s].
+    :param effort: commanded, or the bound where a position is commanded [N*m or N].
+    """
+
+    position: float
+    velocity: float
+    effort: float
+    stalled: bool
+    reached_goal: bool
+
+
+class GripperGoal(ActionGoal[GripperResult]):
+    """
+    A position to move to.
+
+    :param position: [rad or m].
+    :param effort: not to be exceeded, 0 for no bound [N*m or N].
+    :param velocity: not to be exceeded, 0 for no bound [rad/s or m/s].
+    """
+
+    def __init__(self, position: float, effort: float, velocity: float = 0.0) -> None:
+        super().__init__()
+        self.position = position
+        self.effort = effort
+        self.velocity = velocity
+
+
+@dataclass(frozen=True, slots=True)
+class GripperResponse:
+    """The answer to a gripper goal; with the reason of a refusal."""
+
+    accepted: bool
+    reason: str = ''
+    goal: GripperGoal | None = None
+
 
 ParametersT = TypeVar('ParametersT', bound=GripperParameters)
 

@@ -13,8 +13,7 @@ from armsim_ros.config.controllers.gripper_action_controller import (
     GripperActionControllerParameters,
     ParallelGripperActionControllerParameters,
 )
-from armsim_ros.control.gripper.base import GripperBase
-from armsim_ros.control.gripper.goal import GripperGoal, GripperResponse
+from armsim_ros.control.gripper.base import GripperBase, GripperGoal, GripperResponse
 from armsim_ros.control.hardware_interface import EFFORT, POSITION
 from armsim_ros.control.pid import Pid
 

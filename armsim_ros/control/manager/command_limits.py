@@ -20,10 +20,10 @@ from armsim_ros.control.hardware_interface import (
     COMMAND_INTERFACES,
     EFFORT,
     HardwareInterface,
+    JointProperties,
     POSITION,
     VELOCITY,
 )
-from armsim_ros.control.joint_properties import JointProperties
 from armsim_ros.model.robot_model import RobotModel, SoftLimits
 
 #: A joint that is farther outside of its bounds takes no velocity [rad or m].

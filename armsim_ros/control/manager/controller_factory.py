@@ -5,11 +5,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, Protocol
+from typing import Any, ClassVar, Protocol
 
 from pydantic import ValidationError
 
 from armsim_ros.config.base import Settings
+from armsim_ros.config.controllers.controller_parameters import StandInParameters
 from armsim_ros.config.controllers.controller_settings import stand_in_for
 from armsim_ros.control.broadcasters.joint_state_broadcaster import JointStateBroadcaster
 from armsim_ros.control.broadcasters.sensor_broadcaster import (
@@ -36,13 +37,48 @@ from armsim_ros.control.gripper.gripper_controller import (
     GripperController,
     ParallelGripperController,
 )
-from armsim_ros.control.manager.stand_in import StandInController
 from armsim_ros.control.parameter_update import describe
 from armsim_ros.control.trajectory.joint_trajectory_controller import (
     JointTrajectoryController,
     ScaledJointTrajectoryController,
 )
 from armsim_ros.errors import ControllerError, nearest
+
+
+class StandInController(Controller[StandInParameters]):
+    """Claims nothing and commands nothing; its life cycle is that of any controller."""
+
+    parameters_class: ClassVar[type[Settings]] = StandInParameters
+
+    @property
+    def joints(self) -> tuple[str, ...]:
+        """None."""
+        return ()
+
+    @property
+    def required_command_interfaces(self) -> tuple[str, ...]:
+        """None: nothing is commanded."""
+        return ()
+
+    @property
+    def required_state_interfaces(self) -> tuple[str, ...]:
+        """None: nothing is read."""
+        return ()
+
+    def configure(self) -> None:
+        """Do nothing."""
+
+    def activate(self, time_ns: int) -> None:
+        """Do nothing."""
+
+    def deactivate(self, time_ns: int) -> None:
+        """Do nothing."""
+
+    def update(self, time_ns: int, period: float) -> None:
+        """Do nothing."""
+
+    def process_requests(self, time_ns: int) -> None:
+        """Do nothing: there are no requests."""
 
 
 class LoadableController(Protocol):

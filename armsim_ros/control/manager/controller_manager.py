@@ -35,11 +35,11 @@ from armsim_ros.control.manager.controller_factory import (
     create_controller,
     LoadableController,
 )
-from armsim_ros.control.manager.fallbacks import fallbacks_of
 from armsim_ros.control.manager.manager_info import controller_info, ControllerInfo, InterfaceInfo
 from armsim_ros.control.manager.resources import HardwareComponentInfo, Resources
 from armsim_ros.control.manager.switch_execution import SwitchExecution, SwitchRequest
 from armsim_ros.control.manager.switching import (
+    fallbacks_of,
     find_controller,
     require_state,
     require_unique_interfaces,

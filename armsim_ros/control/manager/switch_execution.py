@@ -20,10 +20,10 @@ from armsim_ros.control.controller import Controller, LifecycleState
 from armsim_ros.control.events import EventQueue
 from armsim_ros.control.hardware_interface import POSITION
 from armsim_ros.control.manager.chains import following, group_of, in_order, preceding, withdraw
-from armsim_ros.control.manager.fallbacks import holders_of
 from armsim_ros.control.manager.resources import Resources
 from armsim_ros.control.manager.switching import (
     claimed_joints,
+    holders_of,
     plan_switch,
     Strictness,
     SwitchResult,

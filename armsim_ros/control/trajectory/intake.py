@@ -17,14 +17,13 @@ import numpy as np
 from armsim_ros.config.controllers.joint_trajectory_controller import (
     JointTrajectoryControllerParameters,
 )
-from armsim_ros.control.joint_properties import JointProperties
+from armsim_ros.control.hardware_interface import JointProperties
 from armsim_ros.control.trajectory.controller_state import ControllerSnapshot
 from armsim_ros.control.trajectory.goal import RefusedTrajectoryError, TrajectoryGoal
-from armsim_ros.control.trajectory.limit_checks import beyond_limits, start_of
 from armsim_ros.control.trajectory.requests import StartRequest, StopRequest
 from armsim_ros.control.trajectory.sampling import PreparedTrajectory
 from armsim_ros.control.trajectory.tolerances import JointTolerance, SegmentTolerances
-from armsim_ros.control.trajectory.validation import validate
+from armsim_ros.control.trajectory.validation import beyond_limits, start_of, validate
 from armsim_ros.trajectory import JointTrajectory
 
 

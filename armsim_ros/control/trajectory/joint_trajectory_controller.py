@@ -22,9 +22,9 @@ from armsim_ros.config.controllers.joint_trajectory_controller import (
 )
 from armsim_ros.control.action_goal import GoalStatus
 from armsim_ros.control.controller import Controller
-from armsim_ros.control.joint_properties import JointProperties
+from armsim_ros.control.events import RepeatedWarning
+from armsim_ros.control.hardware_interface import JointProperties
 from armsim_ros.control.rate import Rate
-from armsim_ros.control.repeated_warning import RepeatedWarning
 from armsim_ros.control.trajectory.controller_state import ControllerSnapshot, snapshot_of
 from armsim_ros.control.trajectory.goal import (
     GoalResponse,

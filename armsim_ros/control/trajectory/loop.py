@@ -20,7 +20,7 @@ from armsim_ros.control.command_targets import CommandTargets
 from armsim_ros.control.command_writer import CommandWriter, compact
 from armsim_ros.control.controller import ControllerContext
 from armsim_ros.control.events import EventQueue
-from armsim_ros.control.joint_properties import JointProperties
+from armsim_ros.control.hardware_interface import JointProperties
 from armsim_ros.control.mailbox import Mailbox
 from armsim_ros.control.trajectory.controller_state import StateRecord, StateRing
 from armsim_ros.control.trajectory.execution import Phase, TrajectoryExecution
@@ -36,7 +36,7 @@ from armsim_ros.control.trajectory.requests import (
     superseded,
 )
 from armsim_ros.control.trajectory.setup import command_timeout, stop_brakes
-from armsim_ros.control.trajectory.wraparound import wrap_in_place
+from armsim_ros.control.trajectory.waypoints import wrap_in_place
 
 REQUESTS_PER_UPDATE = 64
 """More have to wait for the next update, so that a burst does not delay the present update."""

@@ -17,8 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from armsim_ros.arrays import Matrix, Vector
-from armsim_ros.control.trajectory import segments, wraparound
-from armsim_ros.control.trajectory.waypoints import Waypoints
+from armsim_ros.control.trajectory import segments
+from armsim_ros.control.trajectory.waypoints import Waypoints, whole_turns
 from armsim_ros.polynomials import DEGREE, QUINTIC
 
 TIME_RESOLUTION = 1e-9
@@ -144,7 +144,7 @@ class PreparedTrajectory:
         at_start = first > 0 and math.isclose(times[first - 1], time, abs_tol=TIME_RESOLUTION)
         nearest = full.positions[first - 1 if at_start else first]
         offset = np.zeros(joints)
-        offset[self._continuous] = wraparound.whole_turns(
+        offset[self._continuous] = whole_turns(
             (nearest - state[:joints])[self._continuous]
         )
         if offset.any():

@@ -11,8 +11,7 @@ from armsim_ros.config.controllers.joint_trajectory_controller import (
     JointTrajectoryControllerParameters,
 )
 from armsim_ros.control.events import EventQueue
-from armsim_ros.control.hardware_interface import HardwareInterface
-from armsim_ros.control.joint_properties import JointProperties
+from armsim_ros.control.hardware_interface import HardwareInterface, JointProperties
 from armsim_ros.errors import ControllerError, nearest
 
 

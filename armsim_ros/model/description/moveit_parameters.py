@@ -13,12 +13,12 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from armsim_ros.config.moveit_config.default_pipelines import (
+from armsim_ros.config.moveit_config.files import PackageFiles
+from armsim_ros.config.moveit_config.reading import (
     default_pipeline,
     DEFAULT_PIPELINES,
     planner_configs,
 )
-from armsim_ros.config.moveit_config.files import PackageFiles
 from armsim_ros.config.yaml.source import read_yaml_file
 from armsim_ros.errors import ConfigError, Location, Problem, ResourceError
 from armsim_ros.model.description.xacro_text import read_description

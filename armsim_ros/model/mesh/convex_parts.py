@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from armsim_ros.model.geometry import Mesh
-from armsim_ros.model.mesh.mesh_cache import Arrays, cached
+from armsim_ros.model.mesh.mesh_library import Arrays, cached
 
 #: So many parts has a mesh at most; each costs time in every physics step.
 MOST_PARTS = 16

@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 
 from armsim_ros.errors import ResourceError
 from armsim_ros.model.geometry import Mesh
-from armsim_ros.model.mesh.mesh_cache import cached
-from armsim_ros.model.mesh.mesh_library import ENDINGS, read_mesh_file
+from armsim_ros.model.mesh.mesh_library import cached, ENDINGS, read_mesh_file
 from armsim_ros.packages import Packages
 from armsim_ros.resources import resolve_uri
 

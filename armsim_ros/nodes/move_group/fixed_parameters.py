@@ -13,7 +13,7 @@ from rclpy.node import Node
 
 from armsim_ros.config.move_group.planning_parameters import PlanningParameters
 from armsim_ros.config.move_group.trajectory_execution import KEYS_BESIDE
-from armsim_ros.config.moveit_config.default_pipelines import default_pipeline
+from armsim_ros.config.moveit_config.reading import default_pipeline
 from armsim_ros.config.robot_settings import RobotSettings
 from armsim_ros.errors import ConfigError, Problem
 from armsim_ros.model.robot_model import RobotModel

@@ -25,7 +25,7 @@ from armsim_ros.servo.commands import Command, InvalidCommandError
 from armsim_ros.servo.inbox import CommandInbox
 from armsim_ros.servo.status import Finding, NOTHING, ServoStatus, weightiest
 from armsim_ros.servo.stream import Cycle, ServoStream
-from armsim_ros.sim.realtime import prioritize_thread
+from armsim_ros.sim.pacer import prioritize_thread
 
 #: Rate of reading the topics while there are subscribers; commands are read in every cycle [Hz].
 _LOOKS = 10.0

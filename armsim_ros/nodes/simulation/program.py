@@ -49,8 +49,7 @@ from armsim_ros.sim.assembly import build_control, build_simulation
 from armsim_ros.sim.camera.camera import Camera, cameras_of
 from armsim_ros.sim.clock import SimClock
 from armsim_ros.sim.control_loop import ControlLoop
-from armsim_ros.sim.pacer import Pacer
-from armsim_ros.sim.realtime import prefer_latency
+from armsim_ros.sim.pacer import Pacer, prefer_latency
 from armsim_ros.sim.run_digest import run_digest
 
 #: How long each thread may take to end [s].

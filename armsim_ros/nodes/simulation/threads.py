@@ -13,7 +13,7 @@ from rclpy.impl.rcutils_logger import RcutilsLogger
 
 from armsim_ros.nodes.simulation.duty_limit import DutyLimit
 from armsim_ros.sim.control_loop import ControlLoop
-from armsim_ros.sim.realtime import prioritize_thread
+from armsim_ros.sim.pacer import prioritize_thread
 
 
 def prioritize_process(control_priority: int) -> bool:

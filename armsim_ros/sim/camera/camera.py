@@ -11,7 +11,7 @@ import math
 import numpy as np
 
 from armsim_ros.arrays import Matrix
-from armsim_ros.config.camera import CameraSettings
+from armsim_ros.config.simulation import CameraSettings
 from armsim_ros.errors import nearest, SimulationError
 from armsim_ros.model.robot_model import RobotModel
 from armsim_ros.model.transforms import pose_matrix

@@ -16,8 +16,7 @@ import numpy as np
 
 from armsim_ros.sim.camera.camera import Camera
 from armsim_ros.sim.camera.picture import measured, Picture
-from armsim_ros.sim.camera.plant_copy import PlantCopy
-from armsim_ros.sim.camera.snapshot import Snapshot
+from armsim_ros.sim.camera.snapshot import PlantCopy, Snapshot
 
 #: What is nearer is not drawn, so that a camera sees through its own housing [m].
 _NEAR = 0.02

@@ -10,7 +10,7 @@ from itertools import accumulate
 import numpy as np
 
 from armsim_ros.arrays import Matrix, Vector
-from armsim_ros.config.controllers.pid_gains import PidGains
+from armsim_ros.config.controllers.pid_controller import PidGains
 from armsim_ros.config.simulation import SimulationSettings
 
 #: While the reference moves, the damping follows the joints' inertias so often [steps].

@@ -10,7 +10,7 @@ from itertools import pairwise
 import numpy as np
 
 from armsim_ros.arrays import Mask, Matrix, Vector
-from armsim_ros.config.controllers.pid_gains import PidGains
+from armsim_ros.config.controllers.pid_controller import PidGains
 from armsim_ros.config.simulation import SimulationSettings
 from armsim_ros.control.hardware_interface import JointArrays
 from armsim_ros.model.robot_model import RobotModel

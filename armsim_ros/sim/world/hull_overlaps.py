@@ -19,7 +19,7 @@ import numpy as np
 
 from armsim_ros.arrays import Matrix, Vector
 from armsim_ros.model.geometry import Mesh
-from armsim_ros.model.mesh.mesh_cache import Arrays, cached
+from armsim_ros.model.mesh.mesh_library import Arrays, cached
 from armsim_ros.model.robot_model import RobotModel
 from armsim_ros.model.tree import link_poses
 from armsim_ros.sim.physics.contacts import contacts

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from armsim_ros.arrays import Matrix
-from armsim_ros.config.joint_fault import JointFault
+from armsim_ros.config.simulation import JointFault
 from armsim_ros.config.world import WorldObjectSettings
 from armsim_ros.control.events import ControllerEvent
 from armsim_ros.control.gripper.base import GripperBase
@@ -20,7 +20,7 @@ from armsim_ros.errors import ControllerError
 from armsim_ros.model.cell import Cell
 from armsim_ros.model.world_objects import object_from_settings
 from armsim_ros.recording.flight_recorder import FlightRecorder
-from armsim_ros.sim.grippers.vacuum_control import VacuumControl
+from armsim_ros.sim.grippers.vacuum_gripper import VacuumControl
 from armsim_ros.stack import ArmSim
 from armsim_ros.testing.arms.arm import Arm, BUILT_WITHOUT_FAULTS, Points, Target, Touch
 from armsim_ros.testing.arms.contact_log import ContactLog

@@ -22,8 +22,8 @@ from armsim_ros.config.controllers.gripper_action_controller import (
     GripperParameters,
     ParallelGripperActionControllerParameters,
 )
-from armsim_ros.config.joint_fault import JointFault
 from armsim_ros.config.robot_settings import RobotSettings
+from armsim_ros.config.simulation import JointFault
 from armsim_ros.config.world import WorldObjectSettings
 from armsim_ros.errors import ControllerError, PlanningError, SimulationError
 from armsim_ros.execution.controller_selection import select_controllers, split_trajectory

@@ -12,8 +12,10 @@ import yaml
 from armsim_ros.config.controllers.controller_settings import PARAMETERS, ROS1_TYPES
 from armsim_ros.config.joint_limits import JointLimitsSettings
 from armsim_ros.config.move_group.kinematics import KinematicsSettings
-from armsim_ros.config.move_group.moveit_controllers import MoveItControllerSettings
-from armsim_ros.config.move_group.trajectory_execution import TrajectoryExecutionSettings
+from armsim_ros.config.move_group.trajectory_execution import (
+    MoveItControllerSettings,
+    TrajectoryExecutionSettings,
+)
 from armsim_ros.config.yaml.node import ROS2_KEY
 from armsim_ros.tools.migrate.real_numbers import real_number_edits
 from armsim_ros.tools.migrate.records import FileRecords, Record

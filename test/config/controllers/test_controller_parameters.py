@@ -7,16 +7,16 @@ import math
 from pydantic import ValidationError
 import pytest
 
+from armsim_ros.config.controllers.broadcasters import JointStateBroadcasterParameters
 from armsim_ros.config.controllers.controller_manager import ControllerManagerParameters
 from armsim_ros.config.controllers.gripper_action_controller import (
     GripperActionControllerParameters,
     ParallelGripperActionControllerParameters,
 )
-from armsim_ros.config.controllers.joint_state_broadcaster import JointStateBroadcasterParameters
 from armsim_ros.config.controllers.joint_trajectory_controller import (
     JointTrajectoryControllerParameters,
 )
-from armsim_ros.config.controllers.pid_gains import PidGains
+from armsim_ros.config.controllers.pid_controller import PidGains
 
 READ_ONLY = {
     'joints', 'command_joints', 'command_interfaces', 'state_interfaces', 'open_loop_control',

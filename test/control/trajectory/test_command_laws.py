@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from armsim_ros.config.controllers.pid_gains import PidGains
+from armsim_ros.config.controllers.pid_controller import PidGains
 from armsim_ros.control.pid import Pid
 from armsim_ros.control.trajectory.stop_motion import deceleration, stop_ramp
 

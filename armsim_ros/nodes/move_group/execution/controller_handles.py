@@ -16,7 +16,7 @@ from rclpy.node import Node
 from rclpy.task import Future
 from sensor_msgs.msg import JointState
 
-from armsim_ros.config.move_group.moveit_controllers import MoveItControllerSettings
+from armsim_ros.config.move_group.trajectory_execution import MoveItControllerSettings
 from armsim_ros.errors import MoveItErrorCode, PlanningError
 from armsim_ros.execution.gripper_commands import gripper_target, parallel_gripper_target
 from armsim_ros.execution.multi_dof import MultiDofTrajectory

@@ -10,7 +10,7 @@ from typing import Any
 from controller_manager_msgs.srv import ListControllers, SwitchController
 from rclpy.client import Client
 
-from armsim_ros.config.move_group.moveit_controllers import MoveItControllerSettings
+from armsim_ros.config.move_group.trajectory_execution import MoveItControllerSettings
 from armsim_ros.errors import MoveItErrorCode, PlanningError
 from armsim_ros.execution.ros2_control import ListedController, ManagedControllers
 from armsim_ros.nodes.move_group.context import Context

@@ -6,8 +6,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from armsim_ros.config.move_group.moveit_controllers import MoveItControllerSettings
-from armsim_ros.config.move_group.trajectory_execution import TrajectoryExecutionSettings
+from armsim_ros.config.move_group.trajectory_execution import (
+    MoveItControllerSettings,
+    TrajectoryExecutionSettings,
+)
 from armsim_ros.execution.controller_selection import controlled_joints, select_controllers
 from armsim_ros.execution.multi_dof import MultiDofTrajectory
 from armsim_ros.execution.rules import check_points, Tolerances

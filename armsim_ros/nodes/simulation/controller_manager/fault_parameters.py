@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 from rclpy.node import Node
 
-from armsim_ros.config.joint_fault import JointFault, JointFaults
+from armsim_ros.config.simulation import JointFault, JointFaults
 from armsim_ros.control.faults import FaultInjector
 from armsim_ros.nodes.parameters import SettingsParameters
 

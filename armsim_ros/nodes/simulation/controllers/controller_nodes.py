@@ -26,7 +26,7 @@ from armsim_ros.control.gripper.gripper_controller import (
     GripperController,
     ParallelGripperController,
 )
-from armsim_ros.control.manager.stand_in import StandInController
+from armsim_ros.control.manager.controller_factory import StandInController
 from armsim_ros.control.rate import Rate
 from armsim_ros.control.trajectory.joint_trajectory_controller import JointTrajectoryController
 from armsim_ros.errors import ControllerError

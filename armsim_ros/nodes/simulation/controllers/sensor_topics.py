@@ -14,7 +14,7 @@ from sensor_msgs.msg import Imu
 from std_msgs.msg import Float64
 from tf2_msgs.msg import TFMessage
 
-from armsim_ros.config.controllers.sensor_broadcasters import (
+from armsim_ros.config.controllers.broadcasters import (
     BroadcasterParameters,
     ForceTorqueSensorBroadcasterParameters,
     IMUSensorBroadcasterParameters,

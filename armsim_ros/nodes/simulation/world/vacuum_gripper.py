@@ -16,8 +16,7 @@ from armsim_ros.errors import SimulationError
 from armsim_ros.nodes import qos
 from armsim_ros.nodes.simulation.dispatcher import Dispatcher
 from armsim_ros.nodes.simulation.world.work import Work
-from armsim_ros.sim.grippers.vacuum_control import VacuumControl
-from armsim_ros.sim.grippers.vacuum_gripper import VacuumGripper
+from armsim_ros.sim.grippers.vacuum_gripper import VacuumControl, VacuumGripper
 
 #: Wall time between two messages about whether something is held [s].
 _PERIOD = 0.1
