@@ -22,9 +22,8 @@ from armsim_ros.testing.assertions import (
 #: Module -> the public names that are imported when they are first asked for.
 _LAZY = {
     'clients.client_node': ('ClientNode',),
-    'clients.controller_manager_client': ('ControllerManagerClient',),
+    'clients.controller_manager_client': ('ControllerManagerClient', 'ParameterClient'),
     'clients.move_group_client': ('MoveGroupClient',),
-    'clients.parameter_client': ('ParameterClient',),
     'clients.relay': ('ClockRelay', 'ServiceRelay', 'TopicRelay'),
     'clients.robot_user': ('RobotUser', 'running_robot'),
     'clients.trajectory_client': ('TrajectoryClient', 'trajectory_message'),

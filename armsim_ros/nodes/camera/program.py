@@ -20,10 +20,9 @@ from tf2_msgs.msg import TFMessage
 
 from armsim_ros.cli.arguments import ProgramArguments
 from armsim_ros.nodes import qos
-from armsim_ros.nodes.camera.diagnostics import RenderingDiagnostics
 from armsim_ros.nodes.camera.gl_backend import choose_backend, NoRenderingError, VARIABLE
-from armsim_ros.nodes.camera.picture_source import PictureSource
-from armsim_ros.nodes.camera.topics import CameraTopics
+from armsim_ros.nodes.camera.link import PictureSource
+from armsim_ros.nodes.camera.topics import CameraTopics, RenderingDiagnostics
 from armsim_ros.nodes.polling_node import PollingNode
 from armsim_ros.nodes.state_publishers.joint_transforms import transform
 from armsim_ros.sim.camera.camera import Camera

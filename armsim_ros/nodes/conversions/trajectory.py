@@ -1,13 +1,14 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""``trajectory_msgs/msg/JointTrajectory`` to the core's trajectory and back."""
+"""``trajectory_msgs`` and ``control_msgs/msg/JointTolerance`` to the core's values and back."""
 
 from __future__ import annotations
 
 from array import array
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
+from control_msgs.msg import JointTolerance as JointToleranceMessage
 from geometry_msgs.msg import Transform, Twist
 import numpy as np
 from trajectory_msgs.msg import JointTrajectory as JointTrajectoryMessage
@@ -15,6 +16,7 @@ from trajectory_msgs.msg import JointTrajectoryPoint as JointTrajectoryPointMess
 from trajectory_msgs.msg import MultiDOFJointTrajectory, MultiDOFJointTrajectoryPoint
 
 from armsim_ros.arrays import Vector
+from armsim_ros.control.trajectory.tolerances import JointTolerance
 from armsim_ros.errors import MoveItErrorCode, PlanningError
 from armsim_ros.execution.multi_dof import MultiDofTrajectory
 from armsim_ros.nodes.conversions.time import (
@@ -133,3 +135,18 @@ def fill_point(
 def _numbers(values: Vector) -> array[float]:
     """Return values in the form that messages keep without checking each of them."""
     return array('d', np.asarray(values, dtype=np.float64).tobytes())
+
+
+def tolerances_from_messages(
+    messages: Iterable[JointToleranceMessage],
+) -> tuple[JointTolerance, ...]:
+    """Return tolerances unchanged: 0 keeps the default, -1 erases it."""
+    return tuple(
+        JointTolerance(
+            name=message.name,
+            position=message.position,
+            velocity=message.velocity,
+            acceleration=message.acceleration,
+        )
+        for message in messages
+    )

@@ -17,21 +17,23 @@ from armsim_ros.nodes.move_group.context import Context
 from armsim_ros.nodes.move_group.descriptions import Descriptions
 from armsim_ros.nodes.move_group.execution.manager_parameters import ControllerManagerNode
 from armsim_ros.nodes.move_group.execution.simulation_sync import SimulationSync
-from armsim_ros.nodes.move_group.execution.trajectory_execution import TrajectoryExecutionManager
-from armsim_ros.nodes.move_group.execution.trajectory_execution_event import (
+from armsim_ros.nodes.move_group.execution.trajectory_execution import (
     TrajectoryExecutionEvent,
+    TrajectoryExecutionManager,
 )
 from armsim_ros.nodes.move_group.fixed_parameters import declare_fixed, planning_parameters
 from armsim_ros.nodes.move_group.parameters import MoveGroupParameters
-from armsim_ros.nodes.move_group.planning.display_planned_path import DisplayPlannedPath
+from armsim_ros.nodes.move_group.planning.display import DisplayPlannedPath
 from armsim_ros.nodes.move_group.planning.planning_job import PlanningJob
 from armsim_ros.nodes.move_group.planning.sequence_job import SequenceJob
-from armsim_ros.nodes.move_group.scene.attach_hint import AttachHint
-from armsim_ros.nodes.move_group.scene.attached_collision_object import AttachedCollisionObject
-from armsim_ros.nodes.move_group.scene.collision_object import CollisionObjectTopic
 from armsim_ros.nodes.move_group.scene.joint_states import StateMonitor
 from armsim_ros.nodes.move_group.scene.monitored_planning_scene import MonitoredPlanningScene
-from armsim_ros.nodes.move_group.scene.planning_scene import PlanningSceneTopics
+from armsim_ros.nodes.move_group.scene.scene_topics import (
+    AttachedCollisionObjectTopic,
+    AttachHint,
+    CollisionObjectTopic,
+    PlanningSceneTopics,
+)
 from armsim_ros.nodes.move_group.scene.transforms import Transforms
 from armsim_ros.nodes.move_group.ticker import Ticker
 from armsim_ros.nodes.move_group.worker import Worker
@@ -142,7 +144,7 @@ def endpoints(context: Context) -> tuple[object, ...]:
         *(item for name in wanted for item in ALL[name](parts)),
         PlanningSceneTopics(context),
         CollisionObjectTopic(context),
-        AttachedCollisionObject(context),
+        AttachedCollisionObjectTopic(context),
         MonitoredPlanningScene(context),
         TrajectoryExecutionEvent(context, execution),
         Transforms(context),

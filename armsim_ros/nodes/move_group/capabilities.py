@@ -16,25 +16,33 @@ from armsim_ros.nodes.move_group.context import Context
 from armsim_ros.nodes.move_group.execution.execute_task_solution import ExecuteTaskSolution
 from armsim_ros.nodes.move_group.execution.execute_trajectory import ExecuteTrajectory
 from armsim_ros.nodes.move_group.execution.trajectory_execution import TrajectoryExecutionManager
-from armsim_ros.nodes.move_group.planning.compute_cartesian_path import ComputeCartesianPath
-from armsim_ros.nodes.move_group.planning.display_planned_path import DisplayPlannedPath
+from armsim_ros.nodes.move_group.planning.display import DisplayPlannedPath
 from armsim_ros.nodes.move_group.planning.move_action import MoveAction
-from armsim_ros.nodes.move_group.planning.plan_kinematic_path import PlanKinematicPath
-from armsim_ros.nodes.move_group.planning.plan_sequence_path import PlanSequencePath
-from armsim_ros.nodes.move_group.planning.planner_params import PlannerParams
+from armsim_ros.nodes.move_group.planning.planner_services import (
+    PlannerParams,
+    QueryPlannerInterface,
+)
 from armsim_ros.nodes.move_group.planning.planning_job import PlanningJob
-from armsim_ros.nodes.move_group.planning.query_planner_interface import QueryPlannerInterface
+from armsim_ros.nodes.move_group.planning.planning_services import (
+    ComputeCartesianPath,
+    PlanKinematicPath,
+    PlanSequencePath,
+)
 from armsim_ros.nodes.move_group.planning.sequence_job import SequenceJob
 from armsim_ros.nodes.move_group.planning.sequence_move_group import SequenceMoveGroup
-from armsim_ros.nodes.move_group.queries.check_state_validity import CheckStateValidity
-from armsim_ros.nodes.move_group.queries.compute_fk import ComputeFk
-from armsim_ros.nodes.move_group.queries.compute_ik import ComputeIk
 from armsim_ros.nodes.move_group.queries.get_urdf import GetUrdf
-from armsim_ros.nodes.move_group.scene.apply_planning_scene import ApplyPlanningScene
-from armsim_ros.nodes.move_group.scene.clear_octomap import ClearOctomap
-from armsim_ros.nodes.move_group.scene.geometry_files import GeometryFiles
-from armsim_ros.nodes.move_group.scene.get_planning_scene import GetPlanningScene
+from armsim_ros.nodes.move_group.queries.kinematics_services import (
+    CheckStateValidity,
+    ComputeFk,
+    ComputeIk,
+)
 from armsim_ros.nodes.move_group.scene.scene_frames import SceneFrames
+from armsim_ros.nodes.move_group.scene.scene_services import (
+    ApplyPlanningScene,
+    ClearOctomap,
+    GeometryFiles,
+    GetPlanningScene,
+)
 
 #: The action's name in ROS 1.
 OLD_NAME = 'move_group'

@@ -1,18 +1,24 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A package folder made of the parameters that a launch file computed."""
+"""A package folder made of parameters of a launch file, or of a published description."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 import re
 from typing import Any
 
+import rclpy
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from std_msgs.msg import String
 import yaml
 
 from armsim_ros.config.blocks import BLOCKS
 from armsim_ros.errors import ConfigError, Location, Problem
+from armsim_ros.nodes import qos
 from armsim_ros.nodes.originals.node_parameters import NodeArguments
 
 URDF, SEMANTIC = 'robot_description', 'robot_description_semantic'
@@ -127,7 +133,7 @@ def described_package(arguments: NodeArguments, folder: Path) -> list[str]:
     values = arguments.values
     missing = [name for name in (URDF, SEMANTIC) if not values.get(name)]
     if missing:
-        from armsim_ros.nodes.originals.description_topic import wait_for_descriptions
+        from armsim_ros.nodes.originals.robot_package import wait_for_descriptions
 
         values.update(wait_for_descriptions(arguments, missing, missing))
     package = RobotPackage(folder, str(values[URDF]), str(values[SEMANTIC]))
@@ -151,3 +157,41 @@ def unflattened(values: Mapping[str, Any]) -> dict[str, Any]:
             place = inner
         place[last] = value
     return nested
+
+
+#: Period of reporting what is waited for [s].
+_REMINDER = 5.0
+
+
+def wait_for_descriptions(
+    arguments: NodeArguments, topics: Sequence[str], needed: Sequence[str] = ()
+) -> dict[str, str]:
+    """
+    Return topic -> text.
+
+    :param topics: names relative to the node.
+    :param needed: those to wait for; the first of all that comes, where empty.
+    """
+    context = rclpy.Context()
+    rclpy.init(args=arguments.ros_args(with_name=True), context=context)
+    found: dict[str, str] = {}
+    try:
+        node = Node(f'{arguments.name}_waits', context=context, use_global_arguments=True,
+                    enable_rosout=False, start_parameter_services=False)
+        for topic in topics:
+            node.create_subscription(
+                String, topic, partial(_note, found, topic), qos.LATCHED)
+        node.create_timer(_REMINDER, lambda: node.get_logger().info(
+            f"waiting for the topic {' or '.join(topics)}"))
+        executor = SingleThreadedExecutor(context=context)
+        executor.add_node(node)
+        while not found or any(topic not in found for topic in needed):
+            executor.spin_once()
+        node.destroy_node()
+    finally:
+        context.try_shutdown()
+    return found
+
+
+def _note(found: dict[str, str], topic: str, message: String) -> None:
+    found.setdefault(topic, message.data)

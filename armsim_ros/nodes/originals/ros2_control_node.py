@@ -96,7 +96,7 @@ def _is_of_the_launch(text: str) -> bool:
 
 
 def _from_topic(arguments: NodeArguments) -> str:
-    from armsim_ros.nodes.originals.description_topic import wait_for_descriptions
+    from armsim_ros.nodes.originals.robot_package import wait_for_descriptions
 
     topics = (_DESCRIPTION, f'{arguments.name}/{_DESCRIPTION}')
     return next(iter(wait_for_descriptions(arguments, topics).values()))

@@ -19,13 +19,11 @@ from armsim_ros.model.robot_model import RobotModel
 from armsim_ros.nodes.move_group.scene.transforms import Transforms
 from armsim_ros.nodes.parameters import reason, SettingsParameters
 from armsim_ros.nodes.polling_node import PollingNode
-from armsim_ros.nodes.servo.clock import StreamClock
 from armsim_ros.nodes.servo.commands import CommandServices, CommandTopics
 from armsim_ros.nodes.servo.controller_watch import ControllerWatch
-from armsim_ros.nodes.servo.joint_states import JointPositions
-from armsim_ros.nodes.servo.output import JointCommands
+from armsim_ros.nodes.servo.joint_states import JointPositions, StreamClock
+from armsim_ros.nodes.servo.output import JointCommands, StatusTopic
 from armsim_ros.nodes.servo.scene import SceneFollower
-from armsim_ros.nodes.servo.status import StatusTopic
 from armsim_ros.nodes.servo.streaming import Streaming
 from armsim_ros.planning.collision.collision_model import CollisionChecker
 from armsim_ros.planning.scene.planning_scene import PlanningScene

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Joint commands on the controller's topic."""
+"""Joint commands on the controller's topic, and the topic ``~/status``."""
 
 from __future__ import annotations
 
@@ -8,7 +8,9 @@ from array import array
 from collections.abc import Callable
 from typing import Any
 
+from moveit_msgs.msg import ServoStatus as ServoStatusMessage
 import numpy as np
+from rclpy.serialization import serialize_message
 from std_msgs.msg import Float64MultiArray
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
@@ -16,6 +18,7 @@ from armsim_ros.config.servo import ARRAY, ServoParameters
 from armsim_ros.nodes import qos
 from armsim_ros.nodes.conversions.serialized import SerializedMessage
 from armsim_ros.nodes.polling_node import PollingNode
+from armsim_ros.servo.status import Finding
 from armsim_ros.servo.stream import Cycle, ServoStream
 from armsim_ros.servo.trajectory_window import TrajectoryWindow, WindowPoints
 
@@ -107,3 +110,25 @@ class JointCommands:
             [(point, name) for point in points for name in fields],
             [point.time_from_start for point in points],
         )
+
+
+class StatusTopic:
+    """Publishes the result of each cycle."""
+
+    def __init__(self, node: PollingNode, topic: str) -> None:
+        self._publisher = node.create_publisher(ServoStatusMessage, topic, qos.STATE)
+        self._finding: Finding | None = None
+        self._serialized = b''
+
+    @property
+    def heard(self) -> bool:
+        """Whether there are subscribers."""
+        return self._publisher.get_subscription_count() > 0
+
+    def publish(self, finding: Finding) -> None:
+        """Publish a finding; late subscribers get the last."""
+        if finding != self._finding:
+            self._finding = finding
+            self._serialized = serialize_message(
+                ServoStatusMessage(code=int(finding.code), message=finding.message))
+        self._publisher.publish(self._serialized)

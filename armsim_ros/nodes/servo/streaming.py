@@ -15,12 +15,10 @@ from rclpy.subscription import Subscription
 
 from armsim_ros.config.servo import ServoParameters
 from armsim_ros.nodes.polling_node import PollingNode
-from armsim_ros.nodes.servo.clock import StreamClock
 from armsim_ros.nodes.servo.commands import CommandTopics
 from armsim_ros.nodes.servo.controller_watch import ControllerWatch
-from armsim_ros.nodes.servo.joint_states import JointPositions
-from armsim_ros.nodes.servo.output import JointCommands
-from armsim_ros.nodes.servo.status import StatusTopic
+from armsim_ros.nodes.servo.joint_states import JointPositions, StreamClock
+from armsim_ros.nodes.servo.output import JointCommands, StatusTopic
 from armsim_ros.servo.commands import Command, InvalidCommandError
 from armsim_ros.servo.inbox import CommandInbox
 from armsim_ros.servo.status import Finding, NOTHING, ServoStatus, weightiest

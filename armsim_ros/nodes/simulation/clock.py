@@ -1,8 +1,11 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The topic ``/clock``."""
+"""The topic ``/clock``, and a warning when it diverges from the wall clock."""
 
 from __future__ import annotations
+
+from collections.abc import Callable
+import time
 
 from rclpy.node import Node
 from rosgraph_msgs.msg import Clock as ClockMessage
@@ -10,6 +13,7 @@ from rosgraph_msgs.msg import Clock as ClockMessage
 from armsim_ros.nodes import qos
 from armsim_ros.nodes.conversions.time import fill_time
 from armsim_ros.nodes.simulation.wanted_publisher import WantedPublisher
+from armsim_ros.sim.clock import SimClock
 
 
 class Clock:
@@ -46,3 +50,35 @@ class Clock:
     def _publish(self, time_ns: int) -> None:
         fill_time(self._message.clock, time_ns)
         self._publisher.publish(self._message, time_ns)
+
+
+#: From this difference on, stamps of the two clocks no longer pass as the same time [ns].
+TOLERANCE_NS = 500_000_000
+
+
+class ClockHint:
+    """
+    Compares the clocks and names the remedy once they differ.
+
+    :param clock: simulated time, which started at the wall clock's.
+    :param warn: takes the text.
+    """
+
+    def __init__(self, clock: SimClock, warn: Callable[[str], object]) -> None:
+        self._clock = clock
+        self._warn = warn
+        self._said = False
+
+    def look(self) -> None:
+        """Compare once."""
+        if self._said:
+            return
+        behind = self._clock.behind_ns(time.time_ns())
+        if abs(behind) > TOLERANCE_NS:
+            self._said = True
+            side = 'behind' if behind > 0 else 'ahead of'
+            self._warn(
+                f'simulated time is now {abs(behind) / 1e9:.1f} s {side} the wall clock; programs '
+                'that take stamps from the wall clock no longer agree with it: start them '
+                'with the parameter use_sim_time:=true'
+            )

@@ -26,12 +26,9 @@ from armsim_ros.nodes.camera.link import NAME as CAMERA
 from armsim_ros.nodes.camera.link import socket_path
 from armsim_ros.nodes.latched_text import publish_text
 from armsim_ros.nodes.simulation.camera_feed import CameraFeed
-from armsim_ros.nodes.simulation.clock import Clock
-from armsim_ros.nodes.simulation.clock_hint import ClockHint
+from armsim_ros.nodes.simulation.clock import Clock, ClockHint
 from armsim_ros.nodes.simulation.dispatcher import Dispatcher
-from armsim_ros.nodes.simulation.lockstep.digest import Digest
-from armsim_ros.nodes.simulation.lockstep.dump import Dump
-from armsim_ros.nodes.simulation.lockstep.sync import Sync
+from armsim_ros.nodes.simulation.lockstep import Digest, Dump, Sync
 from armsim_ros.nodes.simulation.priority_watch import PriorityWatch, RealTimeThreads
 from armsim_ros.nodes.simulation.robot_nodes import RobotNodes
 from armsim_ros.nodes.simulation.sim_time import IDLE_PERIOD, SimTime

@@ -16,15 +16,16 @@ from armsim_ros.control.manager.controller_manager import ControllerManager
 from armsim_ros.model.cell import Robot
 from armsim_ros.nodes.latched_text import publish_descriptions
 from armsim_ros.nodes.parameters import SettingsParameters
-from armsim_ros.nodes.simulation.controller_manager.activity import Activity
 from armsim_ros.nodes.simulation.controller_manager.descriptions import ControllerDescriptions
-from armsim_ros.nodes.simulation.controller_manager.diagnostics import Diagnostics
+from armsim_ros.nodes.simulation.controller_manager.diagnostics import Activity, Diagnostics
 from armsim_ros.nodes.simulation.controller_manager.fault_parameters import FaultParameters
-from armsim_ros.nodes.simulation.controller_manager.queries import ControllerManagerQueries
 from armsim_ros.nodes.simulation.controller_manager.registry import ControllerRegistry
-from armsim_ros.nodes.simulation.controller_manager.services import ControllerManagerServices
+from armsim_ros.nodes.simulation.controller_manager.services import (
+    ControllerManagerQueries,
+    ControllerManagerServices,
+)
+from armsim_ros.nodes.simulation.discovery import DomainWatch
 from armsim_ros.nodes.simulation.dispatcher import Dispatcher
-from armsim_ros.nodes.simulation.domain_watch import DomainWatch
 from armsim_ros.nodes.simulation.event_log import EventLog
 from armsim_ros.nodes.simulation.sim_time import SimTime
 from armsim_ros.sim.control_loop import ControlLoop

@@ -11,7 +11,7 @@ from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.impl.rcutils_logger import RcutilsLogger
 
-from armsim_ros.nodes.simulation.duty_limit import DutyLimit
+from armsim_ros.nodes.simulation.priority_watch import DutyLimit
 from armsim_ros.sim.control_loop import ControlLoop
 from armsim_ros.sim.pacer import prioritize_thread
 

@@ -26,7 +26,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from armsim_ros.errors import ControllerError
-from armsim_ros.nodes.conversions.lifecycle import state_message
+from armsim_ros.nodes.conversions.controller_manager import state_message
 from armsim_ros.nodes.conversions.time import duration_from_seconds
 
 #: How often a call is made that is not answered.

@@ -19,14 +19,12 @@ from armsim_ros.nodes.client.ros_client import RosClient
 from armsim_ros.nodes.verbs.go import published_robot
 from armsim_ros.nodes.verbs.plot_picture import (
     JointRecord,
-    read_csv,
-    with_tolerances,
-    write_picture,
-)
-from armsim_ros.nodes.verbs.plot_recording import (
     position_limits,
+    read_csv,
     read_recording,
     records_of,
+    with_tolerances,
+    write_picture,
 )
 from armsim_ros.nodes.verbs.terminal import call, parser, read, show, until
 

@@ -5,7 +5,6 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable
 import math
 
 import mujoco
@@ -13,7 +12,6 @@ import numpy as np
 
 from armsim_ros.arrays import Matrix, Vector
 from armsim_ros.config.simulation import VacuumGripperSettings
-from armsim_ros.sim.control_loop import ControlLoop
 from armsim_ros.sim.physics.mujoco_model import cup_name, object_body_name, weld_name
 from armsim_ros.sim.physics.plant import Plant
 from armsim_ros.sim.physics.saved_state import Restorable
@@ -225,46 +223,3 @@ class VacuumGripper(Restorable):
         pose = self._pose()
         rim: Vector = pose[:3, :3] @ np.array(self.settings.xyz) + pose[:3, 3]
         return rim
-
-
-class VacuumControl:
-    """
-    Switches a cup; only in the loop's thread.
-
-    :param loop: steps the physics that the cup is in.
-    :param gripper: the cup.
-    :param changed: called when an object is grasped or let go.
-    """
-
-    def __init__(
-        self, loop: ControlLoop, gripper: VacuumGripper, changed: Callable[[], object]
-    ) -> None:
-        self.gripper = gripper
-        self._loop = loop
-        self._changed = changed
-        self._watched = False
-        self._last = ''
-
-    def on(self) -> None:
-        """Begin to pull what is near."""
-        self.gripper.switch_on()
-        if not self._watched:
-            self._watched = True
-            self._loop.every(LOOK_NS, self._look)
-
-    def off(self) -> None:
-        """Let go."""
-        self.gripper.switch_off()
-        self._notice()
-
-    def _look(self, _: int) -> None:
-        self.gripper.look()
-        self._notice()
-        if not self.gripper.on:
-            self._watched = False
-            self._loop.forget(self._look)
-
-    def _notice(self) -> None:
-        if self.gripper.held != self._last:
-            self._last = self.gripper.held
-            self._changed()

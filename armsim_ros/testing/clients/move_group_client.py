@@ -17,7 +17,7 @@ from armsim_ros.arrays import Matrix
 from armsim_ros.nodes.client.motion import robot_state
 from armsim_ros.nodes.conversions.geometry import pose_from_message
 from armsim_ros.testing.clients.client_node import ClientNode
-from armsim_ros.testing.clients.parameter_client import ParameterClient
+from armsim_ros.testing.clients.controller_manager_client import ParameterClient
 
 SUCCESS = MoveItErrorCodes.SUCCESS
 

@@ -12,8 +12,8 @@ from typing import Any
 from sensor_msgs.msg import JointState
 
 from armsim_ros.testing.clients.client_node import ClientNode
+from armsim_ros.testing.clients.controller_manager_client import ParameterClient
 from armsim_ros.testing.clients.move_group_client import MoveGroupClient
-from armsim_ros.testing.clients.parameter_client import ParameterClient
 from armsim_ros.testing.clients.trajectory_client import (
     Outcome,
     trajectory_message,

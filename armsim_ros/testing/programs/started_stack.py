@@ -13,8 +13,10 @@ from rcl_interfaces.srv import GetParameters, ListParameters
 from simulation_interfaces.msg import Result, SimulationState
 from simulation_interfaces.srv import ResetSimulation, SetSimulationState
 
-from armsim_ros.testing.clients.controller_manager_client import ControllerManagerClient
-from armsim_ros.testing.clients.parameter_client import ParameterClient
+from armsim_ros.testing.clients.controller_manager_client import (
+    ControllerManagerClient,
+    ParameterClient,
+)
 from armsim_ros.testing.clients.robot_user import RobotUser
 
 #: Everything that a scene consists of but the robot's state.

@@ -20,8 +20,7 @@ from armsim_ros.packages import Packages
 from armsim_ros.tools.generate_config.collision_pairs import sample_pairs, SampledPairs
 from armsim_ros.tools.generate_config.found_groups import find_groups, FoundGroup
 from armsim_ros.tools.generate_config.named_states import find_states
-from armsim_ros.tools.generate_config.srdf_text import srdf_text
-from armsim_ros.tools.generate_config.yaml_texts import controller_name, settings_texts
+from armsim_ros.tools.generate_config.yaml_texts import controller_name, settings_texts, srdf_text
 
 USUAL_STATES = 10_000
 

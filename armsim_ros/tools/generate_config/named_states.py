@@ -11,8 +11,7 @@ from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.model.robot_model import RobotModel
 from armsim_ros.model.shape_points import corner_points
 from armsim_ros.planning.scene.allowed_collision_matrix import sorted_pair
-from armsim_ros.tools.generate_config.collision_pairs import random_state
-from armsim_ros.tools.generate_config.link_pairs import LinkPairs
+from armsim_ros.tools.generate_config.collision_pairs import LinkPairs, random_state
 
 #: How far the moving links stay above the floor, and from each other [m].
 CLEARANCE = 0.01

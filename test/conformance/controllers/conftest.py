@@ -23,7 +23,7 @@ import pytest
 import yaml
 
 from armsim_ros.testing.clients.client_node import ClientNode
-from armsim_ros.testing.clients.parameter_client import ParameterClient
+from armsim_ros.testing.clients.controller_manager_client import ParameterClient
 from armsim_ros.testing.programs.domain import private_domain, ros_environment
 from armsim_ros.testing.programs.program import Program, start_program
 

@@ -15,8 +15,10 @@ from control_msgs.srv import QueryTrajectoryState
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from armsim_ros.testing.clients.client_node import ClientNode, LATCHED
-from armsim_ros.testing.clients.controller_manager_client import ControllerManagerClient
-from armsim_ros.testing.clients.parameter_client import ParameterClient
+from armsim_ros.testing.clients.controller_manager_client import (
+    ControllerManagerClient,
+    ParameterClient,
+)
 from armsim_ros.testing.clients.trajectory_client import Goal, Outcome, SUCCEEDED, TrajectoryClient
 from armsim_ros.testing.programs.program import Program
 

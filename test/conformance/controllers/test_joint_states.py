@@ -15,7 +15,7 @@ import pytest
 from sensor_msgs.msg import JointState
 
 from armsim_ros.testing.clients.client_node import Collector
-from armsim_ros.testing.clients.parameter_client import ParameterClient
+from armsim_ros.testing.clients.controller_manager_client import ParameterClient
 
 statement = pytest.mark.statement
 upstream = pytest.mark.upstream

@@ -33,7 +33,7 @@ from sensor_msgs.msg import JointState
 from wire import detached, joint_goal, quiet_diff, robot_state
 
 from armsim_ros.testing.clients.client_node import ClientNode
-from armsim_ros.testing.clients.parameter_client import ParameterClient
+from armsim_ros.testing.clients.controller_manager_client import ParameterClient
 from armsim_ros.testing.clients.patient_action_client import PatientActionClient
 
 SUCCEEDED, CANCELED, ABORTED = (

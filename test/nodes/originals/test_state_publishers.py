@@ -18,7 +18,7 @@ import yaml
 
 from armsim_ros.nodes.originals import joint_state_publisher, robot_state_publisher
 from armsim_ros.testing.clients.client_node import ClientNode, LATCHED
-from armsim_ros.testing.clients.parameter_client import ParameterClient
+from armsim_ros.testing.clients.controller_manager_client import ParameterClient
 from armsim_ros.testing.programs.domain import private_domain
 from armsim_ros.testing.programs.program import start_program
 

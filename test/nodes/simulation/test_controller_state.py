@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from armsim_ros.nodes.simulation.controllers.controller_state import ControllerStatePublisher
+from armsim_ros.nodes.simulation.controllers.state_topics import ControllerStatePublisher
 from armsim_ros.stack import ArmSim
 
 

@@ -6,15 +6,15 @@ from types import SimpleNamespace
 
 import pytest
 
-from armsim_ros.nodes.simulation import duty_limit
-from armsim_ros.nodes.simulation.duty_limit import DutyLimit
+from armsim_ros.nodes.simulation import priority_watch
+from armsim_ros.nodes.simulation.priority_watch import DutyLimit
 
 
 @pytest.fixture
 def clocks(monkeypatch):
     """Give clocks that the test moves, and the rests that were taken."""
     clocks = SimpleNamespace(wall=100.0, used=5.0, rests=[])
-    monkeypatch.setattr(duty_limit, 'time', SimpleNamespace(
+    monkeypatch.setattr(priority_watch, 'time', SimpleNamespace(
         monotonic=lambda: clocks.wall, thread_time=lambda: clocks.used, sleep=clocks.rests.append
     ))
     return clocks

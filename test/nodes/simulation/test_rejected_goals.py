@@ -16,7 +16,7 @@ from rclpy.qos import QoSDurabilityPolicy, QoSProfile
 from std_msgs.msg import String
 
 from armsim_ros.nodes import qos
-from armsim_ros.nodes.simulation.controllers.rejected_goals import RejectedGoals
+from armsim_ros.nodes.simulation.controllers.goal_server import RejectedGoals
 from armsim_ros.testing.clients.client_node import LATCHED
 
 

@@ -7,8 +7,12 @@ import pytest
 
 from armsim_ros.errors import ArmsimError
 from armsim_ros.nodes.verbs.plot import main
-from armsim_ros.nodes.verbs.plot_picture import JointRecord, read_csv, write_picture
-from armsim_ros.nodes.verbs.plot_recording import read_recording
+from armsim_ros.nodes.verbs.plot_picture import (
+    JointRecord,
+    read_csv,
+    read_recording,
+    write_picture,
+)
 
 
 @pytest.fixture

@@ -10,7 +10,7 @@ import pytest
 from armsim_ros.model.geometry import Box, Sphere
 from armsim_ros.model.transforms import pose_matrix
 from armsim_ros.model.world_objects import WorldObject
-from armsim_ros.sim.grippers.vacuum_gripper import VacuumControl
+from armsim_ros.sim.grippers.vacuum_control import VacuumControl
 from armsim_ros.stack import ArmSim
 from armsim_ros.testing.arms.built_cell import built_cell
 

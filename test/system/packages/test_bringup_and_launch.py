@@ -13,7 +13,7 @@ import pytest
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 
-from armsim_ros.testing.clients.parameter_client import ParameterClient
+from armsim_ros.testing.clients.controller_manager_client import ParameterClient
 from armsim_ros.testing.clients.robot_user import user_of
 from armsim_ros.testing.programs.domain import private_domain
 from armsim_ros.testing.programs.program import start_program

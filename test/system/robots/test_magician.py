@@ -5,8 +5,8 @@ import pytest
 from simulation_interfaces.msg import Result, SimulationState
 from simulation_interfaces.srv import SetSimulationState
 
+from armsim_ros.testing.clients.controller_manager_client import ParameterClient
 from armsim_ros.testing.clients.move_group_client import SUCCESS
-from armsim_ros.testing.clients.parameter_client import ParameterClient
 from armsim_ros.testing.clients.robot_user import running_robot
 from armsim_ros.testing.clients.trajectory_client import SUCCEEDED
 

@@ -22,7 +22,7 @@ from armsim_ros.nodes.move_group.execution.execution import ExecutionWatch
 from armsim_ros.nodes.move_group.execution.parts import selected_controllers
 from armsim_ros.nodes.move_group.execution.trajectory_execution import TrajectoryExecutionManager
 from armsim_ros.nodes.move_group.failures import fill_error, reported
-from armsim_ros.nodes.move_group.scene.planning_scene import apply_scene_message
+from armsim_ros.nodes.move_group.scene.scene_topics import apply_scene_message
 from armsim_ros.trajectory import JointTrajectory
 
 SOURCE = 'execute_task_solution'

@@ -1,14 +1,15 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The order in which trajectories are executed."""
+"""The order in which trajectories are executed, and the topic ``trajectory_execution_event``."""
 
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from std_msgs.msg import String
 
 from armsim_ros.errors import MoveItErrorCode, PlanningError
 from armsim_ros.execution.meeting import meeting
@@ -22,6 +23,7 @@ from armsim_ros.nodes.move_group.execution.execution import (
     ExecutionWatch,
 )
 from armsim_ros.nodes.move_group.execution.parts import selected_controllers, start_tolerances
+from armsim_ros.nodes.move_group.execution.path_watch import PathWatch
 from armsim_ros.planning.collision.collision_model import CollisionChecker
 from armsim_ros.planning.scene.planning_scene import PlanningScene
 from armsim_ros.trajectory import JointTrajectory
@@ -222,3 +224,44 @@ def _rest(turn: _Turn, now_ns: int) -> JointTrajectory:
     elapsed = (now_ns - turn.begin_ns) * 1e-9
     passed = int(np.sum(turn.trajectory.times < elapsed - 0.5))
     return turn.trajectory.since(max(passed - 1, 0))
+
+
+class TrajectoryExecutionEvent:
+    """
+    Stops the robot when the message is "stop".
+
+    :param context: the parts of move_group.
+    :param execution: what is stopped.
+    """
+
+    def __init__(self, context: Context, execution: TrajectoryExecutionManager) -> None:
+        self._context = context
+        self._execution = execution
+        context.subscribe(String, 'trajectory_execution_event', self._receive)
+
+    def _receive(self, message: String) -> None:
+        if message.data != 'stop':
+            self._context.logger.warning(
+                f"trajectory_execution_event: '{message.data[:60]}' is not known; allowed: stop"
+            )
+        elif self._execution.stop():
+            self._context.logger.info("trajectory_execution_event: 'stop', the robot is stopped")
+
+
+async def execute_plan(
+    execution: TrajectoryExecutionManager,
+    trajectory: JointTrajectory,
+    path: PathWatch,
+    cancelled: Callable[[], bool],
+    observe: Callable[[float], None] = lambda elapsed: None,
+) -> ExecutionOutcome:
+    """
+    Execute a planned trajectory and return the outcome.
+
+    :param path: ends the execution where the rest of the path has become invalid.
+    :param cancelled: whether the client has cancelled its goal.
+    :param observe: called with the seconds since the start, every 20 ms.
+    """
+    outcome = await execution.run(
+        trajectory, ExecutionWatch(cancelled=cancelled, invalid=path.invalid, observe=observe))
+    return outcome.of_plan(cancelled=cancelled())

@@ -10,7 +10,10 @@ from moveit_msgs.msg import MotionPlanRequest, MotionPlanResponse, MoveItErrorCo
 from rclpy.node import Node
 
 from armsim_ros.config.move_group.ompl_planning import OmplSettings
-from armsim_ros.nodes.move_group.planning.adapters import request_adapters, response_adapters
+from armsim_ros.nodes.move_group.planning.planner_services import (
+    request_adapters,
+    response_adapters,
+)
 
 #: What planners call themselves, by the first part of their pipeline's name.
 PLANNERS = {'pilz': 'Pilz Industrial Motion Planner'}

@@ -22,8 +22,7 @@ from armsim_ros.nodes.conversions.motion_plan_request import (
 from armsim_ros.nodes.conversions.planning_scene import update_from_message
 from armsim_ros.nodes.conversions.robot_state import robot_state_to_message
 from armsim_ros.nodes.move_group.context import Context
-from armsim_ros.nodes.move_group.planning.display_contacts import DisplayContacts
-from armsim_ros.nodes.move_group.planning.display_planned_path import DisplayPlannedPath
+from armsim_ros.nodes.move_group.planning.display import DisplayContacts, DisplayPlannedPath
 from armsim_ros.nodes.move_group.planning.pipeline_state import PipelineStates
 from armsim_ros.nodes.move_group.worker import AnyOf
 from armsim_ros.planning.request import MotionPlanRequest, MotionPlanResponse

@@ -13,8 +13,10 @@ from armsim_ros.errors import MoveItErrorCode
 from armsim_ros.nodes.move_group.action_server import MoveGroupActionServer
 from armsim_ros.nodes.move_group.context import Context
 from armsim_ros.nodes.move_group.execution.path_watch import PathWatch
-from armsim_ros.nodes.move_group.execution.plan_execution import execute_plan
-from armsim_ros.nodes.move_group.execution.trajectory_execution import TrajectoryExecutionManager
+from armsim_ros.nodes.move_group.execution.trajectory_execution import (
+    execute_plan,
+    TrajectoryExecutionManager,
+)
 from armsim_ros.nodes.move_group.failures import fill_error, reported
 from armsim_ros.nodes.move_group.planning.move_action import plans_only
 from armsim_ros.nodes.move_group.planning.planning_job import drop_robot_state, overlay

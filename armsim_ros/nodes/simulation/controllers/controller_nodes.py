@@ -31,26 +31,28 @@ from armsim_ros.control.rate import Rate
 from armsim_ros.control.trajectory.joint_trajectory_controller import JointTrajectoryController
 from armsim_ros.errors import ControllerError
 from armsim_ros.nodes.parameters import SettingsParameters
-from armsim_ros.nodes.simulation.controllers.admittance_topics import AdmittanceTopics
-from armsim_ros.nodes.simulation.controllers.commands import Commands
-from armsim_ros.nodes.simulation.controllers.controller_state import ControllerStatePublisher
-from armsim_ros.nodes.simulation.controllers.dynamic_joint_states import DynamicJointStates
+from armsim_ros.nodes.simulation.controllers.command_topics import (
+    Commands,
+    JointTrajectorySubscription,
+    SpeedScalingInput,
+)
 from armsim_ros.nodes.simulation.controllers.follow_joint_trajectory import (
     FollowJointTrajectoryServer,
+    QueryStateService,
 )
-from armsim_ros.nodes.simulation.controllers.goal_server import GoalServer
-from armsim_ros.nodes.simulation.controllers.gpio_topics import GpioTopics
+from armsim_ros.nodes.simulation.controllers.goal_server import GoalServer, RejectedGoals
 from armsim_ros.nodes.simulation.controllers.gripper_cmd import (
     GripperCommandServer,
     ParallelGripperCommandServer,
 )
-from armsim_ros.nodes.simulation.controllers.joint_states import JointStates
-from armsim_ros.nodes.simulation.controllers.joint_trajectory import JointTrajectorySubscription
-from armsim_ros.nodes.simulation.controllers.pid_topics import PidTopics
-from armsim_ros.nodes.simulation.controllers.query_state import QueryStateService
-from armsim_ros.nodes.simulation.controllers.rejected_goals import RejectedGoals
+from armsim_ros.nodes.simulation.controllers.joint_states import DynamicJointStates, JointStates
 from armsim_ros.nodes.simulation.controllers.sensor_topics import TOPICS
-from armsim_ros.nodes.simulation.controllers.speed_scaling_input import SpeedScalingInput
+from armsim_ros.nodes.simulation.controllers.state_topics import (
+    AdmittanceTopics,
+    ControllerStatePublisher,
+    GpioTopics,
+    PidTopics,
+)
 from armsim_ros.nodes.simulation.dispatcher import Dispatcher
 from armsim_ros.nodes.simulation.sim_time import ToldNode
 

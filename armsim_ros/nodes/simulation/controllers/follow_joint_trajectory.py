@@ -1,19 +1,22 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The action ``~/follow_joint_trajectory``."""
+"""The action ``~/follow_joint_trajectory`` and the service ``~/query_state``."""
 
 from __future__ import annotations
 
 from control_msgs.action import FollowJointTrajectory
+from control_msgs.srv import QueryTrajectoryState
 from rclpy.node import Node
 
 from armsim_ros.control.action_goal import GoalStatus
 from armsim_ros.control.trajectory.goal import TrajectoryGoal
 from armsim_ros.control.trajectory.joint_trajectory_controller import JointTrajectoryController
-from armsim_ros.nodes.conversions.controller_state import fill_feedback
-from armsim_ros.nodes.conversions.time import seconds_from_duration
-from armsim_ros.nodes.conversions.tolerances import tolerances_from_messages
-from armsim_ros.nodes.conversions.trajectory import trajectory_from_message
+from armsim_ros.nodes.conversions.joint_state import fill_feedback
+from armsim_ros.nodes.conversions.time import ns_from_time, seconds_from_duration
+from armsim_ros.nodes.conversions.trajectory import (
+    tolerances_from_messages,
+    trajectory_from_message,
+)
 from armsim_ros.nodes.simulation.controllers.goal_server import GoalServer
 from armsim_ros.nodes.simulation.dispatcher import Dispatcher
 
@@ -73,3 +76,29 @@ class FollowJointTrajectoryServer(GoalServer):
         return FollowJointTrajectory.Result(
             error_code=FollowJointTrajectory.Result.INVALID_GOAL, error_string=sentence
         )
+
+
+class QueryStateService:
+    """
+    Answers with the reference at a given time.
+
+    :param node: the controller's node.
+    """
+
+    def __init__(self, node: Node, controller: JointTrajectoryController) -> None:
+        self._controller = controller
+        self._service = node.create_service(
+            QueryTrajectoryState, '~/query_state', self._answer
+        )
+
+    def _answer(
+        self, request: QueryTrajectoryState.Request, response: QueryTrajectoryState.Response
+    ) -> QueryTrajectoryState.Response:
+        result = self._controller.query_state(ns_from_time(request.time))
+        response.success = result.success
+        response.message = result.message
+        response.name = list(result.names)
+        response.position = result.positions.tolist()
+        response.velocity = result.velocities.tolist()
+        response.acceleration = result.accelerations.tolist()
+        return response

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The base of the controllers' action servers."""
+"""The base of the controllers' action servers, and the topic ``~/rejected_goals``."""
 
 from __future__ import annotations
 
@@ -11,12 +11,14 @@ from typing import Any
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.action.server import GoalEvent, ServerGoalHandle
 from rclpy.node import Node
+from rclpy.qos import QoSProfile
 from rclpy.task import Future
+from std_msgs.msg import String
 
 from armsim_ros.control.action_goal import GoalStatus
 from armsim_ros.nodes import qos
 from armsim_ros.nodes.kept_results import KeptResults
-from armsim_ros.nodes.simulation.client_discovery import ClientDiscovery
+from armsim_ros.nodes.simulation.discovery import ClientDiscovery
 from armsim_ros.nodes.simulation.dispatcher import Dispatcher, wake
 
 #: How long a result waits for a client that asks late, in a time that may run a hundred times
@@ -159,3 +161,19 @@ class GoalServer(ABC):
         else:
             handle.abort()
         return self._result(running.goal)
+
+
+class RejectedGoals:
+    """
+    Publishes why a goal or trajectory was refused; an action's rejection has no room for it.
+
+    :param node: the controller's node.
+    :param profile: how long a reason is there for late subscribers, among others.
+    """
+
+    def __init__(self, node: Node, profile: QoSProfile = qos.EVENTS) -> None:
+        self._publisher = node.create_publisher(String, '~/rejected_goals', profile)
+
+    def publish(self, reason: str) -> None:
+        """Publish a reason."""
+        self._publisher.publish(String(data=reason))

@@ -17,15 +17,16 @@ from armsim_ros.model.world_objects import world_in_root
 from armsim_ros.nodes.parameters import SettingsParameters
 from armsim_ros.nodes.simulation.dispatcher import Dispatcher
 from armsim_ros.nodes.simulation.world.entity_services import EntityServices
-from armsim_ros.nodes.simulation.world.gripper_contacts import GripperContacts
-from armsim_ros.nodes.simulation.world.resetting import Resetting
-from armsim_ros.nodes.simulation.world.run_state import RunState
+from armsim_ros.nodes.simulation.world.grippers import GripperContacts, VacuumGripperServer
 from armsim_ros.nodes.simulation.world.scene_mirror import SceneMirror
-from armsim_ros.nodes.simulation.world.simulation_state import SimulationStateServices
+from armsim_ros.nodes.simulation.world.simulation_state import (
+    Resetting,
+    RunState,
+    SimulationStateServices,
+)
 from armsim_ros.nodes.simulation.world.simulator_features import SimulatorFeatures
 from armsim_ros.nodes.simulation.world.spawning import Spawning
 from armsim_ros.nodes.simulation.world.stepping import Stepping
-from armsim_ros.nodes.simulation.world.vacuum_gripper import VacuumGripperServer
 from armsim_ros.nodes.simulation.world.work import Work
 from armsim_ros.nodes.simulation.world.worlds import Worlds
 from armsim_ros.sim.control_loop import ControlLoop

@@ -18,7 +18,7 @@ from simulation_interfaces.srv import StepSimulation
 
 from armsim_ros.nodes import qos
 from armsim_ros.nodes.simulation.world.answers import answered, refuse
-from armsim_ros.nodes.simulation.world.run_state import RunState
+from armsim_ros.nodes.simulation.world.simulation_state import RunState
 from armsim_ros.nodes.simulation.world.work import Work
 
 #: The most steps of a request.

@@ -22,8 +22,7 @@ from simulation_interfaces.srv import (
 from armsim_ros.errors import ResourceError, SimulationError
 from armsim_ros.nodes.simulation.world.answers import answered, refuse
 from armsim_ros.nodes.simulation.world.filters import has_tags
-from armsim_ros.nodes.simulation.world.resetting import Resetting
-from armsim_ros.nodes.simulation.world.run_state import RunState
+from armsim_ros.nodes.simulation.world.simulation_state import Resetting, RunState
 from armsim_ros.nodes.simulation.world.work import Work
 from armsim_ros.sim.physics.mujoco_model import Ground
 from armsim_ros.sim.world.entities import Entities

@@ -32,8 +32,7 @@ from armsim_ros.nodes.web.parts.goal_commands import (
 )
 from armsim_ros.nodes.web.parts.reach import Reach
 from armsim_ros.nodes.web.parts.robot import RobotPart
-from armsim_ros.nodes.web.scene.robot_drawing import RobotDrawing
-from armsim_ros.nodes.web.scene.tool_handle import ToolHandle
+from armsim_ros.nodes.web.scene.robot_drawing import RobotDrawing, ToolHandle
 from armsim_ros.nodes.web.session import Session
 from armsim_ros.nodes.web.view.shapes import Color
 

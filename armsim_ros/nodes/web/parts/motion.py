@@ -1,12 +1,13 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Plan, execute, stop."""
+"""Plan, execute, stop, and the progress of each."""
 
 from __future__ import annotations
 
 import asyncio
+from collections.abc import Callable
 import time
-from typing import Any
+from typing import Any, Literal
 
 from action_msgs.msg import GoalStatus
 from control_msgs.msg import JointTrajectoryControllerState
@@ -29,12 +30,67 @@ from armsim_ros.nodes.client.motion import (
 from armsim_ros.nodes.client.ros_client import GoalRun
 from armsim_ros.nodes.client.stop import Stopper
 from armsim_ros.nodes.web.page import Page, PanelCommand, Part
-from armsim_ros.nodes.web.parts.activity import Activity
 from armsim_ros.nodes.web.parts.goal import GoalPart
 from armsim_ros.nodes.web.parts.path import PathPart, Plan
 from armsim_ros.nodes.web.parts.watch import WatchPart
 from armsim_ros.nodes.web.session import Session
 from armsim_ros.nodes.web.view.curves import curves_of, Trace
+
+#: Period of progress reports [s].
+_PERIOD = 0.2
+
+
+class Activity:
+    """
+    A single activity at a time, from any session; all sessions see it.
+
+    :param page: publishes it.
+    """
+
+    def __init__(self, page: Page) -> None:
+        self._page = page
+        self.what: Literal['', 'planning', 'executing'] = ''
+        self._telling: asyncio.Task[Any] | None = None
+        page.publish('activity', None)
+
+    def begin(self, what: Literal['planning', 'executing'], session: Session, total: float,
+              clock: Callable[[], float]) -> None:
+        """
+        Publish a new activity, which replaces the present.
+
+        :param total: how long it takes, or may take at most [s].
+        :param clock: which time it takes [s].
+        """
+        self.end()
+        self.what = what
+        self._telling = self._page.start(self._publish(session, total, clock))
+
+    def end(self) -> None:
+        """Publish its end."""
+        self.what = ''
+        if self._telling is not None:
+            self._telling.cancel()
+            self._telling = None
+        self._page.publish('activity', None)
+
+    def need_rest(self) -> None:
+        """
+        Allow only a single activity.
+
+        :raises ArmsimError: there is something.
+        """
+        if self.what:
+            raise ArmsimError(f"the page is {self.what} already; press 'Stop' to end that")
+
+    async def _publish(self, session: Session, total: float, clock: Callable[[], float]) -> None:
+        begun = clock()
+        while True:
+            elapsed = min(max(clock() - begun, 0.0), total)
+            self._page.publish('activity', {
+                'what': self.what, 'who': session.number, 'elapsed': round(elapsed, 1),
+                'total': round(total, 1)})
+            await asyncio.sleep(_PERIOD)
+
 
 #: What a Cartesian path moves between two states [m].
 _STEP = 0.005

@@ -25,8 +25,11 @@ from simulation_interfaces.msg import SimulationState
 from simulation_interfaces.srv import SetSimulationState
 
 from armsim_ros.testing.clients.client_node import LATCHED
-from armsim_ros.testing.clients.controller_manager_client import BEST_EFFORT, STRICT
-from armsim_ros.testing.clients.parameter_client import ParameterClient
+from armsim_ros.testing.clients.controller_manager_client import (
+    BEST_EFFORT,
+    ParameterClient,
+    STRICT,
+)
 from armsim_ros.testing.clients.trajectory_client import SUCCEEDED
 
 statement = pytest.mark.statement

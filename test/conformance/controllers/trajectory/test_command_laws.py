@@ -10,7 +10,7 @@ from itertools import pairwise
 from controller_bench import Bench, nanoseconds, PERIOD, point, seconds, TrajectoryController
 import pytest
 
-from armsim_ros.testing.clients.parameter_client import ParameterClient
+from armsim_ros.testing.clients.controller_manager_client import ParameterClient
 from armsim_ros.testing.clients.trajectory_client import CANCELED, SUCCEEDED
 
 statement = pytest.mark.statement

@@ -11,7 +11,7 @@ from controller_bench import Bench, duration, point, Result, tolerance, Trajecto
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 import pytest
 
-from armsim_ros.testing.clients.parameter_client import ParameterClient
+from armsim_ros.testing.clients.controller_manager_client import ParameterClient
 from armsim_ros.testing.clients.trajectory_client import ABORTED, SUCCEEDED
 
 statement = pytest.mark.statement

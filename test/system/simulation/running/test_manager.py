@@ -10,8 +10,8 @@ from armsim_ros.testing.clients.client_node import ClientNode
 from armsim_ros.testing.clients.controller_manager_client import (
     BEST_EFFORT,
     ControllerManagerClient,
+    ParameterClient,
 )
-from armsim_ros.testing.clients.parameter_client import ParameterClient
 from armsim_ros.testing.clients.trajectory_client import (
     ABORTED,
     SUCCEEDED,

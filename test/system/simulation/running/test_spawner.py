@@ -15,8 +15,10 @@ from rclpy.action import ActionClient
 from sensor_msgs.msg import JointState
 
 from armsim_ros.testing.clients.client_node import ClientNode
-from armsim_ros.testing.clients.controller_manager_client import ControllerManagerClient
-from armsim_ros.testing.clients.parameter_client import ParameterClient
+from armsim_ros.testing.clients.controller_manager_client import (
+    ControllerManagerClient,
+    ParameterClient,
+)
 from armsim_ros.testing.programs.program import Program, start_program
 
 MANAGER = '/sunday/controller_manager'

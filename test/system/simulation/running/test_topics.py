@@ -16,7 +16,7 @@ from tf2_msgs.msg import TFMessage
 
 from armsim_ros.nodes.conversions.time import ns_from_time
 from armsim_ros.testing.clients.client_node import ClientNode
-from armsim_ros.testing.clients.parameter_client import ParameterClient
+from armsim_ros.testing.clients.controller_manager_client import ParameterClient
 
 pytestmark = pytest.mark.usefixtures('simulation')
 

@@ -1,14 +1,45 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The services ``get_planner_params`` and ``set_planner_params``."""
+"""Services about planners: ``query_planner_interface`` and ``get_``, ``set_planner_params``."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 
+from moveit_msgs.msg import PlannerInterfaceDescription
 from moveit_msgs.srv import GetPlannerParams, SetPlannerParams
+from moveit_msgs.srv import QueryPlannerInterfaces as Service
 
+from armsim_ros.config.move_group.ompl_planning import OmplSettings
 from armsim_ros.nodes.move_group.context import Context
+from armsim_ros.planning.pilz.commands import COMMANDS
+from armsim_ros.planning.pilz.commands import PIPELINE as PILZ
+
+#: The adapters of MoveIt's own configuration, which count where the user lists none.
+REQUEST_ADAPTERS = (
+    'ResolveConstraintFrames', 'ValidateWorkspaceBounds', 'CheckStartStateBounds',
+    'CheckStartStateCollision',
+)
+RESPONSE_ADAPTERS = ('AddTimeOptimalParameterization', 'ValidateSolution', 'DisplayMotionPath')
+PILZ_RESPONSE_ADAPTERS = RESPONSE_ADAPTERS[1:]
+
+
+def request_adapters(settings: OmplSettings, pipeline: str) -> tuple[str, ...]:
+    """Return what a request passes before the planner, without the packages' names."""
+    listed = None if pipeline == PILZ else settings.request_adapters
+    return REQUEST_ADAPTERS if listed is None else tuple(map(_short, listed))
+
+
+def response_adapters(settings: OmplSettings, pipeline: str) -> tuple[str, ...]:
+    """Return what a plan passes after the planner, without the packages' names."""
+    if pipeline == PILZ:
+        return PILZ_RESPONSE_ADAPTERS
+    listed = settings.response_adapters
+    return RESPONSE_ADAPTERS if listed is None else tuple(map(_short, listed))
+
+
+def _short(adapter: str) -> str:
+    return adapter.rpartition('/')[2]
 
 
 class PlannerParams:
@@ -67,3 +98,35 @@ class PlannerParams:
 def config_name(group: str, config: str) -> str:
     """Return the name of a configuration for a group."""
     return f'{group}[{config}]' if group else config
+
+
+NAMES = {'ompl': 'OMPL', PILZ: 'Pilz Industrial Motion Planner'}
+
+
+class QueryPlannerInterface:
+    """
+    Lists the pipelines and their planners.
+
+    :param context: the parts of move_group.
+    """
+
+    def __init__(self, context: Context) -> None:
+        self._context = context
+        context.serve(Service, 'query_planner_interface', self._answer)
+
+    async def _answer(
+        self, request: Service.Request, response: Service.Response
+    ) -> Service.Response:
+        settings = self._context.planner.settings
+        groups = tuple(self._context.robot.semantic.groups)
+        response.planner_interfaces = [
+            PlannerInterfaceDescription(
+                name=NAMES.get(pipeline, pipeline),
+                pipeline_id=pipeline,
+                planner_ids=list(
+                    COMMANDS if pipeline == PILZ else settings.planners.planner_ids(groups)
+                ),
+            )
+            for pipeline in settings.pipelines
+        ]
+        return response

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The services ``save_geometry_to_file`` and ``load_geometry_from_file``."""
+"""The services of the scene: ``get_``, ``apply_planning_scene``, ``clear_octomap`` and files."""
 
 from __future__ import annotations
 
@@ -9,12 +9,84 @@ import os
 from pathlib import Path
 from typing import Any
 
+from moveit_msgs.srv import ApplyPlanningScene as ApplyPlanningSceneSrv
+from moveit_msgs.srv import GetPlanningScene as GetPlanningSceneSrv
 from moveit_msgs.srv import LoadGeometryFromFile, SaveGeometryToFile
+from sensor_msgs.msg import JointState
+from std_srvs.srv import Empty
 
 from armsim_ros.errors import MoveItErrorCode, PlanningError
+from armsim_ros.nodes.conversions.planning_scene import Component, scene_to_message
 from armsim_ros.nodes.move_group.context import Context
 from armsim_ros.nodes.move_group.failures import reported
+from armsim_ros.nodes.move_group.scene.scene_topics import apply_scene_message
 from armsim_ros.scene_sources.scene_file import read_scene_file, write_scene_file
+
+
+class ApplyPlanningScene:
+    """
+    Changes the scene; when the answer comes, every later request sees the change.
+
+    :param context: the parts of move_group.
+    """
+
+    def __init__(self, context: Context) -> None:
+        self._context = context
+        context.serve(ApplyPlanningSceneSrv, 'apply_planning_scene', self._answer)
+
+    async def _answer(
+        self, request: ApplyPlanningSceneSrv.Request, response: ApplyPlanningSceneSrv.Response
+    ) -> ApplyPlanningSceneSrv.Response:
+        response.success = await apply_scene_message(
+            self._context, request.scene, 'apply_planning_scene'
+        )
+        return response
+
+
+class GetPlanningScene:
+    """
+    Answers with the requested parts of the scene, all of them for 0.
+
+    :param context: the parts of move_group.
+    """
+
+    def __init__(self, context: Context) -> None:
+        self._context = context
+        context.serve(GetPlanningSceneSrv, 'get_planning_scene', self._answer)
+
+    async def _answer(
+        self, request: GetPlanningSceneSrv.Request, response: GetPlanningSceneSrv.Response
+    ) -> GetPlanningSceneSrv.Response:
+        wanted = Component(request.components.components) or Component.ALL
+        with reported(self._context.logger, 'get_planning_scene', None):
+            scene = await self._context.present_scene()
+            response.scene = await self._context.edits.submit(
+                lambda: scene_to_message(scene, wanted)
+            )
+            self._add_velocities(response.scene.robot_state.joint_state)
+        return response
+
+    def _add_velocities(self, state: JointState) -> None:
+        """Add measured velocities to the positions if ``monitor_dynamics`` is set."""
+        states = self._context.states
+        if states.monitor_dynamics:
+            state.velocity = [states.velocities.get(name, 0.0) for name in state.name]
+
+
+class ClearOctomap:
+    """
+    Answers that there is no octomap.
+
+    :param context: the parts of move_group.
+    """
+
+    def __init__(self, context: Context) -> None:
+        self._context = context
+        context.serve(Empty, 'clear_octomap', self._answer)
+
+    async def _answer(self, request: Empty.Request, response: Empty.Response) -> Empty.Response:
+        self._context.warn_once('clear_octomap: octomaps are not supported, nothing to clear')
+        return response
 
 
 class GeometryFiles:

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The service ``/simulation/dump``, and the recordings that are written without being asked."""
+"""The services ``/simulation/sync``, ``digest`` and ``dump``, and recordings without a request."""
 
 from __future__ import annotations
 
@@ -20,6 +20,33 @@ from armsim_ros.control.events import ControllerEvent
 from armsim_ros.errors import SimulationError
 from armsim_ros.nodes.simulation.world.work import Work
 from armsim_ros.recording.flight_recorder import FlightRecorder
+
+
+class Digest:
+    """
+    Answers with a hash of plant, drives, controllers and time; equal runs have equal ones.
+
+    :param node: the node that serves.
+    :param digest: makes the hash; called between two ticks.
+    """
+
+    def __init__(
+        self, node: Node, work: Work, digest: Callable[[], str]
+    ) -> None:
+        self._work = work
+        self._digest = digest
+        node.create_service(  # type: ignore[misc] # rclpy annotates no coroutine
+            Trigger, '/simulation/digest', self._answer,
+            callback_group=ReentrantCallbackGroup(),
+        )
+
+    async def _answer(self, _: Any, response: Trigger.Response) -> Trigger.Response:
+        try:
+            response.message = await self._work.in_loop(self._digest)
+            response.success = True
+        except SimulationError as error:
+            response.message = str(error)
+        return response
 
 
 class Dump:
@@ -90,3 +117,34 @@ class Dump:
             return Path(self._settings.folder).expanduser()
         home = os.environ.get('ROS_HOME') or '~/.ros'
         return Path(home).expanduser() / 'armsim_recordings'
+
+
+class Sync:
+    """
+    Publishes ``/clock`` and the joint states as they are now, and answers with their time.
+
+    Topics have no answer; a client that needs the present state waits for the message
+    with this time.
+
+    :param node: the node that serves.
+    :param publish: hands the messages to the publishing thread and returns their time [ns];
+        called between two ticks.
+    """
+
+    def __init__(
+        self, node: Node, work: Work, publish: Callable[[], int]
+    ) -> None:
+        self._work = work
+        self._publish = publish
+        node.create_service(  # type: ignore[misc] # rclpy annotates no coroutine
+            Trigger, '/simulation/sync', self._answer,
+            callback_group=ReentrantCallbackGroup(),
+        )
+
+    async def _answer(self, _: Any, response: Trigger.Response) -> Trigger.Response:
+        try:
+            response.message = str(await self._work.in_loop(self._publish))
+            response.success = True
+        except SimulationError as error:
+            response.message = str(error)
+        return response

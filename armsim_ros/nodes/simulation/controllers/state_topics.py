@@ -1,0 +1,252 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Topics of controllers with references: PID, gpios, admittance, and ``~/controller_state``."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from control_msgs.msg import (
+    AdmittanceControllerState,
+    DynamicInterfaceGroupValues,
+    InterfaceValue,
+    JointTrajectoryControllerState,
+    MultiDOFCommand,
+    MultiDOFStateStamped,
+    SingleDOFState,
+)
+from geometry_msgs.msg import WrenchStamped
+import numpy as np
+from rclpy.node import Node
+from std_srvs.srv import SetBool
+from trajectory_msgs.msg import JointTrajectoryPoint
+
+from armsim_ros.control.broadcasters.sensor_broadcaster import SensorSample
+from armsim_ros.control.command_controllers.admittance_controller import (
+    AdmittanceController,
+    AdmittanceSnapshot,
+)
+from armsim_ros.control.command_controllers.gpio_command_controller import GpioCommandController
+from armsim_ros.control.command_controllers.pid_controller import PidController
+from armsim_ros.control.trajectory.joint_trajectory_controller import JointTrajectoryController
+from armsim_ros.model.transforms import matrix_from_axis_angle, quat_xyzw_from_matrix
+from armsim_ros.nodes import qos
+from armsim_ros.nodes.conversions.joint_state import fill_controller_state
+from armsim_ros.nodes.conversions.time import fill_time
+from armsim_ros.nodes.simulation.wanted_publisher import WantedPublisher
+
+
+class ControllerStatePublisher:
+    """
+    Publishes reference, feedback, error and output of a trajectory controller.
+
+    The rate is the parameter ``state_publish_rate``; the reference implementation publishes at
+    every update, which at the rate of our physics would be more than any client reads.
+
+    :param node: the controller's node.
+    """
+
+    def __init__(self, node: Node, controller: JointTrajectoryController) -> None:
+        self._controller = controller
+        self._message = JointTrajectoryControllerState()
+        self._published = -1
+        self._publisher = WantedPublisher(
+            node, JointTrajectoryControllerState, '~/controller_state', qos.STATE
+        )
+
+    def publish_if_due(self, time_ns: int) -> None:
+        """
+        Publish the latest state if it is due and there was an update since the last state.
+
+        :param time_ns: [ns] of the simulation.
+        """
+        if not self._controller.active or not self._controller.publish_due(time_ns):
+            return
+        if not self._publisher.wanted(time_ns):
+            return
+        snapshot = self._controller.snapshot()
+        if snapshot is not None and snapshot.sequence != self._published:
+            self._published = snapshot.sequence
+            fill_controller_state(self._message, snapshot)
+            self._publisher.publish(self._message, time_ns)
+
+
+class PidTopics:
+    """
+    Passes references to the controller and publishes its state.
+
+    :param node: the controller's node.
+    """
+
+    def __init__(self, node: Node, controller: PidController) -> None:
+        self._controller = controller
+        self._publisher = WantedPublisher(
+            node, MultiDOFStateStamped, '~/controller_state', qos.STATE)
+        self._published_ns = -1
+        self._inputs: list[Any] = [
+            node.create_subscription(MultiDOFCommand, '~/reference', self._refer, qos.COMMAND),
+            node.create_service(SetBool, '~/set_feedforward_control', self._set_feedforward,
+                                qos_profile=qos.SERVICES),
+        ]
+        if controller.parameters.use_external_measured_states:
+            self._inputs.append(node.create_subscription(
+                MultiDOFCommand, '~/measured_state', self._measure, qos.COMMAND))
+
+    def publish(self, time_ns: int) -> None:
+        """Publish the latest state, if it is new [ns]."""
+        snapshot = self._controller.snapshot()
+        if snapshot is None or not self._publisher.wanted(time_ns):
+            return
+        if snapshot.time_ns == self._published_ns:
+            return
+        self._published_ns = snapshot.time_ns
+        message = MultiDOFStateStamped(dof_states=[
+            SingleDOFState(
+                name=name,
+                reference=float(snapshot.reference[0, i]),
+                feedback=float(snapshot.feedback[0, i]),
+                feedback_dot=float(snapshot.feedback[1, i]) if len(snapshot.feedback) > 1 else 0.0,
+                error=float(snapshot.error[0, i]),
+                error_dot=float(snapshot.error[1, i]),
+                time_step=snapshot.period,
+                output=float(snapshot.output[i]),
+            )
+            for i, name in enumerate(snapshot.names)
+        ])
+        fill_time(message.header.stamp, snapshot.time_ns)
+        self._publisher.publish(message, time_ns)
+
+    def _refer(self, message: MultiDOFCommand) -> None:
+        self._controller.receive(message.dof_names, message.values, message.values_dot)
+
+    def _measure(self, message: MultiDOFCommand) -> None:
+        self._controller.measure(message.dof_names, message.values, message.values_dot)
+
+    def _set_feedforward(self, request: Any, response: Any) -> Any:
+        self._controller.set_feedforward(request.data)
+        response.success = True
+        response.message = f'feed-forward is {"on" if request.data else "off"}'
+        return response
+
+
+class GpioTopics:
+    """Passes commands to the controller and publishes its samples."""
+
+    def __init__(self, node: Node, controller: GpioCommandController) -> None:
+        self._controller = controller
+        kind = DynamicInterfaceGroupValues
+        self._publisher = WantedPublisher(node, kind, '~/gpio_states', qos.STATE)
+        self._gpios = controller.gpios
+        self._subscription = node.create_subscription(
+            kind, '~/commands', self._receive, qos.COMMAND
+        ) if controller.required_command_interfaces else None
+
+    def publish(self, sample: SensorSample) -> None:
+        """Publish a sample, a group per GPIO."""
+        if not self._publisher.wanted(sample.time_ns):
+            return
+        groups = {gpio: InterfaceValue() for gpio in self._gpios}
+        for name, value in zip(self._controller.interfaces, sample.values.tolist(), strict=False):
+            gpio, _, kind = name.rpartition('/')
+            group = groups[gpio]
+            group.interface_names.append(kind)
+            group.values.append(value)
+        message = DynamicInterfaceGroupValues(
+            interface_groups=list(groups), interface_values=list(groups.values()))
+        fill_time(message.header.stamp, sample.time_ns)
+        self._publisher.publish(message, sample.time_ns)
+
+    def _receive(self, message: DynamicInterfaceGroupValues) -> None:
+        gpios, groups = message.interface_groups, message.interface_values
+        if len(gpios) != len(groups):
+            self._controller.drop(f'{len(gpios)} interface_groups and {len(groups)} '
+                                  'interface_values')
+            return
+        self._controller.receive([
+            (gpio, group.interface_names, group.values)
+            for gpio, group in zip(gpios, groups, strict=True)
+        ])
+
+
+#: Names the compliant frame.
+OFFSET = 'admittance_offset'
+
+
+class AdmittanceTopics:
+    """
+    Passes references to the controller and publishes its state.
+
+    :param node: the controller's node.
+    """
+
+    def __init__(self, node: Node, controller: AdmittanceController) -> None:
+        self._controller = controller
+        self._publisher = WantedPublisher(node, AdmittanceControllerState, '~/status', qos.STATE)
+        self._published_ns = -1
+        self._subscriptions = [
+            node.create_subscription(kind, topic, receive, qos.COMMAND)
+            for kind, topic, receive in (
+                (JointTrajectoryPoint, '~/joint_references', self._refer),
+                (WrenchStamped, '~/wrench_reference', self._add_wrench),
+            )
+        ]
+
+    def publish(self, time_ns: int) -> None:
+        """Publish the latest state, if it is new [ns]."""
+        snapshot = self._controller.snapshot()
+        if snapshot is None or not self._publisher.wanted(time_ns):
+            return
+        if snapshot.time_ns != self._published_ns:
+            self._published_ns = snapshot.time_ns
+            self._publisher.publish(_message(snapshot), time_ns)
+
+    def _refer(self, message: JointTrajectoryPoint) -> None:
+        self._controller.receive(message.positions, message.velocities)
+
+    def _add_wrench(self, message: WrenchStamped) -> None:
+        force, torque = message.wrench.force, message.wrench.torque
+        self._controller.receive_wrench(
+            message.header.frame_id, [force.x, force.y, force.z, torque.x, torque.y, torque.z])
+
+
+def _message(snapshot: AdmittanceSnapshot) -> AdmittanceControllerState:
+    parameters, admittance = snapshot.parameters, snapshot.admittance
+    base, sensor = parameters.kinematics.base, parameters.ft_sensor.frame.id
+    message = AdmittanceControllerState()
+    message.mass.data = list(admittance.mass)
+    message.damping.data = snapshot.damping.tolist()
+    message.stiffness.data = list(admittance.stiffness)
+    message.selected_axes.data = [int(selected) for selected in admittance.selected_axes]
+    message.ft_sensor_frame.data = sensor
+    _fill(message.rot_base_control, 'xyzw', quat_xyzw_from_matrix(snapshot.control_rotation))
+    place, there = message.ref_trans_base_ft, snapshot.sensor_at_reference
+    place.child_frame_id = sensor
+    _fill(place.transform.translation, 'xyz', there[:3, 3])
+    _fill(place.transform.rotation, 'xyzw', quat_xyzw_from_matrix(there))
+    yielded = message.admittance_position
+    yielded.child_frame_id = OFFSET
+    _fill(yielded.transform.translation, 'xyz', snapshot.yielded[:3])
+    angle = float(np.linalg.norm(snapshot.yielded[3:]))
+    axis = snapshot.yielded[3:] / angle if angle else np.array([1.0, 0.0, 0.0])
+    _fill(yielded.transform.rotation, 'xyzw',
+          quat_xyzw_from_matrix(matrix_from_axis_angle(axis, angle)))
+    for twist, values in ((message.admittance_velocity.twist, snapshot.twist),
+                          (message.admittance_acceleration.twist, snapshot.twist_rate)):
+        _fill(twist.linear, 'xyz', values[:3])
+        _fill(twist.angular, 'xyz', values[3:])
+    _fill(message.wrench_base.wrench.force, 'xyz', snapshot.wrench[:3])
+    _fill(message.wrench_base.wrench.torque, 'xyz', snapshot.wrench[3:])
+    message.joint_state.name = list(parameters.joints)
+    message.joint_state.position = snapshot.offset.tolist()
+    message.joint_state.velocity = snapshot.velocity.tolist()
+    message.joint_state.effort = snapshot.acceleration.tolist()
+    for stamped in (place, yielded, message.admittance_velocity, message.admittance_acceleration,
+                    message.wrench_base, message.joint_state):
+        stamped.header.frame_id = base
+        fill_time(stamped.header.stamp, snapshot.time_ns)
+    return message
+
+
+def _fill(target: Any, names: str, values: Any) -> None:
+    for name, value in zip(names, values, strict=True):
+        setattr(target, name, float(value))
