@@ -352,7 +352,7 @@ def _grip(robot: Robot) -> str:
     from control_msgs.msg import GripperCommand as GripperCommandMessage
     from sensor_msgs.msg import JointState
 
-    from armsim_ros.testing.clients.patient_action_client import PatientActionClient
+    from armsim_ros.testing.clients.client_node import PatientActionClient
 
     client, limits = robot.client, robot.limits()
     grippers = robot.active_controllers('GripperActionController')

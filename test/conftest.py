@@ -14,7 +14,7 @@ import pytest
 from rendering import rendering_backend
 
 from armsim_ros.cli.environment import FASTDDS_PROFILES
-from armsim_ros.cli.quiet_end import QuietEnd
+from armsim_ros.cli.program_end import QuietEnd
 
 #: Domain ids up to 101 keep Fast DDS below the ephemeral ports of Linux.
 _FIRST_DOMAIN, _LAST_DOMAIN = 40, 99

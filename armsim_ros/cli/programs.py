@@ -45,8 +45,11 @@ LAUNCH_PROGRAMS = {
     'overlay': "let a ROS installation's own ros2 launch start this package's programs",
     'original': "replace a program of ros2_control or MoveIt, with that program's arguments",
 }
-#: Where the module's folder has not the program's name.
-_ROOMS = {'servo_node': 'servo', 'servo_node_main': 'servo', 'original': 'originals'}
+#: Program -> its module, where that is not ``main`` in a folder of the program's name.
+_MODULES = {
+    'servo_node': 'servo.main', 'servo_node_main': 'servo.main', 'original': 'originals.main',
+    'unspawner': 'spawner.unspawner', 'hardware_spawner': 'spawner.hardware_spawner',
+}
 PROGRAMS = {**ROBOT_PROGRAMS, **CLIENT_PROGRAMS, **VERBS, **FILE_PROGRAMS, **LAUNCH_PROGRAMS}
 #: A task -> the programs for it.
 PURPOSES = {
@@ -63,4 +66,4 @@ def module_of(program: str) -> str:
     if program in VERBS:
         return f'armsim_ros.nodes.verbs.{program}'
     folder = 'tools' if program in FILE_PROGRAMS else 'nodes'
-    return f'armsim_ros.{folder}.{_ROOMS.get(program, program)}.main'
+    return f'armsim_ros.{folder}.{_MODULES.get(program, f"{program}.main")}'

@@ -17,7 +17,7 @@ from armsim_ros.launch.api.include import AnyLaunchDescriptionSource, IncludeLau
 from armsim_ros.launch.api.service import format_entities
 from armsim_ros.launch.api.utilities import describe_text
 from armsim_ros.launch.command_line import LaunchWords
-from armsim_ros.launch.engine import Engine
+from armsim_ros.launch.engine import Engine, watchdog
 from armsim_ros.launch.failures import StoppedError
 from armsim_ros.launch.files import read_launch_file
 from armsim_ros.launch.lookup import current_lookup, looking_with
@@ -26,7 +26,6 @@ from armsim_ros.launch.originals import is_known
 from armsim_ros.launch.process_spec import ProcessSpec
 from armsim_ros.launch.report import Report
 from armsim_ros.launch.runner import DryRunner, Runner
-from armsim_ros.launch.watchdog import watchdog
 
 #: How deep includes are read to show their arguments.
 _SHOWN_DEPTH = 6

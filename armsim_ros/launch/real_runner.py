@@ -20,10 +20,9 @@ from armsim_ros.cli.child_process import child_environment, die_with_parent
 from armsim_ros.launch.api.process import ExecuteLocal
 from armsim_ros.launch.failures import missing_module_text
 from armsim_ros.launch.lookup import current_lookup
-from armsim_ros.launch.lost_controllers import LostControllers
 from armsim_ros.launch.mapping import Kind, Mapping, Start
 from armsim_ros.launch.process_spec import ProcessSpec
-from armsim_ros.launch.report import Report
+from armsim_ros.launch.report import LostControllers, Report
 
 if TYPE_CHECKING:
     from armsim_ros.launch.engine import Engine

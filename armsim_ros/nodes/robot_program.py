@@ -8,16 +8,46 @@ from collections.abc import Callable, Sequence
 import gc
 from importlib import import_module
 import os
+import signal
+import socket
 import sys
+import threading
 from typing import Protocol
 
 from armsim_ros.cli.arguments import parse_arguments, ProgramArguments
 from armsim_ros.cli.environment import started_by_bringup
-from armsim_ros.cli.refusal import refuse
+from armsim_ros.cli.program_end import refuse
 from armsim_ros.errors import ArmsimError, USAGE_STATUS
 from armsim_ros.nodes.lost_answers import log_lost_answers
 from armsim_ros.nodes.overload import watch_process
-from armsim_ros.nodes.stop_signals import StopSignals
+
+_NUMBERS = (signal.SIGINT, signal.SIGTERM)
+
+
+class StopSignals:
+    """
+    SIGINT and SIGTERM as a flag that is read between the steps of the start.
+
+    Python runs signal handlers in the main thread, once that comes back to the interpreter; one
+    that waits for the middleware does not come back. So a separate thread passes the signal on.
+    """
+
+    def __init__(self) -> None:
+        self.wanted = False
+        self.on_stop: Callable[[], None] | None = None
+        self._reader, self._writer = socket.socketpair()
+        self._writer.setblocking(False)
+        signal.set_wakeup_fd(self._writer.fileno(), warn_on_full_buffer=False)
+        for number in _NUMBERS:
+            signal.signal(number, lambda *_: None)
+        threading.Thread(target=self._wait, name='signals', daemon=True).start()
+
+    def _wait(self) -> None:
+        while signals := self._reader.recv(16):
+            if set(signals) & set(_NUMBERS):
+                self.wanted = True
+                if self.on_stop is not None:
+                    self.on_stop()
 
 
 class RobotProgram(Protocol):

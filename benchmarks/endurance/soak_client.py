@@ -42,8 +42,7 @@ from shape_msgs.msg import SolidPrimitive
 
 from armsim_ros.config.loading import load_robot_settings
 from armsim_ros.model.loading import load_robot_model
-from armsim_ros.testing.clients.client_node import ClientNode
-from armsim_ros.testing.clients.patient_action_client import PatientActionClient
+from armsim_ros.testing.clients.client_node import ClientNode, PatientActionClient
 
 DONE = 'did'
 #: What a goal may end with while others change the scene and cancel.

@@ -30,8 +30,7 @@ from armsim_ros.config.loading import load_robot_settings
 from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.kinematics.planning_limits import planning_robot
 from armsim_ros.model.loading import load_robot_model
-from armsim_ros.testing.clients.client_node import ClientNode
-from armsim_ros.testing.clients.patient_action_client import PatientActionClient
+from armsim_ros.testing.clients.client_node import ClientNode, PatientActionClient
 from benchmarks.options import Options
 from benchmarks.planning.planning_cancel import block, plan_goal
 from benchmarks.stack import median, percentile, running_stack, Stack

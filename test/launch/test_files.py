@@ -8,7 +8,7 @@ import sys
 
 import pytest
 
-from armsim_ros.launch import watchdog
+from armsim_ros.launch.engine import watchdog
 from armsim_ros.launch.main import main
 
 
@@ -137,7 +137,7 @@ def test_a_file_that_includes_itself_is_stopped(entities):
 
 def test_a_file_that_loops_is_stopped(dry, monkeypatch):
     """A launch file that does not end is stopped, with the line where it loops."""
-    monkeypatch.setattr(watchdog.watchdog.__wrapped__, '__defaults__', (0.2,))
+    monkeypatch.setattr(watchdog.__wrapped__, '__defaults__', (0.2,))
     said = dry("""
         def generate_launch_description():
             while True:

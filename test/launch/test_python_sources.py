@@ -7,7 +7,7 @@ from textwrap import dedent
 
 import pytest
 
-from armsim_ros.launch.python_sources import python_sources
+from armsim_ros.launch.lookup import python_sources
 from armsim_ros.testing.programs.program import Program
 
 SETUP = """

@@ -27,7 +27,7 @@ from armsim_ros.config.controllers.command_controllers import (
     JointVelocityControllerParameters,
     MultiInterfaceForwardCommandControllerParameters,
 )
-from armsim_ros.control.command_targets import CommandTargets
+from armsim_ros.control.command_writer import CommandTargets
 from armsim_ros.control.controller import Controller, NEVER_NS
 from armsim_ros.control.events import RepeatedWarning
 from armsim_ros.control.mailbox import Mailbox

@@ -16,8 +16,7 @@ from armsim_ros.config.controllers.joint_trajectory_controller import (
     JointTrajectoryControllerParameters,
 )
 from armsim_ros.control.action_goal import GoalStatus
-from armsim_ros.control.command_targets import CommandTargets
-from armsim_ros.control.command_writer import CommandWriter, compact
+from armsim_ros.control.command_writer import CommandTargets, CommandWriter, compact
 from armsim_ros.control.controller import ControllerContext
 from armsim_ros.control.events import EventQueue
 from armsim_ros.control.hardware_interface import JointProperties

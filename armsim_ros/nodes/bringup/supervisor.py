@@ -13,7 +13,7 @@ import time
 from types import FrameType
 from typing import IO
 
-from armsim_ros.cli.refusal import MARK
+from armsim_ros.cli.program_end import MARK
 from armsim_ros.errors import USAGE_STATUS
 from armsim_ros.nodes.bringup.child import Child
 from armsim_ros.nodes.bringup.outlet import Outlet

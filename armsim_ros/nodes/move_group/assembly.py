@@ -35,8 +35,7 @@ from armsim_ros.nodes.move_group.scene.scene_topics import (
     PlanningSceneTopics,
 )
 from armsim_ros.nodes.move_group.scene.transforms import Transforms
-from armsim_ros.nodes.move_group.ticker import Ticker
-from armsim_ros.nodes.move_group.worker import Worker
+from armsim_ros.nodes.move_group.worker import Ticker, Worker
 from armsim_ros.nodes.polling_node import PollingNode
 from armsim_ros.planning.planner import MotionPlanner, warm_up
 from armsim_ros.planning.settings import settings_from_config

@@ -18,8 +18,7 @@ from armsim_ros.config.robot_settings import RobotSettings
 from armsim_ros.errors import MoveItErrorCode, PlanningError
 from armsim_ros.model.robot_model import RobotModel
 from armsim_ros.nodes.move_group.scene.joint_states import StateMonitor
-from armsim_ros.nodes.move_group.ticker import Ticker
-from armsim_ros.nodes.move_group.worker import Worker
+from armsim_ros.nodes.move_group.worker import Ticker, Worker
 from armsim_ros.nodes.polling_node import PollingNode
 from armsim_ros.planning.planner import MotionPlanner
 from armsim_ros.planning.scene.planning_scene import PlanningScene

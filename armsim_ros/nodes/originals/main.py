@@ -20,8 +20,8 @@ PROGRAMS = {
     'joint_state_publisher': 'armsim_ros.nodes.originals.joint_state_publisher',
     'static_transform_publisher': 'armsim_ros.nodes.originals.static_transform_publisher',
     'spawner': 'armsim_ros.nodes.spawner.main',
-    'unspawner': 'armsim_ros.nodes.unspawner.main',
-    'hardware_spawner': 'armsim_ros.nodes.hardware_spawner.main',
+    'unspawner': 'armsim_ros.nodes.spawner.unspawner',
+    'hardware_spawner': 'armsim_ros.nodes.spawner.hardware_spawner',
 }
 
 

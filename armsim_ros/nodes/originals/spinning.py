@@ -12,7 +12,7 @@ from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
-from armsim_ros.nodes.stop_signals import StopSignals
+from armsim_ros.nodes.robot_program import StopSignals
 
 
 def spin(name: str, ros_args: Sequence[str], make: Callable[[Node], object], **options: Any

@@ -20,11 +20,11 @@ from armsim_ros.errors import ArmsimError, ControllerError
 from armsim_ros.nodes.originals.node_parameters import read_node_arguments
 from armsim_ros.nodes.spawner.arguments import (
     ControllerRequest,
+    entries_of,
     parse_spawner_arguments,
     SpawnerRequest,
 )
 from armsim_ros.nodes.spawner.manager_client import ManagerClient
-from armsim_ros.nodes.spawner.parameter_files import entries_of
 
 _ENDS = (signal.SIGINT, signal.SIGTERM)
 

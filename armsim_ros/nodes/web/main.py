@@ -10,7 +10,7 @@ import sys
 import threading
 
 from armsim_ros.errors import ArmsimError, USAGE_STATUS
-from armsim_ros.nodes.stop_signals import StopSignals
+from armsim_ros.nodes.robot_program import StopSignals
 from armsim_ros.nodes.web.arguments import HELP, parse_web_arguments
 
 #: What the page is made with, all of the extra ``web``.

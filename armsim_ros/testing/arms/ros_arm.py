@@ -31,9 +31,9 @@ from armsim_ros.model.transforms import pose_matrix
 from armsim_ros.nodes.conversions.geometry import pose_from_message, pose_to_message
 from armsim_ros.nodes.conversions.trajectory import trajectory_to_message
 from armsim_ros.testing.arms.arm import Arm, BUILT_WITHOUT_FAULTS, Points, Target, Touch
+from armsim_ros.testing.clients.client_node import PatientActionClient
 from armsim_ros.testing.clients.controller_manager_client import ControllerManagerClient
 from armsim_ros.testing.clients.move_group_client import SUCCESS
-from armsim_ros.testing.clients.patient_action_client import PatientActionClient
 from armsim_ros.testing.clients.robot_user import RobotUser
 from armsim_ros.testing.clients.trajectory_client import SUCCEEDED, TrajectoryClient
 

@@ -11,6 +11,7 @@ from types import TracebackType
 from typing import Any, ClassVar
 
 import rclpy
+from rclpy.action import ActionClient
 from rclpy.context import Context
 from rclpy.exceptions import InvalidHandle
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
@@ -18,6 +19,39 @@ from rclpy.node import Node
 from rclpy.qos import QoSDurabilityPolicy, QoSProfile, QoSReliabilityPolicy
 from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
+
+
+class PatientActionClient(ActionClient):
+    """
+    rclpy's action client, which notes a request before it reads the answer.
+
+    rclpy 7.1 drops an answer that its executor takes before the sending thread has noted the
+    request (later versions hold a lock).
+    """
+
+    def __init__(self, *args: Any, **options: Any) -> None:
+        self._sending = threading.RLock()
+        super().__init__(*args, **options)  # type: ignore[no-untyped-call] # rclpy's
+
+    def send_goal_async(self, *args: Any, **options: Any) -> Any:
+        """Send a goal."""
+        with self._sending:
+            return super().send_goal_async(*args, **options)  # type: ignore[no-untyped-call] # rclpy's
+
+    def _cancel_goal_async(self, goal_handle: Any) -> Any:
+        with self._sending:
+            return super()._cancel_goal_async(goal_handle)  # type: ignore[no-untyped-call] # rclpy's
+
+    def _get_result_async(self, goal_handle: Any) -> Any:
+        with self._sending:
+            return super()._get_result_async(goal_handle)  # type: ignore[no-untyped-call] # rclpy's
+
+    async def execute(self, taken_data: Any) -> None:
+        """Take answers once no request is about to be recorded."""
+        with self._sending:
+            pass
+        await super().execute(taken_data)  # type: ignore[no-untyped-call] # rclpy's
+
 
 LATCHED = QoSProfile(
     depth=10,

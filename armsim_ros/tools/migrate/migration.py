@@ -13,9 +13,8 @@ from armsim_ros.config.robot_settings import RobotSettings
 from armsim_ros.errors import ArmsimError, ConfigError, Problem, Severity
 from armsim_ros.tools.check_config.launch_file import answer_launch_file
 from armsim_ros.tools.check_config.robot_check import launch_files
-from armsim_ros.tools.migrate.real_numbers import real_number_edits
-from armsim_ros.tools.migrate.records import FileRecords
-from armsim_ros.tools.migrate.ros2_files import Ros2Files, SAME_IN_BOTH
+from armsim_ros.tools.migrate.ros2_files import FileRecords, Ros2Files, SAME_IN_BOTH
+from armsim_ros.tools.migrate.source_text import real_number_edits
 
 REPORT = 'MIGRATION.txt'
 _PLUGIN_LINES = ['planning_plugins:', '  - ompl_interface/OMPLPlanner']

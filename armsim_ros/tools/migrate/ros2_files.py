@@ -5,20 +5,81 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import yaml
 
 from armsim_ros.config.controllers.controller_settings import PARAMETERS, ROS1_TYPES
+from armsim_ros.config.draft import ConfigDraft
 from armsim_ros.config.joint_limits import JointLimitsSettings
+from armsim_ros.config.layout import LayoutReader
 from armsim_ros.config.move_group.kinematics import KinematicsSettings
 from armsim_ros.config.move_group.trajectory_execution import (
     MoveItControllerSettings,
     TrajectoryExecutionSettings,
 )
-from armsim_ros.config.yaml.node import ROS2_KEY
-from armsim_ros.tools.migrate.real_numbers import real_number_edits
-from armsim_ros.tools.migrate.records import FileRecords, Record
+from armsim_ros.config.yaml.node import ROS2_KEY, YamlNode
+from armsim_ros.config.yaml.source import read_yaml_file
+from armsim_ros.errors import Location
+from armsim_ros.tools.migrate.source_text import real_number_edits, SourceText
+
+
+@dataclass(frozen=True)
+class Record:
+    """
+    A block, or an entry of a block.
+
+    :param section: the block of the neutral form.
+    :param key: the entry; '' for the whole block.
+    """
+
+    section: str
+    key: str
+    node: YamlNode
+    namespace: str = ''
+
+
+class FileRecords(ConfigDraft):
+    """
+    A draft of a file that remembers the order in which it was filled.
+
+    :raises ConfigError: the file cannot be read.
+    """
+
+    def __init__(self, file: Path) -> None:
+        super().__init__()
+        self.file = file
+        self.root = read_yaml_file(file)
+        self.records: list[Record] = []
+        self._namespace = ''
+        LayoutReader(self).read(self.root, file.stem)
+        self.text = SourceText(file, self.root)
+
+    @property
+    def is_ros2(self) -> bool:
+        """Whether it is in the layout of ROS 2."""
+        return any(ROS2_KEY in inner.entries for inner in self.root.walk())
+
+    @property
+    def kinds(self) -> set[str]:
+        """The blocks that it has something of."""
+        return {record.section for record in self.records}
+
+    def add(self, section: str, node: YamlNode) -> None:
+        """Note a whole block."""
+        self.records.append(Record(section, '', node))
+
+    def add_entry(self, section: str, key: str, node: YamlNode) -> None:
+        """Note an entry."""
+        namespace = self._namespace if section == 'controllers' else ''
+        self.records.append(Record(section, key, node, namespace))
+
+    def see_namespace(self, namespace: str, where: Location) -> None:
+        """Note the namespace of the controller that comes next."""
+        self._namespace = namespace
+
 
 CONTROLLERS, MOVEIT_CONTROLLERS = 'ros2_controllers.yaml', 'moveit_controllers.yaml'
 MOVE_GROUP, SIMULATION = 'move_group.yaml', 'simulation_from_ros1.yaml'

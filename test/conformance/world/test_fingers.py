@@ -21,7 +21,7 @@ from simulation_interfaces.msg import EntityState
 from world_user import OK, pose, WorldUser
 
 from armsim_ros.nodes.conversions.trajectory import trajectory_to_message
-from armsim_ros.testing.clients.patient_action_client import PatientActionClient
+from armsim_ros.testing.clients.client_node import PatientActionClient
 from armsim_ros.testing.clients.robot_user import running_robot
 from armsim_ros.testing.clients.trajectory_client import SUCCEEDED, TrajectoryClient
 

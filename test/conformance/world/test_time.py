@@ -24,8 +24,8 @@ from world_user import (
 )
 
 from armsim_ros.nodes.conversions.time import ns_from_time
+from armsim_ros.testing.clients.client_node import PatientActionClient
 from armsim_ros.testing.clients.controller_manager_client import ParameterClient
-from armsim_ros.testing.clients.patient_action_client import PatientActionClient
 from armsim_ros.testing.clients.trajectory_client import ABORTED, SUCCEEDED, trajectory_message
 
 statement = pytest.mark.statement

@@ -9,7 +9,7 @@ import pytest
 from rclpy.serialization import serialize_message
 from tf2_msgs.msg import TFMessage
 
-from armsim_ros.nodes.conversions.frame_names import child_frame_ids
+from armsim_ros.nodes.conversions.serialized import child_frame_ids
 
 
 def serialized(*frames: tuple[str, str]) -> bytes:

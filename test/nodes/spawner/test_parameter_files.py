@@ -10,7 +10,7 @@ The behaviour is that of controller_manager_services.py
 import pytest
 import yaml
 
-from armsim_ros.nodes.spawner.parameter_files import entries_of
+from armsim_ros.nodes.spawner.arguments import entries_of
 
 BLOCK = {'ros__parameters': {'type': 'kind', 'fallback_controllers': ['b', 'c'], 'joints': ['x']}}
 

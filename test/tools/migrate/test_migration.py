@@ -14,7 +14,7 @@ from armsim_ros.errors import ConfigError
 from armsim_ros.resources import find_robot, PACKAGE, robot_names, share_folder
 from armsim_ros.tools.migrate.main import main
 from armsim_ros.tools.migrate.migration import migrate, REPORT, settings_values
-from armsim_ros.tools.migrate.real_numbers import real_number_edits
+from armsim_ros.tools.migrate.source_text import real_number_edits
 
 
 def comments(folder):

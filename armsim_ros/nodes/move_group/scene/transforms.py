@@ -16,8 +16,8 @@ from armsim_ros.errors import PlanningError
 from armsim_ros.model.robot_model import RobotModel
 from armsim_ros.model.transforms import inverse_pose
 from armsim_ros.nodes import qos
-from armsim_ros.nodes.conversions.frame_names import child_frame_ids
 from armsim_ros.nodes.conversions.geometry import pose_from_transform
+from armsim_ros.nodes.conversions.serialized import child_frame_ids
 from armsim_ros.nodes.polling_node import PollingNode
 from armsim_ros.planning.scene.content import FixedFrame
 from armsim_ros.planning.scene.objects import check_pose

@@ -25,8 +25,7 @@ from armsim_ros.nodes.simulation.world.answers import (
 )
 from armsim_ros.nodes.simulation.world.work import Work
 from armsim_ros.sim.physics.mujoco_model import FLOOR_NAME
-from armsim_ros.sim.world.entities import Entities, WORLD_FRAME
-from armsim_ros.sim.world.shape_bounds import object_bounds
+from armsim_ros.sim.world.entities import Entities, object_bounds, WORLD_FRAME
 from armsim_ros.sim.world.world_scene import OverlapError
 from armsim_ros.sim.world_files.loaded import Fault, ResourceFaultError, told_of
 from armsim_ros.sim.world_files.resources import WorldResources
