@@ -34,7 +34,7 @@ class _LaterName:
 class _LaterModule(ModuleType):
     """A module whose names are looked up when they are used."""
 
-    #: Whether it stands for the real module only, and no import reads its attributes.
+    #: Whether it represents the real module only, and no import reads its attributes.
     imported = False
 
     def __getattr__(self, name: str) -> Any:

@@ -83,11 +83,11 @@ class ProgramArguments:
     paused: bool = _argument(
         False, 'whether the physics waits for an unpause at first', placeholder='true|false')
     mode: str = _argument(
-        'realtime', 'realtime follows the wall clock; in lockstep time begins at 0 and stands '
+        'realtime', 'realtime follows the wall clock; in lockstep time begins at 0 and rests '
         'until it is moved by steps, so that a run can be repeated to the bit',
         placeholder='realtime|lockstep')
     seed: str = _argument(
-        '', "number from which on every plan's random numbers count; 0 in lockstep",
+        '', "seed of the planner's random numbers; 0 in lockstep",
         placeholder='NUMBER')
     record: str = _argument(
         '', 'recording (MCAP) of the last ten minutes, written when the simulation ends',

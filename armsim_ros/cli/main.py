@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The ``armsim`` command, and the door through which every program of the package starts."""
+"""The ``armsim`` command, and the entry point of every program of the package."""
 
 from __future__ import annotations
 

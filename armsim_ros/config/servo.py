@@ -120,7 +120,7 @@ class ServoParameters(Settings):
     ] = parameter(BUTTERWORTH, 'how joint commands are smoothed', read_only=True)
     check_collisions: bool = parameter(True, 'slow down near collisions')
     collision_check_rate: float = parameter(
-        10.0, 'looks for collisions a second; at least 50 are made [Hz]', gt=0.0
+        10.0, 'collision checks per second; at least 50 are made [Hz]', gt=0.0
     )
     self_collision_proximity_threshold: float = parameter(
         0.01, 'the robot slows down this near to itself [m]', gt=0.0

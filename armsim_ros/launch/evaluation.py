@@ -22,10 +22,10 @@ from armsim_ros.launch.failures import StoppedError
 from armsim_ros.launch.files import read_launch_file
 from armsim_ros.launch.lookup import current_lookup, looking_with
 from armsim_ros.launch.names import importable
-from armsim_ros.launch.originals import is_known
 from armsim_ros.launch.process_spec import ProcessSpec
 from armsim_ros.launch.report import Report
 from armsim_ros.launch.runner import DryRunner, Runner
+from armsim_ros.launch.upstream import is_known
 
 #: How deep includes are read to show their arguments.
 _SHOWN_DEPTH = 6

@@ -20,9 +20,9 @@ import yaml
 from armsim_ros.cli.child_process import program_command
 from armsim_ros.launch.api.process import ExecuteLocal
 from armsim_ros.launch.lookup import current_lookup, script_text
-from armsim_ros.launch.originals import is_known, ProgramRole, role_of
 from armsim_ros.launch.process_spec import ProcessSpec, RosNode
 from armsim_ros.launch.spawn_arguments import read_spawn_arguments
+from armsim_ros.launch.upstream import is_known, ProgramRole, role_of
 from armsim_ros.packages import package_of, workspace_of
 
 _DUMPER = getattr(yaml, 'CSafeDumper', yaml.SafeDumper)

@@ -264,14 +264,14 @@ class WorldOwnership:
             self._epoch = kind.db
             old, taken = tuple(self._owned), tuple(self._taken)
             self._taken, self._removed = set(), set()
-        told = {item.id for item in update.objects if item.operation == ObjectOperation.ADD}
+        added = {item.id for item in update.objects if item.operation == ObjectOperation.ADD}
         for id_ in old:
-            if id_ not in told or id_ in self._scene.attached:
+            if id_ not in added or id_ in self._scene.attached:
                 self._remove(id_)
         for id_ in taken:
-            if id_ in told and id_ in self._scene.attached:
+            if id_ in added and id_ in self._scene.attached:
                 self._detach(id_)
-            if id_ in told and id_ in self._scene.objects:
+            if id_ in added and id_ in self._scene.objects:
                 self._scene.apply_object(CollisionObject(id_, ObjectOperation.REMOVE))
 
     def _look(self, before: SceneContent, after: SceneContent) -> None:

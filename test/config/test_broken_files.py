@@ -51,7 +51,7 @@ def said(case, folder):
     check = check_robot(str(broken_robot(case, folder)), strict=True)
     lines = [f'{one.severity.value}: {one}' for one in check.problems
              if one.severity in (Severity.ERROR, Severity.WARNING)]
-    lines = [re.sub('looked at: .*?; clone', 'looked at: ...; clone', line) for line in lines]
+    lines = [re.sub('searched: .*?; clone', 'searched: ...; clone', line) for line in lines]
     places = {f'{folder}/': '', str(folder): '.', f'{share_folder(PACKAGE)}/': '',
               str(share_folder(PACKAGE)): '.'}
     for place, shown in places.items():

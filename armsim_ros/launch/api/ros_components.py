@@ -12,8 +12,8 @@ from armsim_ros.launch.api.entity import Action, Placed, SomeText
 from armsim_ros.launch.api.ros_node import make_namespace, NAMESPACE_KEY, Node
 from armsim_ros.launch.api.ros_parameters import evaluate_parameters
 from armsim_ros.launch.api.utilities import perform_text
-from armsim_ros.launch.originals import COMPONENTS
 from armsim_ros.launch.process_spec import ProcessSpec, RosNode
+from armsim_ros.launch.upstream import COMPONENTS
 
 
 class ComposableNode(Placed):

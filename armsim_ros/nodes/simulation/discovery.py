@@ -66,7 +66,7 @@ WATCH_TIME = 2.0
 
 class DomainWatch:
     """
-    Looks for a second controller manager of our name in the ROS graph.
+    Searches for a second controller manager of our name in the ROS graph.
 
     On one machine a lock keeps the second away; this finds those of other machines. Only the
     latest searches: an older one no longer does. Two that start at the same time

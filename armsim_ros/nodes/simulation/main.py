@@ -17,6 +17,6 @@ def main(argv: Sequence[str] | None = None) -> int:
     :param argv: the words after the program's name; those of this process where None.
     :returns: 0 after a signal, 2 after a user's error, 1 after a failure.
     """
-    # Nothing is drawn here: MuJoCo need not look for what draws, nor refuse what cannot.
+    # Nothing is drawn here: MuJoCo need not search for a renderer, nor reject any.
     os.environ['MUJOCO_GL'] = 'disable'
     return serve('armsim_ros.nodes.simulation.program', 'SimulationProgram', argv)

@@ -17,7 +17,6 @@ from rclpy.signals import SignalHandlerOptions
 
 from armsim_ros.cli.arguments import split_ros_args
 from armsim_ros.errors import ArmsimError, ControllerError
-from armsim_ros.nodes.originals.node_parameters import read_node_arguments
 from armsim_ros.nodes.spawner.arguments import (
     ControllerRequest,
     entries_of,
@@ -25,6 +24,7 @@ from armsim_ros.nodes.spawner.arguments import (
     SpawnerRequest,
 )
 from armsim_ros.nodes.spawner.manager_client import ManagerClient
+from armsim_ros.nodes.upstream.node_parameters import read_node_arguments
 
 _ENDS = (signal.SIGINT, signal.SIGTERM)
 

@@ -66,7 +66,7 @@ class WebServerError(ArmsimError):
 
 class WebServer:
     """
-    Opens the port and hands each connection to whom it is for.
+    Opens the port and routes each connection.
 
     :param host: the address to listen at.
     :param port: the first port that is tried.

@@ -3,7 +3,7 @@
 """
 The search for a path and the motion along it, in stages of which the quickest comes first.
 
-A stage looks for a path in its own way; the motion along that path is timed and proved to be
+A stage searches for a path in its own way; the motion along that path is timed and proved to be
 free. Where either fails, the next stage looks closer.
 """
 
@@ -261,7 +261,7 @@ _FEW_MOTIONS, _MOTIONS = 3000, 8000
 
 def stages(problem: SearchProblem) -> Iterator[Stage]:
     """
-    Yield the ways to look for a path.
+    Yield the stages of the search.
 
     The straight line; hulls with room to spare; hulls close by; the shapes themselves in fine
     steps; then the last two again, in finer steps. Hulls are left out where start or goals are

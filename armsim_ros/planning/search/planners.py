@@ -55,7 +55,7 @@ PLANNER_TYPES = tuple(sorted({*_BOUND, *_SUBSTITUTES}))
 """All type names that are understood, without ``geometric::``."""
 
 THREADED = frozenset({'PRM', 'PRMstar'})
-"""Planners that look for a path in a second thread while the first samples."""
+"""Planners that search for a path in a second thread while the first samples."""
 
 
 def _boolean(value: object) -> bool:

@@ -98,7 +98,7 @@ class FingerContacts:
         }
 
     def held(self) -> Mapping[str, Gripper]:
-        """Return what was squeezed at all looks for long enough, and since then not let go."""
+        """Return what was squeezed in all samples for long enough, and not released since."""
         now, there = self._simulation.time_ns, self._simulation.world.objects
         squeezed = {(name, gripper.palm): gripper for name, gripper in self.squeezed().items()}
         pressed = {pair: (self._pressed.get(pair, (now, now))[0], now) for pair in squeezed}

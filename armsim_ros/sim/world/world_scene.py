@@ -58,7 +58,7 @@ class WorldScene:
     fixed objects are moved meanwhile, that move is lost.
 
     :param plant: the physics that holds them.
-    :param things: the objects that it was built with.
+    :param items: the objects that it was built with.
     :param ground: its floor and gravity.
     """
 

@@ -65,7 +65,7 @@ class LoadedObject:
     """
     An object that was read.
 
-    :param thing: the object; its pose is that of the file.
+    :param item: the object; its pose is that of the file.
     :param unused: what of the file has no effect here, a line each.
     :param remarks: what the file leaves to a default, a line each.
     """

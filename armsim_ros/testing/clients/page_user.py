@@ -18,7 +18,7 @@ Picture = NDArray[np.int16]
 
 #: A part of a picture has changed where a colour differs by more than this (0..255).
 _CLEARLY = 40
-#: Between two looks at the picture [ms]; the browser's own clock.
+#: Period of reading the picture [ms]; the browser's own clock.
 _LOOK = 60
 
 #: No graphics card is needed, and nothing but the page is loaded.

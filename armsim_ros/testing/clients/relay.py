@@ -4,7 +4,7 @@
 Topics and services that fail on purpose on their way.
 
 A relay is between a running stack and a node under test, which is started with the relayed
-name in place of the original: ``--ros-args -r /clock:=/jumping_clock``.
+name in place of upstream's: ``--ros-args -r /clock:=/jumping_clock``.
 """
 
 from __future__ import annotations

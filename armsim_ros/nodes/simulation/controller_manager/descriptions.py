@@ -18,7 +18,7 @@ from armsim_ros.config.yaml.node import merge_nodes, node_of, split_keys, YamlNo
 from armsim_ros.config.yaml.node_parameters import is_ros2_file, parameters_of_node
 from armsim_ros.config.yaml.source import read_yaml_file
 from armsim_ros.errors import ConfigError, ControllerError, Location, nearest, Severity
-from armsim_ros.nodes.originals.node_parameters import read_node_arguments
+from armsim_ros.nodes.upstream.node_parameters import read_node_arguments
 
 
 class ControllerDescriptions:

@@ -117,7 +117,7 @@ class GoalPart(Part):
             self.page.start(self._begin(session))
 
     def on_program(self, name: str, there: bool) -> None:
-        """Look at the goals again where it is known again what they would hit."""
+        """Check the goals again when collisions can be checked again."""
         if name == 'move_group' and there and self.page.robot is not None:
             for session in list(self._goals):
                 self.page.start(self._begin(session))

@@ -55,7 +55,7 @@ class JogPart(Part):
         return {'jog': (Jog, self._jog)}
 
     async def run(self) -> None:
-        """Look for a servo."""
+        """Search for a servo."""
         while True:
             found = sorted(name.removesuffix('/switch_command_type') for name, kind in
                            self._watch.services.items()

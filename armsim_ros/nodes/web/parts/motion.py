@@ -87,7 +87,7 @@ class Activity:
         while True:
             elapsed = min(max(clock() - begun, 0.0), total)
             self._page.publish('activity', {
-                'what': self.what, 'who': session.number, 'elapsed': round(elapsed, 1),
+                'what': self.what, 'session': session.number, 'elapsed': round(elapsed, 1),
                 'total': round(total, 1)})
             await asyncio.sleep(_PERIOD)
 

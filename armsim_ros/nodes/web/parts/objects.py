@@ -131,12 +131,12 @@ class ObjectsPart(Part):
         }
 
     def on_program(self, name: str, there: bool) -> None:
-        """Look at the scene of a move_group that has come."""
+        """Read the scene of a new move_group."""
         if name == 'move_group' and there:
             self._changed.set()
 
     def on_robot(self, robot: RobotModel) -> None:
-        """Stand the objects into the frames of another robot."""
+        """Move the objects into the frames of another robot."""
         self._drawing.forget()
         self._changed.set()
 

@@ -21,7 +21,7 @@ _IK_TIME = 0.05
 
 class Reach:
     """
-    Judges goals.
+    Checks goals.
 
     :param page: that calls move_group.
     """

@@ -102,7 +102,7 @@ class SimulationPart(Part):
                 'simulation_speed': (Speed, self._set_speed)}
 
     def on_robot(self, robot: RobotModel) -> None:
-        """Stand the objects into the frames of another robot."""
+        """Move the objects into the frames of another robot."""
         self._drawing.show([])
 
     async def run(self) -> None:

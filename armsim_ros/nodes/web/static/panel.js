@@ -148,11 +148,11 @@ on('programs activity result robot robot_error controllers me', () => {
   } else if (programs?.waiting.length) {
     [level, text] = ['wait', `waiting for ${programs.waiting.join(', ')}`];
   } else if (activity) {
-    const who = activity.who === me ? '' : ` (session ${activity.who})`;
+    const owner = activity.session === me ? '' : ` (session ${activity.session})`;
     level = 'busy';
     const times = `${activity.elapsed.toFixed(1)} of ${activity.total.toFixed(1)} s`;
-    text = activity.what === 'planning' ? `Planning ...${activity.elapsed ? ` ${times} at most` : ''}${who}`
-      : `Executing ${times}${who}`;
+    text = activity.what === 'planning' ? `Planning ...${activity.elapsed ? ` ${times} at most` : ''}${owner}`
+      : `Executing ${times}${owner}`;
   } else if (result && !result.good && result.text !== 'stopped') {
     [level, text] = ['error', result.text];
   }

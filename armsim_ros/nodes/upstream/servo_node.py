@@ -14,8 +14,8 @@ import yaml
 
 from armsim_ros.cli.arguments import split_ros_args
 from armsim_ros.errors import ArmsimError, USAGE_STATUS
-from armsim_ros.nodes.originals.node_parameters import NodeArguments, read_node_arguments
-from armsim_ros.nodes.originals.robot_package import described_package, PREFIX
+from armsim_ros.nodes.upstream.node_parameters import NodeArguments, read_node_arguments
+from armsim_ros.nodes.upstream.robot_package import described_package, PREFIX
 
 _BLOCK = 'moveit_servo.'
 #: Parameters beside the block.

@@ -16,12 +16,12 @@ from sensor_msgs.msg import JointState
 from armsim_ros.cli.arguments import split_ros_args, UsageError
 from armsim_ros.errors import ArmsimError, USAGE_STATUS
 from armsim_ros.nodes.conversions.time import ns_from_time
-from armsim_ros.nodes.originals.node_parameters import read_node_arguments
-from armsim_ros.nodes.originals.spinning import spin
 from armsim_ros.nodes.state_publishers.robot_state_publisher import (
     DESCRIPTION,
     RobotStatePublisher,
 )
+from armsim_ros.nodes.upstream.node_parameters import read_node_arguments
+from armsim_ros.nodes.upstream.spinning import spin
 
 NAME = 'robot_state_publisher'
 

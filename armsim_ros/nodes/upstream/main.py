@@ -13,12 +13,12 @@ from armsim_ros.errors import nearest
 
 #: Program -> module with its ``main``.
 PROGRAMS = {
-    'ros2_control_node': 'armsim_ros.nodes.originals.ros2_control_node',
-    'move_group': 'armsim_ros.nodes.originals.move_group',
-    'servo_node': 'armsim_ros.nodes.originals.servo_node',
-    'robot_state_publisher': 'armsim_ros.nodes.originals.robot_state_publisher',
-    'joint_state_publisher': 'armsim_ros.nodes.originals.joint_state_publisher',
-    'static_transform_publisher': 'armsim_ros.nodes.originals.static_transform_publisher',
+    'ros2_control_node': 'armsim_ros.nodes.upstream.ros2_control_node',
+    'move_group': 'armsim_ros.nodes.upstream.move_group',
+    'servo_node': 'armsim_ros.nodes.upstream.servo_node',
+    'robot_state_publisher': 'armsim_ros.nodes.upstream.robot_state_publisher',
+    'joint_state_publisher': 'armsim_ros.nodes.upstream.joint_state_publisher',
+    'static_transform_publisher': 'armsim_ros.nodes.upstream.static_transform_publisher',
     'spawner': 'armsim_ros.nodes.spawner.main',
     'unspawner': 'armsim_ros.nodes.spawner.unspawner',
     'hardware_spawner': 'armsim_ros.nodes.spawner.hardware_spawner',

@@ -16,7 +16,7 @@ from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 import yaml
 
-from armsim_ros.nodes.originals import joint_state_publisher, robot_state_publisher
+from armsim_ros.nodes.upstream import joint_state_publisher, robot_state_publisher
 from armsim_ros.testing.clients.client_node import ClientNode, LATCHED
 from armsim_ros.testing.clients.controller_manager_client import ParameterClient
 from armsim_ros.testing.programs.domain import private_domain
@@ -164,7 +164,7 @@ def test_sigint_interrupts_no_callback() -> None:
     """What is being done is completed, and the status is 0; no KeyboardInterrupt is raised."""
     made = subprocess.run([sys.executable, '-c', dedent("""
         import os, signal
-        from armsim_ros.nodes.originals.spinning import spin
+        from armsim_ros.nodes.upstream.spinning import spin
 
         def make(node):
             os.kill(os.getpid(), signal.SIGINT)

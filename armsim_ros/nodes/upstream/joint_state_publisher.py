@@ -18,7 +18,6 @@ from std_msgs.msg import String
 from armsim_ros.cli.arguments import split_ros_args, UsageError
 from armsim_ros.errors import ArmsimError, ModelError, USAGE_STATUS
 from armsim_ros.nodes import qos
-from armsim_ros.nodes.originals.spinning import spin
 from armsim_ros.nodes.parameters import parameters_by_prefix
 from armsim_ros.nodes.state_publishers.joint_states import (
     DependentJointError,
@@ -26,6 +25,7 @@ from armsim_ros.nodes.state_publishers.joint_states import (
     JointStateOptions,
     JointStates,
 )
+from armsim_ros.nodes.upstream.spinning import spin
 
 NAME = 'joint_state_publisher'
 #: Parameter -> its default; all are read once, at the start.

@@ -11,8 +11,8 @@ from tempfile import TemporaryDirectory
 
 from armsim_ros.cli.arguments import split_ros_args
 from armsim_ros.errors import ArmsimError, USAGE_STATUS
-from armsim_ros.nodes.originals.node_parameters import NodeArguments, read_node_arguments
-from armsim_ros.nodes.originals.robot_package import (
+from armsim_ros.nodes.upstream.node_parameters import NodeArguments, read_node_arguments
+from armsim_ros.nodes.upstream.robot_package import (
     described_package,
     PREFIX,
     SEMANTIC,

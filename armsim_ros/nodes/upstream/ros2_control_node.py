@@ -16,8 +16,8 @@ from armsim_ros.config.controllers.controller_manager import (
 )
 from armsim_ros.config.sections import UNUSED_MANAGER_KEYS
 from armsim_ros.errors import ArmsimError, USAGE_STATUS
-from armsim_ros.nodes.originals.node_parameters import NodeArguments, read_node_arguments
-from armsim_ros.nodes.originals.robot_package import PREFIX, RobotPackage
+from armsim_ros.nodes.upstream.node_parameters import NodeArguments, read_node_arguments
+from armsim_ros.nodes.upstream.robot_package import PREFIX, RobotPackage
 
 _DESCRIPTION = 'robot_description'
 #: Parameters that do not concern the controller manager.
@@ -96,7 +96,7 @@ def _is_of_the_launch(text: str) -> bool:
 
 
 def _from_topic(arguments: NodeArguments) -> str:
-    from armsim_ros.nodes.originals.robot_package import wait_for_descriptions
+    from armsim_ros.nodes.upstream.robot_package import wait_for_descriptions
 
     topics = (_DESCRIPTION, f'{arguments.name}/{_DESCRIPTION}')
     return next(iter(wait_for_descriptions(arguments, topics).values()))

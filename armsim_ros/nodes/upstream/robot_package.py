@@ -19,7 +19,7 @@ import yaml
 from armsim_ros.config.blocks import BLOCKS
 from armsim_ros.errors import ConfigError, Location, Problem
 from armsim_ros.nodes import qos
-from armsim_ros.nodes.originals.node_parameters import NodeArguments
+from armsim_ros.nodes.upstream.node_parameters import NodeArguments
 
 URDF, SEMANTIC = 'robot_description', 'robot_description_semantic'
 _DUMPER = getattr(yaml, 'CSafeDumper', yaml.SafeDumper)
@@ -133,7 +133,7 @@ def described_package(arguments: NodeArguments, folder: Path) -> list[str]:
     values = arguments.values
     missing = [name for name in (URDF, SEMANTIC) if not values.get(name)]
     if missing:
-        from armsim_ros.nodes.originals.robot_package import wait_for_descriptions
+        from armsim_ros.nodes.upstream.robot_package import wait_for_descriptions
 
         values.update(wait_for_descriptions(arguments, missing, missing))
     package = RobotPackage(folder, str(values[URDF]), str(values[SEMANTIC]))
