@@ -275,5 +275,5 @@ def test_nobody_to_move(cycles, obstacle):
         cycles.controller.inactive = "controller '/arm' is inactive"
     cycles.run(twist((0, 0, -0.3)), 10)
     assert not cycles.sent
-    word = 'nobody subscribes' if obstacle == 'nobody' else 'is inactive'
+    word = 'has no subscriber' if obstacle == 'nobody' else 'is inactive'
     assert any(word in message and message.startswith('Invalid') for message in cycles.messages)

@@ -74,7 +74,7 @@ def test_what_is_no_recording_is_answered_with_a_sentence(tmp_path):
     with pytest.raises(ArmsimError, match=r'no \.mcap file'):
         read_recording(tmp_path)
     (tmp_path / 'a.mcap').write_text('text', encoding='utf-8')
-    with pytest.raises(ArmsimError, match='no recording that can be read'):
+    with pytest.raises(ArmsimError, match='not a recording that can be read'):
         read_recording(tmp_path / 'a.mcap')
     with pytest.raises(ArmsimError, match='cannot be read'):
         read_recording(tmp_path / 'b.mcap')

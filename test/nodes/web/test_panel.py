@@ -214,7 +214,7 @@ def test_a_controller_is_switched(fake_stack, talk):
     ({'do': 'joints', 'values': {'turn': 'x'}}, 'turn'),
     ({'do': 'goal_state', 'name': 'nowhere'}, "no state 'nowhere'"),
     ({'do': 'remove', 'id': 'nothing'}, "no object 'nothing'"),
-    ({'do': 'load_scene', 'text': '{}'}, 'no scene'),
+    ({'do': 'load_scene', 'text': '{}'}, 'not a scene'),
     ({'do': 'add_mesh', 'name': 'a.stl', 'data': 'AAAA'}, "'a.stl'"),
     ({'do': 'camera', 'topic': '/nowhere'}, 'brings no pictures'),
     ({'do': 'jog', 'joint': 'turn', 'share': 0.5}, 'no servo runs'),
