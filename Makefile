@@ -38,11 +38,12 @@ test-page: ## test the page in headless Chromium, which must be installed
 	$(environment) --with test
 	@$(VENV)/bin/python -m pytest -m browser test/nodes/web $(ARGS)
 
-lint: ## style, types, and who may import whom
+lint: ## style, types, import contracts, and words
 	$(environment) --with test --with lint
 	@$(VENV)/bin/ruff check .
 	@$(VENV)/bin/mypy
 	@$(VENV)/bin/lint-imports
+	@$(VENV)/bin/python scripts/language.py
 
 mutants: ## change the package in random places and report what no test notices; about two hours
 	$(environment) --with test --with mutants
