@@ -53,12 +53,12 @@ class JointBounds:
         :param all_halt: slow all joints as the joint at its bound, not that joint alone.
         :returns: the velocities, and findings where a joint has come to its bound.
         """
-        room, fastest = self._fastest(q, velocity, period)
+        distance, fastest = self._fastest(q, velocity, period)
         speed = np.abs(velocity)
         too_fast = speed > fastest
         if not too_fast.any():
             return velocity, None
-        halted = np.flatnonzero(too_fast & (room < AT_BOUND))
+        halted = np.flatnonzero(too_fast & (distance < AT_BOUND))
         finding = None
         if len(halted):
             joint = int(halted[0])
@@ -94,9 +94,9 @@ class JointBounds:
         return np.copysign(np.minimum(np.abs(velocity), np.maximum(fastest, least)), velocity)
 
     def _fastest(self, q: Vector, velocity: Vector, period: float) -> tuple[Vector, Vector]:
-        """Return room to the bounds ahead (m,), and from which speeds it is enough to brake."""
-        room = np.maximum(np.where(velocity > 0.0, self.upper - q, q - self.lower), 0.0)
-        return room, np.minimum(np.sqrt(2.0 * self.acceleration * room), room / period)
+        """Return the distance to the bounds ahead (m,), and the speeds that can still be braked."""
+        distance = np.maximum(np.where(velocity > 0.0, self.upper - q, q - self.lower), 0.0)
+        return distance, np.minimum(np.sqrt(2.0 * self.acceleration * distance), distance / period)
 
     def braking_time(self, velocity: Vector) -> float:
         """Return how long the joints take to come to rest together [s]."""

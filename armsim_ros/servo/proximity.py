@@ -15,7 +15,7 @@ from armsim_ros.planning.collision.collision_model import CollisionChecker
 from armsim_ros.planning.collision.contacts import BodyType, PairDistance
 from armsim_ros.servo.status import Finding, ServoStatus
 
-ROOM = 0.1
+MARGIN = 0.1
 """What is farther from its threshold than this is not checked singly [m]."""
 _STEEPNESS = math.log(1000.0)
 _GAIN = 1e-7
@@ -32,18 +32,18 @@ class ClearStates:
     :param q: (n,) the state that was checked.
     :param edits: of the scene, up to then.
     :param weights: (k, n) motion of bodies against each other [m/rad or m/m].
-    :param room: (k,) from their distance to the threshold [m].
+    :param margin: (k,) from their distance to the threshold [m].
     """
 
     q: Vector
     edits: int
     weights: Matrix
-    room: Vector
+    margin: Vector
 
     def include(self, q: Vector, edits: int) -> bool:
         """Return whether a state (n,) is one of them."""
         return edits == self.edits and bool(
-            (self.weights @ np.abs(q - self.q) < self.room).all())
+            (self.weights @ np.abs(q - self.q) < self.margin).all())
 
 
 class Proximity:
@@ -108,16 +108,17 @@ class Proximity:
 
     def _near(self, q: Vector, edits: int) -> list[PairDistance]:
         """Return the pairs that slow down in a state (n,); and note which states are clear."""
-        room = 0.0 if self._slowed else ROOM
+        margin = 0.0 if self._slowed else MARGIN
         pairs = self._checker.pair_distances(
-            q, self._scene_threshold + room, self._group, exact=False)
+            q, self._scene_threshold + margin, self._group, exact=False)
         near = [pair for pair in pairs if self._slows(pair)]
         relative = self._checker.relative_motion
         moving = [pair for pair in pairs if pair.joints[0] != pair.joints[1]]
         weights = [relative[pair.joints] for pair in moving]
-        rooms = [pair.distance - self._threshold(pair) for pair in moving]
+        margins = [pair.distance - self._threshold(pair) for pair in moving]
         self._clear = None if near else ClearStates(
-            q, edits, np.array([relative.max(axis=(0, 1)), *weights]), np.array([room, *rooms]))
+            q, edits, np.array([relative.max(axis=(0, 1)), *weights]),
+            np.array([margin, *margins]))
         if near and self._checker.has_hulls:
             pairs = self._checker.pair_distances(q, self._scene_threshold, self._group)
             near = [pair for pair in pairs if self._slows(pair)]

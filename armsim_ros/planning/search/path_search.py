@@ -263,7 +263,7 @@ def stages(problem: SearchProblem) -> Iterator[Stage]:
     """
     Yield the stages of the search.
 
-    The straight line; hulls with room to spare; hulls close by; the shapes themselves in fine
+    The straight line; hulls with clearance to spare; hulls close by; the shapes themselves in fine
     steps; then the last two again, in finer steps. Hulls are left out where start or goals are
     not free on them or where pose constraints have to be kept.
     """

@@ -64,7 +64,7 @@ def time_waypoints(
         deviation = np.maximum(deviation * _SHRINK**2, _LEAST_DEVIATION)
     raise PlanningError(
         MoveItErrorCode.INVALID_MOTION_PLAN,
-        f'the timed trajectory is not valid {fault}; plan again, or keep more room around '
+        f'the timed trajectory is not valid {fault}; plan again, or keep more clearance around '
         'objects',
         'ValidateSolution', fault.contacts if fault else (),
     )

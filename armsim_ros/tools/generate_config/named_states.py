@@ -28,29 +28,30 @@ def find_states(robot: RobotModel, seed: int = 0) -> dict[str, dict[str, float]]
     """
     model = KinematicModel(robot)
     # Free in the physics too, where meshes are hulls; some robots' hulls always overlap.
-    return _find(model, _Room(model, hulls=True), seed) or _find(
-        model, _Room(model, hulls=False), seed)
+    return _find(model, _Clearances(model, hulls=True), seed) or _find(
+        model, _Clearances(model, hulls=False), seed)
 
 
-def _find(model: KinematicModel, room: _Room, seed: int) -> dict[str, dict[str, float]]:
+def _find(model: KinematicModel, clearances: _Clearances, seed: int
+          ) -> dict[str, dict[str, float]]:
     generator = np.random.default_rng(seed)
     middle = model.default()
-    found = {'home': middle} if room.is_free(middle, 0.0) else {}
+    found = {'home': middle} if clearances.is_free(middle, 0.0) else {}
     free: list[Vector] = []
     for _ in range(_TRIES):
         q = np.round(middle + 0.5 * (random_state(model, generator) - middle), 3)
         q = model.apply_mimic(q)
-        if model.within_limits(q) and room.is_free(q):
+        if model.within_limits(q) and clearances.is_free(q):
             free.append(q)
         if len(free) >= _WANTED:
             break
     if free:
-        found['ready'] = max(free, key=lambda q: room.height(q))
+        found['ready'] = max(free, key=lambda q: clearances.height(q))
     return {state: {name: round(value, 6) for name, value in model.positions(q).items()
                     if model.robot.joints[name].active} for state, q in found.items()}
 
 
-class _Room:
+class _Clearances:
     """What is around the robot in a state."""
 
     def __init__(self, model: KinematicModel, *, hulls: bool) -> None:
