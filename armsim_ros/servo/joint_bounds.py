@@ -94,9 +94,10 @@ class JointBounds:
         return np.copysign(np.minimum(np.abs(velocity), np.maximum(fastest, least)), velocity)
 
     def _fastest(self, q: Vector, velocity: Vector, period: float) -> tuple[Vector, Vector]:
-        """Return the distance to the bounds ahead (m,), and the speeds that can still be braked."""
+        """Return the distance to the bounds ahead (m,), and speeds that can be braked in it."""
         distance = np.maximum(np.where(velocity > 0.0, self.upper - q, q - self.lower), 0.0)
-        return distance, np.minimum(np.sqrt(2.0 * self.acceleration * distance), distance / period)
+        braked = np.sqrt(2.0 * self.acceleration * distance)
+        return distance, np.minimum(braked, distance / period)
 
     def braking_time(self, velocity: Vector) -> float:
         """Return how long the joints take to come to rest together [s]."""
