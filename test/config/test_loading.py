@@ -103,6 +103,9 @@ BROKEN = [
     ('trajectory_control.yaml', 'joint_6:   {p: 1000.0', 'joint_7:   {p: 1000.0',
      "trajectory_control.yaml:19:7: controller 'arm_joint_controller': gains: 'joint_7' is not "
      "among the controller's joints"),
+    ('trajectory_control.yaml', 'joint_6:   {p: 1000.0', 'joint_6:   {i_clmp: 1000.0',
+     "trajectory_control.yaml:19:19: controller 'arm_joint_controller': key "
+     "'gains.joint_6.i_clmp' is not known; did you mean 'i_clamp'?"),
     ('trajectory_control.yaml', 'joint_6:   {p: 1000.0', 'joint_6:   {p: .nan',
      "trajectory_control.yaml:19:22: controller 'arm_joint_controller': '.nan' is not a number"),
     ('trajectory_control.yaml', '      - joint_6\n', '      - joint_5\n',

@@ -34,6 +34,15 @@ def test_forward_kinematics_equals_the_published_poses(sunday, state, xyz, quat_
     assert rotation_angle(pose, matrix_from_quat_xyzw(quat_xyzw)) < 1e-4
 
 
+def test_one_joint_beyond_either_limit_is_noticed(sunday):
+    """All others are within theirs."""
+    for limits, beyond in ((sunday.lower, -0.01), (sunday.upper, 0.01)):
+        middle = 0.5 * (sunday.lower + sunday.upper)
+        assert sunday.within_limits(middle)
+        middle[2] = limits[2] + beyond
+        assert not sunday.within_limits(middle)
+
+
 @pytest.mark.parametrize('arm', ['sunday', 'ur5', 'panda', 'continuous', 'parallelogram'])
 def test_jacobian_is_the_derivative_of_the_pose(arm, request):
     """Columns equal central differences of the pose, mimic joints included."""

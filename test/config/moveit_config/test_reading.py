@@ -84,6 +84,10 @@ def test_a_manager_that_asks_knows_all_trajectory_controllers(small_package):
     """moveit_ros_control_interface names no controllers: it asks for those that there are."""
     small_package.write('config/moveit_controllers.yaml', (
         'moveit_controller_manager: moveit_ros_control_interface/Ros2ControlManager\n'))
+    small_package.write('config/ros2_controllers.yaml', small_package.ROS2 + (
+        'untyped:\n  ros__parameters: {joints: [shoulder]}\n'
+        'jointless:\n  ros__parameters:\n'
+        '    type: joint_trajectory_controller/JointTrajectoryController\n'))
     found = survey(small_package)
     (one,) = found.settings.moveit_controllers
     assert (one.name, one.joints, one.action_name) == (

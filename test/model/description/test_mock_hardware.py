@@ -93,12 +93,17 @@ WRIST = ('<sensor name="wrist">' + ''.join(
 TIP = ('<link name="tip"/><joint name="tip_joint" type="fixed"><parent link="finger"/>'
        '<child link="tip"/><origin xyz="0 0 0.1"/></joint>')
 
+TOOL = ('<link name="tool"><inertial><mass value="0.5"/><inertia ixx="0.01" ixy="0" ixz="0" '
+        'iyy="0.01" iyz="0" izz="0.01"/></inertial></link><joint name="tool_joint" type="fixed">'
+        '<parent link="tip"/><child link="tool"/></joint>')
+
 
 @pytest.mark.parametrize(('inside', 'more', 'weight'), [
     ('<param name="frame_id">finger</param>', '', 9.81),
     ('', '<gazebo reference="elbow"><sensor name="wrist" type="force_torque"/></gazebo>', 19.62),
     ('', '', 9.81),
     ('<param name="frame_id">tip</param>', TIP, 9.81),
+    ('<param name="frame_id">tip</param>', TIP + TOOL, 4.905),
 ])
 def test_a_sensor_measures_what_hangs_beyond_its_frame(small_package, inside, more, weight):
     """

@@ -34,6 +34,13 @@ def test_a_second_stack_in_the_domain_is_refused():
     assert '\n' not in text
 
 
+def test_the_lock_is_in_the_folder_of_the_session(runtime_folder):
+    """It is where XDG_RUNTIME_DIR points to, which is emptied when the session ends."""
+    lock = lock_domain([])
+    assert list((runtime_folder / 'armsim_ros').iterdir())
+    lock.release()
+
+
 def test_the_end_of_the_first_makes_room():
     """A released lock can be taken again."""
     lock_domain([]).release()

@@ -36,10 +36,11 @@ def test_a_busy_thread_rests(clocks):
 
 
 def test_an_idle_thread_does_not_rest(clocks):
-    """Who computes less than the share, or has just begun, goes on."""
+    """It computes less than the share, has just begun, or was not asked for a while."""
     limit = DutyLimit(share=0.8, window=0.1)
     limit.rest()
     run(limit, clocks, 0.05, 0.05)
     assert clocks.rests == []
     run(limit, clocks, 0.1, 0.02)
+    run(limit, clocks, 0.25, 0.25)
     assert clocks.rests == []

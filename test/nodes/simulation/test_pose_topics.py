@@ -14,6 +14,7 @@ from armsim_ros.nodes.simulation.controllers.sensor_topics import is_pose
     [
         ([1.0, 2.0, 3.0, 0.0, 0.0, 0.0, 1.0], True),
         ([1.0, 2.0, 3.0, 0.0, 0.0, 0.004, 1.0], True),
+        ([1.0, 2.0, 3.0, 1.0, 0.0, 0.0, 0.0], True),
         ([math.nan, 2.0, 3.0, 0.0, 0.0, 0.0, 1.0], False),
         ([1.0, 2.0, 3.0, 0.0, 0.0, 0.0, 0.0], False),
         ([1.0, 2.0, 3.0, 0.0, 0.0, 0.5, 1.0], False),

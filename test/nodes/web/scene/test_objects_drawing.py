@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """How objects of a planning scene are to be drawn."""
 
+from geometry_msgs.msg import Pose
 from moveit_msgs.msg import CollisionObject
 import pytest
 from shape_msgs.msg import Plane, SolidPrimitive
@@ -9,7 +10,8 @@ from std_msgs.msg import ColorRGBA
 
 pytest.importorskip('viser')
 
-from armsim_ros.nodes.web.scene.objects_drawing import DrawnObject
+from armsim_ros.model.geometry import Box, Cone, Cylinder, Sphere
+from armsim_ros.nodes.web.scene.objects_drawing import DrawnObject, geometries
 
 GREY = ColorRGBA(r=0.5, g=0.5, b=0.5, a=1.0)
 
@@ -31,3 +33,15 @@ def test_a_table_is_solid():
     """It has the opacity of its colour."""
     assert DrawnObject(box(3.0, 1.0, 0.05), '', GREY).opacity is None
     assert DrawnObject(box(3.0, 1.0, 0.05), '', ColorRGBA(a=0.5)).opacity == 0.5
+
+
+def test_primitives_have_their_shapes():
+    """The height of a cylinder and of a cone comes before its radius (SolidPrimitive.msg)."""
+    item = CollisionObject(primitives=[
+        SolidPrimitive(type=SolidPrimitive.BOX, dimensions=[0.1, 0.2, 0.3]),
+        SolidPrimitive(type=SolidPrimitive.SPHERE, dimensions=[0.1]),
+        SolidPrimitive(type=SolidPrimitive.CYLINDER, dimensions=[0.3, 0.1]),
+        SolidPrimitive(type=SolidPrimitive.CONE, dimensions=[0.4, 0.2])])
+    item.primitive_poses = [Pose() for _ in item.primitives]
+    assert [shape for shape, _ in geometries(item)] == [
+        Box((0.1, 0.2, 0.3)), Sphere(0.1), Cylinder(0.1, 0.3), Cone(0.2, 0.4)]

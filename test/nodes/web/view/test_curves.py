@@ -9,11 +9,13 @@ from armsim_ros.nodes.web.view.curves import curves_of, MOST_POINTS, Trace
 
 
 def test_between_two_points_the_curve_is_smooth():
-    """Of rest to rest, the cubic is in the middle half way."""
+    """Of rest to rest, the cubic is in the middle half way; any cubic is met."""
     curves = curves_of(['a'], [0.0, 2.0], [[0.0], [1.0]], [[0.0], [0.0]], [[0.0], [0.0]])
     assert curves.at(1.0) == {'a': pytest.approx(0.5)}
     assert curves.at(-1.0) == {'a': 0.0}
     assert curves.at(9.0) == {'a': 1.0}
+    curves = curves_of(['a'], [0.0, 2.0], [[1.0], [27.0]], [[3.0], [27.0]], [[0.0], [0.0]])
+    assert curves.at(0.5) == {'a': pytest.approx(1.5**3)}
 
 
 def test_derivatives_that_are_not_given_are_computed():
