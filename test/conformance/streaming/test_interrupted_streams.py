@@ -53,6 +53,7 @@ def paused(arm: Streamed) -> Iterator[None]:
         set_to(SimulationState.STATE_PLAYING)
 
 
+@pytest.mark.alone  # a command that comes late is followed in less time, as upstream
 @statement('SRV-12')
 def test_a_joystick_that_dies(arm: Streamed) -> None:
     """An arm whose joystick is killed on the way comes to rest, and the status says why."""
@@ -71,6 +72,7 @@ def test_a_joystick_that_dies(arm: Streamed) -> None:
     assert arm.largest_speed() < FASTEST
 
 
+@pytest.mark.alone  # a command that comes late is followed in less time, as upstream
 @statement('SRV-12', 'SRV-21')
 def test_time_that_stands_still(arm: Streamed) -> None:
     """After a pause of the simulation a jog goes on from where the arm is, with no step."""

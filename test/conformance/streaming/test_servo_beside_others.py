@@ -16,6 +16,7 @@ FASTEST = 1.5
 """No joint of the robot may be quicker [rad/s]."""
 
 
+@pytest.mark.alone  # a command that comes late is followed in less time, as upstream
 @statement('SRV-13')
 def test_two_clients_at_once(arm: Streamed) -> None:
     """Commands that contradict each other make no step; who goes on alone has the arm."""
@@ -39,6 +40,7 @@ def test_two_clients_at_once(arm: Streamed) -> None:
     arm.client.in_executor(lambda: arm.client.node.destroy_publisher(other))
 
 
+@pytest.mark.alone  # a command that comes late is followed in less time, as upstream
 @statement('SRV-21', 'FWD-9')
 def test_another_controller_takes_over_while_jogging(arm: Streamed) -> None:
     """The arm stops, commands are refused in words, and after the way back the next ones work."""
