@@ -13,6 +13,7 @@ import os
 from pathlib import Path
 import subprocess
 import sys
+import threading
 import time
 
 from armsim_ros.testing.programs.domain import ros_environment
@@ -22,6 +23,8 @@ from benchmarks.stack import joint_states_of, median, running_stack
 from benchmarks.tables import Table
 
 SOURCES = Path(__file__).parents[2] / 'ros2'
+#: After this time a command is ended [s].
+_PATIENCE = 30.0
 #: Heading -> command and environment.
 Programs = Mapping[str, tuple[list[str], dict[str, str]]]
 
@@ -41,7 +44,8 @@ def main(options: Options) -> None:
     )
     with running_stack(f'robot:={options.robot}') as stack:
         domain = ros_environment(stack.domain)
-        own = {**os.environ, **domain, 'PYTHONPATH': str(SOURCES)}
+        # Without the folders of a ROS installation, to whose ros2 it would hand over.
+        own = {**os.environ, **domain, 'PYTHONPATH': str(SOURCES), 'PATH': os.defpath}
         programs = {'': ([sys.executable, '-m', 'armsim_ros2'], own)}
         real = find_real_ros2(os.environ.get('PATH', ''))
         if real is not None:
@@ -75,7 +79,10 @@ def measure(line: str, programs: Programs, runs: int) -> list[list[tuple[float, 
             start = time.monotonic()
             process = subprocess.Popen([*command, *line.split()], env=environment,
                                        stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+            watchdog = threading.Timer(_PATIENCE, process.kill)
+            watchdog.start()
             _, _, usage = os.wait4(process.pid, 0)
+            watchdog.cancel()
             process.returncode = 0  # it was waited for
             found.append((usage.ru_utime + usage.ru_stime, time.monotonic() - start))
     return times

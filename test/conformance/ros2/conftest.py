@@ -90,7 +90,9 @@ def ros2(robot: int, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.Mon
 @pytest.fixture
 def start(robot: int) -> Iterator[Callable[..., subprocess.Popen[str]]]:
     """Give a function that starts a command as a process, with pipes."""
-    environment = {**os.environ, **ros_environment(robot), 'PYTHONPATH': str(SOURCES)}
+    # Without the folders of a ROS installation, to whose ros2 it would hand over.
+    environment = {**os.environ, **ros_environment(robot), 'PYTHONPATH': str(SOURCES),
+                   'PATH': os.defpath}
     started: list[subprocess.Popen[str]] = []
 
     def begin(*words: str) -> subprocess.Popen[str]:
