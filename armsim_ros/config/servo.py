@@ -15,7 +15,6 @@ from armsim_ros.config.base import parameter, Settings
 TRAJECTORY = 'trajectory_msgs/JointTrajectory'
 ARRAY = 'std_msgs/Float64MultiArray'
 BUTTERWORTH = 'online_signal_smoothing::ButterworthFilterPlugin'
-ACCELERATION_LIMITED = 'online_signal_smoothing::AccelerationLimitedPlugin'
 RUCKIG = 'online_signal_smoothing::RuckigFilterPlugin'
 
 #: Keys of servo's files for Humble and ROS 1 -> why they have no effect.

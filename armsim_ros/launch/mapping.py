@@ -17,7 +17,7 @@ from typing import Any
 
 import yaml
 
-from armsim_ros.cli.child_process import program_command
+from armsim_ros.cli.environment import program_command
 from armsim_ros.launch.api.process import ExecuteLocal
 from armsim_ros.launch.lookup import current_lookup, script_text
 from armsim_ros.launch.process_spec import ProcessSpec, RosNode

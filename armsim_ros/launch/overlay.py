@@ -18,7 +18,7 @@ import shutil
 import sys
 
 from armsim_ros.cli.arguments import UsageError
-from armsim_ros.cli.child_process import child_environment, program_command
+from armsim_ros.cli.environment import child_environment, program_command
 from armsim_ros.errors import ArmsimError, USAGE_STATUS
 
 USAGE = """usage: . $(armsim overlay)         use ours in this shell; source ROS first

@@ -16,7 +16,7 @@ import sys
 import time
 from typing import Any, TYPE_CHECKING
 
-from armsim_ros.cli.child_process import child_environment, die_with_parent
+from armsim_ros.cli.environment import child_environment, die_with_parent
 from armsim_ros.launch.api.process import ExecuteLocal
 from armsim_ros.launch.failures import missing_module_text
 from armsim_ros.launch.lookup import current_lookup

@@ -13,8 +13,12 @@ from types import ModuleType
 import pytest
 
 from armsim_ros.cli import main as door
-from armsim_ros.cli.child_process import child_environment
-from armsim_ros.cli.environment import add_own_prefix, announce_often, started_by_bringup
+from armsim_ros.cli.environment import (
+    add_own_prefix,
+    announce_often,
+    child_environment,
+    started_by_bringup,
+)
 from armsim_ros.cli.programs import PROGRAMS, ROBOT_PROGRAMS
 from armsim_ros.errors import ResourceError
 

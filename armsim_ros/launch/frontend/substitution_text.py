@@ -72,7 +72,6 @@ KINDS: dict[str, Callable[[Sequence[Argument]], Substitution]] = {
     'param': lambda words: packages.Parameter(words[0]),
     'local': lambda words: texts.LocalSubstitution(_plain(words[0])),
 }
-_NO_WORDS = ('dirname', 'filename', 'log-dir', 'launch_log_dir')
 
 
 def parse_substitution(text: str, more: dict[str, Any] | None = None) -> list[Substitution]:

@@ -13,7 +13,7 @@ import signal
 import subprocess
 from typing import IO
 
-from armsim_ros.cli.child_process import child_environment, die_with_parent
+from armsim_ros.cli.environment import child_environment, die_with_parent
 
 #: What fits between a program and us, while we are stopped [bytes].
 _PIPE_SIZE = 1 << 20

@@ -12,7 +12,7 @@ from pathlib import Path
 import sys
 
 from armsim_ros.cli.arguments import parse_arguments, ProgramArguments
-from armsim_ros.cli.child_process import program_command
+from armsim_ros.cli.environment import program_command
 from armsim_ros.nodes.bringup.domain_lock import lock_domain
 from armsim_ros.nodes.bringup.supervisor import Supervisor
 from armsim_ros.nodes.web.main import MISSING, missing_package

@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 import subprocess
 import sys
 
-from armsim_ros.cli.child_process import die_with_parent
+from armsim_ros.cli.environment import die_with_parent
 from armsim_ros.errors import ArmsimError
 
 VARIABLE = 'MUJOCO_GL'

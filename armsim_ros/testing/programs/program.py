@@ -18,7 +18,7 @@ from types import TracebackType
 from typing import IO
 
 import armsim_ros
-from armsim_ros.cli.child_process import die_with_parent
+from armsim_ros.cli.environment import die_with_parent
 from armsim_ros.testing.programs.domain import ros_environment
 
 

@@ -11,7 +11,7 @@ import sys
 
 import pytest
 
-from armsim_ros.cli.child_process import child_environment, program_command
+from armsim_ros.cli.environment import child_environment, program_command
 from armsim_ros.nodes.bringup.supervisor import STOP_SCHEDULE
 
 SUPERVISOR = """

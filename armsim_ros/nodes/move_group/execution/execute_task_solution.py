@@ -17,9 +17,9 @@ from armsim_ros.execution.multi_dof import MultiDofTrajectory
 from armsim_ros.nodes.conversions.planning_scene import is_empty
 from armsim_ros.nodes.move_group.action_server import MoveGroupActionServer
 from armsim_ros.nodes.move_group.context import Context
+from armsim_ros.nodes.move_group.execution.controller_managers import selected_controllers
 from armsim_ros.nodes.move_group.execution.execute_trajectory import robot_trajectory
 from armsim_ros.nodes.move_group.execution.execution import ExecutionWatch
-from armsim_ros.nodes.move_group.execution.parts import selected_controllers
 from armsim_ros.nodes.move_group.execution.trajectory_execution import TrajectoryExecutionManager
 from armsim_ros.nodes.move_group.failures import fill_error, reported
 from armsim_ros.nodes.move_group.scene.scene_topics import apply_scene_message

@@ -23,11 +23,11 @@ from armsim_ros.execution.rules import (
 )
 from armsim_ros.nodes.move_group.context import Context
 from armsim_ros.nodes.move_group.execution.controller_handles import ControllerRun
-from armsim_ros.nodes.move_group.execution.controller_managers import SimpleControllerManager
-from armsim_ros.nodes.move_group.execution.parts import (
+from armsim_ros.nodes.move_group.execution.controller_managers import (
     multi_dof_part,
     Part,
     selected_controllers,
+    SimpleControllerManager,
     start_tolerances,
 )
 from armsim_ros.trajectory import JointTrajectory

@@ -16,13 +16,16 @@ from armsim_ros.execution.meeting import meeting
 from armsim_ros.execution.multi_dof import MultiDofTrajectory
 from armsim_ros.execution.rules import check_start, continues
 from armsim_ros.nodes.move_group.context import Context
-from armsim_ros.nodes.move_group.execution.controller_managers import controller_manager
+from armsim_ros.nodes.move_group.execution.controller_managers import (
+    controller_manager,
+    selected_controllers,
+    start_tolerances,
+)
 from armsim_ros.nodes.move_group.execution.execution import (
     Execution,
     ExecutionOutcome,
     ExecutionWatch,
 )
-from armsim_ros.nodes.move_group.execution.parts import selected_controllers, start_tolerances
 from armsim_ros.nodes.move_group.execution.path_watch import PathWatch
 from armsim_ros.planning.collision.collision_model import CollisionChecker
 from armsim_ros.planning.scene.planning_scene import PlanningScene
