@@ -78,7 +78,9 @@ def test_nothing_touches(sunday, near_pairs, state):
 def test_shapes_stay_inside_the_measured_boxes(sunday, name):
     """The primitives of a link are inside the box of the real one."""
     low, high = (np.array(corner) for corner in BOXES[name])
-    for one in sunday[1].links[name].collisions:
+    shapes = sunday[1].links[name].collisions
+    assert shapes
+    for one in shapes:
         shape = one.geometry
         half = 0.5 * np.array(shape.size if isinstance(shape, Box)
                               else (2 * shape.radius, 2 * shape.radius, shape.length))

@@ -219,5 +219,7 @@ def test_spawn_and_delete_while_the_arm_moves(world: WorldUser) -> None:
 
 def test_the_shipped_worlds_are_files(world: WorldUser) -> None:
     """What is listed as a world lies where its address says."""
-    for one in world.call('get_available_worlds').worlds:
+    worlds = world.call('get_available_worlds').worlds
+    assert worlds
+    for one in worlds:
         assert Path(one.world_resource.uri.removeprefix('file://')).is_file()

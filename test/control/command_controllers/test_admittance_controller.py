@@ -219,11 +219,13 @@ def test_bounds_hold(soft, model):
     made = soft(admittance={
         'selected_axes': [True] * 6, 'mass': [1.0] * 6, 'damping_ratio': [0.1] * 6,
         'stiffness': [0.0] * 6}).activate()
-    made.push([50.0, 20.0, 30.0, 5.0, 5.0, 5.0])
+    made.push([0.0, 0.0, 50.0, 0.0, 0.0, 0.0])
     made.run(5.0)
-    for name, position in zip(JOINTS, made.positions, strict=True):
-        limits = model.joints[name].limits
-        assert limits.lower - 1e-9 <= position <= limits.upper + 1e-9
+    bounds = [model.joints[name].limits for name in JOINTS]
+    lower, upper = np.array([(limits.lower, limits.upper) for limits in bounds]).T
+    assert (lower - 1e-9 <= made.positions).all()
+    assert (made.positions <= upper + 1e-9).all()
+    assert np.minimum(made.positions - lower, upper - made.positions).min() < 1e-6
 
 
 def test_live_parameters(soft):

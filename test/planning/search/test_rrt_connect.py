@@ -104,7 +104,7 @@ def test_samples_follow_the_tree():
     rng = np.random.default_rng(0)
     tree = SearchTree(np.zeros((1, 3)))
     pool = SamplePool(tree, lambda count: rng.uniform(size=(count, 3)))
-    states = [np.zeros(3)]
+    states, checked = [np.zeros(3)], 0
     for count in (0, 1, 1, 5, 0, 40, 1) * 20:
         for values in rng.uniform(size=(count, 3)):
             tree.add(0, values)
@@ -116,3 +116,5 @@ def test_samples_follow_the_tree():
         distances = np.linalg.norm(np.array(states) - sample, axis=1)
         assert near == distances.argmin()
         assert distance == pytest.approx(distances.min())
+        checked += 1
+    assert checked > 10

@@ -46,7 +46,9 @@ def test_the_files_of_this_package_are_taken(robot):
 
 def test_worlds_are_taken():
     """The world of this package too."""
-    for file in (share_folder(PACKAGE) / 'worlds').glob('*.yaml'):
+    worlds = list((share_folder(PACKAGE) / 'worlds').glob('*.yaml'))
+    assert worlds
+    for file in worlds:
         assert mistakes('world', read_yaml_file(file).plain()) == []
 
 
