@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Finds words in the package that CONTRIBUTING.md's glossary replaces. Standard library only."""
+"""Finds words in packages that CONTRIBUTING.md's glossary replaces. Standard library only."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ import sys
 import tokenize
 
 ROOT = Path(__file__).resolve().parent.parent
+PACKAGES = ('armsim_ros', 'helpers', 'ros2')
 #: What comments, docstrings and messages do not contain -> what they contain instead.
 WORDS = {
     r'look(s|ed|ing)? at': 'check, read',
@@ -36,7 +37,8 @@ _TEXT = {tokenize.COMMENT, tokenize.STRING, getattr(tokenize, 'FSTRING_MIDDLE', 
 
 def main() -> int:
     """Print each find with file and line; return 1 where there is any."""
-    found = [line for path in sorted((ROOT / 'armsim_ros').rglob('*.py')) for line in _finds(path)]
+    found = [line for package in PACKAGES for path in sorted((ROOT / package).rglob('*.py'))
+             for line in _finds(path)]
     print(*found, sep='\n', end='\n' if found else '')
     return 1 if found else 0
 

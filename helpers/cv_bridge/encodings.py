@@ -19,7 +19,7 @@ class CvBridgeError(TypeError):
 @dataclass(frozen=True)
 class Encoding:
     """
-    What an encoding stands for.
+    The meaning of an encoding.
 
     :param name: of the array's type, such as 8UC3.
     :param order: the channels' colours, such as bgr; empty where they are not colours.
@@ -43,7 +43,7 @@ _GREY = np.array([9798, 19235, 3735], np.int64)
 
 def parse(encoding: str) -> Encoding:
     """
-    Return what an encoding stands for.
+    Return the meaning of an encoding.
 
     :raises CvBridgeError: it is not known.
     """

@@ -101,7 +101,7 @@ def transform_covariance(cov_in: Any, transform: TransformStamped) -> Any:
 
 
 def _quaternion(message: Any) -> Array:
-    """Return x, y, z, w with length 1; zeros stand for no rotation."""
+    """Return x, y, z, w with length 1; zeros mean no rotation."""
     quaternion = np.array([message.x, message.y, message.z, message.w])
     length = float(np.linalg.norm(quaternion))
     return quaternion / length if length > 0 else np.array([0.0, 0.0, 0.0, 1.0])

@@ -113,7 +113,7 @@ class BufferCore:
         """
         Return the pose of the source frame at a time in the target frame at another time.
 
-        :param fixed_frame: the frame that is taken to stand still between the two times.
+        :param fixed_frame: the frame that is taken to be fixed between the two times.
         :raises TransformException: as lookup_transform_core.
         """
         pose, stamp = self._lookup_full(

@@ -77,7 +77,7 @@ class Buffer(BufferCore, BufferInterface):
         """
         Return the pose of the source frame at a time in the target frame at another time.
 
-        :param fixed_frame: the frame that stands still between the two times.
+        :param fixed_frame: the frame that is fixed between the two times.
 
         Other parameters and exceptions as lookup_transform.
         """

@@ -125,7 +125,7 @@ class BufferInterface:
         Return a stamped object in another frame at another time.
 
         :param target_time: of the target frame.
-        :param fixed_frame: the frame that stands still between the two times.
+        :param fixed_frame: the frame that is fixed between the two times.
 
         Other parameters and exceptions as transform.
         """

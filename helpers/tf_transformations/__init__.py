@@ -90,7 +90,7 @@ def euler_matrix(ai: float, aj: float, ak: float, axes: str = 'sxyz') -> Array:
     """
     Return the matrix of three rotations.
 
-    :param axes: s for axes that stand still or r for axes that turn along, then their letters.
+    :param axes: s for fixed axes or r for axes that turn along, then their letters.
     """
     letters, angles = axes[1:], (ai, aj, ak)
     if axes[0] == 's':

@@ -15,7 +15,7 @@ KINDS = ('msg', 'srv', 'action')
 _PRIMITIVES = frozenset((
     'bool', 'byte', 'char', 'float32', 'float64', 'int8', 'uint8', 'int16', 'uint16', 'int32',
     'uint32', 'int64', 'uint64', 'string', 'wstring'))
-#: Attributes that tell the classes of each kind apart.
+#: Attributes by which the classes of each kind are distinguished.
 _MARKS = {'msg': ('SLOT_TYPES',), 'srv': ('Request', 'Response'),
           'action': ('Goal', 'Result', 'Feedback')}
 

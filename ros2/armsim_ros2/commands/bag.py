@@ -32,7 +32,7 @@ class _Recorder:
     """
     Writes what is published.
 
-    :param options: say which topics.
+    :param options: the command line; which topics to record.
     :param stream: of the file.
     """
 
