@@ -42,9 +42,9 @@ def xacro_help(words: Sequence[str]) -> str:
     :param words: a command line; '' comes back where it names no robot, or a robot without xacro.
     :raises ArmsimError: where the robot is not there.
     """
-    wanted = [word for word in words if word not in ('-h', '--help')]
-    arguments = parse_arguments(wanted, xacro=True)
-    if not any(word.startswith(('robot', '--robot', 'urdf', '--urdf')) for word in wanted):
+    requested = [word for word in words if word not in ('-h', '--help')]
+    arguments = parse_arguments(requested, xacro=True)
+    if not any(word.startswith(('robot', '--robot', 'urdf', '--urdf')) for word in requested):
         return ''
     given = dict(arguments.xacro)
     files = find_files(arguments.robot, **_sources(arguments, given))
@@ -122,8 +122,8 @@ def _overrides(arguments: ProgramArguments) -> dict[str, object]:
     overrides = {**_mode(arguments), **_given_overrides(arguments.overrides)}
     overrides.update({
         path: True
-        for path, wanted in (('simulation.paused', arguments.paused),)
-        if wanted
+        for path, requested in (('simulation.paused', arguments.paused),)
+        if requested
     })
     if arguments.scene_from_world:
         overrides['planning_parameters.scene_from_world'] = arguments.scene_from_world

@@ -184,7 +184,7 @@ class PaceSettings(Settings):
 
 
 class RecorderSettings(Settings):
-    """What is kept of the last seconds, to be written as MCAP where it is wanted."""
+    """What is kept of the last seconds, to be written as MCAP on request."""
 
     seconds: float = parameter(
         10.0, 'how far back a recording reaches [s]; 0 records nothing', ge=0.0, le=3600.0,

@@ -206,7 +206,7 @@ def _last_type(annotation: Any) -> Any:
 
 
 def _allowed(detail: Any) -> str:
-    """Return what pydantic wanted, as a phrase."""
+    """Return what pydantic expected, as a phrase."""
     kind, context = str(detail['type']), detail.get('ctx', {})
     for start, phrase in _WANTED.items():
         if kind.startswith(start):

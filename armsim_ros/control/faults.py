@@ -114,17 +114,17 @@ class FaultInjector(HardwareInterface):
 
     def _spoil(self, i: int, fault: JointFault, last: float, period: float) -> None:
         target = self._hardware
-        wanted = float(self.command.position[i]) + fault.bias
+        requested = float(self.command.position[i]) + fault.bias
         if math.isnan(last):
             last = float(self.state.position[i])
         if fault.blocked:
-            wanted = last if not math.isnan(wanted) else wanted
+            requested = last if not math.isnan(requested) else requested
             for kind in ('velocity', 'effort'):
                 if not math.isnan(target.command.of(kind)[i]):
                     target.command.of(kind)[i] = 0.0
         elif fault.lag:
-            wanted = last + (wanted - last) * -math.expm1(-period / fault.lag)
-        target.command.position[i] = wanted
+            requested = last + (requested - last) * -math.expm1(-period / fault.lag)
+        target.command.position[i] = requested
         target.feedforward.velocity[i] = math.nan
         target.feedforward.acceleration[i] = math.nan
 

@@ -34,10 +34,10 @@ class PositionCommands:
 
     def suck(self, on: Sequence[bool]) -> None:
         """Switch the cups on or off."""
-        for cup, wanted in zip(self._cups, on, strict=True):
-            if wanted and not cup.on:
+        for cup, requested in zip(self._cups, on, strict=True):
+            if requested and not cup.on:
                 cup.switch_on()
-            elif not wanted and cup.on:
+            elif not requested and cup.on:
                 cup.switch_off()
 
     def go(self, start: Vector, end: Vector, periods: int) -> None:
@@ -193,8 +193,8 @@ class Actions:
         jacobian = self._kinematics.jacobian(
             self._kinematics.apply_mimic(q), self._tip, self._group)
         turn = self._world.T
-        wanted = np.concatenate((turn @ twist[:3], turn @ twist[3:]))
+        requested = np.concatenate((turn @ twist[:3], turn @ twist[3:]))
         square = jacobian @ jacobian.T + _DAMPING * np.eye(6)
         velocity = np.zeros(len(positions))
-        velocity[self._moved] = jacobian.T @ np.linalg.solve(square, wanted)
+        velocity[self._moved] = jacobian.T @ np.linalg.solve(square, requested)
         return velocity

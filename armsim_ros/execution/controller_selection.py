@@ -68,18 +68,18 @@ def select_controllers(
     :param manages: whether inactive controllers can be activated.
     :raises PlanningError: CONTROL_FAILED with the joints and the known controllers.
     """
-    wanted = frozenset(joints)
+    requested = frozenset(joints)
     usable = _named(controllers, names)
-    candidates = [each for each in usable if wanted & set(each.joints)]
+    candidates = [each for each in usable if requested & set(each.joints)]
     fewest: tuple[MoveItControllerSettings, ...] = ()
     for count in range(1, min(len(candidates), _MOST_CONTROLLERS) + 1):
-        chosen = _best(candidates, count, wanted, active, manages)
+        chosen = _best(candidates, count, requested, active, manages)
         if chosen and (manages or _all_active(chosen, active)):
             return chosen
         fewest = fewest or chosen
     if fewest:
         return fewest
-    missing = sorted(wanted - {joint for each in usable for joint in each.joints})
+    missing = sorted(requested - {joint for each in usable for joint in each.joints})
     remedy = (
         f'no controller has {", ".join(missing)}: add them to the joints of a controller in '
         'moveit_controllers.yaml or controllers_gazebo.yaml'
@@ -89,19 +89,19 @@ def select_controllers(
     raise PlanningError(
         MoveItErrorCode.CONTROL_FAILED,
         'Unable to identify any set of controllers that can actuate the specified joints: '
-        f'[ {" ".join(sorted(wanted))} ]\nKnown controllers and their joints:\n'
+        f'[ {" ".join(sorted(requested))} ]\nKnown controllers and their joints:\n'
         f'{_listing(usable)}\n{remedy}',
         _SOURCE,
     )
 
 
 def _best(
-    candidates: Sequence[MoveItControllerSettings], count: int, wanted: frozenset[str],
+    candidates: Sequence[MoveItControllerSettings], count: int, requested: frozenset[str],
     active: Collection[str] | None, manages: bool,
 ) -> tuple[MoveItControllerSettings, ...]:
     """Return the best combination of so many controllers, empty where none moves all joints."""
     fitting = sorted(
-        (chosen for chosen in combinations(candidates, count) if _covers(chosen, wanted)),
+        (chosen for chosen in combinations(candidates, count) if _covers(chosen, requested)),
         key=lambda chosen: _demerit(chosen, active))
     running = [] if manages else [combination for combination in fitting
                                   if _all_active(combination, active)]
@@ -122,9 +122,9 @@ def _named(
     return [known[name] for name in dict.fromkeys(names or sorted(known))]
 
 
-def _covers(chosen: Sequence[MoveItControllerSettings], wanted: frozenset[str]) -> bool:
+def _covers(chosen: Sequence[MoveItControllerSettings], requested: frozenset[str]) -> bool:
     joints = [joint for each in chosen for joint in each.joints]
-    return len(joints) == len(set(joints)) and wanted <= set(joints)
+    return len(joints) == len(set(joints)) and requested <= set(joints)
 
 
 def _demerit(

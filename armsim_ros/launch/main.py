@@ -31,17 +31,17 @@ def main(argv: Sequence[str] | None = None) -> int:
         print(USAGE)
         return 0 if words else USAGE_STATUS
     try:
-        wanted = parse_words(words)
+        requested = parse_words(words)
     except ArmsimError as error:
         print(f'launch: {error}', file=sys.stderr)
         return USAGE_STATUS
     _complete_environment(os.environ)
-    launch = Launch(wanted)
-    if wanted.show_arguments:
+    launch = Launch(requested)
+    if requested.show_arguments:
         return launch.show_arguments()
-    if wanted.print_description:
+    if requested.print_description:
         return launch.print_description()
-    if wanted.dry:
+    if requested.dry:
         return launch.dry_run()
     real = _real_ros2()
     if real:

@@ -268,9 +268,9 @@ def _interfaces(settings: RobotSettings, content: UrdfContent) -> Iterator[Probl
             command for kind in transmission.interfaces
             for command in _COMMANDS.get(kind, (kind,)))
     for controller in settings.controllers:
-        wanted = getattr(controller.parameters, 'command_interfaces', ())
+        requested = getattr(controller.parameters, 'command_interfaces', ())
         for joint in controller.joints:
-            missing = [command for command in wanted
+            missing = [command for command in requested
                        if command not in offered.get(joint, {command})]
             if missing:
                 yield Problem(

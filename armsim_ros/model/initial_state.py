@@ -21,9 +21,9 @@ def initial_positions(model: RobotModel, settings: SimulationSettings) -> dict[s
 
     :raises SimulationError: an unknown state or joint, or a position outside the limits.
     """
-    wanted = dict(_named_state(model, settings.initial_state))
-    wanted.update(settings.initial_positions)
-    for name, position in wanted.items():
+    requested = dict(_named_state(model, settings.initial_state))
+    requested.update(settings.initial_positions)
+    for name, position in requested.items():
         joint = model.joints.get(name)
         if joint is None or not joint.active:
             raise SimulationError(
@@ -35,7 +35,7 @@ def initial_positions(model: RobotModel, settings: SimulationSettings) -> dict[s
                 f"the initial position {position:g} of joint '{name}' is outside its limits; "
                 f'allowed: {joint.limits.lower:g} to {joint.limits.upper:g}'
             )
-    return wanted
+    return requested
 
 
 def with_hardware_start(settings: RobotSettings, model: RobotModel
@@ -79,16 +79,16 @@ def with_hardware_start(settings: RobotSettings, model: RobotModel
     return settings.model_copy(update={'simulation': moved}), problems
 
 
-def _named_state(model: RobotModel, wanted: str) -> dict[str, float]:
-    if not wanted:
+def _named_state(model: RobotModel, requested: str) -> dict[str, float]:
+    if not requested:
         return {}
     states = model.semantic.named_states
-    group, _, name = wanted.rpartition('/')
+    group, _, name = requested.rpartition('/')
     for candidate, values in states.items():
         if name in values and group in ('', candidate):
             return values[name]
     known = [f'{key}/{state}' for key, values in states.items() for state in values]
     raise SimulationError(
-        f"the initial state '{wanted}' is not in the SRDF of robot '{model.name}'; "
+        f"the initial state '{requested}' is not in the SRDF of robot '{model.name}'; "
         f'allowed: {", ".join(known) or "the SRDF has none"}'
     )

@@ -56,7 +56,7 @@ class ExecutorProgram(ABC):
 
     def run(self) -> int:
         """
-        Run until a stop is wanted.
+        Run until a stop is requested.
 
         :returns: the exit status.
         :raises ArmsimError: a parameter of the command line is wrong.
@@ -87,7 +87,7 @@ class ExecutorProgram(ABC):
         self, executor: SingleThreadedExecutor, node: PollingNode, afterwards: ExitStack
     ) -> int:
         """
-        Make the endpoints and run callbacks until a stop is wanted.
+        Make the endpoints and run callbacks until a stop is requested.
 
         :param afterwards: closed once the endpoints are gone.
         :returns: the exit status.

@@ -33,7 +33,7 @@ class StopSignals:
     """
 
     def __init__(self) -> None:
-        self.wanted = False
+        self.stop_requested = False
         self.on_stop: Callable[[], None] | None = None
         self._reader, self._writer = socket.socketpair()
         self._writer.setblocking(False)
@@ -45,7 +45,7 @@ class StopSignals:
     def _wait(self) -> None:
         while signals := self._reader.recv(16):
             if set(signals) & set(_NUMBERS):
-                self.wanted = True
+                self.stop_requested = True
                 if self.on_stop is not None:
                     self.on_stop()
 
@@ -89,9 +89,9 @@ def serve(
     try:
         arguments = parse_arguments(sys.argv[1:] if argv is None else argv, xacro=True)
         kind: type[RobotProgram] = getattr(import_module(module), name)
-        if signals.wanted:
+        if signals.stop_requested:
             return 0
-        program = kind(arguments, lambda: signals.wanted)
+        program = kind(arguments, lambda: signals.stop_requested)
         # What is there now stays, and need not be searched for cycles.
         gc.freeze()
         gc.enable()

@@ -72,11 +72,11 @@ class JointBounds:
         share = float(np.min(fastest[too_fast] / speed[too_fast]))
         return velocity * share, finding
 
-    def accelerate(self, now: Vector, wanted: Vector, period: float) -> Vector:
+    def accelerate(self, now: Vector, requested: Vector, period: float) -> Vector:
         """Return the velocities (m,) a cycle later; all joints approach by a common factor."""
-        change = wanted - now
+        change = requested - now
         excess = _greatest(np.abs(change) / (self.acceleration * period))
-        return now + change / excess if excess > 1.0 else wanted
+        return now + change / excess if excess > 1.0 else requested
 
     def brake_in_time(self, q: Vector, now: Vector, velocity: Vector, period: float) -> Vector:
         """

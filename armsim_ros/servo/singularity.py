@@ -69,7 +69,7 @@ def singularity_factor(
     Return the share of a motion's speed that a singularity leaves.
 
     :param q: (m,) the moving joints [rad or m].
-    :param twist: (6,) wanted of the tip, linear over angular, in the units of the Jacobian.
+    :param twist: (6,) requested of the tip, linear over angular, in the units of the Jacobian.
     :param jacobian: (6, m) there.
     :param jacobian_at: (m,) -> (6, m), for other positions.
     :returns: 0 to 1, and findings where it is less than 1.

@@ -26,7 +26,7 @@ class SmoothingFilter(ABC):
 
     @abstractmethod
     def smooth(self, positions: Vector) -> Vector:
-        """Return the positions (n,) to send for those that are wanted [rad or m]."""
+        """Return the positions (n,) to send for those requested [rad or m]."""
 
     @abstractmethod
     def saved(self) -> Any:
@@ -121,9 +121,9 @@ class AccelerationFilter(SmoothingFilter):
         half = 0.5 * self._change
         braking = np.sqrt(half * half + 2.0 * self._acceleration * way) - half
         speed = np.minimum(np.minimum(self._fastest, braking), way / self._period)
-        wanted = np.copysign(speed, distance)
+        requested = np.copysign(speed, distance)
         self._velocity = np.clip(
-            wanted, self._velocity - self._change, self._velocity + self._change
+            requested, self._velocity - self._change, self._velocity + self._change
         )
         self._position = self._position + self._velocity * self._period
         return self._position

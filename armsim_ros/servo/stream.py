@@ -143,9 +143,10 @@ class ServoStream:
         velocity = np.zeros_like(self._velocity)
         findings: list[Finding] = []
         if command is not None:
-            wanted = self.target.wanted(command, q, parameters)
-            findings += wanted.findings
-            velocity = self._bounded(wanted.velocity, wanted.cartesian, q, parameters, findings)
+            requested = self.target.wanted(command, q, parameters)
+            findings += requested.findings
+            velocity = self._bounded(
+                requested.velocity, requested.cartesian, q, parameters, findings)
         period = parameters.publish_period
         coming = self.bounds.accelerate(self._velocity, velocity, period)
         self._velocity = self.bounds.brake_in_time(

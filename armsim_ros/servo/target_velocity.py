@@ -207,11 +207,13 @@ class TargetVelocity:
 
     def _solve(self, jacobian: Matrix, twist: Vector) -> Vector:
         jacobian = self._weights[:, None] * jacobian
-        wanted = self._weights * twist
+        requested = self._weights * twist
         if jacobian.shape[1] >= 6:
-            solution = jacobian.T @ np.linalg.solve(jacobian @ jacobian.T + self._damping, wanted)
+            solution = jacobian.T @ np.linalg.solve(
+                jacobian @ jacobian.T + self._damping, requested)
         else:
-            solution = np.linalg.solve(jacobian.T @ jacobian + self._damping, jacobian.T @ wanted)
+            solution = np.linalg.solve(
+                jacobian.T @ jacobian + self._damping, jacobian.T @ requested)
         return np.asarray(solution, dtype=np.float64)
 
     def _jacobian(self, q: Vector) -> Matrix:

@@ -72,9 +72,9 @@ def finger_gains(settings: RobotSettings, model: RobotModel) -> dict[str, PidGai
         joint = model.joints.get(controller.parameters.joint)
         if joint is None or joint.type is not JointType.PRISMATIC:
             continue
-        wanted = bound_or_infinite(joint.limits.effort) / FINGER_GIVE
+        requested = bound_or_infinite(joint.limits.effort) / FINGER_GIVE
         least = simulation.servo.default_gains.p
-        gains[joint.name] = PidGains(p=max(least, min(wanted, highest)), i_clamp=0.0)
+        gains[joint.name] = PidGains(p=max(least, min(requested, highest)), i_clamp=0.0)
     return gains
 
 

@@ -58,7 +58,7 @@ class SimClock:
 
     @property
     def real_time_factor(self) -> float:
-        """Simulated time per wall time that is wanted; 0 is as fast as it goes."""
+        """Simulated time per wall time that is requested; 0 is as fast as it goes."""
         return self._real_time_factor
 
     @real_time_factor.setter

@@ -171,12 +171,12 @@ class AdmittanceController(ChainableController[AdmittanceControllerParameters]):
         states = self.context.hardware.other_states
         wrench = np.array([states[name] for name in self._measured])
         rule.step(self._settled, admittance, position, wrench + self._added_wrench, period)
-        wanted = {
+        requested = {
             POSITION: position + rule.offset,
             VELOCITY: rows.get(VELOCITY, np.zeros_like(position)) + rule.velocity,
             ACCELERATION: rule.acceleration,
         }
-        command = np.concatenate([wanted[kind] for kind in self.parameters.command_interfaces])
+        command = np.concatenate([requested[kind] for kind in self.parameters.command_interfaces])
         self._output.write(command)
         self._snapshot = AdmittanceSnapshot(
             time_ns, self._settled, admittance, damping_of(admittance), rule.control_rotation,

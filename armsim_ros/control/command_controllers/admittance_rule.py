@@ -75,9 +75,9 @@ class AdmittanceRule:
         rate = (force - damping * pace - stiffness * (place + period * pace)) / (
             mass + period * damping + period * period * stiffness)
         gram = jacobian.T @ jacobian + parameters.kinematics.alpha * np.eye(len(reference))
-        wanted = np.linalg.solve(gram, jacobian.T @ _turned(turn, rate))
+        requested = np.linalg.solve(gram, jacobian.T @ _turned(turn, rate))
         before = self.velocity
-        velocity = (before + period * wanted) / (1.0 + period * admittance.joint_damping)
+        velocity = (before + period * requested) / (1.0 + period * admittance.joint_damping)
         posture = reference + self.offset + period * velocity
         bounded = np.clip(posture, self._lower, self._upper)
         self.velocity = np.where(bounded == posture, velocity, 0.0)

@@ -140,9 +140,9 @@ class PidController(ChainableController[PidControllerParameters]):
         self._measured = found
         return ''
 
-    def set_feedforward(self, wanted: bool) -> None:
+    def set_feedforward(self, requested: bool) -> None:
         """Add the references' own part to the commands, or leave it away."""
-        self._feedforward = wanted
+        self._feedforward = requested
 
     def snapshot(self) -> PidSnapshot | None:
         """Return what the last update did, None before the first."""
@@ -156,28 +156,28 @@ class PidController(ChainableController[PidControllerParameters]):
 
     def follow(self, references: Vector, time_ns: int, period: float) -> None:
         """Close the loops; a degree of freedom without reference or state is not commanded."""
-        wanted, feedback = references.reshape(self._shape), self._feedback()
+        requested, feedback = references.reshape(self._shape), self._feedback()
         given = self.context.hardware.given_states
         given.update(zip(self.exported_states, feedback.ravel().tolist(), strict=True))
         error = np.zeros((2, self._shape[1]))
-        error[0] = wanted[0] - feedback[0]
+        error[0] = requested[0] - feedback[0]
         gains = [self.parameters.gains[name] for name in self.joints]
         for i, gain in enumerate(gains):
             if gain.angle_wraparound and math.isfinite(error[0, i]):
                 error[0, i] = math.remainder(error[0, i], math.tau)
         change = (error[0] - self._last_error) / period if period > 0.0 else error[1]
         if self._shape[0] == 2:
-            known = wanted[1] - feedback[1]
+            known = requested[1] - feedback[1]
             change = np.where(np.isfinite(known), known, change)
         error[1] = np.where(np.isfinite(change), change, 0.0)
         self._last_error = error[0].copy()
         output = np.array([pid.compute(error[0, i], error[1, i], period)
                            for i, pid in enumerate(self._pids)])
         if self._feedforward or self.parameters.enable_feedforward:
-            own = wanted[-1] * np.array([gain.feedforward_gain for gain in gains])
+            own = requested[-1] * np.array([gain.feedforward_gain for gain in gains])
             output += np.where(np.isfinite(own), own, 0.0)
         self._snapshot = PidSnapshot(
-            time_ns, self.parameters.measured, wanted.copy(), feedback.copy(), error, output,
+            time_ns, self.parameters.measured, requested.copy(), feedback.copy(), error, output,
             period)
         self._output.write(output)
 

@@ -157,13 +157,13 @@ class CommandLimits:
         return low, high
 
     def _velocities(self, slowest: Vector, fastest: Vector, period: float) -> Range:
-        state, wanted = self._hardware.state, self._hardware.command.velocity
+        state, requested = self._hardware.state, self._hardware.command.velocity
         position, bound = state.position, np.isfinite(self._velocity)
         low = np.maximum((self._lower - position) / period, -self._velocity)
         high = np.minimum((self._upper - position) / period, self._velocity)
         above, below = position > self._upper, position < self._lower
-        stop = (above & ((wanted >= 0.0) | (position > self._upper + _FAR_OUTSIDE))) | (
-            below & ((wanted <= 0.0) | (position < self._lower - _FAR_OUTSIDE)))
+        stop = (above & ((requested >= 0.0) | (position > self._upper + _FAR_OUTSIDE))) | (
+            below & ((requested <= 0.0) | (position < self._lower - _FAR_OUTSIDE)))
         low, high = np.where(stop, 0.0, low), np.where(stop, 0.0, high)
         before = self._before[VELOCITY]
         before = np.where(np.isfinite(before), before, state.velocity)
@@ -174,8 +174,8 @@ class CommandLimits:
         return np.where(bound, low, -np.inf), np.where(bound, high, np.inf)
 
     def _accelerations(self) -> Range:
-        wanted = self._hardware.command.acceleration
-        slows = wanted * self._hardware.state.velocity < 0.0
+        requested = self._hardware.command.acceleration
+        slows = requested * self._hardware.state.velocity < 0.0
         largest = np.where(slows & np.isfinite(self._deceleration), self._deceleration,
                            self._acceleration)
         return -largest, largest

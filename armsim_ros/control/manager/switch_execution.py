@@ -158,19 +158,19 @@ class SwitchExecution:
         starting = [controllers[name] for name in activate]
         staying = [controller for controller in controllers.values() if controller.active
                    and controller not in stopping]
-        wanted = [*staying, *starting]
+        requested = [*staying, *starting]
         restarting = [controller for controller in staying
-                      if bool(preceding(controller, wanted)) != controller.chained]
+                      if bool(preceding(controller, requested)) != controller.chained]
         starting = in_order([*starting, *restarting])[::-1]
         try:
-            self._hardware.perform_command_mode_switch(self._claims(wanted))
+            self._hardware.perform_command_mode_switch(self._claims(requested))
         except ArmsimError as error:
             return [f'nothing was switched: {error}']
         for controller in in_order([*stopping, *restarting]):
             self._deactivate(controller, time_ns)
-        self._forget_positions(wanted)
-        for controller in wanted:
-            controller.chained = bool(preceding(controller, wanted))
+        self._forget_positions(requested)
+        for controller in requested:
+            controller.chained = bool(preceding(controller, requested))
         failures = [text for controller in starting
                     if (text := self._start(controller, controllers, time_ns))]
         if failures:
@@ -181,7 +181,7 @@ class SwitchExecution:
                 if active:
                     names = ', '.join(f"'{controller.name}'" for controller in active)
                     failures.append(f'deactivated again: {names}')
-            failures += self._open_chains([controller for controller in wanted
+            failures += self._open_chains([controller for controller in requested
                                            if controller.active], time_ns)
             self._follow_hardware(controllers, time_ns)
         self._refresh(controllers)

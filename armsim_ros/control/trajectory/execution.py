@@ -143,7 +143,7 @@ class TrajectoryExecution:
         updates before the last waypoint are among them.
 
         :param period: from update to update [s].
-        :param most: references that are wanted.
+        :param most: requested references.
         """
         nothing = self.ahead[None, :][:0]
         if self.phase is not Phase.RUNNING or self.scheduled is not None:

@@ -201,7 +201,7 @@ class TrajectoryLoop:
                 or self._current() is not self._parameters)
 
     def _adopt_changes(self) -> None:
-        """Work with the parameters and the pace that are wanted now."""
+        """Work with the parameters and the pace that are requested now."""
         parameters = self._current()
         if parameters is not self._parameters:
             self.writer.set_gains(self._parameters.gains, parameters.gains)

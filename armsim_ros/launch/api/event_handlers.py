@@ -178,8 +178,8 @@ class OnProcessIO(_OfTarget):
 
 def on_process_io_matching(pattern: str) -> Callable[[Any], bool]:
     """Return a predicate for output of a process that matches a pattern."""
-    wanted = re.compile(pattern)
-    return lambda event: bool(wanted.search(event.text.decode(errors='replace')))
+    requested = re.compile(pattern)
+    return lambda event: bool(requested.search(event.text.decode(errors='replace')))
 
 
 def _result(entities: Any, event: Any, context: LaunchContext) -> Iterable[Any] | None:

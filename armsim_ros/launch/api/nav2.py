@@ -98,9 +98,9 @@ class RewrittenYaml(_NewFile):
         content = content if isinstance(content, dict) else {}
         values = {name: perform_text(context, value) for name, value in self._values.items()}
         for parent, key, place in list(_walk(content)):
-            wanted = values.get(place, values.get(str(key)))
-            if wanted is not None:
-                parent[key] = as_yaml_value(wanted) if self._convert else wanted
+            requested = values.get(place, values.get(str(key)))
+            if requested is not None:
+                parent[key] = as_yaml_value(requested) if self._convert else requested
             elif isinstance(parent[key], str) and parent[key] in self._texts:
                 parent[key] = perform_text(context, self._texts[parent[key]])
         known = {place for _, _, place in _walk(content)}

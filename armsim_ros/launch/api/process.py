@@ -147,10 +147,10 @@ class ExecuteLocal(Action):
     def ended(self, context: LaunchContext, event: Any) -> list[LaunchDescriptionEntity]:
         """Return the actions for its exit."""
         self.return_code = event.returncode
-        wanted = self._on_exit
-        if callable(wanted) and not isinstance(wanted, LaunchDescriptionEntity):
-            wanted = wanted(event, context)
-        return normalize_to_list_of_entities([wanted]) if wanted is not None else []
+        requested = self._on_exit
+        if callable(requested) and not isinstance(requested, LaunchDescriptionEntity):
+            requested = requested(event, context)
+        return normalize_to_list_of_entities([requested]) if requested is not None else []
 
     def started(self, name: str, pid: int, spec: ProcessSpec) -> None:
         """Store the details of its process."""

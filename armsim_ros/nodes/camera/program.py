@@ -58,7 +58,7 @@ class CameraProgram:
 
     def run(self) -> int:
         """
-        Run until a stop is wanted.
+        Run until a stop is requested.
 
         :returns: the exit status.
         """

@@ -136,11 +136,11 @@ def endpoints(context: Context) -> tuple[object, ...]:
     job = PlanningJob(context, display)
     execution = TrajectoryExecutionManager(context)
     parts = Parts(context, job, execution, display, SequenceJob(context, job, display))
-    wanted = wanted_capabilities(context.node, context.planning_parameters, context.logger)
+    requested = wanted_capabilities(context.node, context.planning_parameters, context.logger)
     return (
         display,
         execution,
-        *(item for name in wanted for item in ALL[name](parts)),
+        *(item for name in requested for item in ALL[name](parts)),
         PlanningSceneTopics(context),
         CollisionObjectTopic(context),
         AttachedCollisionObjectTopic(context),

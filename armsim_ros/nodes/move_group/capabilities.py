@@ -129,8 +129,8 @@ def wanted_capabilities(node: Node, planning: PlanningParameters, logger: Any) -
         if node.has_parameter(parameter):
             added += str(node.get_parameter(parameter).value).split()
     disabled = set(_known(planning.disable_capabilities, 'disable_capabilities', logger))
-    wanted = dict.fromkeys([*CAPABILITIES, *_known(added, 'capabilities', logger)])
-    return [name for name in wanted if name not in disabled]
+    requested = dict.fromkeys([*CAPABILITIES, *_known(added, 'capabilities', logger)])
+    return [name for name in requested if name not in disabled]
 
 
 def _known(names: Iterable[str], parameter: str, logger: Any) -> Iterable[str]:

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The topics ``robot_description`` and ``robot_description_semantic``, where they are wanted."""
+"""The topics ``robot_description`` and ``robot_description_semantic``, where enabled."""
 
 from __future__ import annotations
 

@@ -82,11 +82,11 @@ class JointCommands:
         points = self._window.points(accelerations=parameters.publish_joint_accelerations)
         if points is None:
             return
-        fields = tuple(name for name, wanted in (
+        fields = tuple(name for name, requested in (
             ('positions', parameters.publish_joint_positions),
             ('velocities', parameters.publish_joint_velocities),
             ('accelerations', parameters.publish_joint_accelerations),
-        ) if wanted)
+        ) if requested)
         self._publisher.publish(self._serialized(points, fields))
 
     def _serialized(self, points: WindowPoints, fields: tuple[str, ...]) -> bytes:

@@ -121,6 +121,6 @@ class SceneFollower:
     def _answer(
         self, request: GetPlanningScene.Request, response: GetPlanningScene.Response
     ) -> GetPlanningScene.Response:
-        wanted = Component(request.components.components) or Component.ALL
-        response.scene = scene_to_message(self._scene, wanted)
+        requested = Component(request.components.components) or Component.ALL
+        response.scene = scene_to_message(self._scene, requested)
         return response

@@ -32,7 +32,7 @@ class WantedPublisher:
 
     def wanted(self, time_ns: int) -> bool:
         """
-        Return whether a message is wanted now.
+        Return whether a message is needed now.
 
         :param time_ns: [ns] of the simulation.
         """

@@ -33,7 +33,7 @@ def spin(name: str, ros_args: Sequence[str], make: Callable[[Node], object], **o
         executor = SingleThreadedExecutor()
         executor.add_node(node)
         signals.on_stop = rclpy.try_shutdown
-        if not signals.wanted:
+        if not signals.stop_requested:
             executor.spin()
         del kept
     except ExternalShutdownException:

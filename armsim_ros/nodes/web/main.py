@@ -46,7 +46,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         # Slow to import; a signal finds us listening.
         from armsim_ros.nodes.web.program import WebProgram
 
-        if signals.wanted:
+        if signals.stop_requested:
             return 0
         return WebProgram(arguments).run(ended)
     except ArmsimError as error:

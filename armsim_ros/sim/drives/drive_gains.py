@@ -67,9 +67,9 @@ class DriveGains:
         ratio = self._settings.servo.damping_ratio
         if ratio == 0.0:
             return np.broadcast_to(self.d, inertias.shape)
-        wanted = 2.0 * ratio * np.sqrt(np.maximum(self.p, 0.0) * inertias)
+        requested = 2.0 * ratio * np.sqrt(np.maximum(self.p, 0.0) * inertias)
         raised: Matrix = np.maximum(
-            self.d, np.minimum(wanted, inertias / self._settings.timestep)
+            self.d, np.minimum(requested, inertias / self._settings.timestep)
         )
         return raised
 

@@ -45,19 +45,20 @@ class DrivenLimits:
         effort = [bound_or_infinite(joint.limits.effort) for joint in joints]
         return cls(lower, upper, VELOCITY_HEADROOM * np.array(velocity), np.array(effort))
 
-    def bounded(self, start: Vector, wanted: Matrix, longest: Vector, weights: Vector) -> Matrix:
+    def bounded(self, start: Vector, requested: Matrix, longest: Vector, weights: Vector
+                ) -> Matrix:
         """
-        Return a reference that goes where it is wanted, as far as the limits allow.
+        Return a reference to the requested positions, as far as the limits allow.
 
         :param start: (n,) where it is now [rad or m].
-        :param wanted: (k, n) where it is wanted after each step.
+        :param requested: (k, n) positions after each step.
         :param longest: (n,) ways in a step [rad or m].
         :param weights: (n,) 1 by ``longest``.
         :returns: (k + 1, n), the start first.
         """
-        references = np.empty((len(wanted) + 1, wanted.shape[1]))
+        references = np.empty((len(requested) + 1, requested.shape[1]))
         references[0] = start
-        np.maximum(wanted, self.lower, out=references[1:])
+        np.maximum(requested, self.lower, out=references[1:])
         np.minimum(references[1:], self.upper, out=references[1:])
         shares = (references[1:] - references[:-1]) * weights
         # Where the squares of all shares do not add up to one, none is above it.

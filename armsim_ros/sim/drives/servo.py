@@ -143,13 +143,13 @@ class Servo(Restorable):
             self._follow_effort(self._followed.effort & given)
             acting = self._follows_effort | (self._followed.effort_added & given)
             self._effort_command = np.where(acting, command.effort * self._fingers, 0.0)
-        wanted = command.position
-        if self._only_positions and float(wanted.dot(wanted)) < np.inf:
-            self._target = wanted.copy()
+        requested = command.position
+        if self._only_positions and float(requested.dot(requested)) < np.inf:
+            self._target = requested.copy()
             follows = self._followed.position
         else:
-            follows = self._followed.position & np.isfinite(wanted)
-            self._target = np.where(follows, wanted, self._target)
+            follows = self._followed.position & np.isfinite(requested)
+            self._target = np.where(follows, requested, self._target)
         velocity = acceleration = self._unknown
         if steps > 1 and self._only_references and follows is self._followed.position:
             velocity, acceleration = feedforward.velocity, feedforward.acceleration
@@ -240,8 +240,8 @@ class Servo(Restorable):
             if self._needs_state:
                 self._plan_from_state(position, velocity)
             else:
-                wanted = self._wanted if len(self._wanted) else self._target[None]
-                self._plan(wanted, len(wanted))
+                requested = self._wanted if len(self._wanted) else self._target[None]
+                self._plan(requested, len(requested))
                 self._wanted = self._wanted[:0]
         inputs: Vector = self._inputs[self._row]
         self._row += 1
@@ -258,15 +258,15 @@ class Servo(Restorable):
         inertias = self.dynamics.joint_inertias(self._inertias[[self._row // self._stride]])
         return self.gains.stiffness_warnings(inertias[0])
 
-    def _plan(self, wanted: Matrix, steps: int) -> None:
+    def _plan(self, requested: Matrix, steps: int) -> None:
         """
         Plan some steps at once, within the limits of position and velocity.
 
-        :param wanted: (k, n) where the reference is to be after each of them [rad or m].
+        :param requested: (k, n) where the reference is to be after each of them [rad or m].
         :param steps: in a control period; k holds a whole number of periods.
         """
         references = self.limits.bounded(
-            self.reference, wanted, self._longest_step, self._step_weights
+            self.reference, requested, self._longest_step, self._step_weights
         )
         velocities = np.empty_like(references)
         velocities[0] = self._velocities[self._row]
@@ -278,16 +278,16 @@ class Servo(Restorable):
     def _plan_from_state(self, position: Vector, velocity: Vector) -> None:
         """Plan a step for drives that depend on what is measured."""
         h = self._timestep
-        wanted = self._wanted[0] if len(self._wanted) else self._target
+        requested = self._wanted[0] if len(self._wanted) else self._target
         self._wanted = self._wanted[1:]
         self._measured = position.copy()
         if self._any_velocity:
             moved = self.reference + h * self._velocity_command
             # The reference waits for a joint that is blocked, within reach of its effort.
             moved = np.minimum(np.maximum(moved, position - self._reach), position + self._reach)
-            wanted = np.where(self._followed.velocity, moved, wanted)
+            requested = np.where(self._followed.velocity, moved, requested)
         references = self.limits.bounded(
-            self.reference, wanted[None], self._longest_step, self._step_weights
+            self.reference, requested[None], self._longest_step, self._step_weights
         )
         velocities = np.stack((self._velocities[self._row], references[1] - references[0]))
         velocities[1] /= h

@@ -76,7 +76,7 @@ class Ground(NamedTuple):
 
 class PlantSpec:
     """
-    Builds the ``MjSpec`` of a robot, and of the world around it if wanted.
+    Builds the ``MjSpec`` of a robot, and of the world around it if requested.
 
     :param model: the robot.
     :param settings: physics.

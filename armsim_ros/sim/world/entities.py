@@ -267,12 +267,12 @@ class Entities:
         """Return whether there is an entity, or a link of a robot, of that name."""
         return name in self._simulation.world.objects or self._link(name) is not None
 
-    def free_name(self, wanted: str, reserved: Iterable[str] = ()) -> str:
+    def free_name(self, requested: str, reserved: Iterable[str] = ()) -> str:
         """Return a name, or with ``_1``, ``_2`` ... behind it the first that is not taken."""
-        taken, number, name = {*self.names, *reserved}, 0, wanted
+        taken, number, name = {*self.names, *reserved}, 0, requested
         while name in taken:
             number += 1
-            name = f'{wanted}_{number}'
+            name = f'{requested}_{number}'
         return name
 
     def _category(self, name: str) -> Category:

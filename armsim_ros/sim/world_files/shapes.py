@@ -68,8 +68,8 @@ def _numbers(word: str, text: str, count: int) -> list[float]:
     except ValueError:
         values = []
     if not values or not all(map(math.isfinite, values)) or (count and len(values) != count):
-        wanted = f'{count} finite numbers' if count > 1 else 'a finite number'
-        raise _refused(f'{word}={text[:60]} is wrong; allowed: {wanted}, parted by commas')
+        requested = f'{count} finite numbers' if count > 1 else 'a finite number'
+        raise _refused(f'{word}={text[:60]} is wrong; allowed: {requested}, parted by commas')
     return values
 
 

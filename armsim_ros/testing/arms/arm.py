@@ -238,10 +238,10 @@ class Arm(ABC):
 
     def distance(self, target: Target) -> tuple[str, float]:
         """Return the joint that is farthest from a target state, and how far [rad or m]."""
-        wanted = self.state(target)
+        requested = self.state(target)
         now = self.positions
-        worst = max(wanted, key=lambda joint: abs(now[joint] - wanted[joint]))
-        return worst, now[worst] - wanted[worst]
+        worst = max(requested, key=lambda joint: abs(now[joint] - requested[joint]))
+        return worst, now[worst] - requested[worst]
 
     def state(self, target: Target) -> Mapping[str, float]:
         """

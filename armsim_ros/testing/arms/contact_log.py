@@ -53,8 +53,8 @@ class ContactLog:
     def touches(self, since: float | None = None) -> tuple[Touch, ...]:
         """Return all touches that lasted beyond a time [s], oldest first; None: all."""
         seen = [*self._ended, *(self._touch(pair) for pair in self._lasting)]
-        wanted = (touch for touch in seen if since is None or touch.end >= since)
-        return tuple(sorted(wanted, key=lambda touch: touch.start))
+        requested = (touch for touch in seen if since is None or touch.end >= since)
+        return tuple(sorted(requested, key=lambda touch: touch.start))
 
     def _deepest(self) -> dict[Pair, float]:
         bodies, depths = self._simulation.touching()

@@ -134,7 +134,7 @@ class ClientNode:
 
     def connect(self, services: Mapping[str, type], timeout: float = PATIENCE) -> None:
         """
-        Make ready to call services, many at once where that is wanted.
+        Make ready to call services, many at once if needed.
 
         :param services: name -> type.
         :param timeout: [s] for a server to appear.

@@ -158,15 +158,15 @@ class PageUser:
         data = self.tab.screenshot(clip=self.tab.locator('#view').bounding_box())
         return np.asarray(Image.open(io.BytesIO(data)).convert('RGB')).astype(np.int16)
 
-    def wait_for_picture(self, wanted: Callable[[Picture], bool]) -> Picture:
+    def wait_for_picture(self, requested: Callable[[Picture], bool]) -> Picture:
         """
-        Look until the scene is as wanted, and return the picture.
+        Wait until the scene is as expected, and return the picture.
 
         :raises AssertionError: it is not so within 60 looks.
         """
         for _ in range(60):
             picture = self.picture()
-            if wanted(picture):
+            if requested(picture):
                 return picture
             self.tab.wait_for_timeout(_LOOK)
         raise AssertionError('the scene never looked as it should')

@@ -92,13 +92,13 @@ def arm(request: pytest.FixtureRequest) -> Iterator[Arm]:
     config = request.config
     with ExitStack() as stack:
         with users_errors_reported():
-            wanted = requested(
+            desired = requested(
                 request.node, mode=_option(config, 'armsim_mode'), seed=config.stash[SEED])
             made = stack.enter_context(
-                arm_of_stack(request, wanted) if wanted.mode == 'process'
-                else arm_in_process(wanted))
+                arm_of_stack(request, desired) if desired.mode == 'process'
+                else arm_in_process(desired))
         request.node.stash[ARM] = made
-        stack.enter_context(wall_time_limit(wanted.time_limit, made))
+        stack.enter_context(wall_time_limit(desired.time_limit, made))
         yield made
 
 

@@ -23,29 +23,29 @@ if TYPE_CHECKING:
 
 
 @contextmanager
-def arm_in_process(wanted: ArmRequest) -> Iterator[Arm]:
+def arm_in_process(desired: ArmRequest) -> Iterator[Arm]:
     """Give an arm that the test steps, built from files that are read once a process."""
     from armsim_ros.testing.arms.built_cell import built_cell
     from armsim_ros.testing.arms.in_process import InProcessArm
 
-    overrides = dict(wanted.overrides)
-    if wanted.faults:
+    overrides = dict(desired.overrides)
+    if desired.faults:
         overrides['simulation.fault_injection'] = True
-    cell = built_cell(wanted.robot, wanted.world, overrides)
+    cell = built_cell(desired.robot, desired.world, overrides)
     yield InProcessArm(
-        cell, seed=wanted.seed, faults=wanted.faults, time_limit=wanted.time_limit)
+        cell, seed=desired.seed, faults=desired.faults, time_limit=desired.time_limit)
 
 
 @contextmanager
-def arm_of_stack(request: pytest.FixtureRequest, wanted: ArmRequest) -> Iterator[Arm]:
+def arm_of_stack(request: pytest.FixtureRequest, desired: ArmRequest) -> Iterator[Arm]:
     """Give an arm of programs that the tests of a module share, as it is after their start."""
     shared: SharedStack = request.getfixturevalue('armsim_shared_stack')
-    key = (wanted.build_key, bool(wanted.faults))
-    robot = shared.at_start(key, _arguments(wanted), lambda: _settings(wanted).namespace)
+    key = (desired.build_key, bool(desired.faults))
+    robot = shared.at_start(key, _arguments(desired), lambda: _settings(desired).namespace)
     from armsim_ros.testing.arms.ros_arm import RosArm
 
-    with _faulty(robot, wanted):
-        yield RosArm(robot, _settings(wanted), faults=bool(wanted.faults))
+    with _faulty(robot, desired):
+        yield RosArm(robot, _settings(desired), faults=bool(desired.faults))
 
 
 @pytest.fixture(scope='module')
@@ -82,32 +82,32 @@ def armsim_node(ros_domain: int) -> Iterator[ClientNode]:
 
 
 @contextmanager
-def _running(request: pytest.FixtureRequest, wanted: ArmRequest) -> Iterator[RobotUser]:
+def _running(request: pytest.FixtureRequest, desired: ArmRequest) -> Iterator[RobotUser]:
     from armsim_ros.testing.clients.robot_user import running_robot
 
-    namespace = _settings(wanted).namespace
+    namespace = _settings(desired).namespace
     domain = request.getfixturevalue('ros_domain')
     with (
-        running_robot(*_arguments(wanted), domain=domain, namespace=namespace) as robot,
-        _faulty(robot, wanted),
+        running_robot(*_arguments(desired), domain=domain, namespace=namespace) as robot,
+        _faulty(robot, desired),
     ):
         yield robot
 
 
-def _settings(wanted: ArmRequest) -> RobotSettings:
+def _settings(desired: ArmRequest) -> RobotSettings:
     """Return the checked files of the robot."""
     from armsim_ros.testing.arms.built_cell import built_cell
 
-    return built_cell(wanted.robot, wanted.world, wanted.overrides).settings
+    return built_cell(desired.robot, desired.world, desired.overrides).settings
 
 
-def _arguments(wanted: ArmRequest) -> list[str]:
+def _arguments(desired: ArmRequest) -> list[str]:
     """Return the arguments of bringup."""
-    arguments = [f'robot:={wanted.robot}']
-    if wanted.world is not None:
-        arguments.append(f'world:={wanted.world}')
-    overrides: dict[str, Any] = dict(wanted.overrides)
-    if wanted.faults:
+    arguments = [f'robot:={desired.robot}']
+    if desired.world is not None:
+        arguments.append(f'world:={desired.world}')
+    overrides: dict[str, Any] = dict(desired.overrides)
+    if desired.faults:
         overrides['simulation.fault_injection'] = True
     if overrides:
         arguments.append(f'overrides:={json.dumps(overrides)}')
@@ -115,12 +115,12 @@ def _arguments(wanted: ArmRequest) -> list[str]:
 
 
 @contextmanager
-def _faulty(robot: RobotUser, wanted: ArmRequest) -> Iterator[None]:
+def _faulty(robot: RobotUser, desired: ArmRequest) -> Iterator[None]:
     """Have joints fail for the time of the context."""
-    for joint, fault in wanted.faults.items():
+    for joint, fault in desired.faults.items():
         robot.fault(joint, **fault)
     yield
-    for joint, fault in wanted.faults.items():
+    for joint, fault in desired.faults.items():
         robot.fault(joint, **{kind: type(value)() for kind, value in fault.items()})
 
 

@@ -134,8 +134,8 @@ class _Finder:
         """Return the end frame: the deepest without geometry, first those named as a tool."""
         frames = self._frames(last)
         named = _tools(frames)
-        for wanted in ('tool0', 'tcp'):
-            exact = [link for link in named if link.endswith(wanted)]
+        for requested in ('tool0', 'tcp'):
+            exact = [link for link in named if link.endswith(requested)]
             if exact:
                 return exact[0]
         if named:

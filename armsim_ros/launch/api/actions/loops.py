@@ -83,8 +83,8 @@ class ForEach(Action):
                                     self.where) from None
             values = values if isinstance(values, dict) else {}
             if self._function is not None:
-                wanted = inspect.signature(self._function).parameters
-                given = {name: values[name] for name in wanted if name in values}
+                requested = inspect.signature(self._function).parameters
+                given = {name: values[name] for name in requested if name in values}
                 found += entities_of_result(self._function(**given), self.where) or []
             else:
                 found += [_ExtendLocals(values), *self._entities]

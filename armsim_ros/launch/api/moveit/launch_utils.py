@@ -57,10 +57,10 @@ def add_debuggable_node(
     extra_debug_args: Iterable[str] | None = None, **kwargs: Any,
 ) -> None:
     """Add a node, and the same node in a debugger for when an argument asks for it."""
-    wanted = LaunchConfiguration(condition_name)
+    requested = LaunchConfiguration(condition_name)
     ld.add_action(Node(package=package, executable=executable,
-                       condition=UnlessCondition(wanted), **kwargs))
+                       condition=UnlessCondition(requested), **kwargs))
     arguments = [*(kwargs.pop('arguments', None) or ()), *(extra_debug_args or ())]
     commands = f'-x {commands_file} ' if commands_file else ''
-    ld.add_action(Node(package=package, executable=executable, condition=IfCondition(wanted),
+    ld.add_action(Node(package=package, executable=executable, condition=IfCondition(requested),
                        prefix=[f'gdb {commands}--ex run --args'], arguments=arguments, **kwargs))

@@ -83,9 +83,9 @@ class Command(Substitution):
             raise SubstitutionFailure(f"command '{_short(line)}': {error}") from None
         if not words:
             raise SubstitutionFailure('an empty command')
-        wanted = as_xacro(words)
-        if wanted is not None:
-            return run_xacro(wanted, self.where)
+        requested = as_xacro(words)
+        if requested is not None:
+            return run_xacro(requested, self.where)
         try:
             done = subprocess.run(words, capture_output=True, text=True, check=False,
                                   env=context.environment)

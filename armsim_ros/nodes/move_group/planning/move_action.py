@@ -68,7 +68,7 @@ class MoveAction:
         fill_error(result.error_code, MoveItErrorCode.FAILURE, 'not planned', 'move_action')
         with reported(self._context.logger, 'move_action', result.error_code):
             if plans_only(
-                self._context, 'move_action', wanted=goal.request.planning_options.plan_only
+                self._context, 'move_action', requested=goal.request.planning_options.plan_only
             ):
                 plan = await self._plan(goal, goal.request.request)
                 fill_plan(result, plan)
@@ -151,15 +151,15 @@ class MoveAction:
             await self._context.ticker.next()
 
 
-def plans_only(context: Context, source: str, *, wanted: bool) -> bool:
+def plans_only(context: Context, source: str, *, requested: bool) -> bool:
     """Return whether a goal is only planned: on request, or because execution is off."""
-    if not wanted and not context.execution_settings.allow_trajectory_execution:
+    if not requested and not context.execution_settings.allow_trajectory_execution:
         context.logger.warning(
             f'{source}: trajectory execution is switched off (allow_trajectory_execution is '
             'false); planning only'
         )
         return True
-    return wanted
+    return requested
 
 
 def fill_plan(result: Any, plan: PlanningAnswer) -> None:

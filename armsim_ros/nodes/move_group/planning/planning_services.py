@@ -74,15 +74,15 @@ class PlanSequencePath:
     def _pipeline(self, request: MotionSequenceRequest) -> str:
         """Return the default pipeline; an unknown pipeline of the first motion stays."""
         default: str = self._context.planning_parameters.default_planning_pipeline
-        wanted = request.items[0].req.pipeline_id if request.items else ''
-        if not wanted or wanted == default:
+        requested = request.items[0].req.pipeline_id if request.items else ''
+        if not requested or requested == default:
             return default
-        if wanted not in self._context.planning_parameters.planning_pipelines:
-            return wanted
+        if requested not in self._context.planning_parameters.planning_pipelines:
+            return requested
         self._context.logger.warning(
-            f"plan_sequence_path plans in the default pipeline '{default}' and not in '{wanted}', "
-            'which the first motion names; use the action sequence_move_group with plan_only, or '
-            'set default_planning_pipeline')
+            f"plan_sequence_path plans in the default pipeline '{default}' and not in "
+            f"'{requested}', which the first motion names; use the action sequence_move_group "
+            'with plan_only, or set default_planning_pipeline')
         return default
 
 
@@ -112,7 +112,7 @@ class ComputeCartesianPath:
                     response: GetCartesianPath.Response) -> None:
         context = self._context
         scene = await self._job.scene(request.start_state)
-        wanted = CartesianRequest(
+        requested = CartesianRequest(
             group_name=request.group_name,
             waypoints=tuple(pose_from_message(pose) for pose in request.waypoints),
             link_name=request.link_name,
@@ -127,7 +127,7 @@ class ComputeCartesianPath:
             frame_id=request.header.frame_id,
         )
         answer = await context.planning.submit(
-            lambda: context.planner.cartesian_path(wanted, scene)
+            lambda: context.planner.cartesian_path(requested, scene)
         )
         fill_error(response.error_code, answer.error_code, answer.message, answer.source)
         if answer.error_code != MoveItErrorCode.SUCCESS:
@@ -135,7 +135,7 @@ class ComputeCartesianPath:
         response.fraction = float(answer.fraction)
         if not len(answer.trajectory):
             return
-        carried = context.started(scene, wanted.start_state).attached.values()
+        carried = context.started(scene, requested.start_state).attached.values()
         response.start_state = robot_state_to_message(
             answer.start, context.frame, attached=carried
         )

@@ -49,7 +49,7 @@ class SequenceMoveGroup:
         fill_error(code, MoveItErrorCode.FAILURE, 'not planned', SOURCE)
         goal.publish_feedback(Action.Feedback(state='PLANNING'))
         with reported(self._context.logger, SOURCE, code):
-            plan_only = plans_only(self._context, SOURCE, wanted=options.plan_only)
+            plan_only = plans_only(self._context, SOURCE, requested=options.plan_only)
             if not plan_only:
                 drop_robot_state(
                     options.planning_scene_diff, self._context.logger.warning, SOURCE)

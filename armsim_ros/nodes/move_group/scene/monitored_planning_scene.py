@@ -109,19 +109,19 @@ class MonitoredPlanningScene:
         message.name, message.robot_model_name = now.content.name, now.robot.name
         message.robot_state.is_diff = True
         changed = False
-        wanted = self._parameters
-        if wanted.publish_state_updates and (before.q != now.q).any():
+        requested = self._parameters
+        if requested.publish_state_updates and (before.q != now.q).any():
             changed = True
             message.robot_state = robot_state_to_message(
                 now.kinematic_model.positions(now.q), now.model_frame, is_diff=True
             )
-        if wanted.publish_geometry_updates and any(
+        if requested.publish_geometry_updates and any(
             getattr(before.content, part) is not getattr(now.content, part) for part in GEOMETRY
         ):
             changed = True
             fill_geometry(message, before, now)
         frames_changed = before.content.frames is not now.content.frames
-        if wanted.publish_transforms_updates and frames_changed:
+        if requested.publish_transforms_updates and frames_changed:
             changed = True
             message.fixed_frame_transforms = transforms(now)
         return message if changed else None

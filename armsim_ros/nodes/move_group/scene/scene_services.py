@@ -57,11 +57,11 @@ class GetPlanningScene:
     async def _answer(
         self, request: GetPlanningSceneSrv.Request, response: GetPlanningSceneSrv.Response
     ) -> GetPlanningSceneSrv.Response:
-        wanted = Component(request.components.components) or Component.ALL
+        requested = Component(request.components.components) or Component.ALL
         with reported(self._context.logger, 'get_planning_scene', None):
             scene = await self._context.present_scene()
             response.scene = await self._context.edits.submit(
-                lambda: scene_to_message(scene, wanted)
+                lambda: scene_to_message(scene, requested)
             )
             self._add_velocities(response.scene.robot_state.joint_state)
         return response

@@ -114,11 +114,11 @@ class Diagnostics:
         clock = self._loop.clock
         factor = statistics.pace * clock.real_time_factor
         parameters = self._parameters()
-        wanted, bounds = parameters.update_rate, (
+        requested, bounds = parameters.update_rate, (
             parameters.diagnostics.threshold.controller_manager.periodicity.mean_error)
-        mean = wanted * statistics.pace
+        mean = requested * statistics.pace
         values = {
-            'update_rate': str(wanted),
+            'update_rate': str(requested),
             'periodicity.average': f'{mean:.3f}',
             'real_time_factor': f'{0.0 if clock.paused else factor:.4f}',
             'lateness_p50_us': f'{statistics.p50_ns / 1e3:.1f}',
@@ -129,11 +129,11 @@ class Diagnostics:
             'priority': 'SCHED_FIFO' if self._loop.has_priority else 'normal',
             'paused': str(clock.paused).lower(),
         }
-        error = abs(mean - wanted)
+        error = abs(mean - requested)
         level = _ERROR if error > bounds.error else _WARN if error > bounds.warn else _OK
         text = 'The control loop keeps its rate' if level == _OK else (
             f'Controller Manager has bad periodicity : {mean:.1f} Hz. '
-            f'Expected consistent {wanted} Hz')
+            f'Expected consistent {requested} Hz')
         return self._status(name, text, values, level)
 
     def _status(

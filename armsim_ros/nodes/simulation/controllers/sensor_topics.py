@@ -40,15 +40,15 @@ class WrenchTopics:
 
     def publish(self, sample: SensorSample) -> None:
         """Publish a sample: force, torque."""
-        wanted = [publisher for publisher in self._publishers[: self._topics]
+        requested = [publisher for publisher in self._publishers[: self._topics]
                   if publisher.wanted(sample.time_ns)]
-        if not wanted:
+        if not requested:
             return
         fill_time(self._message.header.stamp, sample.time_ns)
         wrench, values = self._message.wrench, sample.values.tolist()
         _fill(wrench.force, values[:3])
         _fill(wrench.torque, values[3:])
-        for publisher in wanted:
+        for publisher in requested:
             publisher.publish(self._message, sample.time_ns)
 
 

@@ -105,19 +105,19 @@ class EntityServices:
 
     @answered
     async def _set_info(self, request: Any, response: Any) -> None:
-        wanted = request.info
+        requested = request.info
         known = await self._work.in_loop(lambda: self._entities.info(request.entity))
-        if wanted.category.category not in (EntityCategory.CATEGORY_OBJECT, known.category):
+        if requested.category.category not in (EntityCategory.CATEGORY_OBJECT, known.category):
             refuse(response.result, response.result.RESULT_OPERATION_FAILED,
                    f"the category of '{request.entity}' is {int(known.category)} and cannot be "
-                   f'changed to {wanted.category.category}')
+                   f'changed to {requested.category.category}')
             return
-        if len(wanted.description) > LONGEST_TEXT or len(wanted.tags) > MOST_TAGS:
+        if len(requested.description) > LONGEST_TEXT or len(requested.tags) > MOST_TAGS:
             refuse(response.result, response.result.RESULT_OPERATION_FAILED,
                    f'allowed: a description of {LONGEST_TEXT} characters and {MOST_TAGS} tags')
             return
         await self._work.in_loop(lambda: self._entities.set_info(
-            request.entity, wanted.description, wanted.tags))
+            request.entity, requested.description, requested.tags))
 
     @answered
     async def _bounds(self, request: Any, response: Any) -> None:

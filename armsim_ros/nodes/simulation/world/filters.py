@@ -58,19 +58,19 @@ class Selection:
         )
 
 
-def has_tags(tags: Collection[str], wanted: TagsFilter) -> bool:
+def has_tags(tags: Collection[str], requested: TagsFilter) -> bool:
     """
     Return whether labels pass a filter.
 
     :raises SimulationError: a mode that is none.
     """
-    if not wanted.tags:
+    if not requested.tags:
         return True
-    if wanted.filter_mode == TagsFilter.FILTER_MODE_ALL:
-        return all(tag in tags for tag in wanted.tags)
-    if wanted.filter_mode == TagsFilter.FILTER_MODE_ANY:
-        return any(tag in tags for tag in wanted.tags)
-    raise SimulationError(f'filter_mode is {wanted.filter_mode}; allowed: ANY (0), ALL (1)')
+    if requested.filter_mode == TagsFilter.FILTER_MODE_ALL:
+        return all(tag in tags for tag in requested.tags)
+    if requested.filter_mode == TagsFilter.FILTER_MODE_ANY:
+        return any(tag in tags for tag in requested.tags)
+    raise SimulationError(f'filter_mode is {requested.filter_mode}; allowed: ANY (0), ALL (1)')
 
 
 def expression(text: str) -> Callable[[str], bool]:

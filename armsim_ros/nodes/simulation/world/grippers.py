@@ -67,10 +67,10 @@ class GripperContacts:
 
     def _look_where_wanted(self) -> None:
         """Start or stop watching the fingers; in the loop's thread."""
-        wanted = self._publisher.get_subscription_count() > 0
-        if wanted != self._looking:
-            self._looking = wanted
-            if wanted:
+        requested = self._publisher.get_subscription_count() > 0
+        if requested != self._looking:
+            self._looking = requested
+            if requested:
                 self._loop.every(PERIOD_NS, self._look)
             else:
                 self._loop.forget(self._look)

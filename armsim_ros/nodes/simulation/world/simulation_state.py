@@ -225,28 +225,28 @@ class SimulationStateServices:
 
     @answered
     async def _set(self, request: Any, response: Any) -> None:
-        wanted, kinds = request.state.state, SetSimulationState.Response
-        if wanted == _QUITTING:
+        requested, kinds = request.state.state, SetSimulationState.Response
+        if requested == _QUITTING:
             self._dispatcher.post_later(0.1, self._quit)  # the answer goes out first
             return
-        if wanted not in _WORDS:
+        if requested not in _WORDS:
             refuse(response.result, kinds.INCORRECT_TRANSITION,
-                   f'state {wanted} cannot be asked for; allowed: stopped (0), playing (1), '
+                   f'state {requested} cannot be asked for; allowed: stopped (0), playing (1), '
                    'paused (2), quitting (3); load_world and unload_world change the world')
             return
         if self._state.now not in _WORDS:
             refuse(response.result, kinds.INCORRECT_TRANSITION,
-                   f'no world is loaded, so nothing can be {_WORDS[wanted]}; call load_world')
+                   f'no world is loaded, so nothing can be {_WORDS[requested]}; call load_world')
             return
-        if self._state.now == wanted:
+        if self._state.now == requested:
             refuse(response.result, kinds.ALREADY_IN_TARGET_STATE,
-                   f'it is {_WORDS[wanted]} already')
+                   f'it is {_WORDS[requested]} already')
             return
-        if wanted == _STOPPED:
+        if requested == _STOPPED:
             scopes = ResetSimulation.Request
             await self._resetting.reset(scopes.SCOPE_STATE | scopes.SCOPE_SPAWNED, stop=True)
-        elif wanted == _PLAYING:
+        elif requested == _PLAYING:
             self._state.play()
         else:
             self._state.pause()
-        self._node.get_logger().info(_WORDS[wanted])
+        self._node.get_logger().info(_WORDS[requested])

@@ -155,21 +155,21 @@ class Spawning:
         return name, told_of(loaded)
 
     def _name(self, order: _Order, item: WorldObject) -> str:
-        wanted = order.name or item.name
-        if not wanted and not order.renaming:
+        requested = order.name or item.name
+        if not requested and not order.renaming:
             raise _RefusedError(
                 SpawnResult.NAME_INVALID, 'the name is empty, and the resource gives none; '
                 'allow_renaming lets it be chosen')
-        if not _NAME.fullmatch(wanted):
+        if not _NAME.fullmatch(requested):
             if not order.renaming:
-                self._check_name(wanted)
-            wanted = re.sub(r'[^A-Za-z0-9_./-]', '_', wanted)[:LONGEST_NAME - 8] or 'entity'
-        taken = self._entities.has(wanted) or wanted in _RESERVED
+                self._check_name(requested)
+            requested = re.sub(r'[^A-Za-z0-9_./-]', '_', requested)[:LONGEST_NAME - 8] or 'entity'
+        taken = self._entities.has(requested) or requested in _RESERVED
         if taken and not order.renaming:
             raise _RefusedError(
-                SpawnResult.NAME_NOT_UNIQUE, f"the name '{wanted}' is taken; allow_renaming puts "
-                'a number behind it')
-        return self._entities.free_name(wanted, _RESERVED)
+                SpawnResult.NAME_NOT_UNIQUE, f"the name '{requested}' is taken; allow_renaming "
+                'puts a number behind it')
+        return self._entities.free_name(requested, _RESERVED)
 
     def _check_name(self, name: str) -> None:
         if not _NAME.fullmatch(name):
