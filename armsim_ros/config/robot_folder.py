@@ -11,7 +11,7 @@ from typing import TypedDict
 
 from armsim_ros.config.cell import robots_file
 from armsim_ros.config.moveit_config.files import PackageFiles
-from armsim_ros.config.moveit_config.roles import PackageRoles
+from armsim_ros.config.moveit_config.reading import PackageRoles
 from armsim_ros.config.moveit_config.urdf_candidates import urdf_remedy
 from armsim_ros.errors import ConfigError, Location, Problem, ResourceError, Severity
 from armsim_ros.packages import (

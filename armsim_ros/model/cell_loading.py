@@ -28,7 +28,7 @@ from armsim_ros.errors import (
     strictly,
 )
 from armsim_ros.model.cell import Cell, CellSurvey, errors_of, Robot
-from armsim_ros.model.cell_merge import clashes, merged_model, PlacedRobot
+from armsim_ros.model.cell_merge import clashes, merged_model, PlacedRobot, prefixed_model
 from armsim_ros.model.cross_check import check_settings, fitting_controllers
 from armsim_ros.model.description.ros2_control import plugin_parameters
 from armsim_ros.model.description.xacro_text import describe, Description, read_description
@@ -38,7 +38,6 @@ from armsim_ros.model.initial_state import (
     with_hardware_start,
 )
 from armsim_ros.model.loading import survey_robot_model
-from armsim_ros.model.prefix import prefixed_model
 from armsim_ros.model.robot_model import RobotModel
 from armsim_ros.model.world_objects import with_default_floor
 from armsim_ros.resources import check_inside, PACKAGE, robot_names, share_folder

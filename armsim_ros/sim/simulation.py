@@ -28,12 +28,11 @@ from armsim_ros.model.initial_state import initial_positions
 from armsim_ros.model.robot_model import RobotModel
 from armsim_ros.model.world_objects import world_objects
 from armsim_ros.sim.clock import SimClock
-from armsim_ros.sim.drives.drive_modes import MockCommands
+from armsim_ros.sim.drives.drive_modes import MockCommands, offered_commands, offered_states
 from armsim_ros.sim.drives.joint_limits import fingers_driven
 from armsim_ros.sim.drives.placeholder_efforts import with_sufficient_efforts
 from armsim_ros.sim.drives.servo import Servo
 from armsim_ros.sim.grippers.vacuum_gripper import VacuumGripper
-from armsim_ros.sim.interfaces import offered_commands, offered_states
 from armsim_ros.sim.links import SimulatedLinks
 from armsim_ros.sim.physics.contacts import BodyContact, contacts, touching
 from armsim_ros.sim.physics.mujoco_model import build_plant, Ground

@@ -34,8 +34,8 @@ from armsim_ros.nodes.conversions.geometry import (
     pose_from_transform,
     pose_to_message,
 )
-from armsim_ros.nodes.conversions.readable import readable
 from armsim_ros.nodes.conversions.robot_state import (
+    readable,
     robot_state_to_message,
     start_state_from_message,
 )

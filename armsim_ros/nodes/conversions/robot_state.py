@@ -5,16 +5,33 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
+from typing import Any, TypeVar
 
 from moveit_msgs.msg import AttachedCollisionObject, RobotState
 
+from armsim_ros.errors import PlanningError
 from armsim_ros.nodes.conversions.collision_object import (
     attached_in_state_from_message,
     attached_object_to_message,
 )
-from armsim_ros.nodes.conversions.readable import readable
 from armsim_ros.planning.scene.objects import AttachedObject
 from armsim_ros.planning.scene.update import StartState
+
+Value = TypeVar('Value')
+
+
+def readable(
+    convert: Callable[[Any], Value], messages: Iterable[Any]
+) -> tuple[tuple[Value, ...], tuple[PlanningError, ...]]:
+    """Return what could be converted, and why the rest could not."""
+    values: list[Value] = []
+    errors: list[PlanningError] = []
+    for message in messages:
+        try:
+            values.append(convert(message))
+        except PlanningError as error:
+            errors.append(error)
+    return tuple(values), tuple(errors)
 
 
 def start_state_from_message(
