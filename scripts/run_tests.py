@@ -26,7 +26,7 @@ JOBS = {'core': 'auto', 'real-time': None, 'alone': '1'}
 #: this share of its time, or if the host of a virtual machine kept more than that of it.
 PRESSURE, STEAL = 0.3, 0.1
 #: More failures under pressure than these are a failure of the run.
-MOST_RERUNS = 6
+MOST_RERUNS = 3
 #: Elements of a JUnit report -> what became of the test.
 OUTCOMES = {'failure': 'failed', 'error': 'failed', 'skipped': 'skipped'}
 #: Statuses of pytest after which its report is complete: passed, failed, nothing collected.

@@ -89,9 +89,9 @@ def test_failures_under_pressure_run_again_once(make_test):
     assert re.search(r'\n3 tests in 0 min \d+ s: 0 failed, 3 run again\n', text), text
 
 
-@pytest.mark.parametrize(('count', 'arguments'), [(1, ['--no-reruns']), (7, [])])
+@pytest.mark.parametrize(('count', 'arguments'), [(1, ['--no-reruns']), (4, [])])
 def test_nothing_runs_again(make_test, count, arguments):
-    """Told so, and beyond six: the run has failed."""
+    """Told so, and beyond three: the run has failed."""
     status, text = make_test({NODES: starved(count=count)}, '--job', 'real-time', *arguments)
     assert status == 1, text
     assert f'then not run again: {NODES}::test_starved[0]' in text
