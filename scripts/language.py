@@ -20,7 +20,7 @@ WORDS = {
     r"(the )?originals|original's|original stack": 'upstream',
     r'(planned )?flights?': 'batched updates',
     r'visitors?': 'session, user',
-    r'somebody|nobody|anybody|everybody': 'the client, the caller, the node',
+    r'somebody|nobody|anybody|everybody|whoever': 'the client, the caller, the node',
     r'him|himself|his': 'it, the user',
     r'mistakes?': 'error',
     r'stands?|stood|stands? in for': 'is, replaces, represents',

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Stops all that moves, whoever began it."""
+"""Stops all that moves, for any client."""
 
 from __future__ import annotations
 

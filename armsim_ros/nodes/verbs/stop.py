@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""``armsim stop``: end every motion, whoever began it."""
+"""``armsim stop``: end every motion, of every client."""
 
 from __future__ import annotations
 
