@@ -18,7 +18,7 @@ from armsim_ros.resources import find_robot
 from armsim_ros.testing.clients.robot_user import running_robot
 from armsim_ros.testing.programs.domain import private_domain, ros_environment
 
-pytest.importorskip('crisp_py', reason='crisp-python is not installed')
+pytest.importorskip('crisp_py.robot.robot', reason='crisp-python is not installed')
 
 PROGRAM = Path(__file__).with_name('move_and_report.py')
 BENT = (0.0, 0.4569, 0.4905, -0.5519, 1.57, 0.0)
