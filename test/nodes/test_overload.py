@@ -10,13 +10,13 @@ from armsim_ros.nodes.overload import OverloadWatch, thread_times
 
 
 class Machine:
-    """Threads with invented times, and what was said."""
+    """Threads with invented times, and the lines that were reported."""
 
     def __init__(self) -> None:
         self.now = 0.0
         self.times = {'1': (0.0, 0.0), '2': (0.0, 0.0)}
-        self.said: list[str] = []
-        self.watch = OverloadWatch('program', read=lambda: dict(self.times), say=self.said.append)
+        self.reported: list[str] = []
+        self.watch = OverloadWatch('program', read=lambda: dict(self.times), report=self.reported.append)
         self.watch.look(self.now)
 
     def run(self, seconds: float, used: float, waited: float) -> None:
@@ -37,15 +37,15 @@ def test_a_program_that_computes_is_no_overload(machine: Machine) -> None:
     """Neither at full speed, nor where it shares a processor."""
     machine.run(10.0, 1.0, 0.0)
     machine.run(10.0, 0.45, 0.55)
-    assert machine.said == []
+    assert machine.reported == []
 
 
 def test_a_starved_program_says_so_once_a_minute(machine: Machine) -> None:
     """With how long it had to wait."""
     for _ in range(7):
         machine.run(10.0, 0.1, 0.85)
-    assert len(machine.said) == 2
-    assert 'of the last 10 s the program had to wait 8.5 s' in machine.said[0]
+    assert len(machine.reported) == 2
+    assert 'of the last 10 s the program had to wait 8.5 s' in machine.reported[0]
     assert machine.watch.is_overloaded
 
 
