@@ -16,7 +16,8 @@ import numpy as np
 
 from armsim_ros.sim.camera.camera import Camera
 from armsim_ros.sim.camera.picture import measured, Picture
-from armsim_ros.sim.camera.snapshot import PlantCopy, Snapshot
+from armsim_ros.sim.camera.snapshot import Snapshot
+from armsim_ros.sim.physics.compiler import model_from_bytes
 
 #: What is nearer is not drawn, so that a camera sees through its own housing [m].
 _NEAR = 0.02
@@ -108,3 +109,32 @@ class SceneRenderer:
 def _metres(buffer: Any) -> Any:
     """Return depths along the axis [m] from a buffer that is 1 at ``_NEAR`` and 0 at ``_FAR``."""
     return np.float32(_NEAR * _FAR) / (buffer * np.float32(_FAR - _NEAR) + np.float32(_NEAR))
+
+
+class PlantCopy:
+    """
+    A plant that does not move until a snapshot is shown.
+
+    :param content: its ``MjModel`` as bytes.
+    """
+
+    def __init__(self, content: bytes) -> None:
+        self.model = model_from_bytes(content)
+        # What sleeps, and what never moves, would stay where it is.
+        self.model.opt.enableflags &= ~int(mujoco.mjtEnableBit.mjENBL_SLEEP)
+        self.data = mujoco.MjData(self.model)
+        self._place()
+
+    def show(self, snapshot: Snapshot) -> None:
+        """Put all bodies where they were."""
+        model, values = self.model, np.frombuffer(snapshot.places)
+        joints, bodies = model.nq, model.nq + 3 * model.nbody
+        self.data.qpos[:] = values[:joints]
+        model.body_pos[:] = values[joints:bodies].reshape(-1, 3)
+        model.body_quat[:] = values[bodies:].reshape(-1, 4)
+        self._place()
+
+    def _place(self) -> None:
+        mujoco.mj_kinematics(self.model, self.data)
+        mujoco.mj_comPos(self.model, self.data)
+        mujoco.mj_camlight(self.model, self.data)

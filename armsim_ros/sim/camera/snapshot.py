@@ -1,16 +1,11 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The state of the plant that a picture shows, as bytes, and the copy that takes it."""
+"""The state of the plant that a picture shows, as bytes."""
 
 from __future__ import annotations
 
 import struct
 from typing import Any, NamedTuple
-
-import mujoco
-import numpy as np
-
-from armsim_ros.sim.physics.compiler import model_from_bytes
 
 _HEAD = struct.Struct('<Hq')
 
@@ -44,32 +39,3 @@ def take_snapshot(camera: int, time_ns: int, model: Any, data: Any) -> Snapshot:
     """Return the present state of an ``MjModel`` and its ``MjData``."""
     return Snapshot(camera, time_ns, b''.join(
         (data.qpos.tobytes(), model.body_pos.tobytes(), model.body_quat.tobytes())))
-
-
-class PlantCopy:
-    """
-    A plant that does not move until a snapshot is shown.
-
-    :param content: its ``MjModel`` as bytes.
-    """
-
-    def __init__(self, content: bytes) -> None:
-        self.model = model_from_bytes(content)
-        # What sleeps, and what never moves, would stay where it is.
-        self.model.opt.enableflags &= ~int(mujoco.mjtEnableBit.mjENBL_SLEEP)
-        self.data = mujoco.MjData(self.model)
-        self._place()
-
-    def show(self, snapshot: Snapshot) -> None:
-        """Put all bodies where they were."""
-        model, values = self.model, np.frombuffer(snapshot.places)
-        joints, bodies = model.nq, model.nq + 3 * model.nbody
-        self.data.qpos[:] = values[:joints]
-        model.body_pos[:] = values[joints:bodies].reshape(-1, 3)
-        model.body_quat[:] = values[bodies:].reshape(-1, 4)
-        self._place()
-
-    def _place(self) -> None:
-        mujoco.mj_kinematics(self.model, self.data)
-        mujoco.mj_comPos(self.model, self.data)
-        mujoco.mj_camlight(self.model, self.data)

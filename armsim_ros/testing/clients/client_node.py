@@ -11,7 +11,7 @@ from types import TracebackType
 from typing import Any, ClassVar
 
 import rclpy
-from rclpy.action import ActionClient
+from rclpy.action import ActionClient, ActionServer
 from rclpy.context import Context
 from rclpy.exceptions import InvalidHandle
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
@@ -197,6 +197,10 @@ class ClientNode:
             self._executor.create_task(lambda: None)  # ends the wait
             self._thread.join(5.0)
             self._executor.shutdown(0.0)
+            # destroy_node() leaves actions, whose handles keep the participant in the domain
+            for each in [*self.node.waitables]:
+                if isinstance(each, ActionClient | ActionServer):
+                    each.destroy()
             self.node.destroy_node()
             self.context.try_shutdown()
 

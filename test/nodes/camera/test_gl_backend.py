@@ -3,6 +3,8 @@
 """How it is found out what can draw."""
 
 import os
+import subprocess
+import sys
 
 import pytest
 from rendering import rendering_backend
@@ -31,3 +33,10 @@ def test_a_machine_without_libraries_is_told_what_to_install():
 def test_a_signal_ends_the_trials():
     """Nobody waits for them then."""
     assert choose_backend(os.environ, lambda: True) == ''
+
+
+def test_the_program_chooses_before_it_imports_mujoco():
+    """MuJoCo reads MUJOCO_GL when it is imported: without a screen, its default draws nothing."""
+    subprocess.run(
+        [sys.executable, '-c', 'import armsim_ros.nodes.camera.program, sys\n'
+         'assert "mujoco" not in sys.modules'], check=True)
