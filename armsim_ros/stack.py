@@ -15,7 +15,6 @@ from armsim_ros.arrays import Matrix
 from armsim_ros.control.gripper.base import GripperGoal
 from armsim_ros.control.manager.controller_manager import ControllerManager
 from armsim_ros.control.trajectory.goal import TrajectoryGoal
-from armsim_ros.counting_clock import CountingClock
 from armsim_ros.errors import (
     ControllerError,
     ModelError,
@@ -28,6 +27,7 @@ from armsim_ros.model.cell import Cell
 from armsim_ros.model.cell_loading import load_cell
 from armsim_ros.model.grippers import grippers_in
 from armsim_ros.model.world_objects import world_in_root, WorldObject
+from armsim_ros.planning.budget import CountingClock
 from armsim_ros.sim.assembly import build_control, build_manager, build_simulation
 from armsim_ros.sim.control_loop import ControlLoop
 from armsim_ros.sim.grippers.finger_contacts import FingerContacts

@@ -47,7 +47,8 @@ LAUNCH_PROGRAMS = {
 }
 #: Program -> its module, where that is not ``main`` in a folder of the program's name.
 _MODULES = {
-    'servo_node': 'servo.main', 'servo_node_main': 'servo.main', 'original': 'upstream.main',
+    'list': 'list', 'original': 'upstream.main',
+    'servo_node': 'servo.main', 'servo_node_main': 'servo.main',
     'unspawner': 'spawner.unspawner', 'hardware_spawner': 'spawner.hardware_spawner',
 }
 PROGRAMS = {**ROBOT_PROGRAMS, **CLIENT_PROGRAMS, **VERBS, **FILE_PROGRAMS, **LAUNCH_PROGRAMS}

@@ -11,10 +11,9 @@ import sys
 from armsim_ros.errors import ArmsimError, USAGE_STATUS
 from armsim_ros.launch.api.actions.configuration import declared_arguments, DeclareLaunchArgument
 from armsim_ros.launch.api.context import LaunchContext
-from armsim_ros.launch.api.description import LaunchDescription
+from armsim_ros.launch.api.description import format_entities, LaunchDescription
 from armsim_ros.launch.api.entity import LaunchDescriptionEntity
 from armsim_ros.launch.api.include import AnyLaunchDescriptionSource, IncludeLaunchDescription
-from armsim_ros.launch.api.service import format_entities
 from armsim_ros.launch.api.utilities import describe_text
 from armsim_ros.launch.command_line import LaunchWords
 from armsim_ros.launch.engine import Engine, watchdog

@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+import hashlib
 from pathlib import Path
 from typing import NamedTuple
 
@@ -24,6 +26,7 @@ from armsim_ros.control.manager.controller_manager import ControllerManager
 from armsim_ros.control.manager.manager_group import ManagerGroup
 from armsim_ros.control.manager.switching import Strictness
 from armsim_ros.control.shared_hardware import SharedHardware
+from armsim_ros.control.trajectory.joint_trajectory_controller import JointTrajectoryController
 from armsim_ros.errors import ConfigError, ControllerError, Problem, SimulationError
 from armsim_ros.model.cell import Cell, Robot
 from armsim_ros.model.initial_state import initial_positions, START_KEYS
@@ -217,3 +220,22 @@ def build_control(cell: Cell, simulation: Simulation) -> ControlParts:
     else:
         controllers = group[0] if len(group) == 1 else ManagerGroup(group)
     return ControlParts(managers, controllers, faults)
+
+
+def run_digest(simulation: Simulation, managers: Mapping[str, ControllerManager]) -> str:
+    """
+    Return a hash of plant, drives, time, and what controllers are loaded, active and follow.
+
+    :param managers: robot -> its controller manager.
+    """
+    parts = hashlib.sha256(simulation.digest().encode())
+    for robot, manager in managers.items():
+        for info in manager.list_controllers():
+            parts.update(f'{robot}/{info.name} {info.type} {info.state}'.encode())
+            controller = manager.controllers[info.name]
+            if isinstance(controller, JointTrajectoryController):
+                goal = controller.active_goal
+                if goal is not None:
+                    parts.update(goal.trajectory.times.tobytes())
+                    parts.update(goal.trajectory.positions.tobytes())
+    return parts.hexdigest()

@@ -34,7 +34,7 @@ from armsim_ros.sim.drives.placeholder_efforts import with_sufficient_efforts
 from armsim_ros.sim.drives.servo import Servo
 from armsim_ros.sim.grippers.vacuum_gripper import VacuumGripper
 from armsim_ros.sim.links import SimulatedLinks
-from armsim_ros.sim.physics.contacts import BodyContact, contacts, touching
+from armsim_ros.sim.physics.geoms import BodyContact, contacts, touching
 from armsim_ros.sim.physics.mujoco_model import build_plant, Ground
 from armsim_ros.sim.physics.plant import Plant
 from armsim_ros.sim.physics.saved_state import SavableSimulation

@@ -47,8 +47,8 @@ def _measured(mode: str, robot: str) -> dict[str, tuple[float, float]]:
 def in_process(robot: str) -> dict[str, tuple[float, float]]:
     """Return what was measured of arms in this process."""
     begin = _now()
-    from armsim_ros.testing.arms.built_cell import built_cell
     from armsim_ros.testing.arms.in_process import InProcessArm
+    from armsim_ros.testing.plugin.stacks import built_cell
 
     arm = InProcessArm(built_cell(robot, None, {}))
     first = _now()
@@ -68,10 +68,10 @@ def in_process(robot: str) -> dict[str, tuple[float, float]]:
 def over_dds(robot: str) -> dict[str, tuple[float, float]]:
     """Return what was measured of programs."""
     begin = _now()
-    from armsim_ros.testing.programs.shared_stack import SharedStack
+    from armsim_ros.testing.programs.started_stack import SharedStack
 
     def settings() -> Any:
-        from armsim_ros.testing.arms.built_cell import built_cell
+        from armsim_ros.testing.plugin.stacks import built_cell
 
         return built_cell(robot, None, {}).settings
 

@@ -6,7 +6,7 @@ import threading
 
 import numpy as np
 
-from armsim_ros.control.trajectory.requests import superseded
+from armsim_ros.control.trajectory.goal import superseded
 
 
 def test_goals_and_readers_from_many_threads(rig, trajectory):

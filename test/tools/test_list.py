@@ -3,7 +3,7 @@
 """The robots that are found."""
 
 from armsim_ros.resources import robot_names
-from armsim_ros.tools.list.main import main
+from armsim_ros.tools.list import main
 
 
 def test_ours_and_those_of_the_workspace(small_package, capsys, monkeypatch):

@@ -9,8 +9,7 @@ from typing import Literal
 from pydantic import field_validator, model_validator
 from typing_extensions import Self
 
-from armsim_ros.config.base import parameter, Settings
-from armsim_ros.config.controllers.controller_parameters import ControllerParameters
+from armsim_ros.config.base import ControllerParameters, parameter, Settings
 
 Axes = tuple[float, float, float, float, float, float]
 Interface = Literal['position', 'velocity', 'acceleration']

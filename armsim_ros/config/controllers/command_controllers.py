@@ -9,9 +9,8 @@ from typing import ClassVar
 from pydantic import field_validator, model_validator
 from typing_extensions import Self
 
-from armsim_ros.config.base import parameter, Settings, unique_names
+from armsim_ros.config.base import ControllerParameters, parameter, Settings, unique_names
 from armsim_ros.config.controllers.broadcasters import BroadcasterParameters
-from armsim_ros.config.controllers.controller_parameters import ControllerParameters
 from armsim_ros.config.controllers.pid_controller import PidGains
 from armsim_ros.errors import nearest
 

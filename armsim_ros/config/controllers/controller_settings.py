@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import re
 from typing import Any
 
-from armsim_ros.config.base import parameter, Settings
+from armsim_ros.config.base import parameter, Settings, StandInParameters
 from armsim_ros.config.controllers.admittance_controller import AdmittanceControllerParameters
 from armsim_ros.config.controllers.broadcasters import (
     ForceTorqueSensorBroadcasterParameters,
@@ -29,7 +29,6 @@ from armsim_ros.config.controllers.command_controllers import (
     JointVelocityControllerParameters,
     MultiInterfaceForwardCommandControllerParameters,
 )
-from armsim_ros.config.controllers.controller_parameters import StandInParameters
 from armsim_ros.config.controllers.gripper_action_controller import (
     GripperActionControllerParameters,
     ParallelGripperActionControllerParameters,

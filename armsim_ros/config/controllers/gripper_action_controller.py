@@ -9,8 +9,7 @@ from typing import Any, Literal
 
 from pydantic import model_validator
 
-from armsim_ros.config.base import parameter
-from armsim_ros.config.controllers.controller_parameters import ControllerParameters
+from armsim_ros.config.base import ControllerParameters, parameter
 from armsim_ros.config.controllers.pid_controller import PidGains
 
 

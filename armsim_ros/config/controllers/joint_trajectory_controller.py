@@ -10,9 +10,14 @@ from typing import Any, Literal
 from pydantic import Field, field_validator, model_validator
 from typing_extensions import Self
 
-from armsim_ros.config.base import KeyedSettings, parameter, Settings, unique_names
+from armsim_ros.config.base import (
+    ControllerParameters,
+    KeyedSettings,
+    parameter,
+    Settings,
+    unique_names,
+)
 from armsim_ros.config.controllers.broadcasters import SPEED_SCALING
-from armsim_ros.config.controllers.controller_parameters import ControllerParameters
 from armsim_ros.config.controllers.pid_controller import PidGains
 from armsim_ros.errors import nearest
 

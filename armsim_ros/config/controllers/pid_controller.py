@@ -10,8 +10,7 @@ from typing import Literal
 from pydantic import field_validator, model_validator
 from typing_extensions import Self
 
-from armsim_ros.config.base import parameter, Settings, unique_names
-from armsim_ros.config.controllers.controller_parameters import ControllerParameters
+from armsim_ros.config.base import ControllerParameters, parameter, Settings, unique_names
 
 
 class PidGains(Settings):

@@ -16,12 +16,65 @@ from functools import cached_property
 from pathlib import Path
 import re
 
-from armsim_ros.config.moveit_config.setup_assistant import (
-    FILE as SETUP_ASSISTANT,
-)
-from armsim_ros.config.moveit_config.setup_assistant import read_setup_assistant, SetupAssistant
-from armsim_ros.errors import Location, Problem, ResourceError, Severity
+from armsim_ros.config.yaml.node import YamlNode
+from armsim_ros.config.yaml.source import read_yaml_file
+from armsim_ros.errors import ConfigError, Location, Problem, ResourceError, Severity
 from armsim_ros.packages import package_name, Packages
+
+SETUP_ASSISTANT = '.setup_assistant'
+
+
+@dataclass(frozen=True)
+class SetupAssistant:
+    """
+    The entries of the file that are still used; empty where it has none.
+
+    :param urdf_package: the package that holds the URDF.
+    :param urdf_path: the URDF's path in it.
+    :param xacro_args: arguments of the URDF.
+    :param srdf_path: the SRDF's path in the package of the file.
+    :param where: the place of the URDF's and the SRDF's entry.
+    """
+
+    urdf_package: str = ''
+    urdf_path: str = ''
+    xacro_args: Mapping[str, str] = field(default_factory=dict)
+    srdf_path: str = ''
+    where: Mapping[str, Location] = field(default_factory=dict)
+
+
+def read_setup_assistant(package: Path) -> SetupAssistant:
+    """Return what a package's ``.setup_assistant`` contains; empty where it cannot be read."""
+    file = package / SETUP_ASSISTANT
+    if not file.is_file():
+        return SetupAssistant()
+    try:
+        root = read_yaml_file(file, []).get('moveit_setup_assistant_config')
+    except ConfigError:
+        return SetupAssistant()
+    urdf, srdf = _block(root, 'urdf'), _block(root, 'srdf')
+    places = {kind: node.place for kind, node in (('urdf', urdf), ('srdf', srdf)) if node}
+    return SetupAssistant(
+        _text_of(urdf, 'package'), _text_of(urdf, 'relative_path'),
+        split_arguments(_text_of(urdf, 'xacro_args')), _text_of(srdf, 'relative_path'), places)
+
+
+def split_arguments(text: str) -> dict[str, str]:
+    """Return the arguments of a ``name:=value name:=value`` text."""
+    pairs = (word.partition(':=') for word in text.split())
+    return {name: value for name, sign, value in pairs if sign and name}
+
+
+def _block(root: YamlNode | None, key: str) -> YamlNode | None:
+    if root is None:
+        return None
+    return root.get(key) or root.get(key.upper())
+
+
+def _text_of(node: YamlNode | None, key: str) -> str:
+    inner = node.get(key) if node is not None else None
+    return '' if inner is None or inner.value is None else inner.text
+
 
 _URDF_ENDINGS = ('.urdf.xacro', '.urdf', '.xacro')
 _SRDF_ENDINGS = ('.srdf.xacro', '.srdf')

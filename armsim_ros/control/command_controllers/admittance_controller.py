@@ -20,9 +20,12 @@ from armsim_ros.config.controllers.admittance_controller import (
     AdmittanceControllerParameters,
     AdmittanceSettings,
 )
-from armsim_ros.control.command_controllers.admittance_rule import AdmittanceRule, damping_of
+from armsim_ros.control.command_controllers.admittance_rule import (
+    AdmittanceRule,
+    damping_of,
+    LinkMotion,
+)
 from armsim_ros.control.command_controllers.chainable_controller import ChainableController
-from armsim_ros.control.command_controllers.link_motion import LinkMotion
 from armsim_ros.control.command_writer import CommandTargets
 from armsim_ros.control.hardware_interface import ACCELERATION, JointProperties, POSITION, VELOCITY
 from armsim_ros.errors import ControllerError

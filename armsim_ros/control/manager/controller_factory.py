@@ -9,8 +9,7 @@ from typing import Any, ClassVar, Protocol
 
 from pydantic import ValidationError
 
-from armsim_ros.config.base import Settings
-from armsim_ros.config.controllers.controller_parameters import StandInParameters
+from armsim_ros.config.base import Settings, StandInParameters
 from armsim_ros.config.controllers.controller_settings import stand_in_for
 from armsim_ros.control.broadcasters.joint_state_broadcaster import JointStateBroadcaster
 from armsim_ros.control.broadcasters.sensor_broadcaster import (

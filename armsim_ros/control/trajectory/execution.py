@@ -29,11 +29,11 @@ from armsim_ros.control.events import EventQueue
 from armsim_ros.control.rate import Rate
 from armsim_ros.control.trajectory.controller_state import StateRecord
 from armsim_ros.control.trajectory.goal import (
+    StartRequest,
     TrajectoryErrorCode,
     TrajectoryGoal,
     TrajectoryResult,
 )
-from armsim_ros.control.trajectory.requests import StartRequest
 from armsim_ros.control.trajectory.sampling import Motion, TIME_RESOLUTION
 from armsim_ros.control.trajectory.stop_motion import deceleration, standstill, stop_ramp
 from armsim_ros.control.trajectory.tolerance_monitor import (

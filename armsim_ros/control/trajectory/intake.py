@@ -19,8 +19,12 @@ from armsim_ros.config.controllers.joint_trajectory_controller import (
 )
 from armsim_ros.control.hardware_interface import JointProperties
 from armsim_ros.control.trajectory.controller_state import ControllerSnapshot
-from armsim_ros.control.trajectory.goal import RefusedTrajectoryError, TrajectoryGoal
-from armsim_ros.control.trajectory.requests import StartRequest, StopRequest
+from armsim_ros.control.trajectory.goal import (
+    RefusedTrajectoryError,
+    StartRequest,
+    StopRequest,
+    TrajectoryGoal,
+)
 from armsim_ros.control.trajectory.sampling import PreparedTrajectory
 from armsim_ros.control.trajectory.tolerances import JointTolerance, SegmentTolerances
 from armsim_ros.control.trajectory.validation import beyond_limits, start_of, validate

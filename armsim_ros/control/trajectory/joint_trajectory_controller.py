@@ -25,8 +25,14 @@ from armsim_ros.control.controller import Controller
 from armsim_ros.control.events import RepeatedWarning
 from armsim_ros.control.hardware_interface import JointProperties
 from armsim_ros.control.rate import Rate
-from armsim_ros.control.trajectory.controller_state import ControllerSnapshot, snapshot_of
+from armsim_ros.control.trajectory.controller_state import (
+    ControllerSnapshot,
+    query,
+    QueryResult,
+    snapshot_of,
+)
 from armsim_ros.control.trajectory.goal import (
+    CancelRequest,
     GoalResponse,
     RefusedTrajectoryError,
     TrajectoryGoal,
@@ -34,10 +40,6 @@ from armsim_ros.control.trajectory.goal import (
 )
 from armsim_ros.control.trajectory.intake import TrajectoryIntake
 from armsim_ros.control.trajectory.loop import TrajectoryLoop
-from armsim_ros.control.trajectory.query import query, QueryResult
-from armsim_ros.control.trajectory.requests import (
-    CancelRequest,
-)
 from armsim_ros.control.trajectory.setup import check_configuration, warn_of_configuration
 from armsim_ros.control.trajectory.tolerances import JointTolerance, SegmentTolerances
 from armsim_ros.errors import ControllerError

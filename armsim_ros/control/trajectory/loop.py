@@ -24,15 +24,13 @@ from armsim_ros.control.mailbox import Mailbox
 from armsim_ros.control.trajectory.controller_state import StateRecord, StateRing
 from armsim_ros.control.trajectory.execution import Phase, TrajectoryExecution
 from armsim_ros.control.trajectory.goal import (
-    TrajectoryErrorCode,
-    TrajectoryGoal,
-    TrajectoryResult,
-)
-from armsim_ros.control.trajectory.requests import (
     CancelRequest,
     Request,
     StartRequest,
     superseded,
+    TrajectoryErrorCode,
+    TrajectoryGoal,
+    TrajectoryResult,
 )
 from armsim_ros.control.trajectory.setup import command_timeout, stop_brakes
 from armsim_ros.control.trajectory.waypoints import wrap_in_place

@@ -17,9 +17,76 @@ import numpy as np
 from numpy.typing import NDArray
 
 from armsim_ros.arrays import Matrix, Vector
-from armsim_ros.control.trajectory import segments
 from armsim_ros.control.trajectory.waypoints import Waypoints, whole_turns
-from armsim_ros.polynomials import DEGREE, QUINTIC
+from armsim_ros.quintic_motion import DEGREE, hermite_coefficients, QUINTIC, with_derivatives
+
+
+def spline_coefficients(
+    durations: Matrix, levels: NDArray[np.int64], start: Matrix, end: Matrix
+) -> Matrix:
+    """
+    Return the coefficients (k, 6, 3n) of k segments of n joints and of their derivatives.
+
+    Parameters are those of :func:`armsim_ros.quintic_motion.hermite_coefficients`.
+    """
+    return with_derivatives(hermite_coefficients(durations, levels, start, end), durations)
+
+
+def with_effort(coefficients: Matrix, start: Matrix, end: Matrix) -> Matrix:
+    """
+    Put linear effort beside the motion.
+
+    :param coefficients: (k, 6, 3n).
+    :param start: (k, n) effort at the start of each segment [N*m or N].
+    :param end: (k, n) effort at the end.
+    :returns: (k, 6, 4n).
+    """
+    effort = np.zeros((*coefficients.shape[:2], start.shape[1]))
+    effort[:, 0] = start
+    effort[:, 1] = end - start
+    return np.concatenate((coefficients, effort), axis=2)
+
+
+def step_coefficients(end: Matrix) -> Matrix:
+    """
+    Return segments that rest at the values of their end, for the method ``none``.
+
+    :param end: (k, w) all values of the waypoint at each segment's end.
+    :returns: (k, 6, w).
+    """
+    c = np.zeros((end.shape[0], DEGREE + 1, end.shape[1]))
+    c[:, 0] = end
+    return c
+
+
+def coefficients_between(waypoints: Waypoints, *, splines: bool, effort: bool) -> Matrix:
+    """
+    Return the coefficients of the m - 1 segments between m waypoints.
+
+    :param waypoints: with a position for every joint.
+    :param splines: polynomials; else every segment rests at its end point's values.
+    :param effort: whether effort is interpolated too.
+    """
+    if not splines:
+        return step_coefficients(point_values(waypoints, effort=effort)[1:])
+    states = np.stack((waypoints.positions, waypoints.velocities, waypoints.accelerations))
+    levels = waypoints.levels
+    c = spline_coefficients(
+        np.diff(waypoints.times),
+        np.minimum(levels[:-1], levels[1:]),
+        states[:, :-1],
+        states[:, 1:],
+    )
+    return with_effort(c, waypoints.effort[:-1], waypoints.effort[1:]) if effort else c
+
+
+def point_values(waypoints: Waypoints, *, effort: bool) -> Matrix:
+    """Return (m, 3n) or, with effort, (m, 4n) values of the points, 0 where not given."""
+    blocks = [waypoints.positions, waypoints.velocities, waypoints.accelerations]
+    if effort:
+        blocks.append(waypoints.effort)
+    return np.nan_to_num(np.concatenate(blocks, axis=1), nan=0.0)
+
 
 TIME_RESOLUTION = 1e-9
 """Times nearer than this are the same [s]."""
@@ -31,7 +98,7 @@ class Motion:
 
     :param start: time of the first value [s].
     :param ends: (k,) increasing end times of the segments [s]; empty rests from the start.
-    :param coefficients: (k, 6, w) as :mod:`segments` makes them.
+    :param coefficients: (k, 6, w) as the functions above make them.
     :param final: (w,) values after the last segment.
     """
 
@@ -114,7 +181,7 @@ class PreparedTrajectory:
         self._rest_at_end = rest_at_end
         self._between: Matrix | None = None
         if waypoints.complete:
-            self._between = segments.between(waypoints, splines=splines, effort=effort)
+            self._between = coefficients_between(waypoints, splines=splines, effort=effort)
 
     @property
     def end(self) -> float:
@@ -138,7 +205,7 @@ class PreparedTrajectory:
         full, between = self.waypoints, self._between
         if between is None:
             full = full.held(held).integrated(time, state[: 3 * joints].reshape(3, joints))
-            between = segments.between(full, splines=self._splines, effort=self._effort)
+            between = coefficients_between(full, splines=self._splines, effort=self._effort)
         times = full.times
         first = int(np.searchsorted(times, time + TIME_RESOLUTION, side='right'))
         at_start = first > 0 and math.isclose(times[first - 1], time, abs_tol=TIME_RESOLUTION)
@@ -151,7 +218,7 @@ class PreparedTrajectory:
             full = full.shifted(offset)
             between = between.copy()
             between[:, 0, :joints] -= offset
-        final = segments.values(full, effort=self._effort)[-1]
+        final = point_values(full, effort=self._effort)[-1]
         if self._rest_at_end:
             final[joints : 3 * joints] = 0.0
         if first == len(times):
@@ -183,16 +250,16 @@ class PreparedTrajectory:
         if not self._splines:
             width = joints * (4 if self._effort else 3)
             if at_start:
-                return segments.step_coefficients(
-                    segments.values(full, effort=self._effort)[first : first + 1]
+                return step_coefficients(
+                    point_values(full, effort=self._effort)[first : first + 1]
                 )
-            return segments.step_coefficients(state[None, :width])
+            return step_coefficients(state[None, :width])
         rows = slice(first, first + 1)
         ends = np.stack((full.positions[rows], full.velocities[rows], full.accelerations[rows]))
         levels = np.minimum(full.levels[rows], level)
         durations = full.times[rows] - time
-        c = segments.spline_coefficients(durations, levels, states, ends)
+        c = spline_coefficients(durations, levels, states, ends)
         if self._effort:
             effort = full.effort[first - 1 : first] if at_start else state[None, 3 * joints :]
-            c = segments.with_effort(c, effort, full.effort[rows])
+            c = with_effort(c, effort, full.effort[rows])
         return c

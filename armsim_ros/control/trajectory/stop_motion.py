@@ -7,9 +7,8 @@ from __future__ import annotations
 import numpy as np
 
 from armsim_ros.arrays import Vector
-from armsim_ros.control.trajectory import segments
-from armsim_ros.control.trajectory.sampling import Motion
-from armsim_ros.polynomials import DEGREE, QUINTIC, with_derivatives
+from armsim_ros.control.trajectory.sampling import Motion, spline_coefficients, with_effort
+from armsim_ros.quintic_motion import DEGREE, QUINTIC, with_derivatives
 
 
 def standstill(position: Vector, width: int) -> Motion:
@@ -52,7 +51,7 @@ def deceleration(position: Vector, velocity: Vector, maximum: Vector, width: int
     c[:, 2] = np.where(brakes, 0.5 * a * T**2, 0.0)
     full = with_derivatives(c, ends - begins)
     if width > 3 * joints:
-        full = segments.with_effort(full, *np.zeros((2, len(ends), joints)))
+        full = with_effort(full, *np.zeros((2, len(ends), joints)))
     return Motion(0.0, ends.tolist(), full, standstill(rest, width).final)
 
 
@@ -72,10 +71,10 @@ def stop_ramp(position: Vector, velocity: Vector, duration: float, width: int) -
     there = np.stack((position, velocity, zero))[:, None]
     back = np.stack((position, -velocity, zero))[:, None]
     quintic = np.array([QUINTIC])
-    turning = segments.spline_coefficients(np.array([2.0 * duration]), quintic, there, back)
+    turning = spline_coefficients(np.array([2.0 * duration]), quintic, there, back)
     middle = 0.5 ** np.arange(DEGREE + 1) @ turning[0]
     rest = np.stack((middle[: len(position)], zero, zero))[:, None]
-    ramp = segments.spline_coefficients(np.array([duration]), quintic, there, rest)
+    ramp = spline_coefficients(np.array([duration]), quintic, there, rest)
     if width > 3 * len(position):
-        ramp = segments.with_effort(ramp, zero[None], zero[None])
+        ramp = with_effort(ramp, zero[None], zero[None])
     return Motion(0.0, [duration], ramp, standstill(rest[0, 0], width).final)

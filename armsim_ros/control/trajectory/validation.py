@@ -16,8 +16,11 @@ from armsim_ros.config.controllers.joint_trajectory_controller import (
     JointTrajectoryControllerParameters,
 )
 from armsim_ros.control.hardware_interface import JointProperties
-from armsim_ros.control.trajectory.goal import RefusedTrajectoryError, TrajectoryErrorCode
-from armsim_ros.control.trajectory.requests import TrajectoryStart
+from armsim_ros.control.trajectory.goal import (
+    RefusedTrajectoryError,
+    TrajectoryErrorCode,
+    TrajectoryStart,
+)
 from armsim_ros.control.trajectory.waypoints import shortest, Waypoints
 from armsim_ros.errors import nearest
 from armsim_ros.trajectory import JointTrajectory

@@ -30,35 +30,34 @@ def _launch() -> Table:
         event_handlers,
         events,
         include,
-        launch_logging,
         process,
-        service,
         utilities,
     )
     from armsim_ros.launch.api.actions import (
         configuration,
         groups,
         logs,
-        loops,
     )
     from armsim_ros.launch.api.actions import (
         events as event_actions,
     )
     from armsim_ros.launch.api.substitutions import booleans, files, programs, texts
-    from armsim_ros.launch.frontend import exposed
+    from armsim_ros.launch.frontend import element, parser
+    from armsim_ros.launch.frontend import files as frontend_files
 
     return {
         'launch': _named(
             description.LaunchDescription, context.LaunchContext, entity.LaunchDescriptionEntity,
             entity.Action, entity.Substitution, conditions.Condition, events.Event,
-            event_handlers.EventHandler, include.LaunchDescriptionSource, service.LaunchService,
-            service.LaunchIntrospector, SomeSubstitutionsType=entity.SomeText),
+            event_handlers.EventHandler, include.LaunchDescriptionSource,
+            description.LaunchService, description.LaunchIntrospector,
+            SomeSubstitutionsType=entity.SomeText),
         'launch.launch_description': _named(description.LaunchDescription),
         'launch.launch_context': _named(context.LaunchContext),
         'launch.launch_description_entity': _named(entity.LaunchDescriptionEntity),
         'launch.launch_description_source': _named(include.LaunchDescriptionSource),
-        'launch.launch_service': _named(service.LaunchService),
-        'launch.launch_introspector': _named(service.LaunchIntrospector),
+        'launch.launch_service': _named(description.LaunchService),
+        'launch.launch_introspector': _named(description.LaunchIntrospector),
         'launch.action': _named(entity.Action),
         'launch.condition': _named(conditions.Condition),
         'launch.substitution': _named(entity.Substitution),
@@ -72,7 +71,7 @@ def _launch() -> Table:
             groups.GroupAction, groups.OpaqueFunction, groups.OpaqueCoroutine, logs.LogInfo,
             logs.Log, logs.LogDebug, logs.LogWarning, logs.LogError, event_actions.TimerAction,
             event_actions.RegisterEventHandler, event_actions.UnregisterEventHandler,
-            event_actions.EmitEvent, event_actions.Shutdown, loops.ForLoop, loops.ForEach,
+            event_actions.EmitEvent, event_actions.Shutdown, groups.ForLoop, groups.ForEach,
             configuration.DeclareLaunchArgument, configuration.SetLaunchConfiguration,
             configuration.UnsetLaunchConfiguration, configuration.ResetLaunchConfigurations,
             configuration.PushLaunchConfigurations, configuration.PopLaunchConfigurations,
@@ -114,8 +113,10 @@ def _launch() -> Table:
             include.get_launch_description_from_python_launch_file,
             failures.InvalidLaunchFileError),
         'launch.frontend': _named(
-            exposed.expose_action, exposed.expose_substitution, exposed.Entity, exposed.Parser),
-        'launch.frontend.expose': _named(exposed.expose_action, exposed.expose_substitution),
+            frontend_files.expose_action, frontend_files.expose_substitution, parser.Parser,
+            Entity=element.Element),
+        'launch.frontend.expose': _named(
+            frontend_files.expose_action, frontend_files.expose_substitution),
         'launch.utilities': _named(
             utilities.perform_substitutions, utilities.normalize_to_list_of_substitutions,
             utilities.normalize_to_list_of_entities, utilities.ensure_argument_type,
@@ -124,8 +125,8 @@ def _launch() -> Table:
             utilities.is_a, perform_typed_substitution=utilities.coerce),
         'launch.substitutions.substitution_failure': _named(failures.SubstitutionFailure),
         'launch.logging': _named(
-            launch_logging.get_logger, launch_logging.launch_config,
-            launch_logging.get_output_loggers),
+            logs.get_logger, logs.launch_config,
+            logs.get_output_loggers),
         'launch.descriptions': _named(process.Executable),
         'launch.descriptions.executable': _named(process.Executable),
     }
@@ -155,8 +156,8 @@ def _launch_ros() -> Table:
         ros_components,
         ros_node,
         ros_parameters,
-        ros_timer,
     )
+    from armsim_ros.launch.api.actions import events as event_actions
     from armsim_ros.launch.api.substitutions import packages
 
     return {
@@ -165,8 +166,9 @@ def _launch_ros() -> Table:
             ros_node.Node, ros_node.LifecycleNode, ros_node.PushRosNamespace,
             ros_node.SetParameter, ros_node.SetParametersFromFile, ros_node.SetUseSimTime,
             ros_node.SetRemap, ros_node.SetROSLogDir, ros_components.ComposableNodeContainer,
-            ros_components.LoadComposableNodes, ros_timer.RosTimer, ros_timer.LifecycleTransition,
-            PushROSNamespace=ros_node.PushRosNamespace, ROSTimer=ros_timer.RosTimer),
+            ros_components.LoadComposableNodes, event_actions.RosTimer,
+            event_actions.LifecycleTransition,
+            PushROSNamespace=ros_node.PushRosNamespace, ROSTimer=event_actions.RosTimer),
         'launch_ros.descriptions': _named(
             ros_components.ComposableNode, ros_components.ComposableLifecycleNode,
             ros_parameters.Parameter, ros_parameters.ParameterValue, ros_parameters.ParameterFile),

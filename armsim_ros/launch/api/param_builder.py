@@ -12,9 +12,9 @@ from typing_extensions import Self
 import yaml
 
 from armsim_ros.install_rules.xacro_run import XacroCommand
+from armsim_ros.launch.api.substitutions.programs import run_xacro
 from armsim_ros.launch.failures import LaunchError
 from armsim_ros.launch.lookup import current_lookup
-from armsim_ros.launch.xacro_command import run_xacro
 
 
 class ParameterBuilderFileNotFoundError(KeyError):

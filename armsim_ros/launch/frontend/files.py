@@ -1,20 +1,20 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Reads launch files in XML and YAML into elements."""
+"""Reads launch files in XML and YAML, also with what users' packages add to them."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import yaml
 
 from armsim_ros.errors import ConfigError, Location
 from armsim_ros.launch.api.description import LaunchDescription
 from armsim_ros.launch.failures import InvalidLaunchFileError, LaunchError
-from armsim_ros.launch.frontend.element import Element
+from armsim_ros.launch.frontend.element import Element, is_ros1, translate
 from armsim_ros.launch.frontend.parser import Parser
-from armsim_ros.launch.frontend.ros1 import is_ros1, translate
 from armsim_ros.model.description.xml_tree import parse_xml, XmlElement
 
 
@@ -112,3 +112,24 @@ def _of_body(name: str, body: Any, path: Path, line: Any) -> Element:
         else:
             attributes[str(key)] = value
     return Element(name, attributes, children, where)
+
+
+_T = TypeVar('_T')
+
+
+def expose_action(name: str) -> Callable[[_T], _T]:
+    """Return a decorator that lets files use an action under a name."""
+    return _into(Parser.actions, name)
+
+
+def expose_substitution(name: str) -> Callable[[_T], _T]:
+    """Return a decorator that lets files use a substitution under a name."""
+    return _into(Parser.substitutions, name)
+
+
+def _into(table: dict[str, Any], name: str) -> Callable[[_T], _T]:
+    def keep(exposed: _T) -> _T:
+        table[name] = exposed
+        return exposed
+
+    return keep

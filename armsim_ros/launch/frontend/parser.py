@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 
 from armsim_ros.errors import nearest
 from armsim_ros.launch.api import ros_components, ros_node
-from armsim_ros.launch.api.actions import configuration, events, groups, logs, loops
+from armsim_ros.launch.api.actions import configuration, events, groups, logs
 from armsim_ros.launch.api.conditions import IfCondition, UnlessCondition
 from armsim_ros.launch.api.description import LaunchDescription
 from armsim_ros.launch.api.entity import LaunchDescriptionEntity, Substitution
@@ -172,10 +172,10 @@ class Parser:
 
     def _make_for(self, element: Element) -> Entity:
         if 'len' in element.attributes:
-            return loops.ForLoop(
+            return groups.ForLoop(
                 self._text(element, 'len'), name=element.get_attr('name'),
                 entities=self._all(element.children), condition=self.condition_of(element))
-        return loops.ForEach(
+        return groups.ForEach(
             self._text(element, 'values'), entities=self._all(element.children),
             condition=self.condition_of(element))
 

@@ -13,8 +13,10 @@ from rclpy.node import Node
 from armsim_ros.config.move_group.planning_parameters import PlanningParameters
 from armsim_ros.errors import nearest
 from armsim_ros.nodes.move_group.context import Context
-from armsim_ros.nodes.move_group.execution.execute_task_solution import ExecuteTaskSolution
-from armsim_ros.nodes.move_group.execution.execute_trajectory import ExecuteTrajectory
+from armsim_ros.nodes.move_group.execution.execute_trajectory import (
+    ExecuteTaskSolution,
+    ExecuteTrajectory,
+)
 from armsim_ros.nodes.move_group.execution.trajectory_execution import TrajectoryExecutionManager
 from armsim_ros.nodes.move_group.planning.display import DisplayPlannedPath
 from armsim_ros.nodes.move_group.planning.move_action import MoveAction
@@ -28,20 +30,19 @@ from armsim_ros.nodes.move_group.planning.planning_services import (
     PlanKinematicPath,
     PlanSequencePath,
 )
-from armsim_ros.nodes.move_group.planning.sequence_job import SequenceJob
-from armsim_ros.nodes.move_group.planning.sequence_move_group import SequenceMoveGroup
-from armsim_ros.nodes.move_group.queries.get_urdf import GetUrdf
-from armsim_ros.nodes.move_group.queries.kinematics_services import (
+from armsim_ros.nodes.move_group.planning.sequence_move_group import SequenceJob, SequenceMoveGroup
+from armsim_ros.nodes.move_group.query_services import (
     CheckStateValidity,
     ComputeFk,
     ComputeIk,
+    GetUrdf,
 )
-from armsim_ros.nodes.move_group.scene.scene_frames import SceneFrames
 from armsim_ros.nodes.move_group.scene.scene_services import (
     ApplyPlanningScene,
     ClearOctomap,
     GeometryFiles,
     GetPlanningScene,
+    SceneFrames,
 )
 
 #: The action's name in ROS 1.

@@ -12,14 +12,213 @@ from typing import Any, ClassVar
 from rcl_interfaces.msg import ParameterDescriptor
 import rclpy
 from rclpy.clock import Clock, ClockType
-from rclpy.executors import SingleThreadedExecutor
+from rclpy.executors import Executor, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.task import Future
+from std_srvs.srv import Trigger
 
+from armsim_ros.errors import MoveItErrorCode, PlanningError
+from armsim_ros.execution.controller_selection import coverage_report
+from armsim_ros.kinematics.kinematic_model import KinematicModel
+from armsim_ros.kinematics.planning_limits import planning_robot
+from armsim_ros.model.cell import Cell
+from armsim_ros.model.tree import standing_links
+from armsim_ros.nodes import qos
 from armsim_ros.nodes.executor_program import ExecutorProgram, failures_logged
-from armsim_ros.nodes.move_group.assembly import MoveGroup
+from armsim_ros.nodes.move_group.capabilities import ALL, Parts, wanted_capabilities
+from armsim_ros.nodes.move_group.context import Context
+from armsim_ros.nodes.move_group.execution.manager_parameters import ControllerManagerNode
+from armsim_ros.nodes.move_group.execution.trajectory_execution import (
+    TrajectoryExecutionEvent,
+    TrajectoryExecutionManager,
+)
+from armsim_ros.nodes.move_group.fixed_parameters import declare_fixed, planning_parameters
+from armsim_ros.nodes.move_group.parameters import MoveGroupParameters
+from armsim_ros.nodes.move_group.planning.display import DisplayPlannedPath
+from armsim_ros.nodes.move_group.planning.planning_job import PlanningJob
+from armsim_ros.nodes.move_group.planning.sequence_move_group import SequenceJob
+from armsim_ros.nodes.move_group.scene.joint_states import StateMonitor
+from armsim_ros.nodes.move_group.scene.monitored_planning_scene import MonitoredPlanningScene
+from armsim_ros.nodes.move_group.scene.scene_topics import (
+    AttachedCollisionObjectTopic,
+    AttachHint,
+    CollisionObjectTopic,
+    PlanningSceneTopics,
+)
+from armsim_ros.nodes.move_group.scene.transforms import Transforms
+from armsim_ros.nodes.move_group.worker import Ticker, Worker
 from armsim_ros.nodes.parameters import parameters_by_prefix
 from armsim_ros.nodes.polling_node import PollingNode
+from armsim_ros.nodes.publishers import publish_text
+from armsim_ros.planning.budget import CountingClock
+from armsim_ros.planning.planner import MotionPlanner, warm_up
+from armsim_ros.planning.settings import settings_from_config
+from armsim_ros.scene_sources.simulated_world import (
+    initial_scene,
+    WorldOwnership,
+)
+
+#: Wall time to wait for the simulation [s].
+ANSWER_TIMEOUT = 5.0
+
+
+class SimulationSync:
+    """
+    Finds out which joint states are current.
+
+    :param context: the parts of move_group.
+    """
+
+    def __init__(self, context: Context) -> None:
+        self._context = context
+        self._client = context.node.create_client(
+            Trigger, '/simulation/sync', qos_profile=qos.SERVICES, callback_group=context.group
+        )
+
+    async def __call__(self) -> int:
+        """
+        Return the simulation's time [ns]; the joint states of it are on their way.
+
+        :raises PlanningError: no answer.
+        """
+        clock, ticker = self._context.clock, self._context.ticker
+        deadline = clock() + ANSWER_TIMEOUT
+        while not self._client.service_is_ready() and clock() < deadline:
+            await ticker.next()
+        answer = self._client.call_async(Trigger.Request())
+        while not answer.done() and clock() < deadline:
+            await ticker.next()
+        if not answer.done() or not answer.result().success:
+            raise PlanningError(
+                MoveItErrorCode.ROBOT_STATE_STALE,
+                "the simulation does not answer on '/simulation/sync'; does it run in lockstep?",
+                'joint_states',
+            )
+        return int(answer.result().message)
+
+
+class Descriptions:
+    """
+    Publishes a description whose parameter ``publish_...`` is true, as upstream does.
+
+    :param context: has node and robot.
+    """
+
+    def __init__(self, context: Context) -> None:
+        robot, node = context.robot, context.node
+        texts = {'robot_description': robot.urdf, 'robot_description_semantic': robot.srdf}
+        self._kept = [publish_text(node, name, text) for name, text in texts.items()
+                      if node.has_parameter(f'publish_{name}')
+                      and node.get_parameter(f'publish_{name}').value is True]
+
+
+READY = 'You can start planning now!'
+#: Relative, as upstream's: a server in a namespace reads that of the namespace.
+DEFAULT_JOINT_STATES = 'joint_states'
+
+
+class MoveGroup:
+    """
+    Every endpoint of the program.
+
+    :param node: has the endpoints.
+    :param executor: the executor that spins the node.
+    :param cell: the robot, or all robots of a cell.
+    """
+
+    def __init__(self, node: PollingNode, executor: Executor, cell: Cell) -> None:
+        """Build the parts; the ready line comes when all of them answer."""
+        settings = cell.settings
+        robot = planning_robot(cell.model, settings.joint_limits)
+        model = KinematicModel(robot)
+        parameters = planning_parameters(node, settings)
+        scene = initial_scene(model, settings, parameters, name='default')
+        topics = parameters.joint_state_topics or (
+            settings.joint_states_topic,
+            node.resolve_topic_name(DEFAULT_JOINT_STATES),
+        )
+        planning = settings_from_config(parameters, settings.ompl, settings.kinematics)
+        planner, query_planner = (
+            MotionPlanner(scene, settings=planning, log=node.get_logger()) for _ in range(2)
+        )
+        self._context = context = Context(
+            node=node,
+            settings=settings,
+            robot=robot,
+            scene=scene,
+            states=StateMonitor(node, scene, tuple(dict.fromkeys(topics))),
+            planning=Worker('planning', executor),
+            queries=Worker('queries', executor),
+            edits=Worker('edits', executor),
+            ticker=Ticker(node),
+            planner=planner,
+            query_planner=query_planner,
+            planning_parameters=parameters,
+            execution_settings=settings.trajectory_execution,
+            ownership=WorldOwnership(scene, standing_links(robot), node.get_logger().info),
+            robots=tuple(frozenset(each.model.active_joints) for each in cell.robots),
+        )
+        if settings.simulation.deterministic:
+            context.planning_clock = CountingClock
+            context.states.asks = SimulationSync(context)
+        self._parameters = MoveGroupParameters(context)
+        self._manager = ControllerManagerNode(context)
+        executor.add_node(self._manager.node)
+        self._endpoints = endpoints(context)
+        declare_fixed(node, settings, parameters, robot)
+        self._parameters.warn_from_now_on()
+        if self.execution.controllers.active is None:
+            for line in coverage_report(robot, settings.moveit_controllers):
+                context.logger.warning(line)
+        ready = context.planning.submit(warm_up)
+        # As upstream: printed, not logged, so that it is there at every log level.
+        ready.add_done_callback(lambda _: print(f'\n{READY}\n', flush=True))
+
+    @property
+    def execution(self) -> TrajectoryExecutionManager:
+        """What sends trajectories to the controllers."""
+        return next(
+            item for item in self._endpoints if isinstance(item, TrajectoryExecutionManager))
+
+    def catch_up(self) -> None:
+        """Bring clock, robot state and scene up to date; called before each callback."""
+        self._context.node.catch_up()
+        self._context.states.update_scene()
+
+    def end(self, sentence: str) -> None:
+        """Cancel what is planned and executed; their clients get the reason."""
+        self._context.ending = sentence
+        self._context.ticker.wake()
+
+    def close(self) -> None:
+        """End the workers and the second node."""
+        self._manager.node.destroy_node()
+        self._context.planning.close()
+        self._context.queries.close()
+        self._context.edits.close()
+
+
+def endpoints(context: Context) -> tuple[object, ...]:
+    """Create every endpoint; they live as long as the tuple does."""
+    display = DisplayPlannedPath(context.node, context.robot.name, context.settings.ompl)
+    job = PlanningJob(context, display)
+    execution = TrajectoryExecutionManager(context)
+    parts = Parts(context, job, execution, display, SequenceJob(context, job, display))
+    requested = wanted_capabilities(context.node, context.planning_parameters, context.logger)
+    return (
+        display,
+        execution,
+        *(item for name in requested for item in ALL[name](parts)),
+        PlanningSceneTopics(context),
+        CollisionObjectTopic(context),
+        AttachedCollisionObjectTopic(context),
+        MonitoredPlanningScene(context),
+        TrajectoryExecutionEvent(context, execution),
+        Transforms(context),
+        Descriptions(context),
+        AttachHint(context),
+    )
+
 
 #: Time for goals to be aborted at shutdown, and for answers to leave the process [s].
 _END_TIME, _ANSWER_TIME = 1.0, 0.02

@@ -24,14 +24,13 @@ from armsim_ros.model.transforms import matrix_from_rpy, pose_from_parts
 from armsim_ros.nodes.bringup.domain_lock import DomainLock, lock_domain
 from armsim_ros.nodes.camera.link import NAME as CAMERA
 from armsim_ros.nodes.camera.link import socket_path
-from armsim_ros.nodes.latched_text import publish_text
+from armsim_ros.nodes.publishers import publish_text
 from armsim_ros.nodes.simulation.camera_feed import CameraFeed
-from armsim_ros.nodes.simulation.clock import Clock, ClockHint
 from armsim_ros.nodes.simulation.dispatcher import Dispatcher
 from armsim_ros.nodes.simulation.lockstep import Digest, Dump, Sync
 from armsim_ros.nodes.simulation.priority_watch import PriorityWatch, RealTimeThreads
 from armsim_ros.nodes.simulation.robot_nodes import RobotNodes
-from armsim_ros.nodes.simulation.sim_time import IDLE_PERIOD, SimTime
+from armsim_ros.nodes.simulation.sim_time import Clock, ClockHint, IDLE_PERIOD, SimTime
 from armsim_ros.nodes.simulation.threads import (
     ControlThread,
     ExecutorThread,
@@ -42,12 +41,11 @@ from armsim_ros.nodes.simulation.world.work import Work
 from armsim_ros.nodes.state_publishers.joint_transforms import transform
 from armsim_ros.nodes.state_publishers.robot_state_publisher import RobotStatePublisher
 from armsim_ros.recording.flight_recorder import FlightRecorder
-from armsim_ros.sim.assembly import build_control, build_simulation
+from armsim_ros.sim.assembly import build_control, build_simulation, run_digest
 from armsim_ros.sim.camera.camera import Camera, cameras_of
 from armsim_ros.sim.clock import SimClock
 from armsim_ros.sim.control_loop import ControlLoop
 from armsim_ros.sim.pacer import Pacer, prefer_latency
-from armsim_ros.sim.run_digest import run_digest
 
 #: How long each thread may take to end [s].
 _STOP_TIME = 0.3

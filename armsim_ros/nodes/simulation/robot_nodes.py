@@ -4,31 +4,96 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections import deque
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from rclpy.executors import Executor
+from rclpy.node import Node
 
+from armsim_ros.config.simulation import JointFault, JointFaults
 from armsim_ros.control.broadcasters.joint_state_broadcaster import JointStateBroadcaster
-from armsim_ros.control.events import ControllerEvent
+from armsim_ros.control.events import CAPACITY, ControllerEvent
 from armsim_ros.control.faults import FaultInjector
 from armsim_ros.control.manager.controller_manager import ControllerManager
 from armsim_ros.model.cell import Robot
-from armsim_ros.nodes.latched_text import publish_descriptions
 from armsim_ros.nodes.parameters import SettingsParameters
+from armsim_ros.nodes.publishers import publish_descriptions
 from armsim_ros.nodes.simulation.controller_manager.descriptions import ControllerDescriptions
 from armsim_ros.nodes.simulation.controller_manager.diagnostics import Activity, Diagnostics
-from armsim_ros.nodes.simulation.controller_manager.fault_parameters import FaultParameters
 from armsim_ros.nodes.simulation.controller_manager.registry import ControllerRegistry
 from armsim_ros.nodes.simulation.controller_manager.services import (
     ControllerManagerQueries,
     ControllerManagerServices,
 )
+from armsim_ros.nodes.simulation.controllers.controller_nodes import ControllerNode
 from armsim_ros.nodes.simulation.discovery import DomainWatch
 from armsim_ros.nodes.simulation.dispatcher import Dispatcher
-from armsim_ros.nodes.simulation.event_log import EventLog
 from armsim_ros.nodes.simulation.sim_time import SimTime
 from armsim_ros.sim.control_loop import ControlLoop
+
+_REFUSALS = ('goal_rejected', 'trajectory_rejected')
+
+
+class EventLog:
+    """
+    Logs the events of controllers under their nodes' names, and passes on refusals.
+
+    :param node: the manager's node, for what belongs to no controller.
+    :param sides: controller -> its ROS side; looked up at every event.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        manager: ControllerManager,
+        sides: Mapping[str, ControllerNode],
+    ) -> None:
+        self._node = node
+        self._manager = manager
+        self._sides = sides
+        #: The last events, for recordings.
+        self.recent: deque[ControllerEvent] = deque(maxlen=CAPACITY)
+
+    def drain(self) -> None:
+        """Log all events since the last call."""
+        for event in self._manager.poll_events():
+            self.recent.append(event)
+            side = self._sides.get(event.source)
+            logger = (side.node if side is not None else self._node).get_logger()
+            if event.level == 'error':
+                logger.error(event.text)
+            elif event.level == 'warning':
+                logger.warning(event.text)
+            else:
+                logger.info(event.text)
+            if side is not None and event.kind in _REFUSALS:
+                side.refused(event.text)
+
+
+class FaultParameters:
+    """
+    Injects joint faults; only if ``fault_injection`` of simulation.yaml is set.
+
+    :param node: the manager's node.
+    :param injector: makes the joints fail.
+    :param joints: those of the manager's robot.
+    """
+
+    def __init__(self, node: Node, injector: FaultInjector, joints: Sequence[str]) -> None:
+        """Declare the parameters of every joint that can be commanded, without faults."""
+        self._node = node
+        self._injector = injector
+        self._shown = JointFaults(faults={name: JointFault() for name in joints})
+        SettingsParameters(node, self._shown, self._changed)
+        node.get_logger().warning('faults of joints can be injected by the parameters faults.*')
+
+    def _changed(self, settings: JointFaults) -> None:
+        for joint, fault in settings.faults.items():
+            if fault != self._shown.faults[joint]:
+                self._injector.set_fault(joint, fault)
+                self._node.get_logger().warning(f"fault of joint '{joint}': {fault}")
+        self._shown = settings
 
 
 class RobotNodes:

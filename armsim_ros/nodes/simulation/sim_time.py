@@ -5,14 +5,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+import time
 from typing import Any
 
+from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.time_source import CLOCK_TOPIC
-from rosgraph_msgs.msg import Clock
+from rosgraph_msgs.msg import Clock as ClockMessage
 
+from armsim_ros.nodes import qos
 from armsim_ros.nodes.conversions.time import fill_time
 from armsim_ros.nodes.guarded_node import GuardedNode
+from armsim_ros.nodes.publishers import WantedPublisher
+from armsim_ros.sim.clock import SimClock
 
 #: Steady time between updates of clocks that are not read [s]; rcl reads them, too.
 IDLE_PERIOD = 1.0
@@ -31,7 +36,7 @@ class ToldNode(GuardedNode):
     """
 
     def __init__(self, name: str, now: Callable[[], int], **options: Any) -> None:
-        self._receive: Callable[[Clock], None] | None = None
+        self._receive: Callable[[ClockMessage], None] | None = None
         self._now = now
         self._told_ns = -1
         super().__init__(name, **options)
@@ -55,7 +60,7 @@ class ToldNode(GuardedNode):
         now_ns = self._now()
         if self._receive is not None and now_ns != self._told_ns:
             self._told_ns = now_ns
-            message = Clock()
+            message = ClockMessage()
             fill_time(message.clock, now_ns)
             self._receive(message)
 
@@ -93,3 +98,71 @@ class SimTime:
         """Set all clocks."""
         for node in list(self._nodes):
             node.update()
+
+
+class Clock:
+    """
+    Publishes the simulation's time.
+
+    :param node: the node that publishes.
+    :param period_ns: where it is given, every multiple of it that time has passed since the last
+        message has its own [ns].
+    """
+
+    def __init__(self, node: Node, period_ns: int = 0) -> None:
+        self._publisher = WantedPublisher(node, ClockMessage, '/clock', qos.CLOCK)
+        self._message = ClockMessage()
+        self._period_ns = period_ns
+        self._last_ns = 0
+
+    def publish(self, time_ns: int) -> None:
+        """
+        Publish a time, if it has subscribers.
+
+        :param time_ns: [ns] of the simulation.
+        """
+        if self._publisher.wanted(time_ns):
+            period_ns = self._period_ns
+            if period_ns:
+                for between_ns in range(
+                    (self._last_ns // period_ns + 1) * period_ns, time_ns, period_ns
+                ):
+                    self._publish(between_ns)
+            self._publish(time_ns)
+        self._last_ns = time_ns
+
+    def _publish(self, time_ns: int) -> None:
+        fill_time(self._message.clock, time_ns)
+        self._publisher.publish(self._message, time_ns)
+
+
+#: From this difference on, stamps of the two clocks no longer pass as the same time [ns].
+TOLERANCE_NS = 500_000_000
+
+
+class ClockHint:
+    """
+    Compares the clocks and names the remedy once they differ.
+
+    :param clock: simulated time, which started at the wall clock's.
+    :param warn: takes the text.
+    """
+
+    def __init__(self, clock: SimClock, warn: Callable[[str], object]) -> None:
+        self._clock = clock
+        self._warn = warn
+        self._said = False
+
+    def look(self) -> None:
+        """Compare once."""
+        if self._said:
+            return
+        behind = self._clock.behind_ns(time.time_ns())
+        if abs(behind) > TOLERANCE_NS:
+            self._said = True
+            side = 'behind' if behind > 0 else 'ahead of'
+            self._warn(
+                f'simulated time is now {abs(behind) / 1e9:.1f} s {side} the wall clock; programs '
+                'that take stamps from the wall clock no longer agree with it: start them '
+                'with the parameter use_sim_time:=true'
+            )

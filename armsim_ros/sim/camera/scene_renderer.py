@@ -15,8 +15,7 @@ import mujoco
 import numpy as np
 
 from armsim_ros.sim.camera.camera import Camera
-from armsim_ros.sim.camera.picture import measured, Picture
-from armsim_ros.sim.camera.snapshot import Snapshot
+from armsim_ros.sim.camera.snapshot import measured, Picture, Snapshot
 from armsim_ros.sim.physics.compiler import model_from_bytes
 
 #: What is nearer is not drawn, so that a camera sees through its own housing [m].

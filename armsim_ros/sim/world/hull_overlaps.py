@@ -22,7 +22,7 @@ from armsim_ros.model.geometry import Mesh
 from armsim_ros.model.mesh.mesh_library import Arrays, cached
 from armsim_ros.model.robot_model import RobotModel
 from armsim_ros.model.tree import link_poses
-from armsim_ros.sim.physics.contacts import contacts
+from armsim_ros.sim.physics.geoms import contacts
 from armsim_ros.sim.physics.plant import Plant
 
 #: Overlap that is worth a line [m].

@@ -10,6 +10,8 @@ from functools import cached_property, partial
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from armsim_ros.arrays import Matrix
 from armsim_ros.config.simulation import JointFault
 from armsim_ros.config.world import WorldObjectSettings
@@ -21,9 +23,70 @@ from armsim_ros.model.cell import Cell
 from armsim_ros.model.world_objects import object_from_settings
 from armsim_ros.recording.flight_recorder import FlightRecorder
 from armsim_ros.sim.grippers.vacuum_control import VacuumControl
+from armsim_ros.sim.simulation import Simulation
 from armsim_ros.stack import ArmSim
 from armsim_ros.testing.arms.arm import Arm, BUILT_WITHOUT_FAULTS, Points, Target, Touch
-from armsim_ros.testing.arms.contact_log import ContactLog
+
+Pair = tuple[str, str]
+
+
+class ContactLog:
+    """
+    Samples the contacts of a simulation, and keeps what has begun to touch.
+
+    Pairs that touch when the log is begun are at rest on each other and left out.
+
+    :param simulation: whose contacts are recorded.
+    """
+
+    def __init__(self, simulation: Simulation) -> None:
+        self._simulation = simulation
+        self._ended: list[Touch] = []
+        self._lasting: dict[Pair, tuple[float, float]] = {}
+        self._now = 0.0
+        self._last = b''
+        self._resting = frozenset(self._deepest())
+
+    def look(self, now_ns: int) -> None:
+        """Note what touches at a simulated time [ns]."""
+        self._now = now_ns * 1e-9
+        bodies, depths = self._simulation.touching()
+        signature = bodies[depths >= 0.0].tobytes()
+        if not signature and not self._lasting:
+            self._last = signature
+            return
+        if signature == self._last and not self._lasting:
+            return  # what rests on something goes on resting
+        self._last = signature
+        deepest = {
+            pair: depth for pair, depth in self._deepest().items() if pair not in self._resting
+        }
+        for pair in [pair for pair in self._lasting if pair not in deepest]:
+            self._ended.append(self._touch(pair))
+            del self._lasting[pair]
+        for pair, depth in deepest.items():
+            start, before = self._lasting.get(pair, (self._now, 0.0))
+            self._lasting[pair] = (start, max(before, depth))
+
+    def touches(self, since: float | None = None) -> tuple[Touch, ...]:
+        """Return all touches that lasted beyond a time [s], oldest first; None: all."""
+        seen = [*self._ended, *(self._touch(pair) for pair in self._lasting)]
+        requested = (touch for touch in seen if since is None or touch.end >= since)
+        return tuple(sorted(requested, key=lambda touch: touch.start))
+
+    def _deepest(self) -> dict[Pair, float]:
+        bodies, depths = self._simulation.touching()
+        names = self._simulation.body_names
+        found: dict[Pair, float] = {}
+        for i in np.flatnonzero(depths >= 0.0):
+            pair = (names[bodies[i, 0]], names[bodies[i, 1]])
+            found[pair] = max(found.get(pair, 0.0), float(depths[i]))
+        return found
+
+    def _touch(self, pair: Pair) -> Touch:
+        start, depth = self._lasting[pair]
+        return Touch(pair, start, self._now, depth)
+
 
 #: Time between samples of the contacts [ns]; a touch of stiff bodies lasts several times that.
 LOOK_NS = 2_000_000
@@ -237,5 +300,3 @@ class InProcessArm(Arm):
         ]
         at = ', '.join(f'{joint} {value:.4f}' for joint, value in self.positions.items())
         return '; '.join([*goals, f'at {self.time:.3f} s: {at}'])
-
-

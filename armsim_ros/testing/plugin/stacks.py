@@ -4,13 +4,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 import json
 from typing import Any, TYPE_CHECKING
 
 import pytest
 
+from armsim_ros.model.cell import Cell
+from armsim_ros.model.cell_loading import load_cell
 from armsim_ros.testing.plugin.marker import ArmRequest, requested
 from armsim_ros.testing.programs.domain import domain_range, private_domain
 
@@ -19,13 +21,23 @@ if TYPE_CHECKING:
     from armsim_ros.testing.arms.arm import Arm
     from armsim_ros.testing.clients.client_node import ClientNode
     from armsim_ros.testing.clients.robot_user import RobotUser
-    from armsim_ros.testing.programs.shared_stack import SharedStack
+    from armsim_ros.testing.programs.started_stack import SharedStack
+
+
+_cells: dict[tuple[str, str | None, str], Cell] = {}
+
+
+def built_cell(robot: str, world: str | None, overrides: Mapping[str, Any]) -> Cell:
+    """Return the checked files of a robot; each is read once a process."""
+    key = (robot, world, repr(sorted(overrides.items())))
+    if key not in _cells:
+        _cells[key] = load_cell(robot, world=world, overrides=overrides)
+    return _cells[key]
 
 
 @contextmanager
 def arm_in_process(desired: ArmRequest) -> Iterator[Arm]:
     """Give an arm that the test steps, built from files that are read once a process."""
-    from armsim_ros.testing.arms.built_cell import built_cell
     from armsim_ros.testing.arms.in_process import InProcessArm
 
     overrides = dict(desired.overrides)
@@ -51,7 +63,7 @@ def arm_of_stack(request: pytest.FixtureRequest, desired: ArmRequest) -> Iterato
 @pytest.fixture(scope='module')
 def armsim_shared_stack(ros_domain: int) -> Iterator[SharedStack]:
     """Keep the programs of a module's tests, which are put back to their start in between."""
-    from armsim_ros.testing.programs.shared_stack import SharedStack
+    from armsim_ros.testing.programs.started_stack import SharedStack
 
     shared = SharedStack(ros_domain)
     yield shared
@@ -96,8 +108,6 @@ def _running(request: pytest.FixtureRequest, desired: ArmRequest) -> Iterator[Ro
 
 def _settings(desired: ArmRequest) -> RobotSettings:
     """Return the checked files of the robot."""
-    from armsim_ros.testing.arms.built_cell import built_cell
-
     return built_cell(desired.robot, desired.world, desired.overrides).settings
 
 

@@ -8,7 +8,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from armsim_ros.config.controllers.controller_parameters import ControllerParameters
+from armsim_ros.config.base import ControllerParameters
 from armsim_ros.control.manager.controller_factory import CONTROLLER_TYPES
 from armsim_ros.control.manager.switching import Strictness
 from armsim_ros.errors import ControllerError

@@ -7,8 +7,8 @@ import pytest
 import trimesh
 
 from armsim_ros.model.geometry import Mesh
-from armsim_ros.model.mesh import convex_parts as module
-from armsim_ros.model.mesh.convex_parts import convex_parts, MOST_PARTS
+from armsim_ros.model.mesh import meshes as module
+from armsim_ros.model.mesh.meshes import convex_parts, MOST_PARTS
 
 
 @pytest.fixture(autouse=True)

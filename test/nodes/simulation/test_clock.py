@@ -6,7 +6,7 @@ import time
 
 import pytest
 
-from armsim_ros.nodes.simulation.clock import ClockHint
+from armsim_ros.nodes.simulation.sim_time import ClockHint
 from armsim_ros.sim.clock import SimClock
 
 

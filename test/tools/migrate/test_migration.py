@@ -12,8 +12,7 @@ from armsim_ros.config.loading import load_robot_settings
 from armsim_ros.config.yaml.source import read_yaml_file
 from armsim_ros.errors import ConfigError
 from armsim_ros.resources import find_robot, PACKAGE, robot_names, share_folder
-from armsim_ros.tools.migrate.main import main
-from armsim_ros.tools.migrate.migration import migrate, REPORT, settings_values
+from armsim_ros.tools.migrate.main import main, migrate, REPORT, settings_values
 from armsim_ros.tools.migrate.source_text import real_number_edits
 
 

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Actions that wait for events, emit them, or end the launch."""
+"""Actions that wait for events or time, emit events, or end the launch."""
 
 from __future__ import annotations
 
@@ -146,3 +146,29 @@ class Shutdown(EmitEvent):
         context.emit_event_sync(ShutdownEvent(
             reason=perform_text(context, self._reason),
             due_to_failure=bool(status) and not context.is_shutdown))
+
+
+class RosTimer(TimerAction):
+    """Actions after a delay; simulated time is taken to run as fast as the wall clock."""
+
+
+class LifecycleTransition(Action):
+    """
+    Requests transitions of lifecycle nodes.
+
+    :param lifecycle_node_names: the nodes.
+    :param transition_ids: the transitions in order.
+    """
+
+    def __init__(
+        self, *, lifecycle_node_names: Iterable[Any], transition_ids: Iterable[Any],
+        **kwargs: Any,
+    ) -> None:
+        super().__init__(condition=kwargs.get('condition'))
+        self._names = list(lifecycle_node_names)
+        self._transitions = list(transition_ids)
+
+    def execute(self, context: LaunchContext) -> None:
+        """Log that nothing is done: none of our programs is a lifecycle node."""
+        if context.engine is not None:
+            context.engine.tell_unknown('transitions of lifecycle nodes are not requested')

@@ -12,13 +12,13 @@ from typing import Any
 from typing_extensions import Self
 
 from armsim_ros.errors import ConfigError
-from armsim_ros.launch.api.launch_logging import get_logger
+from armsim_ros.launch.api.actions.logs import get_logger
 from armsim_ros.launch.api.moveit.launch_utils import Xacro
 from armsim_ros.launch.api.param_builder import ParameterBuilder
 from armsim_ros.launch.api.ros_parameters import ParameterValue
+from armsim_ros.launch.api.substitutions.programs import missing_in
 from armsim_ros.launch.failures import MissingPackageError
 from armsim_ros.launch.lookup import current_lookup
-from armsim_ros.launch.xacro_command import missing_in
 from armsim_ros.model.description.moveit_parameters import MoveItParameters
 
 Parameters = dict[str, Any]

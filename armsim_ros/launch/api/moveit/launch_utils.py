@@ -14,9 +14,9 @@ from armsim_ros.launch.api.context import LaunchContext
 from armsim_ros.launch.api.description import LaunchDescription
 from armsim_ros.launch.api.entity import SomeText, Substitution
 from armsim_ros.launch.api.ros_node import Node
+from armsim_ros.launch.api.substitutions.programs import run_xacro
 from armsim_ros.launch.api.substitutions.texts import LaunchConfiguration
 from armsim_ros.launch.api.utilities import perform_text
-from armsim_ros.launch.xacro_command import run_xacro
 
 
 class Xacro(Substitution):

@@ -16,7 +16,7 @@ from armsim_ros.nodes.conversions.motion_plan_request import (
     robot_trajectory_message,
 )
 from armsim_ros.nodes.conversions.planning_scene import is_empty
-from armsim_ros.nodes.move_group.action_server import MoveGroupActionServer
+from armsim_ros.nodes.move_group.answers import fill_error, MoveGroupActionServer, reported
 from armsim_ros.nodes.move_group.context import Context
 from armsim_ros.nodes.move_group.execution.execution import ExecutionOutcome
 from armsim_ros.nodes.move_group.execution.path_watch import PathWatch, StateRecorder
@@ -24,7 +24,6 @@ from armsim_ros.nodes.move_group.execution.trajectory_execution import (
     execute_plan,
     TrajectoryExecutionManager,
 )
-from armsim_ros.nodes.move_group.failures import fill_error, reported
 from armsim_ros.nodes.move_group.planning.planning_job import (
     drop_robot_state,
     overlay,

@@ -4,15 +4,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
 from moveit_msgs.msg import MotionPlanRequest as RequestMessage
 from moveit_msgs.msg import MotionPlanResponse as ResponseMessage
-from moveit_msgs.msg import MoveItErrorCodes, RobotState, RobotTrajectory
+from moveit_msgs.msg import (
+    MoveItErrorCodes,
+    PipelineState,
+    RobotState,
+    RobotTrajectory,
+)
 from moveit_msgs.msg import PlanningScene as SceneMessage
+from rclpy.node import Node
 
+from armsim_ros.config.move_group.ompl_planning import OmplSettings
 from armsim_ros.errors import MoveItErrorCode, PlanningError
 from armsim_ros.nodes.conversions.motion_plan_request import (
     error_code_message,
@@ -23,15 +30,84 @@ from armsim_ros.nodes.conversions.planning_scene import update_from_message
 from armsim_ros.nodes.conversions.robot_state import robot_state_to_message
 from armsim_ros.nodes.move_group.context import Context
 from armsim_ros.nodes.move_group.planning.display import DisplayContacts, DisplayPlannedPath
-from armsim_ros.nodes.move_group.planning.pipeline_state import PipelineStates
+from armsim_ros.nodes.move_group.planning.planner_services import (
+    request_adapters,
+    response_adapters,
+)
 from armsim_ros.nodes.move_group.worker import AnyOf
+from armsim_ros.planning.planner import never
 from armsim_ros.planning.request import MotionPlanRequest, MotionPlanResponse
 from armsim_ros.planning.scene.planning_scene import PlanningScene
 
+#: What planners call themselves, by the first part of their pipeline's name.
+PLANNERS = {'pilz': 'Pilz Industrial Motion Planner'}
+DEPTH = 20
 
-def never() -> bool:
-    """Return False: nothing cancels the request."""
-    return False
+
+class PipelineStates:
+    """
+    Publishes the stages of a plan: an empty stage when it begins, all others when it is complete.
+
+    The planner answers once, with the stage that refused the request, so all that it passed are
+    published together. Nothing is composed without subscribers.
+
+    :param settings: the pipeline's adapters and the topic's name; '' publishes nothing.
+    """
+
+    def __init__(self, node: Node, settings: OmplSettings) -> None:
+        self._settings = settings
+        self._publisher = None
+        if settings.progress_topic:
+            self._publisher = node.create_publisher(PipelineState, settings.progress_topic, DEPTH)
+
+    def begin(self, request: RequestMessage) -> None:
+        """Publish that work on a request has begun."""
+        self._publish(request, ResponseMessage(), '')
+
+    def end(
+        self, request: RequestMessage, response: ResponseMessage, pipeline: str
+    ) -> None:
+        """
+        Publish each stage that a request has passed, and the stage that refused it.
+
+        :param response: its error code names the stage.
+        :param pipeline: that planned.
+        """
+        if not self._heard:
+            return
+        success = response.error_code.val == MoveItErrorCodes.SUCCESS
+        passed = ResponseMessage()
+        passed.error_code.val = MoveItErrorCodes.SUCCESS
+        stages = list(self._stages(pipeline))
+        planned = stages.index(self._planner(pipeline))
+        last = len(stages) - 1
+        if not success:
+            source = response.error_code.source
+            last = stages.index(source) if source in stages else planned
+        for place, stage in enumerate(stages[: last + 1]):
+            ends = success and place >= planned
+            self._publish(request, response if ends or place == last else passed, stage)
+
+    @property
+    def _heard(self) -> bool:
+        return self._publisher is not None and self._publisher.get_subscription_count() > 0
+
+    def _publish(
+        self, request: RequestMessage, response: ResponseMessage, stage: str
+    ) -> None:
+        if self._publisher is not None and self._heard:
+            self._publisher.publish(
+                PipelineState(request=request, response=response, pipeline_stage=stage)
+            )
+
+    def _stages(self, pipeline: str) -> Iterator[str]:
+        yield from request_adapters(self._settings, pipeline)
+        yield self._planner(pipeline)
+        yield from response_adapters(self._settings, pipeline)
+
+    @staticmethod
+    def _planner(pipeline: str) -> str:
+        return PLANNERS.get(pipeline.partition('_')[0], pipeline.upper())
 
 
 @dataclass(frozen=True, eq=False)

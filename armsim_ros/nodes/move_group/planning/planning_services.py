@@ -15,11 +15,11 @@ from armsim_ros.nodes.conversions.robot_state import (
     robot_state_to_message,
     start_state_from_message,
 )
+from armsim_ros.nodes.move_group.answers import fill_error, reported
 from armsim_ros.nodes.move_group.context import Context
-from armsim_ros.nodes.move_group.failures import fill_error, reported
 from armsim_ros.nodes.move_group.planning.display import DisplayPlannedPath
 from armsim_ros.nodes.move_group.planning.planning_job import PlanningJob
-from armsim_ros.nodes.move_group.planning.sequence_job import SequenceJob
+from armsim_ros.nodes.move_group.planning.sequence_move_group import SequenceJob
 from armsim_ros.planning.request import CartesianRequest
 
 

@@ -18,8 +18,8 @@ from armsim_ros.nodes.conversions.collision_object import (
     object_from_message,
 )
 from armsim_ros.nodes.conversions.planning_scene import update_from_message, world_from_message
+from armsim_ros.nodes.move_group.answers import reported
 from armsim_ros.nodes.move_group.context import Context
-from armsim_ros.nodes.move_group.failures import reported
 from armsim_ros.nodes.move_group.worker import Job
 from armsim_ros.planning.scene.content import SceneContent
 from armsim_ros.planning.scene.objects import AttachedObject

@@ -45,12 +45,13 @@ from armsim_ros.nodes.simulation.controllers.gripper_cmd import (
     GripperCommandServer,
     ParallelGripperCommandServer,
 )
-from armsim_ros.nodes.simulation.controllers.joint_states import DynamicJointStates, JointStates
 from armsim_ros.nodes.simulation.controllers.sensor_topics import TOPICS
 from armsim_ros.nodes.simulation.controllers.state_topics import (
     AdmittanceTopics,
     ControllerStatePublisher,
+    DynamicJointStates,
     GpioTopics,
+    JointStates,
     PidTopics,
 )
 from armsim_ros.nodes.simulation.dispatcher import Dispatcher

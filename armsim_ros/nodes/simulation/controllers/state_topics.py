@@ -9,6 +9,7 @@ from typing import Any
 from control_msgs.msg import (
     AdmittanceControllerState,
     DynamicInterfaceGroupValues,
+    DynamicJointState,
     InterfaceValue,
     JointTrajectoryControllerState,
     MultiDOFCommand,
@@ -18,9 +19,11 @@ from control_msgs.msg import (
 from geometry_msgs.msg import WrenchStamped
 import numpy as np
 from rclpy.node import Node
+from sensor_msgs.msg import JointState
 from std_srvs.srv import SetBool
 from trajectory_msgs.msg import JointTrajectoryPoint
 
+from armsim_ros.control.broadcasters.joint_state_broadcaster import JointStateSnapshot
 from armsim_ros.control.broadcasters.sensor_broadcaster import SensorSample
 from armsim_ros.control.command_controllers.admittance_controller import (
     AdmittanceController,
@@ -31,9 +34,13 @@ from armsim_ros.control.command_controllers.pid_controller import PidController
 from armsim_ros.control.trajectory.joint_trajectory_controller import JointTrajectoryController
 from armsim_ros.model.transforms import matrix_from_axis_angle, quat_xyzw_from_matrix
 from armsim_ros.nodes import qos
-from armsim_ros.nodes.conversions.joint_state import fill_controller_state
+from armsim_ros.nodes.conversions.robot_state import (
+    DynamicJointStateBuffer,
+    fill_controller_state,
+    JointStateBuffer,
+)
 from armsim_ros.nodes.conversions.time import fill_time
-from armsim_ros.nodes.simulation.wanted_publisher import WantedPublisher
+from armsim_ros.nodes.publishers import WantedPublisher
 
 
 class ControllerStatePublisher:
@@ -250,3 +257,54 @@ def _message(snapshot: AdmittanceSnapshot) -> AdmittanceControllerState:
 def _fill(target: Any, names: str, values: Any) -> None:
     for name, value in zip(names, values, strict=True):
         setattr(target, name, float(value))
+
+
+class JointStates:
+    """
+    Publishes what the joint state broadcaster has sampled.
+
+    :param node: the broadcaster's node; the topic lies in its namespace.
+    :param local: publish under the node's name instead.
+    """
+
+    def __init__(self, node: Node, *, local: bool = False) -> None:
+        topic = '~/joint_states' if local else 'joint_states'
+        self._publisher = node.create_publisher(JointState, topic, qos.STATE)
+        self._names: tuple[str, ...] = ()
+        self._buffer = JointStateBuffer(())
+
+    def publish(self, sample: JointStateSnapshot) -> None:
+        """Publish a sample."""
+        if sample.names != self._names:
+            self._names = sample.names
+            self._buffer = JointStateBuffer(sample.names, sample.frame_id)
+        self._publisher.publish(
+            self._buffer.fill(sample.time_ns, sample.position, sample.velocity, sample.effort)
+        )
+
+
+class DynamicJointStates:
+    """
+    Publishes every state interface that the joint state broadcaster has sampled.
+
+    :param node: the broadcaster's node; the topic lies in its namespace.
+    :param local: publish under the node's name instead.
+    """
+
+    def __init__(self, node: Node, *, local: bool = False) -> None:
+        topic = '~/dynamic_joint_states' if local else 'dynamic_joint_states'
+        self._publisher = WantedPublisher(node, DynamicJointState, topic, qos.STATE)
+        self._interfaces: dict[str, tuple[str, ...]] = {}
+        self._buffer = DynamicJointStateBuffer({})
+
+    def publish(self, sample: JointStateSnapshot) -> None:
+        """Publish a sample."""
+        if not self._publisher.wanted(sample.time_ns):
+            return
+        dynamic = sample.dynamic
+        interfaces = {joint: names for joint, names, _ in dynamic}
+        if interfaces != self._interfaces:
+            self._interfaces = interfaces
+            self._buffer = DynamicJointStateBuffer(interfaces, sample.frame_id)
+        values = [numbers for _, _, numbers in dynamic]
+        self._publisher.publish(self._buffer.fill(sample.time_ns, values), sample.time_ns)

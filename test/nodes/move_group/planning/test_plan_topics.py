@@ -22,7 +22,7 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 from armsim_ros.config.move_group.ompl_planning import OmplSettings
 from armsim_ros.nodes.move_group.planning.display import DisplayContacts, DisplayPlannedPath
-from armsim_ros.nodes.move_group.planning.pipeline_state import PipelineStates
+from armsim_ros.nodes.move_group.planning.planning_job import PipelineStates
 from armsim_ros.planning.collision.contacts import BodyType, Contact
 
 BEFORE = ['ResolveConstraintFrames', 'ValidateWorkspaceBounds', 'CheckStartStateBounds',

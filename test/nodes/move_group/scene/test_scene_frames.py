@@ -13,7 +13,7 @@ from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.model.geometry import Box
 from armsim_ros.model.loading import load_robot_model
 from armsim_ros.model.transforms import pose_matrix
-from armsim_ros.nodes.move_group.scene.scene_frames import SceneFrames
+from armsim_ros.nodes.move_group.scene.scene_services import SceneFrames
 from armsim_ros.planning.scene.objects import AttachedObject, CollisionObject, ObjectShape
 from armsim_ros.planning.scene.planning_scene import PlanningScene
 
