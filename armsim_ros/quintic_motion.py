@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A timed motion as a trajectory controller runs it: quintic splines between its points."""
+"""Quintic and lower polynomials between points: a timed motion as a controller runs it."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The base of all settings: frozen, checked, unknown keys refused."""
+"""The base of all settings (frozen, checked, unknown keys refused) and of those of controllers."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""When a request ends: its deadline, and whether a client still waits for an answer."""
+"""When a request ends: deadline, cancel, and a clock that counts its calls."""
 
 from __future__ import annotations
 

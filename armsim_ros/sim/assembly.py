@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""From a robot's settings to its running parts: plant, drives, controllers."""
+"""From a robot's settings to its running parts, and a hash of all their states."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Mesh files to triangles: STL in both forms and OBJ; others through a library."""
+"""Mesh files to triangles: STL in both forms and OBJ, others through a library; convex parts."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""``moveit_msgs/msg/RobotState`` to a start state, and full states back."""
+"""``RobotState`` and ``JointState`` to plain values and back."""
 
 from __future__ import annotations
 

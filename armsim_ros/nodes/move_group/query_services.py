@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The services ``check_state_validity``, ``compute_fk`` and ``compute_ik``."""
+"""The services ``check_state_validity``, ``compute_fk``, ``compute_ik`` and ``get_urdf``."""
 
 from __future__ import annotations
 

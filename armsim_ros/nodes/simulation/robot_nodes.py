@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A robot in its namespace: controller manager, controllers and their topics."""
+"""A robot in its namespace: controller manager, controllers, their topics, events and faults."""
 
 from __future__ import annotations
 

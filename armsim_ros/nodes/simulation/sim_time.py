@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The simulation's nodes and the time of their clocks."""
+"""The simulation's nodes, the time of their clocks, and ``/clock``."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The state of the plant that a picture shows, as bytes."""
+"""What a camera draws from, the state of the plant as bytes, and the picture it makes."""
 
 from __future__ import annotations
 

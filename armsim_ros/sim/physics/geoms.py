@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Shapes as MuJoCo geoms."""
+"""Shapes as MuJoCo geoms, and what touches them."""
 
 from __future__ import annotations
 

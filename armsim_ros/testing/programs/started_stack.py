@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What it takes to put running programs back to their start."""
+"""Running programs that tests share, and how they are put back to their start."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""From a URDF to a folder with a complete first set of files."""
+"""From a URDF to a folder with a complete first set of files, with states that have names."""
 
 from __future__ import annotations
 

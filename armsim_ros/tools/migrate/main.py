@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The program migrate."""
+"""The program migrate: a robot's files in the layout of ROS 2."""
 
 from __future__ import annotations
 

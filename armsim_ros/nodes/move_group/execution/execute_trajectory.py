@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The action ``execute_trajectory``."""
+"""The actions ``execute_trajectory`` and ``execute_task_solution``."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The action ``sequence_move_group``."""
+"""Sequences of motions: planned, and as the action ``sequence_move_group``."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The services of the scene: ``get_``, ``apply_planning_scene``, ``clear_octomap`` and files."""
+"""The services of the scene: contents, edits, files, frames of objects."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Topics of controllers with references: PID, gpios, admittance, and ``~/controller_state``."""
+"""State topics of controllers: joint states, references, ``~/controller_state``."""
 
 from __future__ import annotations
 
