@@ -12,11 +12,11 @@ from pathlib import Path
 import re
 import statistics
 
+from armsim_ros.clients.client_node import ClientNode
 from armsim_ros.config.controllers.joint_trajectory_controller import (
     JointTrajectoryControllerParameters,
 )
 from armsim_ros.config.loading import load_robot_settings
-from armsim_ros.testing.clients.client_node import ClientNode
 from armsim_ros.testing.programs.domain import private_domain, ros_environment
 from armsim_ros.testing.programs.program import Program
 

@@ -28,15 +28,15 @@ sys.path[:0] = [str(ROOT), str(ROOT / 'test' / 'support')]
 
 from public_robots import public_urdf  # noqa: E402
 
-from armsim_ros.testing.clients.page_user import (  # noqa: E402
+from armsim_ros.testing.page_user import (  # noqa: E402
     launch_chromium,
     PageUser,
     printed_address,
     robot_is_seen,
 )
-from armsim_ros.testing.clients.robot_user import READY  # noqa: E402
 from armsim_ros.testing.programs.domain import private_domain  # noqa: E402
 from armsim_ros.testing.programs.program import start_program  # noqa: E402
+from armsim_ros.testing.robot_user import READY  # noqa: E402
 from armsim_ros.tools.generate_config.generation import generate_config  # noqa: E402
 
 IMAGES = ROOT / 'docs' / 'images'

@@ -36,7 +36,7 @@ from armsim_ros.packages import packages_below
 if TYPE_CHECKING:
     from controller_manager_msgs.msg import ControllerState
 
-    from armsim_ros.testing.clients.client_node import ClientNode
+    from armsim_ros.clients.client_node import ClientNode
     from armsim_ros.testing.programs.program import Program
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -211,10 +211,10 @@ def _check(row: Row) -> None:
 
 def _bring_up(row: Row) -> None:
     """Start the robot, move every active controller, plan and execute a named state."""
-    from armsim_ros.testing.clients.client_node import ClientNode
-    from armsim_ros.testing.clients.robot_user import READY
+    from armsim_ros.clients.client_node import ClientNode
     from armsim_ros.testing.programs.domain import private_domain
     from armsim_ros.testing.programs.program import start_program
+    from armsim_ros.testing.robot_user import READY
 
     with ExitStack() as stack:
         domain = stack.enter_context(private_domain())
@@ -256,7 +256,7 @@ def _bring_up(row: Row) -> None:
 
 def _move(robot: Robot) -> str:
     """Move each active trajectory controller a little and back; return how many moved."""
-    from armsim_ros.testing.clients.trajectory_client import (
+    from armsim_ros.clients.trajectory import (
         SUCCEEDED,
         trajectory_message,
         TrajectoryClient,
@@ -321,7 +321,7 @@ def _start(robot: Robot) -> str:
 
 def _plan(robot: Robot) -> str:
     """Plan to and execute every named state; return how many are reached, and how closely."""
-    from armsim_ros.testing.clients.move_group_client import MoveGroupClient, SUCCESS
+    from armsim_ros.clients.move_group import MoveGroupClient, SUCCESS
 
     move_group = MoveGroupClient(robot.client, robot.move_group)
     states = move_group.named_states()
@@ -352,7 +352,7 @@ def _grip(robot: Robot) -> str:
     from control_msgs.msg import GripperCommand as GripperCommandMessage
     from sensor_msgs.msg import JointState
 
-    from armsim_ros.testing.clients.client_node import PatientActionClient
+    from armsim_ros.clients.client_node import PatientActionClient
 
     client, limits = robot.client, robot.limits()
     grippers = robot.active_controllers('GripperActionController')

@@ -21,14 +21,14 @@ from armsim_ros.testing.assertions import (
 
 #: Module -> the public names that are imported when they are first asked for.
 _LAZY = {
-    'clients.client_node': ('ClientNode',),
-    'clients.controller_manager_client': ('ControllerManagerClient', 'ParameterClient'),
-    'clients.move_group_client': ('MoveGroupClient',),
-    'clients.relay': ('ClockRelay', 'ServiceRelay', 'TopicRelay'),
-    'clients.robot_user': ('RobotUser', 'running_robot'),
-    'clients.trajectory_client': ('TrajectoryClient', 'trajectory_message'),
-    'programs.domain': ('private_domain',),
-    'programs.program': ('Program', 'start_program'),
+    'armsim_ros.clients.client_node': ('ClientNode',),
+    'armsim_ros.clients.controller_manager': ('ControllerManagerClient', 'ParameterClient'),
+    'armsim_ros.clients.move_group': ('MoveGroupClient',),
+    'armsim_ros.testing.relay': ('ClockRelay', 'ServiceRelay', 'TopicRelay'),
+    'armsim_ros.testing.robot_user': ('RobotUser', 'running_robot'),
+    'armsim_ros.clients.trajectory': ('TrajectoryClient', 'trajectory_message'),
+    'armsim_ros.testing.programs.domain': ('private_domain',),
+    'armsim_ros.testing.programs.program': ('Program', 'start_program'),
 }
 
 __all__ = [
@@ -43,5 +43,5 @@ __all__ = [
 def __getattr__(name: str) -> Any:
     for module, names in _LAZY.items():
         if name in names:
-            return getattr(import_module(f'{__name__}.{module}'), name)
+            return getattr(import_module(module), name)
     raise AttributeError(f"module '{__name__}' has no attribute '{name}'")

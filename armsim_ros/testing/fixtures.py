@@ -8,7 +8,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from armsim_ros.testing.clients.client_node import ClientNode
+from armsim_ros.clients.client_node import ClientNode
 from armsim_ros.testing.programs.domain import private_domain
 
 

@@ -15,7 +15,7 @@ from pathlib import Path
 import re
 import time
 
-from armsim_ros.testing.clients.page_user import (
+from armsim_ros.testing.page_user import (
     chromium_path,
     launch_chromium,
     PageUser,

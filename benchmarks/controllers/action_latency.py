@@ -18,8 +18,8 @@ from rclpy.action import ActionClient
 from rclpy.task import Future
 from sensor_msgs.msg import JointState
 
-from armsim_ros.testing.clients.client_node import ClientNode
-from armsim_ros.testing.clients.trajectory_client import trajectory_message
+from armsim_ros.clients.client_node import ClientNode
+from armsim_ros.clients.trajectory import trajectory_message
 from benchmarks.controllers.empty_action_server import ACTION
 from benchmarks.options import Options
 from benchmarks.stack import arm_of, median, peer, percentile, running_stack

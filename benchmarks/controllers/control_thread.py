@@ -19,7 +19,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import JointState
 
-from armsim_ros.testing.clients.trajectory_client import trajectory_message, TrajectoryClient
+from armsim_ros.clients.trajectory import trajectory_message, TrajectoryClient
 from armsim_ros.testing.programs.program import Program
 from benchmarks import listener
 from benchmarks.controllers import bare_loop

@@ -42,7 +42,7 @@ from simulation_interfaces.msg import SimulationState
 from simulation_interfaces.srv import SetSimulationState
 from tf2_msgs.msg import TFMessage
 
-from armsim_ros.testing.clients.client_node import ClientNode
+from armsim_ros.clients.client_node import ClientNode
 from benchmarks.endurance.interfaces_of_graph import Endpoint, endpoints
 from benchmarks.endurance.random_messages import RandomMessages
 from benchmarks.endurance.soak_client import SoakClient

@@ -26,11 +26,11 @@ from sensor_msgs.msg import JointState
 from shape_msgs.msg import SolidPrimitive
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
+from armsim_ros.clients.client_node import ClientNode, PatientActionClient
 from armsim_ros.config.loading import load_robot_settings
 from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.kinematics.planning_limits import planning_robot
 from armsim_ros.model.loading import load_robot_model
-from armsim_ros.testing.clients.client_node import ClientNode, PatientActionClient
 from benchmarks.options import Options
 from benchmarks.planning.planning_cancel import block, plan_goal
 from benchmarks.stack import median, percentile, running_stack, Stack

@@ -8,7 +8,7 @@ from contextlib import ExitStack
 from pathlib import Path
 import time
 
-from armsim_ros.testing.clients.move_group_client import MoveGroupClient
+from armsim_ros.clients.move_group import MoveGroupClient
 from benchmarks.controllers.control_thread import goals_without_pause
 from benchmarks.options import Options
 from benchmarks.simulation.picture_listener import PICTURE

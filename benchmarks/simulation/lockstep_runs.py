@@ -19,9 +19,9 @@ import time
 from simulation_interfaces.srv import ResetSimulation, StepSimulation
 from std_srvs.srv import Empty, Trigger
 
-from armsim_ros.testing.clients.client_node import ClientNode
-from armsim_ros.testing.clients.move_group_client import MoveGroupClient
-from armsim_ros.testing.clients.trajectory_client import TrajectoryClient
+from armsim_ros.clients.client_node import ClientNode
+from armsim_ros.clients.move_group import MoveGroupClient
+from armsim_ros.clients.trajectory import TrajectoryClient
 from benchmarks.options import Options
 from benchmarks.stack import median, running_stack
 

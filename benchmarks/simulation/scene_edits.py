@@ -20,7 +20,7 @@ from simulation_interfaces.srv import (
     SpawnEntity,
 )
 
-from armsim_ros.testing.clients.client_node import ClientNode
+from armsim_ros.clients.client_node import ClientNode
 
 Place = tuple[float, float, float]
 

@@ -25,13 +25,13 @@ from std_msgs.msg import Float64MultiArray
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from armsim_ros.arrays import Matrix, Vector
+from armsim_ros.clients.client_node import ClientNode
 from armsim_ros.config.loading import load_robot_settings
 from armsim_ros.config.servo import ServoParameters
 from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.kinematics.planning_limits import planning_robot
 from armsim_ros.model.loading import load_robot_model
 from armsim_ros.resources import share_folder
-from armsim_ros.testing.clients.client_node import ClientNode
 from benchmarks.options import Options
 from benchmarks.stack import processor_seconds, running_stack
 from benchmarks.tables import machine_load, publish, Table

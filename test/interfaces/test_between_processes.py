@@ -14,7 +14,7 @@ from rclpy.action import ActionClient
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from type_description_interfaces.srv import GetTypeDescription
 
-from armsim_ros.testing.clients.client_node import ClientNode
+from armsim_ros.clients.client_node import ClientNode
 
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 

@@ -12,8 +12,8 @@ import pytest
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from std_srvs.srv import Trigger
 
+from armsim_ros.clients.client_node import ClientNode
 from armsim_ros.nodes.lost_answers import log_lost_answers
-from armsim_ros.testing.clients.client_node import ClientNode
 
 
 @pytest.fixture

@@ -15,12 +15,12 @@ from moveit_msgs.action import MoveGroup
 from std_msgs.msg import String
 
 from armsim_ros.cli.arguments import UsageError
+from armsim_ros.clients.description import bounds, describe
+from armsim_ros.clients.motion import code_text, plan_goal, seconds, SUCCESS
+from armsim_ros.clients.ros_client import RosClient
 from armsim_ros.errors import ArmsimError, nearest
 from armsim_ros.model.robot_model import RobotModel
 from armsim_ros.nodes import qos
-from armsim_ros.nodes.client.description import bounds, describe
-from armsim_ros.nodes.client.motion import code_text, plan_goal, seconds, SUCCESS
-from armsim_ros.nodes.client.ros_client import RosClient
 from armsim_ros.nodes.verbs.state import joint_states
 from armsim_ros.nodes.verbs.terminal import parser, read, show, until
 

@@ -14,8 +14,8 @@ from control_msgs.msg import JointTrajectoryControllerState
 from rcl_interfaces.srv import GetParameters
 from rclpy.qos import QoSProfile, QoSReliabilityPolicy
 
+from armsim_ros.clients.ros_client import RosClient
 from armsim_ros.errors import ArmsimError, nearest
-from armsim_ros.nodes.client.ros_client import RosClient
 from armsim_ros.nodes.verbs.go import published_robot
 from armsim_ros.nodes.verbs.plot_picture import (
     JointRecord,

@@ -20,10 +20,10 @@ from mcap_ros2.decoder import DecoderFactory
 import numpy as np
 from numpy.typing import NDArray
 
+from armsim_ros.clients.description import describe
+from armsim_ros.clients.motion import seconds
 from armsim_ros.errors import ArmsimError
 from armsim_ros.model.robot_model import RobotModel
-from armsim_ros.nodes.client.description import describe
-from armsim_ros.nodes.client.motion import seconds
 
 Array = NDArray[np.float64]
 

@@ -12,7 +12,7 @@ from controller_manager_msgs.srv import ListControllers
 from rclpy.qos import QoSProfile, QoSReliabilityPolicy
 from sensor_msgs.msg import JointState
 
-from armsim_ros.nodes.client.ros_client import RosClient
+from armsim_ros.clients.ros_client import RosClient
 from armsim_ros.nodes.verbs.terminal import call, parser, read, show, table, until
 
 _NEWEST = QoSProfile(depth=1, reliability=QoSReliabilityPolicy.BEST_EFFORT)

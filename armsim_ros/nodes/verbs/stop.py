@@ -9,9 +9,9 @@ from concurrent.futures import Future
 import time
 from typing import Any
 
+from armsim_ros.clients.motion import Stopper
+from armsim_ros.clients.ros_client import RosClient
 from armsim_ros.errors import ArmsimError
-from armsim_ros.nodes.client.ros_client import RosClient
-from armsim_ros.nodes.client.stop import Stopper
 from armsim_ros.nodes.verbs.terminal import parser, read, show, until, wait
 
 #: How long no further action may appear until all count as known [s]. Announcements that were lost

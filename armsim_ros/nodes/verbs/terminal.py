@@ -15,8 +15,8 @@ import time
 from typing import Any, NoReturn, TypeVar
 
 from armsim_ros.cli.arguments import split_ros_args, UsageError
+from armsim_ros.clients.ros_client import NotServedError, RosClient
 from armsim_ros.errors import ArmsimError
-from armsim_ros.nodes.client.ros_client import NotServedError, RosClient
 
 T = TypeVar('T')
 

@@ -15,9 +15,9 @@ from typing import Any
 from pydantic import BaseModel, ConfigDict, ValidationError
 from websockets.asyncio.server import ServerConnection
 
+from armsim_ros.clients.ros_client import RosClient
 from armsim_ros.errors import ArmsimError
 from armsim_ros.model.robot_model import RobotModel
-from armsim_ros.nodes.client.ros_client import RosClient
 from armsim_ros.nodes.web.server import SESSION, WebServer
 from armsim_ros.nodes.web.session import Session
 

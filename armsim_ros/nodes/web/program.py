@@ -10,7 +10,7 @@ import secrets
 import sys
 import threading
 
-from armsim_ros.nodes.client.ros_client import RosClient
+from armsim_ros.clients.ros_client import RosClient
 from armsim_ros.nodes.web.arguments import WebArguments
 from armsim_ros.nodes.web.page import Page, Part
 from armsim_ros.nodes.web.parts.controllers import ControllersPart

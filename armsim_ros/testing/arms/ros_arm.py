@@ -17,6 +17,10 @@ from simulation_interfaces.srv import DeleteEntity, GetEntityState, SpawnEntity
 from std_srvs.srv import Empty, Trigger
 
 from armsim_ros.arrays import Matrix
+from armsim_ros.clients.client_node import PatientActionClient
+from armsim_ros.clients.controller_manager import ControllerManagerClient
+from armsim_ros.clients.move_group import SUCCESS
+from armsim_ros.clients.trajectory import SUCCEEDED, TrajectoryClient
 from armsim_ros.config.controllers.controller_settings import ControllerSettings
 from armsim_ros.config.controllers.gripper_action_controller import (
     GripperParameters,
@@ -31,11 +35,7 @@ from armsim_ros.model.transforms import pose_matrix
 from armsim_ros.nodes.conversions.geometry import pose_from_message, pose_to_message
 from armsim_ros.nodes.conversions.trajectory import trajectory_to_message
 from armsim_ros.testing.arms.arm import Arm, BUILT_WITHOUT_FAULTS, Points, Target, Touch
-from armsim_ros.testing.clients.client_node import PatientActionClient
-from armsim_ros.testing.clients.controller_manager_client import ControllerManagerClient
-from armsim_ros.testing.clients.move_group_client import SUCCESS
-from armsim_ros.testing.clients.robot_user import RobotUser
-from armsim_ros.testing.clients.trajectory_client import SUCCEEDED, TrajectoryClient
+from armsim_ros.testing.robot_user import RobotUser
 
 SECOND_NS = 1_000_000_000
 #: Fingers without a gripper controller move so long [s].

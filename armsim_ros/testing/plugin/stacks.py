@@ -17,11 +17,11 @@ from armsim_ros.testing.plugin.marker import ArmRequest, requested
 from armsim_ros.testing.programs.domain import domain_range, private_domain
 
 if TYPE_CHECKING:
+    from armsim_ros.clients.client_node import ClientNode
     from armsim_ros.config.robot_settings import RobotSettings
     from armsim_ros.testing.arms.arm import Arm
-    from armsim_ros.testing.clients.client_node import ClientNode
-    from armsim_ros.testing.clients.robot_user import RobotUser
     from armsim_ros.testing.programs.started_stack import SharedStack
+    from armsim_ros.testing.robot_user import RobotUser
 
 
 _cells: dict[tuple[str, str | None, str], Cell] = {}
@@ -87,7 +87,7 @@ def armsim_stack(request: pytest.FixtureRequest) -> Iterator[RobotUser]:
 @pytest.fixture
 def armsim_node(ros_domain: int) -> Iterator[ClientNode]:
     """Give a node that spins on the leased domain."""
-    from armsim_ros.testing.clients.client_node import ClientNode
+    from armsim_ros.clients.client_node import ClientNode
 
     with ClientNode(ros_domain) as node:
         yield node
@@ -95,7 +95,7 @@ def armsim_node(ros_domain: int) -> Iterator[ClientNode]:
 
 @contextmanager
 def _running(request: pytest.FixtureRequest, desired: ArmRequest) -> Iterator[RobotUser]:
-    from armsim_ros.testing.clients.robot_user import running_robot
+    from armsim_ros.testing.robot_user import running_robot
 
     namespace = _settings(desired).namespace
     domain = request.getfixturevalue('ros_domain')

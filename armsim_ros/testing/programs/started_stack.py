@@ -15,12 +15,12 @@ from rcl_interfaces.srv import GetParameters, ListParameters
 from simulation_interfaces.msg import Result, SimulationState
 from simulation_interfaces.srv import ResetSimulation, SetSimulationState
 
-from armsim_ros.testing.clients.controller_manager_client import (
+from armsim_ros.clients.controller_manager import (
     ControllerManagerClient,
     ParameterClient,
 )
-from armsim_ros.testing.clients.robot_user import RobotUser
 from armsim_ros.testing.programs.program import start_program
+from armsim_ros.testing.robot_user import RobotUser
 
 #: Everything that a scene consists of but the robot's state.
 _SCENE = PlanningSceneComponents(components=sum((
@@ -135,7 +135,7 @@ class SharedStack:
                 program = starting.enter_context(
                     start_program('bringup', self._domain, WITHOUT_WORLD, *arguments))
                 # What takes long to import, and to read, comes while the programs start.
-                from armsim_ros.testing.clients.robot_user import user_of
+                from armsim_ros.testing.robot_user import user_of
 
                 robot = starting.enter_context(user_of(program, self._domain, namespace()))
                 self._started, self._key = StartedStack(robot), key

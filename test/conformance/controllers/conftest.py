@@ -22,8 +22,8 @@ from controller_manager_msgs.srv import (
 import pytest
 import yaml
 
-from armsim_ros.testing.clients.client_node import ClientNode
-from armsim_ros.testing.clients.controller_manager_client import ParameterClient
+from armsim_ros.clients.client_node import ClientNode
+from armsim_ros.clients.controller_manager import ParameterClient
 from armsim_ros.testing.programs.domain import private_domain, ros_environment
 from armsim_ros.testing.programs.program import Program, start_program
 

@@ -14,12 +14,12 @@ from control_msgs.msg import JointTolerance, JointTrajectoryControllerState, Spe
 from control_msgs.srv import QueryTrajectoryState
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
-from armsim_ros.testing.clients.client_node import ClientNode, LATCHED
-from armsim_ros.testing.clients.controller_manager_client import (
+from armsim_ros.clients.client_node import ClientNode, LATCHED
+from armsim_ros.clients.controller_manager import (
     ControllerManagerClient,
     ParameterClient,
 )
-from armsim_ros.testing.clients.trajectory_client import Goal, Outcome, SUCCEEDED, TrajectoryClient
+from armsim_ros.clients.trajectory import Goal, Outcome, SUCCEEDED, TrajectoryClient
 from armsim_ros.testing.programs.program import Program
 
 #: So many clients of controllers live at a time.

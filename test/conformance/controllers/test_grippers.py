@@ -16,7 +16,7 @@ import pytest
 from rclpy.action import ActionClient
 from sensor_msgs.msg import JointState
 
-from armsim_ros.testing.clients.controller_manager_client import ParameterClient
+from armsim_ros.clients.controller_manager import ParameterClient
 
 statement = pytest.mark.statement
 upstream = pytest.mark.upstream

@@ -14,8 +14,8 @@ from controller_bench import Bench, nanoseconds, PERIOD, TrajectoryController
 import pytest
 from sensor_msgs.msg import JointState
 
-from armsim_ros.testing.clients.client_node import Collector
-from armsim_ros.testing.clients.controller_manager_client import ParameterClient
+from armsim_ros.clients.client_node import Collector
+from armsim_ros.clients.controller_manager import ParameterClient
 
 statement = pytest.mark.statement
 upstream = pytest.mark.upstream

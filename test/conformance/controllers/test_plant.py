@@ -8,7 +8,7 @@ from controller_bench import Bench, TrajectoryController
 import pytest
 from sensor_msgs.msg import JointState
 
-from armsim_ros.testing.clients.trajectory_client import SUCCEEDED
+from armsim_ros.clients.trajectory import SUCCEEDED
 
 statement = pytest.mark.statement
 

@@ -18,7 +18,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 from lone_server import LoneServer
 from move_group_bench import ArmBench
 
-from armsim_ros.testing.clients.client_node import ClientNode
+from armsim_ros.clients.client_node import ClientNode
 from armsim_ros.testing.programs.program import Program
 
 

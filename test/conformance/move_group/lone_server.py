@@ -20,7 +20,7 @@ from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.task import Future
 from sensor_msgs.msg import JointState
 
-from armsim_ros.testing.clients.client_node import ClientNode
+from armsim_ros.clients.client_node import ClientNode
 from armsim_ros.testing.programs.domain import private_domain
 from armsim_ros.testing.programs.program import Program, start_program
 

@@ -14,8 +14,8 @@ import pytest
 from rclpy.parameter import Parameter
 from rosgraph_msgs.msg import Clock
 
+from armsim_ros.clients.client_node import ClientNode
 from armsim_ros.resources import share_folder
-from armsim_ros.testing.clients.client_node import ClientNode
 from armsim_ros.testing.programs.domain import private_domain
 from armsim_ros.testing.programs.program import start_program
 

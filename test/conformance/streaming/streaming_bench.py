@@ -23,7 +23,7 @@ from std_msgs.msg import Float64MultiArray
 from std_srvs.srv import SetBool
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
-from armsim_ros.testing.clients.client_node import ClientNode
+from armsim_ros.clients.client_node import ClientNode
 from armsim_ros.testing.programs.program import Program
 
 NAMESPACE = '/sunday'

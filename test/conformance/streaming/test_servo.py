@@ -17,7 +17,7 @@ from std_srvs.srv import SetBool, Trigger
 from streaming_bench import ARM, Streamed
 from trajectory_msgs.msg import JointTrajectory
 
-from armsim_ros.testing.clients.controller_manager_client import ParameterClient
+from armsim_ros.clients.controller_manager import ParameterClient
 
 statement = pytest.mark.statement
 

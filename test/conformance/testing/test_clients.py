@@ -4,7 +4,7 @@
 
 from arm_user import until
 
-from armsim_ros.testing.clients.client_node import ClientNode
+from armsim_ros.clients.client_node import ClientNode
 
 
 def test_a_closed_client_leaves_its_domain(ros_domain_id):

@@ -18,8 +18,8 @@ from sensor_msgs.msg import CameraInfo, Image, PointCloud2
 from tf2_msgs.msg import TFMessage
 from world_user import OK, READY, START_TIMEOUT, WorldUser
 
+from armsim_ros.clients.client_node import ClientNode, LATCHED
 from armsim_ros.nodes.conversions.time import ns_from_time
-from armsim_ros.testing.clients.client_node import ClientNode, LATCHED
 from armsim_ros.testing.programs.domain import private_domain
 from armsim_ros.testing.programs.program import start_program
 

@@ -11,8 +11,8 @@ import pytest
 from sensor_msgs.msg import Image
 from world_user import OK, WorldUser
 
+from armsim_ros.clients.client_node import ClientNode
 from armsim_ros.nodes.conversions.time import ns_from_time
-from armsim_ros.testing.clients.client_node import ClientNode
 from armsim_ros.testing.programs.domain import private_domain
 from armsim_ros.testing.programs.program import start_program
 

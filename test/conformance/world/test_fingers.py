@@ -20,10 +20,10 @@ from shaking import shaking
 from simulation_interfaces.msg import EntityState
 from world_user import OK, pose, WorldUser
 
+from armsim_ros.clients.client_node import PatientActionClient
+from armsim_ros.clients.trajectory import SUCCEEDED, TrajectoryClient
 from armsim_ros.nodes.conversions.trajectory import trajectory_to_message
-from armsim_ros.testing.clients.client_node import PatientActionClient
-from armsim_ros.testing.clients.robot_user import running_robot
-from armsim_ros.testing.clients.trajectory_client import SUCCEEDED, TrajectoryClient
+from armsim_ros.testing.robot_user import running_robot
 
 statement = pytest.mark.statement
 

@@ -13,8 +13,8 @@ from std_msgs.msg import Bool
 from std_srvs.srv import Empty
 from world_user import OK, PAUSED, pose, WorldUser
 
+from armsim_ros.clients.client_node import LATCHED
 from armsim_ros.model.transforms import matrix_from_quat_wxyz
-from armsim_ros.testing.clients.client_node import LATCHED
 
 statement = pytest.mark.statement
 

@@ -12,7 +12,7 @@ from scene_user import Planner
 from sensor_msgs.msg import JointState
 from world_user import JOINTS, OK, PLAYING, WorldUser
 
-from armsim_ros.testing.clients.move_group_client import MoveGroupClient, SUCCESS
+from armsim_ros.clients.move_group import MoveGroupClient, SUCCESS
 
 statement = pytest.mark.statement
 

@@ -12,7 +12,7 @@ import pytest
 from simulation_interfaces.msg import Resource, SpawnEntity
 from world_user import BOX, FAILED, OK, stamped, WorldUser
 
-from armsim_ros.testing.clients.trajectory_client import SUCCEEDED
+from armsim_ros.clients.trajectory import SUCCEEDED
 
 statement = pytest.mark.statement
 

@@ -23,10 +23,10 @@ from world_user import (
     WorldUser,
 )
 
+from armsim_ros.clients.client_node import PatientActionClient
+from armsim_ros.clients.controller_manager import ParameterClient
+from armsim_ros.clients.trajectory import ABORTED, SUCCEEDED, trajectory_message
 from armsim_ros.nodes.conversions.time import ns_from_time
-from armsim_ros.testing.clients.client_node import PatientActionClient
-from armsim_ros.testing.clients.controller_manager_client import ParameterClient
-from armsim_ros.testing.clients.trajectory_client import ABORTED, SUCCEEDED, trajectory_message
 
 statement = pytest.mark.statement
 

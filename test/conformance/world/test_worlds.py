@@ -7,7 +7,7 @@ from __future__ import annotations
 import pytest
 from world_user import FAILED, NO_WORLD, OK, PAUSED, PLAYING, STOPPED, WorldUser
 
-from armsim_ros.testing.clients.trajectory_client import ABORTED, SUCCEEDED
+from armsim_ros.clients.trajectory import ABORTED, SUCCEEDED
 
 statement = pytest.mark.statement
 

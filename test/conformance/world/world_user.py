@@ -14,8 +14,8 @@ from simulation_interfaces.msg import SimulationState
 import simulation_interfaces.srv
 from std_srvs.srv import Empty
 
-from armsim_ros.testing.clients.client_node import ClientNode, Collector
-from armsim_ros.testing.clients.trajectory_client import trajectory_message, TrajectoryClient
+from armsim_ros.clients.client_node import ClientNode, Collector
+from armsim_ros.clients.trajectory import trajectory_message, TrajectoryClient
 from armsim_ros.testing.programs.program import Program
 
 READY = 'You can start planning now!'

@@ -4,7 +4,7 @@
 
 import numpy as np
 
-from armsim_ros.nodes.conversions.robot_state import DynamicJointStateBuffer, JointStateBuffer
+from armsim_ros.nodes.conversions.joint_state import DynamicJointStateBuffer, JointStateBuffer
 
 
 def test_a_refilled_message_has_the_new_values() -> None:

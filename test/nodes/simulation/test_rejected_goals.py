@@ -15,9 +15,9 @@ from rclpy.node import Node
 from rclpy.qos import QoSDurabilityPolicy, QoSProfile
 from std_msgs.msg import String
 
+from armsim_ros.clients.client_node import LATCHED
 from armsim_ros.nodes import qos
 from armsim_ros.nodes.simulation.controllers.goal_server import RejectedGoals
-from armsim_ros.testing.clients.client_node import LATCHED
 
 
 @pytest.fixture

@@ -16,9 +16,9 @@ from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 import yaml
 
+from armsim_ros.clients.client_node import ClientNode, LATCHED
+from armsim_ros.clients.controller_manager import ParameterClient
 from armsim_ros.nodes.upstream import joint_state_publisher, robot_state_publisher
-from armsim_ros.testing.clients.client_node import ClientNode, LATCHED
-from armsim_ros.testing.clients.controller_manager_client import ParameterClient
 from armsim_ros.testing.programs.domain import private_domain
 from armsim_ros.testing.programs.program import start_program
 

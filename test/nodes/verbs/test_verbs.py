@@ -8,8 +8,8 @@ from moveit_msgs.action import MoveGroup
 import pytest
 
 from armsim_ros.cli.arguments import UsageError
+from armsim_ros.clients.ros_client import RosClient
 from armsim_ros.errors import ArmsimError
-from armsim_ros.nodes.client.ros_client import RosClient
 from armsim_ros.nodes.verbs import go, plot, state, stop
 
 pytestmark = pytest.mark.usefixtures('fake_stack')

@@ -11,7 +11,7 @@ PATIENCE = 120_000
 @pytest.fixture(scope='module')
 def served_page(fake_stack):
     """Serve a page in this process."""
-    from armsim_ros.nodes.client.ros_client import RosClient
+    from armsim_ros.clients.ros_client import RosClient
     from armsim_ros.nodes.web.arguments import WebArguments
     from armsim_ros.nodes.web.page import Page
     from armsim_ros.nodes.web.program import page_parts
@@ -28,7 +28,7 @@ def browser():
     """Start the machine's Chromium, and end it with the file: it has an event loop running."""
     from playwright.sync_api import sync_playwright
 
-    from armsim_ros.testing.clients.page_user import launch_chromium
+    from armsim_ros.testing.page_user import launch_chromium
 
     with sync_playwright() as programs:
         chromium = launch_chromium(programs)
@@ -39,7 +39,7 @@ def browser():
 @pytest.fixture(scope='module')
 def open_window(browser):
     """Return a function that opens the page at an address in a window of its own."""
-    from armsim_ros.testing.clients.page_user import PageUser
+    from armsim_ros.testing.page_user import PageUser
 
     def open_window(address):
         window = browser.new_context(viewport={'width': 800, 'height': 520})

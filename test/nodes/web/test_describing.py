@@ -8,7 +8,7 @@ import pytest
 
 pytest.importorskip('viser')
 
-from armsim_ros.nodes.client.ros_client import RosClient
+from armsim_ros.clients.ros_client import RosClient
 from armsim_ros.nodes.web.arguments import WebArguments
 from armsim_ros.nodes.web.page import Page
 from armsim_ros.nodes.web.parts import robot

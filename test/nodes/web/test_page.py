@@ -17,16 +17,16 @@ from sensor_msgs.msg import JointState
 pytest.importorskip('viser')
 pytest.importorskip('playwright')
 
-from armsim_ros.testing.clients.client_node import ClientNode
-from armsim_ros.testing.clients.page_user import changed, chromium_path, printed_address, reddish
-from armsim_ros.testing.clients.robot_user import READY, RobotUser
-from armsim_ros.testing.clients.trajectory_client import (
+from armsim_ros.clients.client_node import ClientNode
+from armsim_ros.clients.trajectory import (
     CANCELED,
     trajectory_message,
     TrajectoryClient,
 )
+from armsim_ros.testing.page_user import changed, chromium_path, printed_address, reddish
 from armsim_ros.testing.programs.domain import private_domain, ros_environment
 from armsim_ros.testing.programs.program import start_program
+from armsim_ros.testing.robot_user import READY, RobotUser
 
 pytestmark = [
     pytest.mark.browser,

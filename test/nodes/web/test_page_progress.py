@@ -9,7 +9,7 @@ import pytest
 pytest.importorskip('viser')
 pytest.importorskip('playwright')
 
-from armsim_ros.testing.clients.page_user import chromium_path
+from armsim_ros.testing.page_user import chromium_path
 
 pytestmark = [
     pytest.mark.browser,

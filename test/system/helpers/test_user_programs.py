@@ -9,8 +9,8 @@ import sys
 from moveit_msgs.srv import GetPositionFK
 import pytest
 
-from armsim_ros.testing.clients.robot_user import running_robot
 from armsim_ros.testing.programs.domain import private_domain, ros_environment
+from armsim_ros.testing.robot_user import running_robot
 
 PROGRAMS = Path(__file__).parent / 'programs'
 #: A program waits for pictures that are drawn at the lowest priority [s].

@@ -4,10 +4,10 @@ from faster import LITTLE_FASTER
 from public_robots import public_urdf
 import pytest
 
+from armsim_ros.clients.move_group import SUCCESS
+from armsim_ros.clients.trajectory import SUCCEEDED
 from armsim_ros.resources import PACKAGE, share_folder
-from armsim_ros.testing.clients.move_group_client import SUCCESS
-from armsim_ros.testing.clients.robot_user import running_robot
-from armsim_ros.testing.clients.trajectory_client import SUCCEEDED
+from armsim_ros.testing.robot_user import running_robot
 from armsim_ros.tools.generate_config.generation import generate_config
 
 OWN = ('elfin', 'magician')

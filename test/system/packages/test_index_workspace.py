@@ -15,11 +15,11 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from trajectory_msgs.msg import JointTrajectory
 
-from armsim_ros.testing.clients.client_node import ClientNode
-from armsim_ros.testing.clients.move_group_client import SUCCESS
-from armsim_ros.testing.clients.robot_user import RobotUser
+from armsim_ros.clients.client_node import ClientNode
+from armsim_ros.clients.move_group import SUCCESS
 from armsim_ros.testing.programs.domain import private_domain
 from armsim_ros.testing.programs.program import start_program
+from armsim_ros.testing.robot_user import RobotUser
 
 pendant = pytest.importorskip('pendant7dof', reason='7dof-pendant is not installed')
 pytest.importorskip('urdf_parser_py', reason='urdf-parser-py is not installed')

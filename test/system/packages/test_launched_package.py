@@ -11,11 +11,11 @@ from moveit_msgs.srv import ServoCommandType
 import pytest
 from sensor_msgs.msg import JointState
 
-from armsim_ros.testing.clients.client_node import ClientNode
-from armsim_ros.testing.clients.move_group_client import SUCCESS
-from armsim_ros.testing.clients.robot_user import READY, RobotUser
+from armsim_ros.clients.client_node import ClientNode
+from armsim_ros.clients.move_group import SUCCESS
 from armsim_ros.testing.programs.domain import private_domain
 from armsim_ros.testing.programs.program import start_program
+from armsim_ros.testing.robot_user import READY, RobotUser
 
 CONTROL = """
 from pathlib import Path

@@ -13,9 +13,9 @@ from controller_manager_msgs.srv import (
 import pytest
 from std_msgs.msg import Float64, Float64MultiArray
 
-from armsim_ros.testing.clients.move_group_client import SUCCESS
-from armsim_ros.testing.clients.robot_user import running_robot
-from armsim_ros.testing.clients.trajectory_client import SUCCEEDED
+from armsim_ros.clients.move_group import SUCCESS
+from armsim_ros.clients.trajectory import SUCCEEDED
+from armsim_ros.testing.robot_user import running_robot
 
 GPIO = ('<gpio name="speed"><command_interface name="target"/><state_interface name="target"/>'
         '</gpio>')

@@ -3,10 +3,10 @@
 from faster import FASTER
 import pytest
 
-from armsim_ros.testing.clients.controller_manager_client import ControllerManagerClient
-from armsim_ros.testing.clients.move_group_client import SUCCESS
-from armsim_ros.testing.clients.robot_user import running_robot
-from armsim_ros.testing.clients.trajectory_client import SUCCEEDED
+from armsim_ros.clients.controller_manager import ControllerManagerClient
+from armsim_ros.clients.move_group import SUCCESS
+from armsim_ros.clients.trajectory import SUCCEEDED
+from armsim_ros.testing.robot_user import running_robot
 
 
 @pytest.fixture(scope='module')

@@ -6,9 +6,9 @@ import time
 from faster import FASTER
 import pytest
 
-from armsim_ros.testing.clients.move_group_client import SUCCESS
-from armsim_ros.testing.clients.robot_user import running_robot
-from armsim_ros.testing.clients.trajectory_client import ABORTED, SUCCEEDED
+from armsim_ros.clients.move_group import SUCCESS
+from armsim_ros.clients.trajectory import ABORTED, SUCCEEDED
+from armsim_ros.testing.robot_user import running_robot
 
 JOINTS = ['hip', 'knee', 'foot']
 PATH_TOLERANCE_VIOLATED = -4

@@ -5,10 +5,10 @@ import pytest
 from simulation_interfaces.msg import Result, SimulationState
 from simulation_interfaces.srv import SetSimulationState
 
-from armsim_ros.testing.clients.controller_manager_client import ParameterClient
-from armsim_ros.testing.clients.move_group_client import SUCCESS
-from armsim_ros.testing.clients.robot_user import running_robot
-from armsim_ros.testing.clients.trajectory_client import SUCCEEDED
+from armsim_ros.clients.controller_manager import ParameterClient
+from armsim_ros.clients.move_group import SUCCESS
+from armsim_ros.clients.trajectory import SUCCEEDED
+from armsim_ros.testing.robot_user import running_robot
 
 JOINTS = ['magician_joint1', 'magician_joint2', 'magician_joint3']
 FOLLOWERS = {'magician_fake_joint1': 'magician_joint2', 'magician_fake_joint2': 'magician_joint3',

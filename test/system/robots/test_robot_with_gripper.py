@@ -3,9 +3,9 @@
 from faster import FASTER
 import pytest
 
-from armsim_ros.testing.clients.move_group_client import SUCCESS
-from armsim_ros.testing.clients.robot_user import running_robot
-from armsim_ros.testing.clients.trajectory_client import SUCCEEDED
+from armsim_ros.clients.move_group import SUCCESS
+from armsim_ros.clients.trajectory import SUCCEEDED
+from armsim_ros.testing.robot_user import running_robot
 
 FINGERS = ['finger_j1', 'finger_j2']
 

@@ -5,9 +5,9 @@ from pathlib import Path
 import pytest
 from rosgraph_msgs.msg import Clock
 
-from armsim_ros.testing.clients.move_group_client import SUCCESS
-from armsim_ros.testing.clients.robot_user import running_robot
-from armsim_ros.testing.clients.trajectory_client import SUCCEEDED
+from armsim_ros.clients.move_group import SUCCESS
+from armsim_ros.clients.trajectory import SUCCEEDED
+from armsim_ros.testing.robot_user import running_robot
 from benchmarks.stack import processor_seconds
 
 JOINTS = [f'joint_{number}' for number in range(1, 7)]

@@ -11,14 +11,14 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
-from armsim_ros.testing.clients.controller_manager_client import ControllerManagerClient
-from armsim_ros.testing.clients.move_group_client import SUCCESS
-from armsim_ros.testing.clients.robot_user import running_robot
-from armsim_ros.testing.clients.trajectory_client import (
+from armsim_ros.clients.controller_manager import ControllerManagerClient
+from armsim_ros.clients.move_group import SUCCESS
+from armsim_ros.clients.trajectory import (
     SUCCEEDED,
     trajectory_message,
     TrajectoryClient,
 )
+from armsim_ros.testing.robot_user import running_robot
 
 SIDES = ('left', 'right')
 NUMBERS = range(1, 6)

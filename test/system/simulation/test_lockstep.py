@@ -20,9 +20,9 @@ from simulation_interfaces.srv import (
 )
 from std_srvs.srv import Trigger
 
-from armsim_ros.testing.clients.client_node import ClientNode
-from armsim_ros.testing.clients.move_group_client import MoveGroupClient, SUCCESS
-from armsim_ros.testing.clients.trajectory_client import SUCCEEDED, TrajectoryClient
+from armsim_ros.clients.client_node import ClientNode
+from armsim_ros.clients.move_group import MoveGroupClient, SUCCESS
+from armsim_ros.clients.trajectory import SUCCEEDED, TrajectoryClient
 from armsim_ros.testing.programs.domain import private_domain
 from armsim_ros.testing.programs.program import Program, start_program
 

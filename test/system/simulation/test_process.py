@@ -15,16 +15,16 @@ from sensor_msgs.msg import JointState
 from simulation_interfaces.msg import SimulationState
 from simulation_interfaces.srv import GetSimulationState, SetSimulationState, StepSimulation
 
-from armsim_ros.nodes.conversions.time import ns_from_time
-from armsim_ros.resources import find_robot
-from armsim_ros.testing.clients.client_node import ClientNode
-from armsim_ros.testing.clients.controller_manager_client import ControllerManagerClient
-from armsim_ros.testing.clients.trajectory_client import (
+from armsim_ros.clients.client_node import ClientNode
+from armsim_ros.clients.controller_manager import ControllerManagerClient
+from armsim_ros.clients.trajectory import (
     ABORTED,
     SUCCEEDED,
     trajectory_message,
     TrajectoryClient,
 )
+from armsim_ros.nodes.conversions.time import ns_from_time
+from armsim_ros.resources import find_robot
 from armsim_ros.testing.programs.domain import private_domain
 from armsim_ros.testing.programs.program import Program, start_program
 

@@ -11,7 +11,7 @@ from rclpy.node import Node
 from armsim_ros.control.action_goal import GoalStatus
 from armsim_ros.control.trajectory.goal import TrajectoryGoal
 from armsim_ros.control.trajectory.joint_trajectory_controller import JointTrajectoryController
-from armsim_ros.nodes.conversions.robot_state import fill_feedback
+from armsim_ros.nodes.conversions.joint_state import fill_feedback
 from armsim_ros.nodes.conversions.time import ns_from_time, seconds_from_duration
 from armsim_ros.nodes.conversions.trajectory import (
     tolerances_from_messages,

@@ -34,7 +34,7 @@ from armsim_ros.control.command_controllers.pid_controller import PidController
 from armsim_ros.control.trajectory.joint_trajectory_controller import JointTrajectoryController
 from armsim_ros.model.transforms import matrix_from_axis_angle, quat_xyzw_from_matrix
 from armsim_ros.nodes import qos
-from armsim_ros.nodes.conversions.robot_state import (
+from armsim_ros.nodes.conversions.joint_state import (
     DynamicJointStateBuffer,
     fill_controller_state,
     JointStateBuffer,

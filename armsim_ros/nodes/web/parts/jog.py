@@ -12,8 +12,8 @@ from geometry_msgs.msg import TwistStamped
 from moveit_msgs.srv import ServoCommandType
 from pydantic import Field
 
+from armsim_ros.clients.description import tip_of
 from armsim_ros.errors import ArmsimError
-from armsim_ros.nodes.client.description import tip_of
 from armsim_ros.nodes.web.page import Page, PanelCommand, Part
 from armsim_ros.nodes.web.parts.goal import GoalPart
 from armsim_ros.nodes.web.parts.watch import WatchPart

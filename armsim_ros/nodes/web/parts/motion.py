@@ -17,18 +17,18 @@ from moveit_msgs.srv import GetCartesianPath, QueryPlannerInterfaces
 from pydantic import Field
 from rclpy.qos import QoSDurabilityPolicy, QoSProfile, QoSReliabilityPolicy
 
-from armsim_ros.errors import ArmsimError
-from armsim_ros.nodes.client.description import link_pose, tip_of
-from armsim_ros.nodes.client.motion import (
+from armsim_ros.clients.description import link_pose, tip_of
+from armsim_ros.clients.motion import (
     code_text,
     plan_goal,
     robot_state,
     seconds,
     stamped_pose,
+    Stopper,
     SUCCESS,
 )
-from armsim_ros.nodes.client.ros_client import GoalRun
-from armsim_ros.nodes.client.stop import Stopper
+from armsim_ros.clients.ros_client import GoalRun
+from armsim_ros.errors import ArmsimError
 from armsim_ros.nodes.web.page import Page, PanelCommand, Part
 from armsim_ros.nodes.web.parts.goal import GoalPart
 from armsim_ros.nodes.web.parts.path import PathPart, Plan

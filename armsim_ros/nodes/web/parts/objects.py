@@ -25,9 +25,9 @@ from pydantic import Field
 from rclpy.qos import QoSProfile
 from shape_msgs.msg import Mesh, MeshTriangle, SolidPrimitive
 
+from armsim_ros.clients.description import tip_of
 from armsim_ros.errors import ArmsimError
 from armsim_ros.model.robot_model import RobotModel
-from armsim_ros.nodes.client.description import tip_of
 from armsim_ros.nodes.web.page import Page, PanelCommand, Part
 from armsim_ros.nodes.web.parts.goal import GoalPart
 from armsim_ros.nodes.web.parts.robot import RobotPart

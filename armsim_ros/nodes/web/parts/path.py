@@ -11,9 +11,9 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from pydantic import Field
 
+from armsim_ros.clients.description import link_pose, tip_of
 from armsim_ros.errors import ArmsimError
 from armsim_ros.model.robot_model import RobotModel
-from armsim_ros.nodes.client.description import link_pose, tip_of
 from armsim_ros.nodes.web.page import Page, PanelCommand, Part
 from armsim_ros.nodes.web.parts.goal import GoalPart
 from armsim_ros.nodes.web.parts.robot import RATE, RobotPart

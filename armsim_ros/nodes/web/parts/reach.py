@@ -10,9 +10,9 @@ from typing import Any
 from moveit_msgs.srv import GetPositionIK, GetStateValidity
 
 from armsim_ros.arrays import Matrix
+from armsim_ros.clients.description import tip_of
+from armsim_ros.clients.motion import robot_state, stamped_pose, SUCCESS
 from armsim_ros.model.robot_model import RobotModel
-from armsim_ros.nodes.client.description import tip_of
-from armsim_ros.nodes.client.motion import robot_state, stamped_pose, SUCCESS
 from armsim_ros.nodes.web.page import Page
 
 #: How long inverse kinematics may search while the tool is dragged [s].

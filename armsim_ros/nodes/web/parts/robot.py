@@ -19,11 +19,11 @@ from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
 from armsim_ros.arrays import Matrix
+from armsim_ros.clients.description import bounds, describe, tip_of, with_limits
 from armsim_ros.errors import ArmsimError
 from armsim_ros.model.robot_model import RobotModel
 from armsim_ros.model.transforms import pose_from_quat_xyzw
 from armsim_ros.nodes import qos
-from armsim_ros.nodes.client.description import bounds, describe, tip_of, with_limits
 from armsim_ros.nodes.web.page import Page, PanelCommand, Part
 from armsim_ros.nodes.web.scene.robot_drawing import RobotDrawing
 from armsim_ros.nodes.web.session import Session

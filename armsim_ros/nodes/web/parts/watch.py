@@ -22,8 +22,8 @@ from moveit_msgs.srv import (
 from rclpy.qos import QoSDurabilityPolicy, QoSProfile, QoSReliabilityPolicy
 from rosgraph_msgs.msg import Clock
 
+from armsim_ros.clients.motion import seconds
 from armsim_ros.errors import ArmsimError
-from armsim_ros.nodes.client.motion import seconds
 from armsim_ros.nodes.web.page import Page, Part
 
 #: Period of checking whether a program answers, and how long its answer may take [s].

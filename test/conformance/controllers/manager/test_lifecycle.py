@@ -11,7 +11,7 @@ from control_msgs.srv import QueryTrajectoryState
 from controller_bench import Bench, Result, TrajectoryController
 import pytest
 
-from armsim_ros.testing.clients.trajectory_client import ABORTED, SUCCEEDED
+from armsim_ros.clients.trajectory import ABORTED, SUCCEEDED
 
 statement = pytest.mark.statement
 upstream = pytest.mark.upstream

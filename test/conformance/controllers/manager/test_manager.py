@@ -24,13 +24,13 @@ from rosgraph_msgs.msg import Clock
 from simulation_interfaces.msg import SimulationState
 from simulation_interfaces.srv import SetSimulationState
 
-from armsim_ros.testing.clients.client_node import LATCHED
-from armsim_ros.testing.clients.controller_manager_client import (
+from armsim_ros.clients.client_node import LATCHED
+from armsim_ros.clients.controller_manager import (
     BEST_EFFORT,
     ParameterClient,
     STRICT,
 )
-from armsim_ros.testing.clients.trajectory_client import SUCCEEDED
+from armsim_ros.clients.trajectory import SUCCEEDED
 
 statement = pytest.mark.statement
 upstream = pytest.mark.upstream

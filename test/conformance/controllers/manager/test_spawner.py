@@ -14,7 +14,7 @@ from controller_bench import Bench, BROADCASTER
 import pytest
 from sensor_msgs.msg import JointState
 
-from armsim_ros.testing.clients.controller_manager_client import ParameterClient
+from armsim_ros.clients.controller_manager import ParameterClient
 from armsim_ros.testing.programs.domain import ros_environment
 from armsim_ros.testing.programs.program import Program
 

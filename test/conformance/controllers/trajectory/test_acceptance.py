@@ -18,8 +18,8 @@ from trajectory_msgs.msg import (
     MultiDOFJointTrajectoryPoint,
 )
 
-from armsim_ros.testing.clients.client_node import Collector, LATCHED
-from armsim_ros.testing.clients.trajectory_client import ABORTED, SUCCEEDED
+from armsim_ros.clients.client_node import Collector, LATCHED
+from armsim_ros.clients.trajectory import ABORTED, SUCCEEDED
 from armsim_ros.testing.programs.program import Program
 
 statement = pytest.mark.statement

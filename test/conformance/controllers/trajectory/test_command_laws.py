@@ -10,8 +10,8 @@ from itertools import pairwise
 from controller_bench import Bench, nanoseconds, PERIOD, point, seconds, TrajectoryController
 import pytest
 
-from armsim_ros.testing.clients.controller_manager_client import ParameterClient
-from armsim_ros.testing.clients.trajectory_client import CANCELED, SUCCEEDED
+from armsim_ros.clients.controller_manager import ParameterClient
+from armsim_ros.clients.trajectory import CANCELED, SUCCEEDED
 
 statement = pytest.mark.statement
 upstream = pytest.mark.upstream

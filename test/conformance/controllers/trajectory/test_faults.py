@@ -11,8 +11,8 @@ from controller_bench import Bench, duration, point, Result, tolerance, Trajecto
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 import pytest
 
-from armsim_ros.testing.clients.controller_manager_client import ParameterClient
-from armsim_ros.testing.clients.trajectory_client import ABORTED, SUCCEEDED
+from armsim_ros.clients.controller_manager import ParameterClient
+from armsim_ros.clients.trajectory import ABORTED, SUCCEEDED
 
 statement = pytest.mark.statement
 upstream = pytest.mark.upstream

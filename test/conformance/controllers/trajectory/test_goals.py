@@ -11,8 +11,8 @@ from action_msgs.msg import GoalStatus, GoalStatusArray
 from controller_bench import Bench, point, Result, seconds, tolerance, TrajectoryController
 import pytest
 
-from armsim_ros.testing.clients.client_node import ClientNode, LATCHED
-from armsim_ros.testing.clients.trajectory_client import (
+from armsim_ros.clients.client_node import ClientNode, LATCHED
+from armsim_ros.clients.trajectory import (
     ABORTED,
     CANCELED,
     SUCCEEDED,

@@ -19,7 +19,7 @@ import pytest
 from scipy.interpolate import BPoly
 from trajectory_msgs.msg import JointTrajectory
 
-from armsim_ros.testing.clients.trajectory_client import SUCCEEDED
+from armsim_ros.clients.trajectory import SUCCEEDED
 
 statement = pytest.mark.statement
 upstream = pytest.mark.upstream

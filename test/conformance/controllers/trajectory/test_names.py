@@ -20,7 +20,7 @@ from rclpy.qos import (
 from sensor_msgs.msg import JointState
 from trajectory_msgs.msg import JointTrajectory
 
-from armsim_ros.testing.clients.trajectory_client import SUCCEEDED
+from armsim_ros.clients.trajectory import SUCCEEDED
 
 statement = pytest.mark.statement
 VOLATILE, TRANSIENT_LOCAL = QoSDurabilityPolicy.VOLATILE, QoSDurabilityPolicy.TRANSIENT_LOCAL

@@ -11,7 +11,7 @@ from typing import Any
 from controller_bench import Bench, TrajectoryController
 import pytest
 
-from armsim_ros.testing.clients.controller_manager_client import ParameterClient
+from armsim_ros.clients.controller_manager import ParameterClient
 
 statement = pytest.mark.statement
 upstream = pytest.mark.upstream

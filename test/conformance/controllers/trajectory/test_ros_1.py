@@ -8,7 +8,7 @@ from controller_bench import Bench, Result, tolerance, TrajectoryController
 import pytest
 from trajectory_msgs.msg import JointTrajectory
 
-from armsim_ros.testing.clients.trajectory_client import ABORTED, CANCELED, SUCCEEDED
+from armsim_ros.clients.trajectory import ABORTED, CANCELED, SUCCEEDED
 
 statement = pytest.mark.statement
 upstream = pytest.mark.upstream

@@ -9,7 +9,7 @@ import math
 from controller_bench import Bench, nanoseconds, PERIOD, point, seconds, TrajectoryController
 import pytest
 
-from armsim_ros.testing.clients.trajectory_client import SUCCEEDED
+from armsim_ros.clients.trajectory import SUCCEEDED
 
 statement = pytest.mark.statement
 upstream = pytest.mark.upstream

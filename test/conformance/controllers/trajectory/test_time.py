@@ -16,7 +16,7 @@ from controller_bench import (
 import numpy as np
 import pytest
 
-from armsim_ros.testing.clients.trajectory_client import ABORTED, SUCCEEDED
+from armsim_ros.clients.trajectory import ABORTED, SUCCEEDED
 
 statement = pytest.mark.statement
 upstream = pytest.mark.upstream

@@ -11,7 +11,7 @@ from controller_bench import Bench, duration, point, Result, tolerance, Trajecto
 import pytest
 from trajectory_msgs.msg import JointTrajectory
 
-from armsim_ros.testing.clients.trajectory_client import ABORTED, Outcome, SUCCEEDED
+from armsim_ros.clients.trajectory import ABORTED, Outcome, SUCCEEDED
 
 statement = pytest.mark.statement
 upstream = pytest.mark.upstream

@@ -11,7 +11,7 @@ from controller_bench import Bench, point, TrajectoryController
 import pytest
 from sensor_msgs.msg import JointState
 
-from armsim_ros.testing.clients.trajectory_client import SUCCEEDED
+from armsim_ros.clients.trajectory import SUCCEEDED
 
 statement = pytest.mark.statement
 upstream = pytest.mark.upstream

@@ -14,7 +14,7 @@ import pytest
 from std_msgs.msg import String
 from wire import quiet_diff, robot_state
 
-from armsim_ros.testing.clients.client_node import ClientNode
+from armsim_ros.clients.client_node import ClientNode
 
 
 @pytest.fixture(scope='module')

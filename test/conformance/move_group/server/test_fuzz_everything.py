@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 
-from armsim_ros.testing.clients.client_node import ClientNode
+from armsim_ros.clients.client_node import ClientNode
 from benchmarks.endurance.fuzz import Fuzz
 
 DEFAULT = 30

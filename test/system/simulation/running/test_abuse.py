@@ -15,8 +15,8 @@ import pytest
 from sensor_msgs.msg import JointState
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
-from armsim_ros.testing.clients.client_node import ClientNode
-from armsim_ros.testing.clients.trajectory_client import (
+from armsim_ros.clients.client_node import ClientNode
+from armsim_ros.clients.trajectory import (
     SUCCEEDED,
     trajectory_message,
     TrajectoryClient,
@@ -28,8 +28,8 @@ ARM = '/sunday/arm_joint_controller'
 JOINTS = [f'joint_{i}' for i in range(1, 7)]
 DYING_CLIENT = f"""
 import os
-from armsim_ros.testing.clients.client_node import ClientNode
-from armsim_ros.testing.clients.trajectory_client import trajectory_message, TrajectoryClient
+from armsim_ros.clients.client_node import ClientNode
+from armsim_ros.clients.trajectory import trajectory_message, TrajectoryClient
 client = TrajectoryClient(ClientNode(int(os.environ['ROS_DOMAIN_ID'])), '{ARM}')
 goal = client.send(trajectory_message({JOINTS}, [(1.0, [0.1] * 6)]))
 goal.wait_for_feedback()

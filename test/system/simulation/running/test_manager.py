@@ -6,13 +6,13 @@ from control_msgs.action import FollowJointTrajectory
 from controller_manager_msgs.msg import ControllerManagerActivity
 import pytest
 
-from armsim_ros.testing.clients.client_node import ClientNode
-from armsim_ros.testing.clients.controller_manager_client import (
+from armsim_ros.clients.client_node import ClientNode
+from armsim_ros.clients.controller_manager import (
     BEST_EFFORT,
     ControllerManagerClient,
     ParameterClient,
 )
-from armsim_ros.testing.clients.trajectory_client import (
+from armsim_ros.clients.trajectory import (
     ABORTED,
     SUCCEEDED,
     trajectory_message,

@@ -14,8 +14,8 @@ import pytest
 from rclpy.action import ActionClient
 from sensor_msgs.msg import JointState
 
-from armsim_ros.testing.clients.client_node import ClientNode
-from armsim_ros.testing.clients.controller_manager_client import (
+from armsim_ros.clients.client_node import ClientNode
+from armsim_ros.clients.controller_manager import (
     ControllerManagerClient,
     ParameterClient,
 )

@@ -14,9 +14,9 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
+from armsim_ros.clients.client_node import ClientNode
+from armsim_ros.clients.controller_manager import ParameterClient
 from armsim_ros.nodes.conversions.time import ns_from_time
-from armsim_ros.testing.clients.client_node import ClientNode
-from armsim_ros.testing.clients.controller_manager_client import ParameterClient
 
 pytestmark = pytest.mark.usefixtures('simulation')
 

@@ -14,15 +14,15 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from trajectory_msgs.msg import JointTrajectory
 
-from armsim_ros.nodes.conversions.time import ns_from_time, seconds_from_duration, time_from_ns
-from armsim_ros.testing.clients.client_node import ClientNode, Collector, LATCHED
-from armsim_ros.testing.clients.trajectory_client import (
+from armsim_ros.clients.client_node import ClientNode, Collector, LATCHED
+from armsim_ros.clients.trajectory import (
     ABORTED,
     CANCELED,
     SUCCEEDED,
     trajectory_message,
     TrajectoryClient,
 )
+from armsim_ros.nodes.conversions.time import ns_from_time, seconds_from_duration, time_from_ns
 from armsim_ros.testing.programs.program import Program
 
 CONTROLLER = '/sunday/arm_joint_controller'

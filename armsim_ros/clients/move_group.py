@@ -14,10 +14,10 @@ from moveit_msgs.srv import GetPositionFK, GetStateValidity
 from rclpy.action import ActionClient
 
 from armsim_ros.arrays import Matrix
-from armsim_ros.nodes.client.motion import robot_state
+from armsim_ros.clients.client_node import ClientNode
+from armsim_ros.clients.controller_manager import ParameterClient
+from armsim_ros.clients.motion import robot_state
 from armsim_ros.nodes.conversions.geometry import pose_from_message
-from armsim_ros.testing.clients.client_node import ClientNode
-from armsim_ros.testing.clients.controller_manager_client import ParameterClient
 
 SUCCESS = MoveItErrorCodes.SUCCESS
 

@@ -5,8 +5,7 @@
 import numpy as np
 import pytest
 
-from armsim_ros.model.transforms import quat_xyzw_from_matrix
-from armsim_ros.nodes.client.description import (
+from armsim_ros.clients.description import (
     bounds,
     describe,
     joint_pose,
@@ -16,6 +15,7 @@ from armsim_ros.nodes.client.description import (
     tip_of,
     with_limits,
 )
+from armsim_ros.model.transforms import quat_xyzw_from_matrix
 
 URDF = """<robot name="two">
   <link name="base"/>

@@ -16,8 +16,8 @@ from rclpy.action import ActionClient
 from rclpy.qos import QoSDurabilityPolicy, QoSHistoryPolicy, QoSProfile, QoSReliabilityPolicy
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
+from armsim_ros.clients.client_node import ClientNode, PATIENCE
 from armsim_ros.nodes.conversions.time import duration_from_seconds
-from armsim_ros.testing.clients.client_node import ClientNode, PATIENCE
 
 ALL = QoSProfile(history=QoSHistoryPolicy.KEEP_ALL)
 

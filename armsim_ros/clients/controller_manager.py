@@ -28,8 +28,8 @@ from rcl_interfaces.srv import (
 )
 from rclpy.parameter import Parameter, parameter_value_to_python
 
+from armsim_ros.clients.client_node import ClientNode
 from armsim_ros.nodes.conversions.time import duration_from_seconds
-from armsim_ros.testing.clients.client_node import ClientNode
 
 
 class ParameterClient:

@@ -5,7 +5,7 @@
 from moveit_msgs.msg import MoveItErrorCodes
 import pytest
 
-from armsim_ros.nodes.client.motion import code_text
+from armsim_ros.clients.motion import code_text
 
 
 @pytest.mark.parametrize(('code', 'message', 'text'), [

@@ -11,10 +11,10 @@ from typing import Any
 
 from sensor_msgs.msg import JointState
 
-from armsim_ros.testing.clients.client_node import ClientNode
-from armsim_ros.testing.clients.controller_manager_client import ParameterClient
-from armsim_ros.testing.clients.move_group_client import MoveGroupClient
-from armsim_ros.testing.clients.trajectory_client import (
+from armsim_ros.clients.client_node import ClientNode
+from armsim_ros.clients.controller_manager import ParameterClient
+from armsim_ros.clients.move_group import MoveGroupClient
+from armsim_ros.clients.trajectory import (
     Outcome,
     trajectory_message,
     TrajectoryClient,

@@ -16,8 +16,8 @@ from typing import Any
 from rclpy.qos import QoSProfile
 from rosgraph_msgs.msg import Clock as ClockMessage
 
+from armsim_ros.clients.client_node import ClientNode
 from armsim_ros.nodes.conversions.time import ns_from_time, time_from_ns
-from armsim_ros.testing.clients.client_node import ClientNode
 
 SECOND_NS = 1_000_000_000
 
