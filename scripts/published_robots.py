@@ -321,7 +321,8 @@ def _start(robot: Robot) -> str:
 
 def _plan(robot: Robot) -> str:
     """Plan to and execute every named state; return how many are reached, and how closely."""
-    from armsim_ros.clients.move_group import MoveGroupClient, SUCCESS
+    from armsim_ros.clients.motion import SUCCESS
+    from armsim_ros.clients.move_group import MoveGroupClient
 
     move_group = MoveGroupClient(robot.client, robot.move_group)
     states = move_group.named_states()
@@ -352,7 +353,7 @@ def _grip(robot: Robot) -> str:
     from control_msgs.msg import GripperCommand as GripperCommandMessage
     from sensor_msgs.msg import JointState
 
-    from armsim_ros.clients.client_node import PatientActionClient
+    from armsim_ros.clients.node import PatientActionClient
 
     client, limits = robot.client, robot.limits()
     grippers = robot.active_controllers('GripperActionController')

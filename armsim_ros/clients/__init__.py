@@ -1,3 +1,34 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Clients of a running robot, through its public interfaces alone."""
+"""
+Clients of a running robot, or of upstream's stack: they use public ROS interfaces alone.
+
+``RosClient`` is for programs: its calls return futures, and no call waits. ``ClientNode`` is for
+tests and scripts: its calls wait with a time limit and assert that there is an answer. Both are a
+node with a thread of its own, and send goals as ``GoalRun``. The facades put names to requests:
+``MoveGroupClient``, ``TrajectoryClient`` of a controller, ``ControllerManagerClient``,
+``ParameterClient`` of any node, ``SimulationClient``; ``Stopper`` ends every motion. A name is
+imported when it is first asked for.
+"""
+
+from importlib import import_module
+from typing import Any
+
+#: Module -> its public names.
+_LAZY = {
+    'client_node': ('ClientNode', 'Collector', 'LATCHED'),
+    'controller_manager': ('ControllerManagerClient', 'ParameterClient'),
+    'motion': ('code_text', 'plan_goal', 'Stopper', 'SUCCESS'),
+    'move_group': ('MoveGroupClient',),
+    'node': ('GoalRun', 'PatientActionClient'),
+    'ros_client': ('NotServedError', 'RosClient'),
+    'simulation': ('SimulationClient',),
+    'trajectory': ('trajectory_message', 'TrajectoryClient'),
+}
+
+
+def __getattr__(name: str) -> Any:
+    for module, names in _LAZY.items():
+        if name in names:
+            return getattr(import_module(f'{__name__}.{module}'), name)
+    raise AttributeError(f"module '{__name__}' has no attribute '{name}'")

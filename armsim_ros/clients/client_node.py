@@ -1,57 +1,17 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A node in a context of its own whose executor runs beside the test."""
+"""A client for tests and scripts, whose calls wait with a time limit and assert their answers."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 import threading
 import time
-from types import TracebackType
 from typing import Any, ClassVar
 
-import rclpy
-from rclpy.action import ActionClient, ActionServer
-from rclpy.context import Context
-from rclpy.exceptions import InvalidHandle
-from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
-from rclpy.node import Node
 from rclpy.qos import QoSDurabilityPolicy, QoSProfile, QoSReliabilityPolicy
-from rclpy.signals import SignalHandlerOptions
-from rclpy.task import Future
 
-
-class PatientActionClient(ActionClient):
-    """
-    rclpy's action client, which notes a request before it reads the answer.
-
-    rclpy 7.1 drops an answer that its executor takes before the sending thread has noted the
-    request (later versions hold a lock).
-    """
-
-    def __init__(self, *args: Any, **options: Any) -> None:
-        self._sending = threading.RLock()
-        super().__init__(*args, **options)  # type: ignore[no-untyped-call] # rclpy's
-
-    def send_goal_async(self, *args: Any, **options: Any) -> Any:
-        """Send a goal."""
-        with self._sending:
-            return super().send_goal_async(*args, **options)  # type: ignore[no-untyped-call] # rclpy's
-
-    def _cancel_goal_async(self, goal_handle: Any) -> Any:
-        with self._sending:
-            return super()._cancel_goal_async(goal_handle)  # type: ignore[no-untyped-call] # rclpy's
-
-    def _get_result_async(self, goal_handle: Any) -> Any:
-        with self._sending:
-            return super()._get_result_async(goal_handle)  # type: ignore[no-untyped-call] # rclpy's
-
-    async def execute(self, taken_data: Any) -> None:
-        """Take answers once no request is about to be recorded."""
-        with self._sending:
-            pass
-        await super().execute(taken_data)  # type: ignore[no-untyped-call] # rclpy's
-
+from armsim_ros.clients.node import GoalRun, SpinningNode
 
 LATCHED = QoSProfile(
     depth=10,
@@ -77,7 +37,7 @@ ASKING = ('check_', 'compute_', 'describe_', 'get_', 'list_', 'query_')
 ASK_AGAIN = 5.0
 
 
-class ClientNode:
+class ClientNode(SpinningNode):
     """
     A client's node: calls services, collects topics, never blocks its own executor.
 
@@ -91,20 +51,7 @@ class ClientNode:
 
     def __init__(self, domain: int, name: str = 'client', namespace: str = '/') -> None:
         self.names.add(name)
-        self.context = Context()
-        rclpy.init(
-            args=[],
-            context=self.context,
-            domain_id=domain,
-            signal_handler_options=SignalHandlerOptions.NO,
-        )
-        self.node = Node(name, namespace=namespace, context=self.context)
-        self._executor = SingleThreadedExecutor(context=self.context)
-        self._executor.add_node(self.node)
-        self._clients: dict[tuple[type, str], Any] = {}
-        self._closing = threading.Event()
-        self._thread = threading.Thread(target=self._spin, name=name, daemon=True)
-        self._thread.start()
+        super().__init__(name, domain=domain, namespace=namespace)
 
     def call(
         self, service: str, kind: type[Any], request: Any = None, timeout: float = PATIENCE
@@ -121,7 +68,7 @@ class ClientNode:
         """
         deadline = time.monotonic() + timeout
         self.connect({service: kind}, timeout)
-        client = self._clients[kind, service]
+        client = self.service(kind, service)
         assert client.wait_for_service(timeout), f'no service {service} within {timeout} s'
         request = kind.Request() if request is None else request
         future = client.call_async(request)
@@ -141,12 +88,12 @@ class ClientNode:
         :raises AssertionError: no server in time.
         """
         new = [key for key in ((kind, name) for name, kind in services.items())
-               if key not in self._clients]
+               if key not in self._services]
         for kind, name in new:
-            self._clients[kind, name] = self.node.create_client(kind, name)
-        for key in new:
-            found = self._clients[key].wait_for_service(timeout)
-            assert found, f'no service {key[1]} within {timeout} s'
+            self.service(kind, name)
+        for kind, name in new:
+            found = self.service(kind, name).wait_for_service(timeout)
+            assert found, f'no service {name} within {timeout} s'
         if new:
             self.settle()
 
@@ -154,7 +101,33 @@ class ClientNode:
         """Let others find what this node has just made."""
         self._closing.wait(FIND_BACK)
 
-    def result(self, future: Future, timeout: float = PATIENCE, what: str = 'answer') -> Any:
+    def goal(self, kind: type[Any], name: str, message: Any,
+             feedback: Callable[[Any], None] | None = None, timeout: float = PATIENCE) -> GoalRun:
+        """
+        Send a goal to an action server.
+
+        :param feedback: gets each feedback, in the executor's thread.
+        :param timeout: [s] for the server to appear.
+        :raises AssertionError: no server in time.
+        """
+        is_new = (kind, name) not in self._actions
+        action = self.action(kind, name)
+        assert action.wait_for_server(timeout), f'no action server {name} in {timeout} s'
+        if is_new:
+            self.settle()
+        run = GoalRun(self, name)
+        self.in_executor(lambda: run.send(action, message, feedback))
+        return run
+
+    def in_executor(self, work: Callable[[], Any], timeout: float = PATIENCE) -> Any:
+        """
+        Do something in the executor's thread and return what it returns.
+
+        :param timeout: [s].
+        """
+        return self.result(self.in_thread(work), timeout, 'turn of the executor')
+
+    def result(self, future: Any, timeout: float = PATIENCE, what: str = 'answer') -> Any:
         """
         Wait for a future of this node.
 
@@ -165,22 +138,11 @@ class ClientNode:
         return future.result()
 
     @staticmethod
-    def _is_done(future: Future, timeout: float) -> bool:
-        """Wait for a future; return whether it is done in time [s]."""
+    def _is_done(future: Any, timeout: float) -> bool:
+        """Wait for a future of rclpy's or Python's; return whether it is done in time [s]."""
         done = threading.Event()
         future.add_done_callback(lambda _: done.set())
         return done.wait(max(timeout, 0.0))
-
-    def in_executor(self, work: Callable[[], Any], timeout: float = PATIENCE) -> Any:
-        """
-        Do something in the executor's thread and return what it returns.
-
-        rclpy's action client must be used there: an answer that arrives before the sending
-        thread has noted its request is dropped.
-
-        :param timeout: [s].
-        """
-        return self.result(self._executor.create_task(work), timeout, 'turn of the executor')
 
     def collect(self, topic: str, kind: type[Any], qos: QoSProfile | int = 10) -> Collector:
         """Subscribe to a topic and keep what arrives."""
@@ -189,42 +151,6 @@ class ClientNode:
     def latched(self, topic: str, kind: type[Any], timeout: float = PATIENCE) -> Any:
         """Return the last value of a latched topic."""
         return self.collect(topic, kind, LATCHED).wait(1, timeout)[-1]
-
-    def close(self) -> None:
-        """Leave the domain."""
-        if not self._closing.is_set():
-            self._closing.set()
-            self._executor.create_task(lambda: None)  # ends the wait
-            self._thread.join(5.0)
-            self._executor.shutdown(0.0)
-            # destroy_node() leaves actions, whose handles keep the participant in the domain
-            for each in [*self.node.waitables]:
-                if isinstance(each, ActionClient | ActionServer):
-                    each.destroy()
-            self.node.destroy_node()
-            self.context.try_shutdown()
-
-    def _spin(self) -> None:
-        while not self._closing.is_set():
-            try:
-                self._executor.spin_once()
-            except InvalidHandle:  # what another thread has just destroyed
-                continue
-            except ExternalShutdownException:
-                return
-
-    def __enter__(self) -> ClientNode:
-        """Return the node."""
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        """Leave the domain."""
-        self.close()
 
 
 class Collector:

@@ -4,8 +4,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Mapping, Sequence
+from typing import Any, Protocol
 
 from controller_manager_msgs.msg import ControllerState
 from controller_manager_msgs.srv import (
@@ -16,6 +16,7 @@ from controller_manager_msgs.srv import (
     ListHardwareComponents,
     ListHardwareInterfaces,
     LoadController,
+    SetHardwareComponentState,
     SwitchController,
     UnloadController,
 )
@@ -28,19 +29,26 @@ from rcl_interfaces.srv import (
 )
 from rclpy.parameter import Parameter, parameter_value_to_python
 
-from armsim_ros.clients.client_node import ClientNode
+from armsim_ros.nodes.conversions.controller_manager import state_message
 from armsim_ros.nodes.conversions.time import duration_from_seconds
+
+
+class Caller(Protocol):
+    """Calls services and waits for their responses, as ``ClientNode`` does."""
+
+    def call(self, service: str, kind: type[Any], request: Any = None) -> Any:
+        """Call a service and return its response."""
 
 
 class ParameterClient:
     """
     Reads and writes parameters of another node.
 
-    :param client: the node to use.
+    :param client: what calls, such as a :class:`ClientNode`.
     :param node: the other node's full name.
     """
 
-    def __init__(self, client: ClientNode, node: str) -> None:
+    def __init__(self, client: Caller, node: str) -> None:
         self._client = client
         self._node = node
 
@@ -66,11 +74,17 @@ class ParameterClient:
 
     def set(self, name: str, value: Any) -> str:
         """Set a value; return the reason of a refusal, or '' where it was taken."""
-        message = Parameter(name, value=value).to_parameter_msg()
-        request = SetParameters.Request(parameters=[message])
+        return self.set_all({name: value})[name]
+
+    def set_all(self, values: Mapping[str, Any]) -> dict[str, str]:
+        """Set values in one request; return the reason of each refusal, or ''."""
+        request = SetParameters.Request(parameters=[
+            Parameter(name, value=value).to_parameter_msg() for name, value in values.items()])
         response = self._client.call(f'{self._node}/set_parameters', SetParameters, request)
-        result = response.results[0]
-        return '' if result.successful else result.reason or 'refused without a reason'
+        return {
+            name: '' if result.successful else result.reason or 'refused without a reason'
+            for name, result in zip(values, response.results, strict=True)
+        }
 
 
 STRICT = SwitchController.Request.STRICT
@@ -81,11 +95,11 @@ class ControllerManagerClient:
     """
     Calls the services of a manager.
 
-    :param client: the node to use.
+    :param client: what calls, such as a :class:`ClientNode`.
     :param manager: the manager's full name, such as ``/sunday/controller_manager``.
     """
 
-    def __init__(self, client: ClientNode, manager: str) -> None:
+    def __init__(self, client: Caller, manager: str) -> None:
         self._client = client
         self._manager = manager
 
@@ -106,6 +120,17 @@ class ControllerManagerClient:
         """Return the response of list_hardware_components."""
         return self._call('list_hardware_components', ListHardwareComponents)
 
+    def hardware_states(self) -> dict[str, str]:
+        """Return hardware component -> lifecycle state."""
+        return {component.name: str(component.state.label)
+                for component in self.hardware_components().component}
+
+    def set_hardware_state(self, name: str, state: str) -> str:
+        """Bring a hardware component into a state; return the state that it has then."""
+        request = SetHardwareComponentState.Request(name=name, target_state=state_message(state))
+        response = self._call('set_hardware_component_state', SetHardwareComponentState, request)
+        return str(response.state.label)
+
     def hardware_interfaces(self) -> Any:
         """Return the response of list_hardware_interfaces."""
         return self._call('list_hardware_interfaces', ListHardwareInterfaces)
@@ -117,12 +142,14 @@ class ControllerManagerClient:
         deactivate: Sequence[str] = (),
         strictness: int = STRICT,
         timeout: float = 0.0,
+        asap: bool = False,
     ) -> Any:
         """Switch controllers and return the response (ok, message)."""
         request = SwitchController.Request(
             activate_controllers=list(activate),
             deactivate_controllers=list(deactivate),
             strictness=strictness,
+            activate_asap=asap,
             timeout=duration_from_seconds(timeout),
         )
         return self._call('switch_controller', SwitchController, request)

@@ -83,8 +83,8 @@ def plan_goal(
 
     :param target: joint -> [rad or m].
     :param start: where the motion begins; the current state where None.
-    :param speed: share of the velocity limits, above 0 and up to 1.
-    :param acceleration: share of the acceleration limits, above 0 and up to 1.
+    :param speed: share of the velocity limits, up to 1; 0 is the default of the robot's files.
+    :param acceleration: share of the acceleration limits, likewise.
     :param planning_time: [s].
     """
     goal = MoveGroup.Goal()

@@ -9,17 +9,13 @@ from typing import Any
 from xml.etree import ElementTree
 
 from moveit_msgs.action import ExecuteTrajectory, MoveGroup
-from moveit_msgs.msg import Constraints, JointConstraint, MoveItErrorCodes, RobotState
 from moveit_msgs.srv import GetPositionFK, GetStateValidity
-from rclpy.action import ActionClient
 
 from armsim_ros.arrays import Matrix
 from armsim_ros.clients.client_node import ClientNode
 from armsim_ros.clients.controller_manager import ParameterClient
-from armsim_ros.clients.motion import robot_state
+from armsim_ros.clients.motion import plan_goal, robot_state
 from armsim_ros.nodes.conversions.geometry import pose_from_message
-
-SUCCESS = MoveItErrorCodes.SUCCESS
 
 
 class MoveGroupClient:
@@ -33,10 +29,9 @@ class MoveGroupClient:
     def __init__(self, client: ClientNode, namespace: str = '') -> None:
         self.client = client
         self._namespace = namespace
-        self._move = ActionClient(client.node, MoveGroup, f'{namespace}/move_action')
-        self._execute = ActionClient(
-            client.node, ExecuteTrajectory, f'{namespace}/execute_trajectory'
-        )
+        # The servers find them before they are needed.
+        client.action(MoveGroup, f'{namespace}/move_action')
+        client.action(ExecuteTrajectory, f'{namespace}/execute_trajectory')
 
     def named_states(self) -> dict[tuple[str, str], dict[str, float]]:
         """Return (group, state) -> joint -> position [rad or m], from move_group's SRDF."""
@@ -63,7 +58,7 @@ class MoveGroupClient:
         goal = ExecuteTrajectory.Goal(
             trajectory=trajectory, controller_names=list(controllers)
         )
-        return self._run(self._execute, goal)
+        return self._run(ExecuteTrajectory, 'execute_trajectory', goal)
 
     def pose(self, link: str, positions: Mapping[str, float], frame: str) -> Matrix:
         """Return the pose of a link in a frame at joint positions [rad or m], (4, 4)."""
@@ -82,29 +77,13 @@ class MoveGroupClient:
     def _send_move(
         self, group: str, target: Mapping[str, float], plan_only: bool, fields: Mapping[str, Any]
     ) -> Any:
-        goal = MoveGroup.Goal()
-        goal.planning_options.plan_only = plan_only
-        goal.planning_options.planning_scene_diff.is_diff = True
-        request = goal.request
-        request.group_name = group
-        request.allowed_planning_time = 5.0
-        request.start_state = RobotState(is_diff=True)
-        request.goal_constraints = [Constraints(joint_constraints=[
-            JointConstraint(
-                joint_name=joint, position=value, tolerance_above=1e-4, tolerance_below=1e-4,
-                weight=1.0,
-            )
-            for joint, value in target.items()
-        ])]
+        goal = plan_goal(group, target, plan_only=plan_only, speed=0.0, acceleration=0.0)
         for name, value in fields.items():
-            setattr(request, name, value)
-        return self._run(self._move, goal)
+            setattr(goal.request, name, value)
+        return self._run(MoveGroup, 'move_action', goal)
 
-    def _run(self, action: ActionClient, goal: Any, timeout: float = 30.0) -> Any:
-        node = self.client
-        assert action.wait_for_server(timeout), f'no action server in {timeout} s'
-        sent = node.in_executor(lambda: action.send_goal_async(goal))
-        handle = node.result(sent, timeout, 'answer to the goal')
-        assert handle.accepted, 'the goal was rejected'
-        future = node.in_executor(handle.get_result_async)
-        return node.result(future, timeout, 'result').result
+    def _run(self, kind: type[Any], action: str, goal: Any, timeout: float = 30.0) -> Any:
+        run = self.client.goal(kind, f'{self._namespace}/{action}', goal, timeout=timeout)
+        assert self.client.result(run.accepted, timeout, 'answer to the goal'), (
+            'the goal was rejected')
+        return self.client.result(run.result, timeout, 'result').result

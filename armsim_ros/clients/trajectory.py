@@ -12,11 +12,11 @@ from typing import Any
 from action_msgs.msg import GoalStatus
 from control_msgs.action import FollowJointTrajectory
 from control_msgs.msg import JointTolerance
-from rclpy.action import ActionClient
 from rclpy.qos import QoSDurabilityPolicy, QoSHistoryPolicy, QoSProfile, QoSReliabilityPolicy
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from armsim_ros.clients.client_node import ClientNode, PATIENCE
+from armsim_ros.clients.node import GoalRun
 from armsim_ros.nodes.conversions.time import duration_from_seconds
 
 ALL = QoSProfile(history=QoSHistoryPolicy.KEEP_ALL)
@@ -63,42 +63,34 @@ class Goal:
     """
     A goal on its way.
 
-    :param client: the client that sent it.
-    :param send_future: done when the server has answered.
+    :param client: the client that sends it.
     """
 
     def __init__(self, client: TrajectoryClient) -> None:
-        """Make an empty goal; the client fills it."""
         self.feedback: list[Any] = []
-        self._client = client
+        self._node = client.client
         self._condition = threading.Condition()
-        self._handle: Any = None
-        self._send_future: Any = None
+        self._run: GoalRun | None = None
 
     def accepted(self, timeout: float = PATIENCE) -> bool:
         """Wait for the server's answer and return whether it took the goal."""
-        if self._handle is None:
-            self._handle = self._client.client.result(
-                self._send_future, timeout, 'answer to the goal'
-            )
-        return bool(self._handle.accepted)
+        assert self._run is not None
+        return bool(self._node.result(self._run.accepted, timeout, 'answer to the goal'))
 
     def result(self, timeout: float = 60.0) -> Outcome:
         """Wait for the end of an accepted goal."""
+        assert self._run is not None
         assert self.accepted(timeout), 'the goal was rejected'
-        node = self._client.client
-        future = node.in_executor(self._handle.get_result_async)
-        response = node.result(future, timeout, 'result')
+        response = self._node.result(self._run.result, timeout, 'result')
         return Outcome(
             response.status, response.result.error_code, response.result.error_string
         )
 
     def cancel(self, timeout: float = PATIENCE) -> bool:
         """Ask for cancellation; return whether the server agreed."""
+        assert self._run is not None
         assert self.accepted(timeout), 'the goal was rejected'
-        node = self._client.client
-        future = node.in_executor(self._handle.cancel_goal_async)
-        response = node.result(future, timeout, 'answer to the cancellation')
+        response = self._node.result(self._run.cancel(), timeout, 'answer to the cancellation')
         return bool(response.goals_canceling)
 
     def wait_for_feedback(self, count: int = 1, timeout: float = PATIENCE) -> list[Any]:
@@ -108,9 +100,9 @@ class Goal:
             assert enough, f'{len(self.feedback)} of {count} feedback messages in {timeout} s'
             return list(self.feedback)
 
-    def _receive(self, message: Any) -> None:
+    def _receive(self, feedback: Any) -> None:
         with self._condition:
-            self.feedback.append(message.feedback)
+            self.feedback.append(feedback)
             self._condition.notify_all()
 
 
@@ -125,10 +117,10 @@ class TrajectoryClient:
     def __init__(self, client: ClientNode, controller: str) -> None:
         self.client = client
         self.controller = controller
-        self._action = ActionClient(
-            client.node,
+        self._name = f'{controller}/follow_joint_trajectory'
+        self._action = client.action(
             FollowJointTrajectory,
-            f'{controller}/follow_joint_trajectory',
+            self._name,
             # The usual depth of 10 loses answers when many goals are sent at once.
             goal_service_qos_profile=ALL,
             result_service_qos_profile=ALL,
@@ -147,7 +139,7 @@ class TrajectoryClient:
     def wait_for_server(self, timeout: float = PATIENCE) -> None:
         """Wait until the action server answers to discovery."""
         assert self._action.wait_for_server(timeout), (
-            f'no action server {self.controller}/follow_joint_trajectory in {timeout} s'
+            f'no action server {self._name} in {timeout} s'
         )
 
     def send(
@@ -176,11 +168,8 @@ class TrajectoryClient:
 
     def send_goal(self, message: FollowJointTrajectory.Goal) -> Goal:
         """Send a goal message as it is and return at once."""
-        self.wait_for_server()
         goal = Goal(self)
-        goal._send_future = self.client.in_executor(
-            lambda: self._action.send_goal_async(message, feedback_callback=goal._receive)
-        )
+        goal._run = self.client.goal(FollowJointTrajectory, self._name, message, goal._receive)
         return goal
 
     def publish(self, trajectory: JointTrajectory) -> None:

@@ -26,7 +26,8 @@ from sensor_msgs.msg import JointState
 from shape_msgs.msg import SolidPrimitive
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
-from armsim_ros.clients.client_node import ClientNode, PatientActionClient
+from armsim_ros.clients.client_node import ClientNode
+from armsim_ros.clients.node import PatientActionClient
 from armsim_ros.config.loading import load_robot_settings
 from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.kinematics.planning_limits import planning_robot

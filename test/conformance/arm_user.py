@@ -16,7 +16,7 @@ from typing import Any
 from faster import FASTER
 import pytest
 
-from armsim_ros.clients.client_node import PatientActionClient
+from armsim_ros.clients.node import PatientActionClient
 from armsim_ros.testing.programs.domain import private_domain, ros_environment
 from armsim_ros.testing.programs.program import Program
 

@@ -8,9 +8,8 @@ import argparse
 from collections.abc import Sequence
 import sys
 
-from rclpy.node import Node
-
 from armsim_ros.cli.arguments import split_ros_args
+from armsim_ros.clients.ros_client import RosClient
 from armsim_ros.nodes.spawner.arguments import add_manager_options
 from armsim_ros.nodes.spawner.main import run_client
 from armsim_ros.nodes.spawner.manager_client import ManagerClient
@@ -38,19 +37,20 @@ def main(argv: Sequence[str] | None = None) -> int:
                        help='configure the components')
     add_manager_options(parser)
     options = parser.parse_args(words)
-    return run_client('hardware_spawner', ros_args, lambda node: _set_states(node, options))
+    return run_client('hardware_spawner', ros_args, lambda client: _set_states(client, options))
 
 
-def _set_states(node: Node, options: argparse.Namespace) -> None:
-    manager = ManagerClient(node, options.controller_manager, _CALL_TIMEOUT)
+def _set_states(client: RosClient, options: argparse.Namespace) -> None:
+    log = client.node.get_logger()
+    manager = ManagerClient(client, options.controller_manager, _CALL_TIMEOUT)
     manager.wait(options.controller_manager_timeout)
     known = manager.hardware_states()
     for name in options.components:
         if name not in known:
-            node.get_logger().warning(
+            log.warning(
                 f"no hardware component '{name}' is loaded; loaded: {', '.join(known) or 'none'}")
         elif (state := manager.set_hardware_state(name, options.state)) != options.state:
-            node.get_logger().warning(
+            log.warning(
                 f"hardware component '{name}' is {state} and does not become {options.state}")
         else:
-            node.get_logger().info(f"hardware component '{name}' is {state}")
+            log.info(f"hardware component '{name}' is {state}")

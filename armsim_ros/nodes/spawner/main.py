@@ -10,12 +10,9 @@ import signal
 import sys
 from typing import NoReturn
 
-import rclpy
-from rclpy.executors import ExternalShutdownException
-from rclpy.node import Node
-from rclpy.signals import SignalHandlerOptions
-
 from armsim_ros.cli.arguments import split_ros_args
+from armsim_ros.clients.controller_manager import ParameterClient
+from armsim_ros.clients.ros_client import RosClient
 from armsim_ros.errors import ArmsimError, ControllerError
 from armsim_ros.nodes.spawner.arguments import (
     ControllerRequest,
@@ -40,10 +37,10 @@ def main(argv: Sequence[str] | None = None) -> int:
     words, ros_args = split_ros_args(sys.argv[1:] if argv is None else argv)
     request = parse_spawner_arguments(words)
     name = f'spawner_{request.controllers[0].name}'
-    return run_client(name, ros_args, lambda node: _Spawner(node, request, ros_args).run())
+    return run_client(name, ros_args, lambda client: _Spawner(client, request, ros_args).run())
 
 
-def run_client(name: str, ros_args: Sequence[str], work: Callable[[Node], None]) -> int:
+def run_client(name: str, ros_args: Sequence[str], work: Callable[[RosClient], None]) -> int:
     """
     Run a short-lived client of a manager.
 
@@ -53,19 +50,14 @@ def run_client(name: str, ros_args: Sequence[str], work: Callable[[Node], None])
     """
     for number in _ENDS:
         signal.signal(number, _interrupt)
-    # Not rclpy's handlers: they would end the context that unloading needs.
-    rclpy.init(args=[name, *ros_args], signal_handler_options=SignalHandlerOptions.NO)
-    node = Node(name, enable_rosout=False, start_parameter_services=False)
-    try:
-        work(node)
-    except ArmsimError as error:
-        node.get_logger().error(str(error))
-        return 1
-    except (KeyboardInterrupt, ExternalShutdownException):
-        pass
-    finally:
-        node.destroy_node()
-        rclpy.try_shutdown()
+    with RosClient(name, ros_args) as client:
+        try:
+            work(client)
+        except ArmsimError as error:
+            client.node.get_logger().error(str(error))
+            return 1
+        except KeyboardInterrupt:
+            pass
     return 0
 
 
@@ -80,7 +72,10 @@ class _Spawner:
     :param ros_args: of the spawner's own node; their parameter files are those of all controllers.
     """
 
-    def __init__(self, node: Node, request: SpawnerRequest, ros_args: Sequence[str]) -> None:
+    def __init__(
+        self, client: RosClient, request: SpawnerRequest, ros_args: Sequence[str]
+    ) -> None:
+        node = client.node
         self._log = node.get_logger()
         self._request = request
         self._options = options = request.options
@@ -101,7 +96,7 @@ class _Spawner:
                 if not Path(file).is_file():
                     raise ControllerError(f"parameter file '{file}' does not exist")
         self._manager = ManagerClient(
-            node, options.controller_manager, options.service_call_timeout, namespace)
+            client, options.controller_manager, options.service_call_timeout, namespace)
 
     def run(self) -> None:
         """
@@ -173,8 +168,12 @@ class _Spawner:
         if entries.fallback_controllers:
             described['fallback_controllers'] = list(entries.fallback_controllers)
         if described:
-            self._manager.set_parameters(
+            parameters = ParameterClient(self._manager, self._manager.name)
+            refusals = parameters.set_all(
                 {f'{name}.{key}': value for key, value in described.items()})
+            for parameter, reason in refusals.items():
+                if reason:
+                    raise ControllerError(f"parameter '{parameter}': {reason}")
         self._manager.load(name)
         self._log.info(f"loaded '{name}'")
 

@@ -8,9 +8,8 @@ import argparse
 from collections.abc import Sequence
 import sys
 
-from rclpy.node import Node
-
 from armsim_ros.cli.arguments import split_ros_args
+from armsim_ros.clients.ros_client import RosClient
 from armsim_ros.nodes.spawner.arguments import parse_unspawner_arguments
 from armsim_ros.nodes.spawner.main import run_client, unload
 from armsim_ros.nodes.spawner.manager_client import ManagerClient
@@ -26,11 +25,12 @@ def main(argv: Sequence[str] | None = None) -> int:
     words, ros_args = split_ros_args(sys.argv[1:] if argv is None else argv)
     arguments = parse_unspawner_arguments(words)
     name = f'unspawner_{arguments.controllers[0]}'
-    return run_client(name, ros_args, lambda node: _unspawn(node, arguments))
+    return run_client(name, ros_args, lambda client: _unspawn(client, arguments))
 
 
-def _unspawn(node: Node, arguments: argparse.Namespace) -> None:
-    manager = ManagerClient(node, arguments.controller_manager, arguments.service_call_timeout)
+def _unspawn(client: RosClient, arguments: argparse.Namespace) -> None:
+    log = client.node.get_logger()
+    manager = ManagerClient(client, arguments.controller_manager, arguments.service_call_timeout)
     manager.wait(arguments.controller_manager_timeout)
     unload(manager, arguments.controllers, arguments.switch_timeout)
-    node.get_logger().info(f'unloaded: {", ".join(arguments.controllers)}')
+    log.info(f'unloaded: {", ".join(arguments.controllers)}')

@@ -12,14 +12,12 @@ from typing import Any
 
 from control_msgs.action import GripperCommand, ParallelGripperCommand
 from sensor_msgs.msg import JointState
-from simulation_interfaces.msg import Result
-from simulation_interfaces.srv import DeleteEntity, GetEntityState, SpawnEntity
 from std_srvs.srv import Empty, Trigger
 
 from armsim_ros.arrays import Matrix
-from armsim_ros.clients.client_node import PatientActionClient
 from armsim_ros.clients.controller_manager import ControllerManagerClient
-from armsim_ros.clients.move_group import SUCCESS
+from armsim_ros.clients.motion import SUCCESS
+from armsim_ros.clients.simulation import SimulationClient
 from armsim_ros.clients.trajectory import SUCCEEDED, TrajectoryClient
 from armsim_ros.config.controllers.controller_settings import ControllerSettings
 from armsim_ros.config.controllers.gripper_action_controller import (
@@ -29,10 +27,9 @@ from armsim_ros.config.controllers.gripper_action_controller import (
 from armsim_ros.config.robot_settings import RobotSettings
 from armsim_ros.config.simulation import JointFault
 from armsim_ros.config.world import WorldObjectSettings
-from armsim_ros.errors import ControllerError, PlanningError, SimulationError
+from armsim_ros.errors import ControllerError, PlanningError
 from armsim_ros.execution.controller_selection import select_controllers, split_trajectory
 from armsim_ros.model.transforms import pose_matrix
-from armsim_ros.nodes.conversions.geometry import pose_from_message, pose_to_message
 from armsim_ros.nodes.conversions.trajectory import trajectory_to_message
 from armsim_ros.testing.arms.arm import Arm, BUILT_WITHOUT_FAULTS, Points, Target, Touch
 from armsim_ros.testing.robot_user import RobotUser
@@ -55,6 +52,7 @@ class RosArm(Arm):
         """Wait for the first joint state, from which on time counts."""
         #: The user's view of the stack.
         self.robot = robot
+        self._simulation = SimulationClient(robot.client)
         self._name, self._faults = settings.name, faults
         self._controllers = settings.moveit_controllers
         self._cups = tuple(settings.simulation.vacuum_grippers)
@@ -183,16 +181,12 @@ class RosArm(Arm):
             goal.command.position, goal.command.effort = [position], [effort] if effort else []
         else:
             goal.command.position, goal.command.max_effort = position, effort
-        action = PatientActionClient(client.node, kind, name)
-        try:
-            if not action.wait_for_server(20.0):
-                raise ControllerError(f'there is no action {name}')
-            handle = client.result(client.in_executor(lambda: action.send_goal_async(goal)))
-            if not handle.accepted:
-                raise ControllerError('refused; the reason is in the log of the simulation')
-            client.result(client.in_executor(handle.get_result_async), 60.0)
-        finally:
-            client.in_executor(action.destroy)
+        if not client.action(kind, name).wait_for_server(20.0):
+            raise ControllerError(f'there is no action {name}')
+        run = client.goal(kind, name, goal)
+        if not client.result(run.accepted):
+            raise ControllerError('refused; the reason is in the log of the simulation')
+        client.result(run.result, 60.0)
 
     def _spawn(self, name: str, item: WorldObjectSettings) -> None:
         """Have the simulation spawn it."""
@@ -202,10 +196,7 @@ class RosArm(Arm):
         if item.mass is not None:
             words['mass'] = item.mass
         query = '&'.join(f'{word}={_text(value)}' for word, value in words.items())
-        request = SpawnEntity.Request(name=name)
-        request.uri = f'armsim://{kind}?{query}'
-        request.initial_pose.pose = pose_to_message(pose_matrix(item.xyz, item.rpy))
-        self._asked('/spawn_entity', SpawnEntity, request)
+        self._simulation.spawn(name, f'armsim://{kind}?{query}', pose_matrix(item.xyz, item.rpy))
 
     def delete(self, name: str) -> None:
         """
@@ -213,7 +204,7 @@ class RosArm(Arm):
 
         :raises SimulationError: there is none of that name.
         """
-        self._asked('/delete_entity', DeleteEntity, DeleteEntity.Request(entity=name))
+        self._simulation.delete(name)
 
     def entity(self, name: str) -> Matrix:
         """
@@ -221,9 +212,7 @@ class RosArm(Arm):
 
         :raises SimulationError: there is none of that name.
         """
-        request = GetEntityState.Request(entity=name)
-        return pose_from_message(
-            self._asked('/get_entity_state', GetEntityState, request).state.pose)
+        return self._simulation.pose(name)
 
     def digest(self) -> str:
         """Return the simulation's digest; of a run in real time no two are equal."""
@@ -254,12 +243,6 @@ class RosArm(Arm):
                 recording = place.with_name(f'{place.name}.mcap')
                 shutil.move(answer.message, recording)
                 yield 'recording', recording
-
-    def _asked(self, service: str, kind: Any, request: Any) -> Any:
-        response = self.robot.client.call(service, kind, request)
-        if response.result.result != Result.RESULT_OK:
-            raise SimulationError(response.result.error_message)
-        return response
 
 
 def _text(value: float | Sequence[float]) -> str:

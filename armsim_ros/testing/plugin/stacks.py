@@ -11,14 +11,13 @@ from typing import Any, TYPE_CHECKING
 
 import pytest
 
-from armsim_ros.model.cell import Cell
-from armsim_ros.model.cell_loading import load_cell
 from armsim_ros.testing.plugin.marker import ArmRequest, requested
 from armsim_ros.testing.programs.domain import domain_range, private_domain
 
 if TYPE_CHECKING:
     from armsim_ros.clients.client_node import ClientNode
     from armsim_ros.config.robot_settings import RobotSettings
+    from armsim_ros.model.cell import Cell
     from armsim_ros.testing.arms.arm import Arm
     from armsim_ros.testing.programs.started_stack import SharedStack
     from armsim_ros.testing.robot_user import RobotUser
@@ -29,6 +28,8 @@ _cells: dict[tuple[str, str | None, str], Cell] = {}
 
 def built_cell(robot: str, world: str | None, overrides: Mapping[str, Any]) -> Cell:
     """Return the checked files of a robot; each is read once a process."""
+    from armsim_ros.model.cell_loading import load_cell
+
     key = (robot, world, repr(sorted(overrides.items())))
     if key not in _cells:
         _cells[key] = load_cell(robot, world=world, overrides=overrides)

@@ -12,13 +12,14 @@ from controller_manager_msgs.srv import ListControllers
 from moveit_msgs.msg import PlanningSceneComponents
 from moveit_msgs.srv import ApplyPlanningScene, GetPlanningScene
 from rcl_interfaces.srv import GetParameters, ListParameters
-from simulation_interfaces.msg import Result, SimulationState
 from simulation_interfaces.srv import ResetSimulation, SetSimulationState
 
 from armsim_ros.clients.controller_manager import (
     ControllerManagerClient,
     ParameterClient,
 )
+from armsim_ros.clients.simulation import SimulationClient
+from armsim_ros.errors import SimulationError
 from armsim_ros.testing.programs.program import start_program
 from armsim_ros.testing.robot_user import RobotUser
 
@@ -63,19 +64,16 @@ class StartedStack:
             return False
         try:
             return self._settings() == self._start and self._reset()
-        except AssertionError:  # a program no longer answers
+        except (AssertionError, SimulationError):  # a program no longer answers, or refuses
             return False
 
     def _reset(self) -> bool:
-        call = self.robot.client.call
-        play = SetSimulationState.Request()
-        play.state.state = SimulationState.STATE_PLAYING
-        call('/set_simulation_state', SetSimulationState, play)
-        scope = ResetSimulation.Request.SCOPE_STATE | ResetSimulation.Request.SCOPE_SPAWNED
-        reset = call('/reset_simulation', ResetSimulation, ResetSimulation.Request(scope=scope))
+        simulation = SimulationClient(self.robot.client)
+        simulation.play()
+        simulation.reset()
         scene = ApplyPlanningScene.Request(scene=self._scene)
-        applied = call('/apply_planning_scene', ApplyPlanningScene, scene)
-        return bool(reset.result.result == Result.RESULT_OK and applied.success)
+        return bool(self.robot.client.call(
+            '/apply_planning_scene', ApplyPlanningScene, scene).success)
 
     def _settings(self) -> Any:
         """Return controllers, and parameters of all nodes."""

@@ -20,7 +20,7 @@ from std_srvs.srv import SetBool, Trigger
 from streaming_bench import ARM, JOINTS, NAMESPACE, Streamed
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
-from armsim_ros.clients.client_node import PatientActionClient
+from armsim_ros.clients.node import PatientActionClient
 
 statement = pytest.mark.statement
 

@@ -12,7 +12,8 @@ from scene_user import Planner
 from sensor_msgs.msg import JointState
 from world_user import JOINTS, OK, PLAYING, WorldUser
 
-from armsim_ros.clients.move_group import MoveGroupClient, SUCCESS
+from armsim_ros.clients.motion import SUCCESS
+from armsim_ros.clients.move_group import MoveGroupClient
 
 statement = pytest.mark.statement
 

@@ -28,7 +28,8 @@ import pytest
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 
-from armsim_ros.clients.client_node import ClientNode, PatientActionClient
+from armsim_ros.clients.client_node import ClientNode
+from armsim_ros.clients.node import PatientActionClient
 from armsim_ros.testing.programs.domain import private_domain, ros_environment
 from armsim_ros.testing.programs.program import Program
 

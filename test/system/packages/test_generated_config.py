@@ -4,7 +4,7 @@ from faster import LITTLE_FASTER
 from public_robots import public_urdf
 import pytest
 
-from armsim_ros.clients.move_group import SUCCESS
+from armsim_ros.clients.motion import SUCCESS
 from armsim_ros.clients.trajectory import SUCCEEDED
 from armsim_ros.resources import PACKAGE, share_folder
 from armsim_ros.testing.robot_user import running_robot

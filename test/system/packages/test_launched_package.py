@@ -12,7 +12,7 @@ import pytest
 from sensor_msgs.msg import JointState
 
 from armsim_ros.clients.client_node import ClientNode
-from armsim_ros.clients.move_group import SUCCESS
+from armsim_ros.clients.motion import SUCCESS
 from armsim_ros.testing.programs.domain import private_domain
 from armsim_ros.testing.programs.program import start_program
 from armsim_ros.testing.robot_user import READY, RobotUser

@@ -13,7 +13,7 @@ from controller_manager_msgs.srv import (
 import pytest
 from std_msgs.msg import Float64, Float64MultiArray
 
-from armsim_ros.clients.move_group import SUCCESS
+from armsim_ros.clients.motion import SUCCESS
 from armsim_ros.clients.trajectory import SUCCEEDED
 from armsim_ros.testing.robot_user import running_robot
 

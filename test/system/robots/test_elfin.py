@@ -3,7 +3,7 @@
 from faster import FASTER
 import pytest
 
-from armsim_ros.clients.move_group import SUCCESS
+from armsim_ros.clients.motion import SUCCESS
 from armsim_ros.clients.trajectory import SUCCEEDED
 from armsim_ros.testing.robot_user import running_robot
 

@@ -6,7 +6,7 @@ import time
 from faster import FASTER
 import pytest
 
-from armsim_ros.clients.move_group import SUCCESS
+from armsim_ros.clients.motion import SUCCESS
 from armsim_ros.clients.trajectory import ABORTED, SUCCEEDED
 from armsim_ros.testing.robot_user import running_robot
 

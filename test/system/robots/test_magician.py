@@ -6,7 +6,7 @@ from simulation_interfaces.msg import Result, SimulationState
 from simulation_interfaces.srv import SetSimulationState
 
 from armsim_ros.clients.controller_manager import ParameterClient
-from armsim_ros.clients.move_group import SUCCESS
+from armsim_ros.clients.motion import SUCCESS
 from armsim_ros.clients.trajectory import SUCCEEDED
 from armsim_ros.testing.robot_user import running_robot
 

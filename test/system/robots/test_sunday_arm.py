@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 from rosgraph_msgs.msg import Clock
 
-from armsim_ros.clients.move_group import SUCCESS
+from armsim_ros.clients.motion import SUCCESS
 from armsim_ros.clients.trajectory import SUCCEEDED
 from armsim_ros.testing.robot_user import running_robot
 from benchmarks.stack import processor_seconds

@@ -12,7 +12,7 @@ from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
 from armsim_ros.clients.controller_manager import ControllerManagerClient
-from armsim_ros.clients.move_group import SUCCESS
+from armsim_ros.clients.motion import SUCCESS
 from armsim_ros.clients.trajectory import (
     SUCCEEDED,
     trajectory_message,

@@ -21,7 +21,8 @@ from simulation_interfaces.srv import (
 from std_srvs.srv import Trigger
 
 from armsim_ros.clients.client_node import ClientNode
-from armsim_ros.clients.move_group import MoveGroupClient, SUCCESS
+from armsim_ros.clients.motion import SUCCESS
+from armsim_ros.clients.move_group import MoveGroupClient
 from armsim_ros.clients.trajectory import SUCCEEDED, TrajectoryClient
 from armsim_ros.testing.programs.domain import private_domain
 from armsim_ros.testing.programs.program import Program, start_program

@@ -27,7 +27,7 @@ from armsim_ros.clients.motion import (
     Stopper,
     SUCCESS,
 )
-from armsim_ros.clients.ros_client import GoalRun
+from armsim_ros.clients.node import GoalRun
 from armsim_ros.errors import ArmsimError
 from armsim_ros.nodes.web.page import Page, PanelCommand, Part
 from armsim_ros.nodes.web.parts.goal import GoalPart

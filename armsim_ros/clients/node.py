@@ -1,0 +1,238 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""A client's node, the thread that runs it, and goals on their way to action servers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import Future
+from contextlib import suppress
+import threading
+import traceback
+from typing import Any
+
+import rclpy
+from rclpy.action import ActionClient, ActionServer
+from rclpy.context import Context
+from rclpy.exceptions import InvalidHandle
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
+from typing_extensions import Self
+
+#: How long the thread may take to end on a machine that is busy [s].
+_END = 10.0
+
+
+class PatientActionClient(ActionClient):
+    """
+    rclpy's action client, which notes a request before it reads the answer.
+
+    rclpy 7.1 drops an answer that its executor takes before the sending thread has noted the
+    request (later versions hold a lock).
+    """
+
+    def __init__(self, *args: Any, **options: Any) -> None:
+        self._sending = threading.RLock()
+        super().__init__(*args, **options)  # type: ignore[no-untyped-call] # rclpy's
+
+    def send_goal_async(self, *args: Any, **options: Any) -> Any:
+        """Send a goal."""
+        with self._sending:
+            return super().send_goal_async(*args, **options)  # type: ignore[no-untyped-call] # rclpy's
+
+    def _cancel_goal_async(self, goal_handle: Any) -> Any:
+        with self._sending:
+            return super()._cancel_goal_async(goal_handle)  # type: ignore[no-untyped-call] # rclpy's
+
+    def _get_result_async(self, goal_handle: Any) -> Any:
+        with self._sending:
+            return super()._get_result_async(goal_handle)  # type: ignore[no-untyped-call] # rclpy's
+
+    async def execute(self, taken_data: Any) -> None:
+        """Take answers once no request is about to be recorded."""
+        with self._sending:
+            pass
+        await super().execute(taken_data)  # type: ignore[no-untyped-call] # rclpy's
+
+
+class SpinningNode:
+    """
+    A node in a context of its own, whose executor runs in a thread of its own.
+
+    :param name: of the node.
+    :param ros_args: ``--ros-args`` sections.
+    :param domain: ROS domain id; that of the environment where None.
+    :param options: those of ``rclpy.node.Node``.
+    """
+
+    def __init__(
+        self, name: str, ros_args: Sequence[str] = (), *, domain: int | None = None, **options: Any
+    ) -> None:
+        self.context = Context()
+        rclpy.init(args=[name, *ros_args], context=self.context, domain_id=domain,
+                   signal_handler_options=SignalHandlerOptions.NO)
+        self.node = Node(name, context=self.context, **options)
+        self._executor = SingleThreadedExecutor(context=self.context)
+        self._executor.add_node(self.node)
+        self._services: dict[tuple[type, str], Any] = {}
+        self._actions: dict[tuple[type, str], PatientActionClient] = {}
+        self._closing = threading.Event()
+        self._thread = threading.Thread(target=self._spin, name=name, daemon=True)
+        self._thread.start()
+
+    def service(self, kind: type[Any], name: str) -> Any:
+        """Return rclpy's client of a service; it is made once."""
+        if (kind, name) not in self._services:
+            self._services[kind, name] = self.node.create_client(kind, name)
+        return self._services[kind, name]
+
+    def action(self, kind: type[Any], name: str, **profiles: Any) -> PatientActionClient:
+        """
+        Return rclpy's client of an action; it is made once.
+
+        :param profiles: QoS profiles as ``ActionClient`` takes them.
+        """
+        if (kind, name) not in self._actions:
+            self._actions[kind, name] = PatientActionClient(self.node, kind, name, **profiles)
+        return self._actions[kind, name]
+
+    def in_thread(self, work: Callable[[], Any]) -> Future[Any]:
+        """Do something in the thread of the executor."""
+        done: Future[Any] = Future()
+        self._guarded(lambda: done.set_result(work()), done)
+        return done
+
+    def close(self) -> None:
+        """Leave the graph."""
+        if not self._closing.is_set():
+            self._closing.set()
+            # Waking alone does not end 'spin_once'; work to do does.
+            self._executor.create_task(lambda: None)
+            # A thread that still waits when the interpreter ends would abort the process.
+            self._thread.join(_END)
+            self._executor.shutdown(0.0)
+            # destroy_node() leaves actions, whose handles keep the participant in the domain
+            for each in [*self.node.waitables]:
+                if isinstance(each, ActionClient | ActionServer):
+                    each.destroy()  # type: ignore[no-untyped-call] # rclpy's
+            self.node.destroy_node()
+            self.context.try_shutdown()
+
+    def __enter__(self) -> Self:
+        """Return the client."""
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Leave the graph."""
+        self.close()
+
+    def _guarded(self, work: Callable[[], None], answer: Future[Any]) -> None:
+        """Do something in the thread; its failure is that of an answer."""
+        def run() -> None:
+            try:
+                work()
+            except Exception as error:  # noqa: BLE001 - belongs to its waiter
+                if not answer.done():
+                    answer.set_exception(error)
+
+        self._executor.create_task(run)
+
+    def _spin(self) -> None:
+        while not self._closing.is_set():
+            try:
+                self._executor.spin_once()
+            except InvalidHandle:  # what another thread has just destroyed
+                continue
+            except ExternalShutdownException:
+                return
+            except Exception:  # noqa: BLE001 - no message may end the thread
+                if not self._closing.is_set():
+                    self.node.get_logger().error(traceback.format_exc())
+
+
+class GoalRun:
+    """
+    A goal on its way.
+
+    ``accepted`` becomes whether the server took it; ``result`` the action's wrapped result
+    (``status``, ``result``), None where the goal was rejected.
+
+    :param client: that sends it.
+    :param name: of the action.
+    """
+
+    def __init__(self, client: SpinningNode, name: str) -> None:
+        self.name = name
+        self.accepted: Future[bool] = Future()
+        self.result: Future[Any] = Future()
+        self._client = client
+        self._handle: Any = None
+        self._cancels: list[Future[Any]] = []
+
+    def send(self, action: ActionClient, goal: Any,
+             feedback: Callable[[Any], None] | None = None) -> None:
+        """
+        Send the goal.
+
+        :param feedback: gets each feedback, in the client's thread.
+        """
+        sent = action.send_goal_async(
+            goal, (lambda message: feedback(message.feedback)) if feedback else None)
+        sent.add_done_callback(self._answered)
+
+    def fail(self, error: Exception) -> None:
+        """Have those who wait get an error: the goal was not sent."""
+        for future in (self.accepted, self.result):
+            if not future.done():
+                future.set_exception(error)
+
+    def cancel(self) -> Future[Any]:
+        """
+        Ask the server to end the goal; also before it has accepted it.
+
+        :returns: the server's response to be; None where it rejected the goal.
+        """
+        answer: Future[Any] = Future()
+
+        def ask() -> None:
+            if self._handle is None:
+                self._cancels.append(answer)
+            else:
+                self._cancel(answer)
+
+        self._client.in_thread(ask)
+        return answer
+
+    def _cancel(self, answer: Future[Any]) -> None:
+        if self._handle.accepted:
+            forward(self._handle.cancel_goal_async(), answer)
+        elif not answer.done():
+            answer.set_result(None)
+
+    def _answered(self, sent: Any) -> None:
+        """Take the server's answer to the goal; in the client's thread."""
+        if sent.exception() is not None:
+            self.fail(sent.exception())
+            return
+        self._handle = sent.result()
+        if not self.accepted.done():
+            self.accepted.set_result(bool(self._handle.accepted))
+        for answer in self._cancels:
+            self._cancel(answer)
+        if self._handle.accepted:
+            forward(self._handle.get_result_async(), self.result)
+        elif not self.result.done():
+            self.result.set_result(None)
+
+
+def forward(source: Any, answer: Future[Any]) -> None:
+    """Have a future of rclpy's settle another, unless the waiter of that is gone."""
+    def settle(done: Any) -> None:
+        with suppress(Exception):  # cancelled meanwhile
+            if done.exception() is not None:
+                answer.set_exception(done.exception())
+            else:
+                answer.set_result(done.result())
+
+    source.add_done_callback(settle)
