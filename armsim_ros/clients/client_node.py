@@ -41,7 +41,7 @@ class ClientNode(SpinningNode):
     """
     A client's node: calls services, collects topics, never blocks its own executor.
 
-    :param domain: ROS domain id.
+    :param domain: ROS domain id; that of the environment where None.
     :param name: node name.
     :param namespace: node namespace.
     """
@@ -49,7 +49,9 @@ class ClientNode(SpinningNode):
     #: Names of all such nodes that this process ever had.
     names: ClassVar[set[str]] = set()
 
-    def __init__(self, domain: int, name: str = 'client', namespace: str = '/') -> None:
+    def __init__(
+        self, domain: int | None = None, name: str = 'client', namespace: str = '/'
+    ) -> None:
         self.names.add(name)
         super().__init__(name, domain=domain, namespace=namespace)
 

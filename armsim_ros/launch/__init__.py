@@ -1,3 +1,27 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Users' launch files: evaluated, run by a small event loop, upstream's programs replaced."""
+"""
+Users' launch files: evaluated, run by a small event loop, upstream's programs replaced.
+
+Where a ROS installation with ``ros2 launch`` is sourced, that evaluates and runs the file, and
+only ``overlay`` is used: it puts this package's programs under upstream's names. Everything else
+serves machines without ROS, and the dry run. A launch takes this way through the files:
+
+1. ``main`` reads the words with ``command_line`` and finds the file with ``lookup``, which knows
+   packages, programs and Python modules, in installations and in sources that are not built.
+2. ``evaluation`` makes upstream's modules importable (``names``, with the table of
+   ``api/modules``) and has the file read: Python by ``files``, XML and YAML by ``frontend/``
+   (``files`` to elements, ``parser`` to actions, ``substitution_text`` for ``$(...)``).
+3. ``engine`` visits the description, with events and timers. What a file consists of is in
+   ``api/``: ``actions/`` and ``substitutions/``, processes and nodes (``process``, ``ros_*``),
+   ``events`` and their handlers, and the helpers of packages that launch files import
+   (``moveit/``, ``nav2``, ``param_builder``, ``controller_manager``, ``ament_index``).
+4. A process is a ``process_spec``. ``upstream`` knows which upstream program it is; ``mapping``
+   decides what it becomes: a program of this package, another program, or a part of the
+   simulation.
+5. A ``runner`` starts it: the dry one prints, ``real_runner`` runs and ends processes. ``report``
+   prints what the user should know; errors are of ``failures``.
+
+``stand_ins/`` has launch files of Gazebo's packages, under their names, for files that include
+them.
+"""
