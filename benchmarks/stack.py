@@ -17,8 +17,7 @@ from armsim_ros.config.controllers.joint_trajectory_controller import (
     JointTrajectoryControllerParameters,
 )
 from armsim_ros.config.loading import load_robot_settings
-from armsim_ros.testing.programs.domain import private_domain, ros_environment
-from armsim_ros.testing.programs.program import Program
+from armsim_ros.testing.program import private_domain, Program, ros_environment
 
 READY = 'You can start planning now!'
 DOMAINS = range(20, 30)

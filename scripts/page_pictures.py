@@ -34,10 +34,9 @@ from armsim_ros.testing.page_user import (  # noqa: E402
     printed_address,
     robot_is_seen,
 )
-from armsim_ros.testing.programs.domain import private_domain  # noqa: E402
-from armsim_ros.testing.programs.program import start_program  # noqa: E402
+from armsim_ros.testing.program import private_domain, start_program  # noqa: E402
 from armsim_ros.testing.robot_user import READY  # noqa: E402
-from armsim_ros.tools.generate_config.generation import generate_config  # noqa: E402
+from armsim_ros.tools.generate_config.main import generate_config  # noqa: E402
 
 IMAGES = ROOT / 'docs' / 'images'
 SIZE: ViewportSize = {'width': 1200, 'height': 760}

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from controller_manager_msgs.msg import ControllerState
 
     from armsim_ros.clients.client_node import ClientNode
-    from armsim_ros.testing.programs.program import Program
+    from armsim_ros.testing.program import Program
 
 ROOT = Path(__file__).resolve().parent.parent
 SEARCH_DEPTH = 8
@@ -212,8 +212,7 @@ def _check(row: Row) -> None:
 def _bring_up(row: Row) -> None:
     """Start the robot, move every active controller, plan and execute a named state."""
     from armsim_ros.clients.client_node import ClientNode
-    from armsim_ros.testing.programs.domain import private_domain
-    from armsim_ros.testing.programs.program import start_program
+    from armsim_ros.testing.program import private_domain, start_program
     from armsim_ros.testing.robot_user import READY
 
     with ExitStack() as stack:

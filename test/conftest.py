@@ -13,8 +13,7 @@ from pressure import Pressure
 import pytest
 from rendering import rendering_backend
 
-from armsim_ros.cli.environment import FASTDDS_PROFILES
-from armsim_ros.cli.program_end import QuietEnd
+from armsim_ros.cli.environment import FASTDDS_PROFILES, QuietEnd
 
 #: Domain ids up to 101 keep Fast DDS below the ephemeral ports of Linux.
 _FIRST_DOMAIN, _LAST_DOMAIN = 40, 99

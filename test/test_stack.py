@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from armsim_ros.config.loading import load_robot_settings
-from armsim_ros.control.action_goal import GoalStatus
+from armsim_ros.control.mailbox import GoalStatus
 from armsim_ros.control.trajectory.tolerances import JointTolerance
 from armsim_ros.errors import (
     ConfigError,

@@ -1,10 +1,12 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The environment of a process before ROS is imported, and how child processes are started."""
+"""What programs get from the one that starts them, and how they end."""
 
 from __future__ import annotations
 
+import atexit
 from collections.abc import Callable, Mapping, MutableMapping, Sequence
+from contextlib import suppress
 import ctypes
 import os
 from pathlib import Path
@@ -99,3 +101,34 @@ def die_with_parent(*, holds_sigint: bool = True) -> Callable[[], None]:
             signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
 
     return prepare
+
+
+#: Begins each line of a refusal that a bringup reads: the ASCII record separator.
+MARK = '\x1e'
+
+
+def refuse(text: str) -> None:
+    """Write why the program does not run to standard error; where that is full, do not wait."""
+    mark = MARK if started_by_bringup() else ''
+    with suppress(OSError):
+        print('\n'.join(mark + line for line in text.splitlines()), file=sys.stderr, flush=True)
+
+
+class QuietEnd:
+    """
+    Ends the process before its libraries report leaks.
+
+    OMPL's bindings print a page about that, below what the user should read.
+
+    :param status: of the process; None lets it end as usual.
+    """
+
+    def __init__(self, status: int | None = None) -> None:
+        self.status = status
+        atexit.register(self._leave)
+
+    def _leave(self) -> None:
+        if self.status is not None:
+            sys.stdout.flush()
+            sys.stderr.flush()
+            os._exit(self.status)

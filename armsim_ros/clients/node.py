@@ -97,6 +97,10 @@ class SpinningNode:
             self._actions[kind, name] = PatientActionClient(self.node, kind, name, **profiles)
         return self._actions[kind, name]
 
+    def drop_action(self, kind: type[Any], name: str) -> None:
+        """Destroy the client of an action; in the executor's thread."""
+        self._actions.pop((kind, name)).destroy()
+
     def in_thread(self, work: Callable[[], Any]) -> Future[Any]:
         """Do something in the thread of the executor."""
         done: Future[Any] = Future()

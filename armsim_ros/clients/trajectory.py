@@ -172,6 +172,14 @@ class TrajectoryClient:
         goal._run = self.client.goal(FollowJointTrajectory, self._name, message, goal._receive)
         return goal
 
+    def close(self) -> None:
+        """Take action client and publisher away."""
+        def drop() -> None:
+            self.client.drop_action(FollowJointTrajectory, self._name)
+            self.client.node.destroy_publisher(self._publisher)
+
+        self.client.in_executor(drop)
+
     def publish(self, trajectory: JointTrajectory) -> None:
         """Publish a trajectory on the controller's topic."""
         self._publisher.publish(trajectory)

@@ -7,7 +7,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 
 from armsim_ros.config.draft import ConfigDraft, empty_node
-from armsim_ros.config.move_group.planning_parameters import PlanningParameters
+from armsim_ros.config.move_group.ompl_planning import PlanningParameters
 from armsim_ros.config.move_group.trajectory_execution import KEYS_BESIDE
 from armsim_ros.config.validation import known_keys
 from armsim_ros.config.yaml.node import merge_nodes, node_of, split_keys, YamlNode

@@ -11,9 +11,13 @@ from typing_extensions import Unpack
 
 from armsim_ros.config.draft import ConfigDraft, empty_node, SECTIONS
 from armsim_ros.config.layout import LayoutReader
-from armsim_ros.config.moveit_config.controllers import complete_controllers
 from armsim_ros.config.moveit_config.files import Role
-from armsim_ros.config.moveit_config.reading import PackageReader, PackageRoles, start_positions
+from armsim_ros.config.moveit_config.reading import (
+    complete_controllers,
+    PackageReader,
+    PackageRoles,
+    start_positions,
+)
 from armsim_ros.config.robot_folder import FileOptions, find_files, RobotFolder
 from armsim_ros.config.robot_settings import RobotSettings
 from armsim_ros.config.sections import read_sections

@@ -13,8 +13,7 @@ from armsim_ros.config.controllers.controller_manager import ControllerManagerPa
 from armsim_ros.config.controllers.controller_settings import ControllerSettings
 from armsim_ros.config.joint_limits import JointLimitsSettings
 from armsim_ros.config.move_group.kinematics import KinematicsSettings
-from armsim_ros.config.move_group.ompl_planning import OmplSettings
-from armsim_ros.config.move_group.planning_parameters import PlanningParameters
+from armsim_ros.config.move_group.ompl_planning import OmplSettings, PlanningParameters
 from armsim_ros.config.move_group.trajectory_execution import (
     MoveItControllerSettings,
     TrajectoryExecutionSettings,

@@ -23,10 +23,10 @@ from armsim_ros.config.joint_limits import (
 from armsim_ros.config.move_group.kinematics import KinematicsSettings, UNUSED_KINEMATICS_KEYS
 from armsim_ros.config.move_group.ompl_planning import (
     OmplSettings,
+    PlanningParameters,
     RENAMED_PIPELINE_KEYS,
     UNUSED_PIPELINE_KEYS,
 )
-from armsim_ros.config.move_group.planning_parameters import PlanningParameters
 from armsim_ros.config.move_group.trajectory_execution import (
     MoveItControllerSettings,
     NEEDED_KEYS,

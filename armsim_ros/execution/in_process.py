@@ -9,13 +9,13 @@ from dataclasses import dataclass
 from typing import Any
 
 from armsim_ros.config.move_group.trajectory_execution import MoveItControllerSettings
-from armsim_ros.control.action_goal import GoalStatus
 from armsim_ros.control.controller import Controller
 from armsim_ros.control.gripper.base import GripperGoal, GripperResponse, GripperResult
 from armsim_ros.control.gripper.gripper_controller import (
     GripperController,
     ParallelGripperController,
 )
+from armsim_ros.control.mailbox import GoalStatus
 from armsim_ros.control.manager.controller_manager import ControllerManager
 from armsim_ros.control.trajectory.goal import GoalResponse, TrajectoryGoal
 from armsim_ros.control.trajectory.joint_trajectory_controller import JointTrajectoryController

@@ -23,8 +23,7 @@ from typing import Any
 
 from armsim_ros.errors import Location, USAGE_STATUS
 from armsim_ros.launch.api import events
-from armsim_ros.launch.api.context import LaunchContext
-from armsim_ros.launch.api.entity import calling_place, LaunchDescriptionEntity
+from armsim_ros.launch.api.context import calling_place, LaunchContext, LaunchDescriptionEntity
 from armsim_ros.launch.api.process import ExecuteLocal
 from armsim_ros.launch.failures import (
     MissingArgumentsError,

@@ -10,9 +10,8 @@ import sys
 
 from armsim_ros.errors import ArmsimError, USAGE_STATUS
 from armsim_ros.launch.api.actions.configuration import declared_arguments, DeclareLaunchArgument
-from armsim_ros.launch.api.context import LaunchContext
+from armsim_ros.launch.api.context import LaunchContext, LaunchDescriptionEntity
 from armsim_ros.launch.api.description import format_entities, LaunchDescription
-from armsim_ros.launch.api.entity import LaunchDescriptionEntity
 from armsim_ros.launch.api.include import AnyLaunchDescriptionSource, IncludeLaunchDescription
 from armsim_ros.launch.api.utilities import describe_text
 from armsim_ros.launch.command_line import LaunchWords
@@ -21,10 +20,9 @@ from armsim_ros.launch.failures import StoppedError
 from armsim_ros.launch.files import read_launch_file
 from armsim_ros.launch.lookup import current_lookup, looking_with
 from armsim_ros.launch.names import importable
-from armsim_ros.launch.process_spec import ProcessSpec
+from armsim_ros.launch.process_spec import is_known, ProcessSpec
 from armsim_ros.launch.report import Report
 from armsim_ros.launch.runner import DryRunner, Runner
-from armsim_ros.launch.upstream import is_known
 
 #: How deep includes are read to show their arguments.
 _SHOWN_DEPTH = 6

@@ -20,8 +20,14 @@ import yaml
 from armsim_ros.cli.environment import program_command
 from armsim_ros.launch.api.process import ExecuteLocal
 from armsim_ros.launch.lookup import current_lookup, script_text
-from armsim_ros.launch.process_spec import ProcessSpec, RosNode
-from armsim_ros.launch.upstream import is_known, ProgramRole, read_spawn_arguments, role_of
+from armsim_ros.launch.process_spec import (
+    is_known,
+    ProcessSpec,
+    ProgramRole,
+    read_spawn_arguments,
+    role_of,
+    RosNode,
+)
 from armsim_ros.packages import package_of, workspace_of
 
 _DUMPER = getattr(yaml, 'CSafeDumper', yaml.SafeDumper)

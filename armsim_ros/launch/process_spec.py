@@ -1,13 +1,17 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A process of a launch file, with all substitutions performed."""
+"""A process of a launch file, and the upstream program that it is."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from enum import Enum
 import os
+import shutil
 from typing import Any, TypeAlias
+
+from armsim_ros.launch.lookup import current_lookup
 
 #: Parameters as a block of names, or a file of them.
 ParameterSource: TypeAlias = 'Mapping[str, Any] | str'
@@ -107,3 +111,139 @@ def _word(text: str) -> str:
 
 def _parameter_word(text: str) -> str:
     return _word(str(text)).replace(',', '_')
+
+
+class ProgramRole(Enum):
+    """The role of an upstream program."""
+
+    SIMULATION = 'the simulation with its controller manager'
+    WORLD = 'the world of the simulation'
+    SPAWN_ROBOT = 'puts the robot into the simulation'
+    BRIDGE = 'the simulation publishes these topics itself'
+    SPAWNER = 'loads and activates controllers'
+    UNSPAWNER = 'deactivates and unloads controllers'
+    HARDWARE_SPAWNER = 'configures or activates hardware components'
+    MOVE_GROUP = 'planning and execution'
+    SERVO = 'commands of joints, twists and poses to joint commands'
+    DESCRIPTION = 'publishes the robot description and transforms'
+    JOINT_STATES = 'publishes joint states'
+    STATIC_TRANSFORM = 'publishes a fixed transform'
+
+
+#: (package, executable) -> what it does.
+NODES: dict[tuple[str, str], ProgramRole] = {
+    ('controller_manager', 'ros2_control_node'): ProgramRole.SIMULATION,
+    ('controller_manager', 'spawner'): ProgramRole.SPAWNER,
+    ('controller_manager', 'spawner.py'): ProgramRole.SPAWNER,
+    ('controller_manager', 'unspawner'): ProgramRole.UNSPAWNER,
+    ('controller_manager', 'unspawner.py'): ProgramRole.UNSPAWNER,
+    ('controller_manager', 'hardware_spawner'): ProgramRole.HARDWARE_SPAWNER,
+    ('moveit_ros_move_group', 'move_group'): ProgramRole.MOVE_GROUP,
+    ('moveit_servo', 'servo_node'): ProgramRole.SERVO,
+    ('moveit_servo', 'servo_node_main'): ProgramRole.SERVO,
+    ('robot_state_publisher', 'robot_state_publisher'): ProgramRole.DESCRIPTION,
+    ('joint_state_publisher', 'joint_state_publisher'): ProgramRole.JOINT_STATES,
+    ('joint_state_publisher_gui', 'joint_state_publisher_gui'): ProgramRole.JOINT_STATES,
+    ('tf2_ros', 'static_transform_publisher'): ProgramRole.STATIC_TRANSFORM,
+    ('ros_gz_sim', 'create'): ProgramRole.SPAWN_ROBOT,
+    ('ros_ign_gazebo', 'create'): ProgramRole.SPAWN_ROBOT,
+    ('ros_gz_sim', 'gzserver'): ProgramRole.WORLD,
+    ('gazebo_ros', 'spawn_entity.py'): ProgramRole.SPAWN_ROBOT,
+    ('gazebo_ros', 'gzserver'): ProgramRole.WORLD,
+    ('gazebo_ros', 'gzclient'): ProgramRole.BRIDGE,
+    ('ros_gz_bridge', 'parameter_bridge'): ProgramRole.BRIDGE,
+    ('ros_gz_bridge', 'bridge_node'): ProgramRole.BRIDGE,
+    ('ros_ign_bridge', 'parameter_bridge'): ProgramRole.BRIDGE,
+}
+#: Class of a component -> the program that does its work in a process of its own.
+COMPONENTS: dict[str, tuple[str, str]] = {
+    'moveit_servo::ServoNode': ('moveit_servo', 'servo_node'),
+}
+#: First words of commands that are not nodes.
+COMMANDS: dict[tuple[str, ...], ProgramRole] = {
+    ('gz', 'sim'): ProgramRole.WORLD,
+    ('ign', 'gazebo'): ProgramRole.WORLD,
+    ('ruby', '$(which', 'gz)', 'sim'): ProgramRole.WORLD,
+    ('gzserver',): ProgramRole.WORLD,
+    ('gazebo',): ProgramRole.WORLD,
+    ('gzclient',): ProgramRole.BRIDGE,
+}
+
+
+def role_of(spec: ProcessSpec) -> ProgramRole | None:
+    """Return the role of a process that is replaced here, None for any other."""
+    node = spec.node
+    if node is not None:
+        if node.executable.endswith('ros2_control_node'):
+            return ProgramRole.SIMULATION
+        return NODES.get((node.package, node.executable))
+    words = ' '.join(spec.command).split() if spec.shell else spec.command
+    for first, role in COMMANDS.items():
+        if [program_of(words[:1], False), *words[1:len(first)]] == list(first):
+            return role
+    if words[:2] == ['ros2', 'run'] and len(words) > 3:
+        return NODES.get((words[2], words[3]))
+    return None
+
+
+def is_known(spec: ProcessSpec) -> bool:
+    """Return whether a process would be started, or is replaced."""
+    if role_of(spec) is not None:
+        return True
+    if spec.node is not None:
+        lookup, names = current_lookup(), (spec.node.package, spec.node.executable)
+        return lookup.program(*names) is not None or bool(lookup.console_script(*names))
+    program = spec.command[0]
+    if spec.shell:
+        return True
+    return shutil.which(program, path=spec.environment.get('PATH')) is not None
+
+
+_TEXTS = {'file': 'file', 'string': 'text', 'name': 'name', 'entity': 'name', 'topic': 'topic',
+          'param': 'topic', 'world': 'world'}
+_NUMBERS = ('x', 'y', 'z', 'R', 'P', 'Y')
+_FLAGS = ('allow_renaming', 'unpause', 'stdin', 'database')
+
+
+@dataclass
+class SpawnArguments:
+    """What is spawned, and where [m, rad]."""
+
+    name: str = ''
+    file: str = ''
+    text: str = ''
+    topic: str = ''
+    world: str = ''
+    pose: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def by_topic(self) -> bool:
+        """Whether the description comes from a topic or parameter."""
+        return bool(self.topic) or not (self.file or self.text)
+
+    def placement(self) -> dict[str, list[float]]:
+        """Return the pose as the simulation's settings write it."""
+        if not any(self.pose.values()):
+            return {}
+        return {'xyz': [self.pose.get(axis, 0.0) for axis in 'xyz'],
+                'rpy': [self.pose.get(axis, 0.0) for axis in 'RPY']}
+
+
+def read_spawn_arguments(words: Sequence[str]) -> SpawnArguments:
+    """Parse the command line; unknown words are skipped, as upstream."""
+    found = SpawnArguments()
+    rest = iter(words)
+    for word in rest:
+        name, sign, value = word.lstrip('-').partition('=')
+        if not word.startswith('-') or name in _FLAGS:
+            continue
+        if name in _TEXTS:
+            text = value if sign else next(rest, '')
+            if text:
+                setattr(found, _TEXTS[name], text)
+        elif name in _NUMBERS:
+            try:
+                found.pose[name] = float(value if sign else next(rest, '0'))
+            except ValueError:
+                found.pose[name] = 0.0
+    return found

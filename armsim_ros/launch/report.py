@@ -18,8 +18,7 @@ from armsim_ros.launch.failures import (
     MissingArgumentsError,
     MissingPackageError,
 )
-from armsim_ros.launch.process_spec import ProcessSpec
-from armsim_ros.launch.upstream import ProgramRole, role_of
+from armsim_ros.launch.process_spec import ProcessSpec, ProgramRole, role_of
 
 #: Programs with a window, which may be missing.
 GUI_PROGRAMS = frozenset({

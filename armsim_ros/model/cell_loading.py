@@ -10,8 +10,7 @@ from pathlib import Path
 
 from typing_extensions import Unpack
 
-from armsim_ros.config.cell import CellRobot, read_cell
-from armsim_ros.config.cell_merge import merged_settings
+from armsim_ros.config.cell import CellRobot, merged_settings, read_cell
 from armsim_ros.config.loading import survey_files, survey_robot_settings
 from armsim_ros.config.prefix import prefixed_settings
 from armsim_ros.config.robot_folder import FileOptions, find_files, RobotFolder
@@ -27,19 +26,27 @@ from armsim_ros.errors import (
     SimulationError,
     strictly,
 )
-from armsim_ros.model.cell import Cell, CellSurvey, errors_of, Robot
-from armsim_ros.model.cell_merge import clashes, merged_model, PlacedRobot, prefixed_model
+from armsim_ros.model.cell import (
+    Cell,
+    CellSurvey,
+    clashes,
+    errors_of,
+    merged_model,
+    PlacedRobot,
+    prefixed_model,
+    Robot,
+)
 from armsim_ros.model.cross_check import check_settings, fitting_controllers
 from armsim_ros.model.description.ros2_control import plugin_parameters
 from armsim_ros.model.description.xacro_text import describe, Description, read_description
-from armsim_ros.model.initial_state import (
-    initial_positions,
-    START_KEYS,
-    with_hardware_start,
-)
 from armsim_ros.model.loading import survey_robot_model
 from armsim_ros.model.robot_model import RobotModel
-from armsim_ros.model.world_objects import with_default_floor
+from armsim_ros.model.world_objects import (
+    initial_positions,
+    START_KEYS,
+    with_default_floor,
+    with_hardware_start,
+)
 from armsim_ros.resources import check_inside, PACKAGE, robot_names, share_folder
 
 

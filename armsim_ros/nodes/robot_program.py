@@ -15,11 +15,9 @@ import threading
 from typing import Protocol
 
 from armsim_ros.cli.arguments import parse_arguments, ProgramArguments
-from armsim_ros.cli.environment import started_by_bringup
-from armsim_ros.cli.program_end import refuse
+from armsim_ros.cli.environment import refuse, started_by_bringup
 from armsim_ros.errors import ArmsimError, USAGE_STATUS
-from armsim_ros.nodes.lost_answers import log_lost_answers
-from armsim_ros.nodes.overload import watch_process
+from armsim_ros.nodes.watching import log_lost_answers, watch_process
 
 _NUMBERS = (signal.SIGINT, signal.SIGTERM)
 

@@ -9,8 +9,11 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from armsim_ros.config.move_group.kinematics import KinematicsSettings
-from armsim_ros.config.move_group.ompl_planning import OmplSettings
-from armsim_ros.config.move_group.planning_parameters import CartesianLimits, PlanningParameters
+from armsim_ros.config.move_group.ompl_planning import (
+    CartesianLimits,
+    OmplSettings,
+    PlanningParameters,
+)
 from armsim_ros.planning.collision.state_validity import FINE_STEP
 from armsim_ros.planning.search.planners import DEFAULT_PLANNER, PlannerTable
 

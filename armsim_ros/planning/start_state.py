@@ -15,7 +15,7 @@ from armsim_ros.planning.budget import Budget
 from armsim_ros.planning.collision.state_validity import StateValidity
 from armsim_ros.planning.constraints import ConstraintSet
 from armsim_ros.planning.context import PlanningContext
-from armsim_ros.planning.pilz.profile import point_to_point
+from armsim_ros.planning.pilz.joint_sampling import point_to_point
 from armsim_ros.planning.request import MotionPlanRequest
 from armsim_ros.planning.scene.planning_scene import PlanningScene
 from armsim_ros.planning.search.goal_sampling import GoalSampler

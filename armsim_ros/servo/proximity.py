@@ -13,7 +13,7 @@ import numpy as np
 from armsim_ros.arrays import Matrix, Vector
 from armsim_ros.planning.collision.collision_model import CollisionChecker
 from armsim_ros.planning.collision.contacts import BodyType, PairDistance
-from armsim_ros.servo.status import Finding, ServoStatus
+from armsim_ros.servo.commands import Finding, ServoStatus
 
 MARGIN = 0.1
 """What is farther from its threshold than this is not checked singly [m]."""

@@ -11,11 +11,10 @@ import numpy as np
 
 from armsim_ros.arrays import Vector
 from armsim_ros.config.servo import ServoParameters
-from armsim_ros.servo.commands import Command, Twist
-from armsim_ros.servo.joint_bounds import JointBounds
+from armsim_ros.servo.commands import Command, Finding, Twist
 from armsim_ros.servo.proximity import Proximity
 from armsim_ros.servo.smoothing import SmoothingFilter
-from armsim_ros.servo.status import Finding
+from armsim_ros.servo.speed_limits import JointBounds
 from armsim_ros.servo.target_velocity import TargetVelocity
 
 LOOKS_A_SECOND = 50.0

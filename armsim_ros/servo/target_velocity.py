@@ -17,13 +17,14 @@ from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.planning.scene.planning_scene import PlanningScene
 from armsim_ros.servo.commands import (
     Command,
+    Finding,
     InvalidCommandError,
     JointJog,
+    NOTHING,
     PoseTarget,
     Twist,
 )
-from armsim_ros.servo.singularity import singularity_factor, SingularityThresholds
-from armsim_ros.servo.status import Finding, NOTHING
+from armsim_ros.servo.speed_limits import singularity_factor, SingularityThresholds
 
 ROTATION_WEIGHT = 0.1
 """What an error of the rotation counts beside that of the translation, with less than 6 joints."""

@@ -29,8 +29,8 @@ from armsim_ros.control.shared_hardware import SharedHardware
 from armsim_ros.control.trajectory.joint_trajectory_controller import JointTrajectoryController
 from armsim_ros.errors import ConfigError, ControllerError, Problem, SimulationError
 from armsim_ros.model.cell import Cell, Robot
-from armsim_ros.model.initial_state import initial_positions, START_KEYS
 from armsim_ros.model.robot_model import JointType, RobotModel
+from armsim_ros.model.world_objects import initial_positions, START_KEYS
 from armsim_ros.sim.clock import SimClock
 from armsim_ros.sim.physics.robot_spec import bound_or_infinite
 from armsim_ros.sim.simulation import Simulation

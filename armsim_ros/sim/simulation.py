@@ -24,21 +24,19 @@ from armsim_ros.control.hardware_interface import (
     UpdatePlan,
 )
 from armsim_ros.errors import nearest, SimulationError
-from armsim_ros.model.initial_state import initial_positions
 from armsim_ros.model.robot_model import RobotModel
-from armsim_ros.model.world_objects import world_objects
+from armsim_ros.model.world_objects import initial_positions, world_objects
 from armsim_ros.sim.clock import SimClock
 from armsim_ros.sim.drives.drive_modes import MockCommands, offered_commands, offered_states
 from armsim_ros.sim.drives.joint_limits import fingers_driven
 from armsim_ros.sim.drives.placeholder_efforts import with_sufficient_efforts
 from armsim_ros.sim.drives.servo import Servo
 from armsim_ros.sim.grippers.vacuum_gripper import VacuumGripper
-from armsim_ros.sim.links import SimulatedLinks
 from armsim_ros.sim.physics.geoms import BodyContact, contacts, touching
 from armsim_ros.sim.physics.mujoco_model import build_plant, Ground
 from armsim_ros.sim.physics.plant import Plant
 from armsim_ros.sim.physics.saved_state import SavableSimulation
-from armsim_ros.sim.sensors import Sensors, sensors_of
+from armsim_ros.sim.sensors import Sensors, sensors_of, SimulatedLinks
 from armsim_ros.sim.world.hull_overlaps import resolve_overlaps
 from armsim_ros.sim.world.world_scene import WorldScene
 from armsim_ros.sim.world_files.loaded import LoadedWorld

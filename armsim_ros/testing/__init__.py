@@ -27,8 +27,7 @@ _LAZY = {
     'armsim_ros.testing.relay': ('ClockRelay', 'ServiceRelay', 'TopicRelay'),
     'armsim_ros.testing.robot_user': ('RobotUser', 'running_robot'),
     'armsim_ros.clients.trajectory': ('TrajectoryClient', 'trajectory_message'),
-    'armsim_ros.testing.programs.domain': ('private_domain',),
-    'armsim_ros.testing.programs.program': ('Program', 'start_program'),
+    'armsim_ros.testing.program': ('private_domain', 'Program', 'start_program'),
 }
 
 __all__ = [

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 import pytest
 
 from armsim_ros.clients.client_node import ClientNode
-from armsim_ros.testing.programs.domain import private_domain
+from armsim_ros.testing.program import private_domain
 
 
 @pytest.fixture(scope='module')

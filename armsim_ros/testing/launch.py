@@ -13,7 +13,7 @@ from contextlib import ExitStack
 import sys
 from typing import Any
 
-from armsim_ros.testing.programs.domain import private_domain
+from armsim_ros.testing.program import private_domain
 
 READY = b'You can start planning now!'
 

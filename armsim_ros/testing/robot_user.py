@@ -19,8 +19,7 @@ from armsim_ros.clients.trajectory import (
     trajectory_message,
     TrajectoryClient,
 )
-from armsim_ros.testing.programs.domain import private_domain
-from armsim_ros.testing.programs.program import Program, start_program
+from armsim_ros.testing.program import private_domain, Program, start_program
 
 READY = 'You can start planning now!'
 

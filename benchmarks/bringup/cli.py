@@ -16,7 +16,7 @@ import sys
 import threading
 import time
 
-from armsim_ros.testing.programs.domain import ros_environment
+from armsim_ros.testing.program import ros_environment
 from armsim_ros2.handover import environment_for_real_ros2, find_real_ros2
 from benchmarks.options import Options
 from benchmarks.stack import joint_states_of, median, running_stack

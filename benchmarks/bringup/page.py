@@ -22,7 +22,7 @@ from armsim_ros.testing.page_user import (
     printed_address,
     robot_is_seen,
 )
-from armsim_ros.testing.programs.program import Program
+from armsim_ros.testing.program import Program
 from benchmarks.bringup import page_visitor
 from benchmarks.controllers.control_thread import goals_without_pause
 from benchmarks.options import Options

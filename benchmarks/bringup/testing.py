@@ -15,7 +15,7 @@ import sys
 import time
 from typing import Any
 
-from armsim_ros.testing.programs.domain import private_domain
+from armsim_ros.testing.program import private_domain
 from benchmarks.options import Options
 from benchmarks.stack import median
 from benchmarks.tables import Table
@@ -68,7 +68,7 @@ def in_process(robot: str) -> dict[str, tuple[float, float]]:
 def over_dds(robot: str) -> dict[str, tuple[float, float]]:
     """Return what was measured of programs."""
     begin = _now()
-    from armsim_ros.testing.programs.started_stack import SharedStack
+    from armsim_ros.testing.started_stack import SharedStack
 
     def settings() -> Any:
         from armsim_ros.testing.plugin.stacks import built_cell

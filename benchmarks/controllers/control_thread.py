@@ -20,7 +20,7 @@ from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import JointState
 
 from armsim_ros.clients.trajectory import trajectory_message, TrajectoryClient
-from armsim_ros.testing.programs.program import Program
+from armsim_ros.testing.program import Program
 from benchmarks import listener
 from benchmarks.controllers import bare_loop
 from benchmarks.options import Options

@@ -16,7 +16,7 @@ import time
 
 import numpy as np
 
-from armsim_ros.testing.programs.domain import ros_environment
+from armsim_ros.testing.program import ros_environment
 from benchmarks.options import Options
 from benchmarks.stack import processor_seconds, resident_mib, running_stack
 

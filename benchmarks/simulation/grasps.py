@@ -11,7 +11,7 @@ import subprocess
 import sys
 import time
 
-from armsim_ros.testing.programs.domain import private_domain, ros_environment
+from armsim_ros.testing.program import private_domain, ros_environment
 from armsim_ros.testing.robot_user import running_robot
 from benchmarks.options import Options
 from benchmarks.tables import Table

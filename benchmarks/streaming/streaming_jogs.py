@@ -17,8 +17,7 @@ import tempfile
 import numpy as np
 
 from armsim_ros.errors import PlanningError
-from armsim_ros.servo.commands import Command, JointJog, Twist
-from armsim_ros.servo.status import ServoStatus
+from armsim_ros.servo.commands import Command, JointJog, ServoStatus, Twist
 from armsim_ros.stack import ArmSim
 from benchmarks.options import Options
 from benchmarks.streaming.servoed_arm import moving_links, ServoedArm, touched

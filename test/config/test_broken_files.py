@@ -14,7 +14,7 @@ import pytest
 from armsim_ros.config.yaml.source import LARGEST_FILE
 from armsim_ros.errors import Severity
 from armsim_ros.resources import find_robot, PACKAGE, share_folder
-from armsim_ros.tools.check_config.report import exit_status
+from armsim_ros.tools.check_config.main import exit_status
 from armsim_ros.tools.check_config.robot_check import check_robot
 
 BROKEN = Path(__file__).parent / 'broken'

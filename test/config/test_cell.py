@@ -2,8 +2,7 @@
 
 import pytest
 
-from armsim_ros.config.cell import read_cell
-from armsim_ros.config.cell_merge import merged_settings
+from armsim_ros.config.cell import merged_settings, read_cell
 from armsim_ros.config.loading import load_robot_settings, survey_files
 from armsim_ros.config.prefix import prefixed_settings
 from armsim_ros.config.robot_folder import find_files

@@ -17,8 +17,7 @@ from faster import FASTER
 import pytest
 
 from armsim_ros.clients.node import PatientActionClient
-from armsim_ros.testing.programs.domain import private_domain, ros_environment
-from armsim_ros.testing.programs.program import Program
+from armsim_ros.testing.program import private_domain, Program, ros_environment
 
 TIMEOUT = 20.0
 READY = 'You can start planning now!'

@@ -23,8 +23,7 @@ from faster import FASTER
 import pytest
 
 from armsim_ros.clients.client_node import ClientNode
-from armsim_ros.testing.programs.domain import private_domain, ros_environment
-from armsim_ros.testing.programs.program import Program
+from armsim_ros.testing.program import private_domain, Program, ros_environment
 
 sys.path.append(str(Path(__file__).parent))
 

@@ -7,7 +7,7 @@ import pytest
 from armsim_ros.config.controllers.joint_trajectory_controller import (
     JointTrajectoryControllerParameters,
 )
-from armsim_ros.control.parameter_update import changed
+from armsim_ros.control.controller import changed
 from armsim_ros.errors import ControllerError
 
 

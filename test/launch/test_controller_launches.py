@@ -4,7 +4,7 @@
 
 import pytest
 
-from armsim_ros.launch.api import controller_manager as utils
+from armsim_ros.launch.api import launches as utils
 from armsim_ros.launch.api.context import LaunchContext
 from armsim_ros.launch.api.ros_node import Node
 from armsim_ros.launch.lookup import make_lookup

@@ -8,7 +8,7 @@ from textwrap import dedent
 import pytest
 
 from armsim_ros.launch.lookup import python_sources
-from armsim_ros.testing.programs.program import Program
+from armsim_ros.testing.program import Program
 
 SETUP = """
 from setuptools import find_packages, setup

@@ -5,7 +5,7 @@
 import os
 import sys
 
-from armsim_ros.testing.programs.program import Program
+from armsim_ros.testing.program import Program
 
 FILE = """
 from launch import LaunchDescription

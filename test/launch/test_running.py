@@ -10,7 +10,7 @@ from textwrap import dedent
 
 import pytest
 
-from armsim_ros.testing.programs.program import Program
+from armsim_ros.testing.program import Program
 
 HEAD = """
 from launch import LaunchDescription

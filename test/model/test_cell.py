@@ -8,8 +8,8 @@ import pytest
 from armsim_ros.config.loading import load_robot_settings
 from armsim_ros.errors import ConfigError, Severity
 from armsim_ros.kinematics.planning_limits import planning_robot
+from armsim_ros.model.cell import prefixed_urdf
 from armsim_ros.model.cell_loading import load_cell, survey_cell
-from armsim_ros.model.cell_merge import prefixed_urdf
 from armsim_ros.model.description.urdf import parse_urdf
 from armsim_ros.model.description.xml_tree import parse_xml, xml_text
 from armsim_ros.model.loading import load_robot_model

@@ -13,7 +13,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 from std_srvs.srv import Trigger
 
 from armsim_ros.clients.client_node import ClientNode
-from armsim_ros.nodes.lost_answers import log_lost_answers
+from armsim_ros.nodes.watching import log_lost_answers
 
 
 @pytest.fixture

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import pytest
 
-from armsim_ros.nodes.overload import OverloadWatch, thread_times
+from armsim_ros.nodes.watching import OverloadWatch, thread_times
 
 
 class Machine:

@@ -15,9 +15,8 @@ from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
 
 from armsim_ros.config.base import parameter, Settings
-from armsim_ros.nodes.parameter_entries import entries
-from armsim_ros.nodes.parameters import SettingsParameters
-from armsim_ros.testing.programs.domain import private_domain
+from armsim_ros.nodes.parameters import entries, SettingsParameters
+from armsim_ros.testing.program import private_domain
 
 
 class Gains(Settings):

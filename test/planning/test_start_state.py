@@ -11,8 +11,7 @@ import numpy as np
 import pytest
 
 from armsim_ros.config.loading import load_robot_settings
-from armsim_ros.config.move_group.ompl_planning import OmplSettings
-from armsim_ros.config.move_group.planning_parameters import PlanningParameters
+from armsim_ros.config.move_group.ompl_planning import OmplSettings, PlanningParameters
 from armsim_ros.errors import MoveItErrorCode
 from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.kinematics.planning_limits import planning_robot

@@ -10,7 +10,7 @@ from armsim_ros.config.loading import load_robot_settings
 from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.kinematics.planning_limits import planning_robot
 from armsim_ros.model.loading import load_robot_model
-from armsim_ros.servo.status import ServoStatus
+from armsim_ros.servo.commands import ServoStatus
 
 FREE = {'command_in_type': 'speed_units', 'check_collisions': False}
 

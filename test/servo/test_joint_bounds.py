@@ -5,7 +5,7 @@
 import numpy as np
 import pytest
 
-from armsim_ros.servo.joint_bounds import JointBounds
+from armsim_ros.servo.speed_limits import JointBounds
 
 LIMIT = np.array([2.0, 2.0, 2.5, 2.5, 1.0])
 

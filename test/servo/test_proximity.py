@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from servo_streams import ELBOW_UP, GROUP, Streamer
 
+from armsim_ros.servo.commands import ServoStatus
 from armsim_ros.servo.proximity import Proximity
-from armsim_ros.servo.status import ServoStatus
 
 THRESHOLDS = (0.01, 0.02)
 

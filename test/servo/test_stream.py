@@ -7,8 +7,7 @@ import pytest
 from servo_streams import jog, twist
 
 from armsim_ros.model.transforms import matrix_from_axis_angle, pose_from_parts, rotation_angle
-from armsim_ros.servo.commands import InvalidCommandError, JointJog, PoseTarget
-from armsim_ros.servo.status import ServoStatus
+from armsim_ros.servo.commands import InvalidCommandError, JointJog, PoseTarget, ServoStatus
 
 SPEED = {'command_in_type': 'speed_units'}
 

@@ -9,7 +9,7 @@ from invented_time import invented_pacer
 import numpy as np
 import pytest
 
-from armsim_ros.control.action_goal import GoalStatus
+from armsim_ros.control.mailbox import GoalStatus
 from armsim_ros.control.trajectory.tolerances import JointTolerance
 from armsim_ros.sim.control_loop import ControlLoop
 from armsim_ros.stack import ArmSim

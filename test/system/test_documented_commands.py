@@ -13,8 +13,7 @@ import sys
 import pytest
 
 from armsim_ros.cli.programs import PROGRAMS
-from armsim_ros.testing.programs.domain import private_domain, ros_environment
-from armsim_ros.testing.programs.program import start_program
+from armsim_ros.testing.program import private_domain, ros_environment, start_program
 
 ROOT = Path(__file__).parents[2]
 #: Those that switch controllers and make joints fail come last.

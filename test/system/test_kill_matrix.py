@@ -35,8 +35,7 @@ from armsim_ros.cli.environment import FASTDDS_PROFILES
 from armsim_ros.clients.client_node import ClientNode
 from armsim_ros.clients.node import PatientActionClient
 from armsim_ros.clients.trajectory import trajectory_message
-from armsim_ros.testing.programs.domain import private_domain
-from armsim_ros.testing.programs.program import Program, start_program
+from armsim_ros.testing.program import private_domain, Program, start_program
 
 pytestmark = pytest.mark.alone
 

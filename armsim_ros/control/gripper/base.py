@@ -17,9 +17,8 @@ import math
 from typing import TypeVar
 
 from armsim_ros.config.controllers.gripper_action_controller import GripperParameters
-from armsim_ros.control.action_goal import ActionGoal, GoalStatus
 from armsim_ros.control.controller import Controller, NEVER_NS
-from armsim_ros.control.mailbox import Mailbox
+from armsim_ros.control.mailbox import ActionGoal, GoalStatus, Mailbox
 from armsim_ros.errors import ControllerError
 
 

@@ -31,12 +31,11 @@ from armsim_ros.control.command_controllers.forward_command_controller import (
 )
 from armsim_ros.control.command_controllers.gpio_command_controller import GpioCommandController
 from armsim_ros.control.command_controllers.pid_controller import PidController
-from armsim_ros.control.controller import Controller, ControllerContext
+from armsim_ros.control.controller import Controller, ControllerContext, describe
 from armsim_ros.control.gripper.gripper_controller import (
     GripperController,
     ParallelGripperController,
 )
-from armsim_ros.control.parameter_update import describe
 from armsim_ros.control.trajectory.joint_trajectory_controller import (
     JointTrajectoryController,
     ScaledJointTrajectoryController,

@@ -23,9 +23,9 @@ from armsim_ros.arrays import Matrix, Vector
 from armsim_ros.config.controllers.joint_trajectory_controller import (
     JointTrajectoryControllerParameters,
 )
-from armsim_ros.control.action_goal import GoalStatus
 from armsim_ros.control.controller import NEVER_NS
 from armsim_ros.control.events import EventQueue
+from armsim_ros.control.mailbox import GoalStatus
 from armsim_ros.control.rate import Rate
 from armsim_ros.control.trajectory.controller_state import StateRecord
 from armsim_ros.control.trajectory.goal import (
@@ -34,8 +34,13 @@ from armsim_ros.control.trajectory.goal import (
     TrajectoryGoal,
     TrajectoryResult,
 )
-from armsim_ros.control.trajectory.sampling import Motion, TIME_RESOLUTION
-from armsim_ros.control.trajectory.stop_motion import deceleration, standstill, stop_ramp
+from armsim_ros.control.trajectory.sampling import (
+    deceleration,
+    Motion,
+    standstill,
+    stop_ramp,
+    TIME_RESOLUTION,
+)
 from armsim_ros.control.trajectory.tolerance_monitor import (
     SUCCESS,
     timed_out,

@@ -11,7 +11,7 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from armsim_ros.control.action_goal import ActionGoal
+from armsim_ros.control.mailbox import ActionGoal
 from armsim_ros.control.trajectory.sampling import PreparedTrajectory
 from armsim_ros.control.trajectory.tolerances import SegmentTolerances
 from armsim_ros.errors import ControllerError

@@ -20,10 +20,10 @@ from armsim_ros.config.controllers.joint_trajectory_controller import (
     JointTrajectoryControllerParameters,
     ScaledJointTrajectoryControllerParameters,
 )
-from armsim_ros.control.action_goal import GoalStatus
 from armsim_ros.control.controller import Controller
 from armsim_ros.control.events import RepeatedWarning
 from armsim_ros.control.hardware_interface import JointProperties
+from armsim_ros.control.mailbox import GoalStatus
 from armsim_ros.control.rate import Rate
 from armsim_ros.control.trajectory.controller_state import (
     ControllerSnapshot,

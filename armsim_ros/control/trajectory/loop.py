@@ -15,12 +15,11 @@ import numpy as np
 from armsim_ros.config.controllers.joint_trajectory_controller import (
     JointTrajectoryControllerParameters,
 )
-from armsim_ros.control.action_goal import GoalStatus
 from armsim_ros.control.command_writer import CommandTargets, CommandWriter, compact
 from armsim_ros.control.controller import ControllerContext
 from armsim_ros.control.events import EventQueue
 from armsim_ros.control.hardware_interface import JointProperties
-from armsim_ros.control.mailbox import Mailbox
+from armsim_ros.control.mailbox import GoalStatus, Mailbox
 from armsim_ros.control.trajectory.controller_state import StateRecord, StateRing
 from armsim_ros.control.trajectory.execution import Phase, TrajectoryExecution
 from armsim_ros.control.trajectory.goal import (

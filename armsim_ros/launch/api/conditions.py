@@ -7,8 +7,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from armsim_ros.launch.api.context import LaunchContext
-from armsim_ros.launch.api.entity import Placed, SomeText
+from armsim_ros.launch.api.context import LaunchContext, Placed, SomeText
 from armsim_ros.launch.api.utilities import describe_text, perform_text, to_bool
 from armsim_ros.launch.failures import LaunchError
 

@@ -8,8 +8,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from armsim_ros.launch.api.actions.configuration import declared_arguments, DeclareLaunchArgument
-from armsim_ros.launch.api.context import LaunchContext
-from armsim_ros.launch.api.entity import LaunchDescriptionEntity
+from armsim_ros.launch.api.context import LaunchContext, LaunchDescriptionEntity
 from armsim_ros.launch.api.utilities import normalize_to_list_of_entities
 from armsim_ros.launch.failures import LaunchError
 

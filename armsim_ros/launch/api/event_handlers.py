@@ -9,8 +9,7 @@ import re
 from typing import Any
 
 from armsim_ros.launch.api import events
-from armsim_ros.launch.api.context import LaunchContext
-from armsim_ros.launch.api.entity import LaunchDescriptionEntity
+from armsim_ros.launch.api.context import LaunchContext, LaunchDescriptionEntity
 from armsim_ros.launch.api.utilities import normalize_to_list_of_entities
 
 

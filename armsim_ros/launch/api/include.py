@@ -9,9 +9,14 @@ from pathlib import Path
 from typing import Any
 
 from armsim_ros.launch.api.actions.configuration import declared_arguments, SetLaunchConfiguration
-from armsim_ros.launch.api.context import LaunchContext
+from armsim_ros.launch.api.context import (
+    Action,
+    LaunchContext,
+    LaunchDescriptionEntity,
+    Placed,
+    SomeText,
+)
 from armsim_ros.launch.api.description import LaunchDescription
-from armsim_ros.launch.api.entity import Action, LaunchDescriptionEntity, Placed, SomeText
 from armsim_ros.launch.api.utilities import (
     describe_text,
     normalize_to_list_of_substitutions,

@@ -22,11 +22,11 @@ def _named(*objects: Any, **renamed: Any) -> dict[str, Any]:
 
 def _launch() -> Table:
     from armsim_ros.launch import failures
+    from armsim_ros.launch import files as launch_files
     from armsim_ros.launch.api import (
         conditions,
         context,
         description,
-        entity,
         event_handlers,
         events,
         include,
@@ -43,30 +43,29 @@ def _launch() -> Table:
     )
     from armsim_ros.launch.api.substitutions import booleans, files, programs, texts
     from armsim_ros.launch.frontend import element, parser
-    from armsim_ros.launch.frontend import files as frontend_files
 
     return {
         'launch': _named(
-            description.LaunchDescription, context.LaunchContext, entity.LaunchDescriptionEntity,
-            entity.Action, entity.Substitution, conditions.Condition, events.Event,
+            description.LaunchDescription, context.LaunchContext, context.LaunchDescriptionEntity,
+            context.Action, context.Substitution, conditions.Condition, events.Event,
             event_handlers.EventHandler, include.LaunchDescriptionSource,
             description.LaunchService, description.LaunchIntrospector,
-            SomeSubstitutionsType=entity.SomeText),
+            SomeSubstitutionsType=context.SomeText),
         'launch.launch_description': _named(description.LaunchDescription),
         'launch.launch_context': _named(context.LaunchContext),
-        'launch.launch_description_entity': _named(entity.LaunchDescriptionEntity),
+        'launch.launch_description_entity': _named(context.LaunchDescriptionEntity),
         'launch.launch_description_source': _named(include.LaunchDescriptionSource),
         'launch.launch_service': _named(description.LaunchService),
         'launch.launch_introspector': _named(description.LaunchIntrospector),
-        'launch.action': _named(entity.Action),
+        'launch.action': _named(context.Action),
         'launch.condition': _named(conditions.Condition),
-        'launch.substitution': _named(entity.Substitution),
+        'launch.substitution': _named(context.Substitution),
         'launch.event': _named(events.Event),
         'launch.event_handler': _named(
             event_handlers.EventHandler, event_handlers.BaseEventHandler),
-        'launch.some_substitutions_type': _named(SomeSubstitutionsType=entity.SomeText),
-        'launch.some_entities_type': _named(SomeEntitiesType=entity.LaunchDescriptionEntity),
-        'launch.some_actions_type': _named(SomeActionsType=entity.LaunchDescriptionEntity),
+        'launch.some_substitutions_type': _named(SomeSubstitutionsType=context.SomeText),
+        'launch.some_entities_type': _named(SomeEntitiesType=context.LaunchDescriptionEntity),
+        'launch.some_actions_type': _named(SomeActionsType=context.LaunchDescriptionEntity),
         'launch.actions': _named(
             groups.GroupAction, groups.OpaqueFunction, groups.OpaqueCoroutine, logs.LogInfo,
             logs.Log, logs.LogDebug, logs.LogWarning, logs.LogError, event_actions.TimerAction,
@@ -113,10 +112,10 @@ def _launch() -> Table:
             include.get_launch_description_from_python_launch_file,
             failures.InvalidLaunchFileError),
         'launch.frontend': _named(
-            frontend_files.expose_action, frontend_files.expose_substitution, parser.Parser,
+            launch_files.expose_action, launch_files.expose_substitution, parser.Parser,
             Entity=element.Element),
         'launch.frontend.expose': _named(
-            frontend_files.expose_action, frontend_files.expose_substitution),
+            launch_files.expose_action, launch_files.expose_substitution),
         'launch.utilities': _named(
             utilities.perform_substitutions, utilities.normalize_to_list_of_substitutions,
             utilities.normalize_to_list_of_entities, utilities.ensure_argument_type,
@@ -150,7 +149,7 @@ def _launch_yaml() -> Table:
 
 def _launch_ros() -> Table:
     from armsim_ros.launch.api import (
-        entity,
+        context,
         event_handlers,
         events,
         ros_components,
@@ -184,26 +183,26 @@ def _launch_ros() -> Table:
         'launch_ros.events': _named(events.matches_node_name),
         'launch_ros.utilities': _named(
             ros_parameters.evaluate_parameters, make_namespace_absolute=ros_node.make_namespace),
-        'launch_ros.remap_rule_type': _named(SomeRemapRules=entity.SomeText),
+        'launch_ros.remap_rule_type': _named(SomeRemapRules=context.SomeText),
     }
 
 
 def _ament_index_python() -> Table:
-    from armsim_ros.launch.api import ament_index
+    from armsim_ros.launch.api.substitutions import packages
 
     return {
         'ament_index_python': _named(
-            ament_index.get_package_share_directory, ament_index.get_package_share_path,
-            ament_index.get_package_prefix, ament_index.get_packages_with_prefixes,
-            ament_index.get_search_paths, ament_index.has_resource, ament_index.get_resource,
-            ament_index.get_resources, ament_index.PackageNotFoundError),
+            packages.get_package_share_directory, packages.get_package_share_path,
+            packages.get_package_prefix, packages.get_packages_with_prefixes,
+            packages.get_search_paths, packages.has_resource, packages.get_resource,
+            packages.get_resources, packages.PackageNotFoundError),
         'ament_index_python.packages': _named(
-            ament_index.get_package_share_directory, ament_index.get_package_share_path,
-            ament_index.get_package_prefix, ament_index.get_packages_with_prefixes,
-            ament_index.PackageNotFoundError),
+            packages.get_package_share_directory, packages.get_package_share_path,
+            packages.get_package_prefix, packages.get_packages_with_prefixes,
+            packages.PackageNotFoundError),
         'ament_index_python.resources': _named(
-            ament_index.has_resource, ament_index.get_resource, ament_index.get_resources),
-        'ament_index_python.search_paths': _named(ament_index.get_search_paths),
+            packages.has_resource, packages.get_resource, packages.get_resources),
+        'ament_index_python.search_paths': _named(packages.get_search_paths),
     }
 
 
@@ -232,12 +231,13 @@ def _nav2_common() -> Table:
 
 
 def _moveit_configs_utils() -> Table:
-    from armsim_ros.launch.api.moveit import configs, launch_utils, launches
+    from armsim_ros.launch.api import launches, moveit_configs
 
     return {
-        'moveit_configs_utils': _named(configs.MoveItConfigsBuilder, configs.MoveItConfigs),
+        'moveit_configs_utils': _named(
+            moveit_configs.MoveItConfigsBuilder, moveit_configs.MoveItConfigs),
         'moveit_configs_utils.moveit_configs_builder': _named(
-            configs.MoveItConfigsBuilder, configs.MoveItConfigs),
+            moveit_configs.MoveItConfigsBuilder, moveit_configs.MoveItConfigs),
         'moveit_configs_utils.launches': _named(
             launches.generate_demo_launch, launches.generate_move_group_launch,
             launches.generate_moveit_rviz_launch, launches.generate_rsp_launch,
@@ -245,20 +245,20 @@ def _moveit_configs_utils() -> Table:
             launches.generate_static_virtual_joint_tfs_launch,
             launches.generate_warehouse_db_launch),
         'moveit_configs_utils.launch_utils': _named(
-            launch_utils.DeclareBooleanLaunchArg, launch_utils.add_debuggable_node),
-        'moveit_configs_utils.substitutions': _named(launch_utils.Xacro),
+            launches.DeclareBooleanLaunchArg, launches.add_debuggable_node),
+        'moveit_configs_utils.substitutions': _named(launches.Xacro),
     }
 
 
 def _controller_manager() -> Table:
-    from armsim_ros.launch.api import controller_manager
+    from armsim_ros.launch.api import launches
 
     return {
         'controller_manager.launch_utils': _named(
-            controller_manager.generate_load_controller_launch_description,
-            controller_manager.generate_controllers_spawner_launch_description,
-            controller_manager.generate_controllers_spawner_launch_description_from_dict,
-            controller_manager.generate_spawner_launch_description),
+            launches.generate_load_controller_launch_description,
+            launches.generate_controllers_spawner_launch_description,
+            launches.generate_controllers_spawner_launch_description_from_dict,
+            launches.generate_spawner_launch_description),
     }
 
 

@@ -12,8 +12,7 @@ from typing import Any
 
 import yaml
 
-from armsim_ros.launch.api.context import LaunchContext
-from armsim_ros.launch.api.entity import SomeText, Substitution
+from armsim_ros.launch.api.context import LaunchContext, SomeText, Substitution
 from armsim_ros.launch.api.substitutions.texts import LaunchConfiguration
 from armsim_ros.launch.api.utilities import as_yaml_value, perform_text
 from armsim_ros.launch.failures import SubstitutionFailure

@@ -10,8 +10,7 @@ from types import SimpleNamespace
 from typing import Any
 
 from armsim_ros.launch.api.actions.events import Shutdown
-from armsim_ros.launch.api.context import LaunchContext
-from armsim_ros.launch.api.entity import Action, LaunchDescriptionEntity, SomeText
+from armsim_ros.launch.api.context import Action, LaunchContext, LaunchDescriptionEntity, SomeText
 from armsim_ros.launch.api.utilities import (
     normalize_to_list_of_entities,
     normalize_to_list_of_substitutions,

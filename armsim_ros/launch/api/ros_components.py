@@ -7,13 +7,11 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
-from armsim_ros.launch.api.context import LaunchContext
-from armsim_ros.launch.api.entity import Action, Placed, SomeText
+from armsim_ros.launch.api.context import Action, LaunchContext, Placed, SomeText
 from armsim_ros.launch.api.ros_node import make_namespace, NAMESPACE_KEY, Node
 from armsim_ros.launch.api.ros_parameters import evaluate_parameters
 from armsim_ros.launch.api.utilities import perform_text
-from armsim_ros.launch.process_spec import ProcessSpec, RosNode
-from armsim_ros.launch.upstream import COMPONENTS
+from armsim_ros.launch.process_spec import COMPONENTS, ProcessSpec, RosNode
 
 
 class ComposableNode(Placed):

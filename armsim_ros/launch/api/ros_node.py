@@ -7,8 +7,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
-from armsim_ros.launch.api.context import LaunchContext
-from armsim_ros.launch.api.entity import Action, SomeText
+from armsim_ros.launch.api.context import Action, LaunchContext, SomeText
 from armsim_ros.launch.api.process import ExecuteProcess
 from armsim_ros.launch.api.ros_parameters import evaluate_parameters, ParameterFile
 from armsim_ros.launch.api.utilities import describe_text, perform_text

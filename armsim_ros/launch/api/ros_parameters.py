@@ -9,8 +9,7 @@ import os
 from pathlib import Path
 from typing import Any
 
-from armsim_ros.launch.api.context import LaunchContext
-from armsim_ros.launch.api.entity import Placed, SomeText, Substitution
+from armsim_ros.launch.api.context import LaunchContext, Placed, SomeText, Substitution
 from armsim_ros.launch.api.utilities import as_yaml_value, coerce, perform_text, to_bool
 from armsim_ros.launch.failures import LaunchError
 from armsim_ros.launch.process_spec import ParameterSource

@@ -11,8 +11,12 @@ from typing import Any
 import yaml
 
 from armsim_ros.errors import Location
-from armsim_ros.launch.api.context import LaunchContext
-from armsim_ros.launch.api.entity import LaunchDescriptionEntity, SomeText, Substitution
+from armsim_ros.launch.api.context import (
+    LaunchContext,
+    LaunchDescriptionEntity,
+    SomeText,
+    Substitution,
+)
 from armsim_ros.launch.failures import LaunchError
 
 _TRUE = ('true', '1', 'on', 'yes')

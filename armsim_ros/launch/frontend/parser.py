@@ -12,8 +12,8 @@ from armsim_ros.errors import nearest
 from armsim_ros.launch.api import ros_components, ros_node
 from armsim_ros.launch.api.actions import configuration, events, groups, logs
 from armsim_ros.launch.api.conditions import IfCondition, UnlessCondition
+from armsim_ros.launch.api.context import LaunchDescriptionEntity, Substitution
 from armsim_ros.launch.api.description import LaunchDescription
-from armsim_ros.launch.api.entity import LaunchDescriptionEntity, Substitution
 from armsim_ros.launch.api.include import AnyLaunchDescriptionSource, IncludeLaunchDescription
 from armsim_ros.launch.api.process import ExecuteProcess
 from armsim_ros.launch.api.ros_parameters import ParameterFile, ParameterValue

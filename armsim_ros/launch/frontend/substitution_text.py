@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from armsim_ros.errors import nearest
-from armsim_ros.launch.api.entity import Substitution
+from armsim_ros.launch.api.context import Substitution
 from armsim_ros.launch.api.substitutions import booleans, files, packages, programs, texts
 from armsim_ros.launch.api.utilities import TextSubstitution
 from armsim_ros.launch.failures import LaunchError

@@ -13,10 +13,9 @@ import time
 from types import FrameType
 from typing import IO
 
-from armsim_ros.cli.program_end import MARK
+from armsim_ros.cli.environment import MARK
 from armsim_ros.errors import USAGE_STATUS
-from armsim_ros.nodes.bringup.child import Child
-from armsim_ros.nodes.bringup.outlet import Outlet
+from armsim_ros.nodes.bringup.child import Child, Outlet
 
 #: What a program gets that does not end, and when after the first word [s]. All of it lies
 #: below 2 s, the time in which nothing may be left.

@@ -34,7 +34,7 @@ from armsim_ros.nodes.conversions.geometry import (
     pose_from_transform,
     pose_to_message,
 )
-from armsim_ros.nodes.conversions.robot_state import (
+from armsim_ros.nodes.conversions.motion_plan_request import (
     readable,
     robot_state_to_message,
     start_state_from_message,

@@ -10,7 +10,7 @@ from typing import Any
 
 from rclpy.node import Node
 
-from armsim_ros.config.move_group.planning_parameters import PlanningParameters
+from armsim_ros.config.move_group.ompl_planning import PlanningParameters
 from armsim_ros.errors import nearest
 from armsim_ros.nodes.move_group.context import Context
 from armsim_ros.nodes.move_group.execution.execute_trajectory import (

@@ -12,7 +12,7 @@ from typing import Any
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.qos import QoSProfile
 
-from armsim_ros.config.move_group.planning_parameters import PlanningParameters
+from armsim_ros.config.move_group.ompl_planning import PlanningParameters
 from armsim_ros.config.move_group.trajectory_execution import TrajectoryExecutionSettings
 from armsim_ros.config.robot_settings import RobotSettings
 from armsim_ros.errors import MoveItErrorCode, PlanningError

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from armsim_ros.cli.program_end import QuietEnd
+from armsim_ros.cli.environment import QuietEnd
 from armsim_ros.nodes.robot_program import serve
 
 

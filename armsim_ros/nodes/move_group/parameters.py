@@ -4,21 +4,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 
 from pydantic import ValidationError
+from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.exceptions import ParameterException
+from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from armsim_ros.config.base import parameter, Settings
+from armsim_ros.config.move_group.ompl_planning import PlanningParameters
 from armsim_ros.config.move_group.trajectory_execution import (
     KEYS_BESIDE,
     TrajectoryExecutionSettings,
 )
+from armsim_ros.config.moveit_config.reading import default_pipeline
+from armsim_ros.config.robot_settings import RobotSettings
 from armsim_ros.errors import ConfigError, Problem
+from armsim_ros.model.robot_model import RobotModel
 from armsim_ros.nodes.move_group.context import Context
-from armsim_ros.nodes.parameters import reason, SettingsParameters
+from armsim_ros.nodes.parameters import parameters_by_prefix, reason, SettingsParameters
+from armsim_ros.planning.pilz.commands import PIPELINE as PILZ
 
 _EXECUTION = 'trajectory_execution.'
 #: Read at the start.
@@ -105,3 +113,160 @@ def _at_the_start(context: Context) -> TrajectoryExecutionSettings:
         return TrajectoryExecutionSettings.model_validate({**settings.model_dump(), **given})
     except ValidationError as error:
         raise ConfigError(Problem(f'parameter of move_group: {reason(error)}')) from None
+
+
+#: Fields of PlanningParameters that are in their own group -> the parameter's name.
+NAMES = {
+    'default_robot_padding': 'robot_description_planning.default_robot_padding',
+    'default_robot_scale': 'robot_description_planning.default_robot_scale',
+    'default_object_padding': 'robot_description_planning.default_object_padding',
+    'default_attached_padding': 'robot_description_planning.default_attached_padding',
+    'record_trajectory_state_frequency': 'plan_execution.record_trajectory_state_frequency',
+}
+_CARTESIAN_LIMITS = 'robot_description_planning.cartesian_limits'
+#: A launch argument of ROS 1 and the four parameters that it sets.
+_MONITORED = 'publish_monitored_planning_scene'
+_PUBLISHED = (
+    'publish_planning_scene',
+    'publish_geometry_updates',
+    'publish_state_updates',
+    'publish_transforms_updates',
+)
+_PIPELINE_NAMES = 'planning_pipelines.pipeline_names'
+_DESCRIPTIONS = ('robot_description', 'robot_description_semantic')
+
+
+def planning_parameters(node: Node, settings: RobotSettings) -> PlanningParameters:
+    """
+    Return the values of the robot's files, overridden by those of ``--ros-args``.
+
+    :raises ConfigError: a value from ``--ros-args`` is wrong.
+    """
+    files = settings.planning_parameters
+    values = {name: getattr(files, name) for name in type(files).model_fields}
+    for name in values:
+        parameter = NAMES.get(name, name)
+        if node.has_parameter(parameter):
+            values[name] = node.get_parameter(parameter).value
+    if node.has_parameter(_MONITORED):
+        shown = bool(node.get_parameter(_MONITORED).value)
+        values.update({name: shown for name in _PUBLISHED if not node.has_parameter(name)})
+    tool = parameters_by_prefix(node, _CARTESIAN_LIMITS)
+    values['cartesian_limits'] = {
+        **files.cartesian_limits.model_dump(),
+        **{name: parameter.value for name, parameter in tool.items()},
+    }
+    if node.has_parameter(_PIPELINE_NAMES):
+        values['planning_pipelines'] = node.get_parameter(_PIPELINE_NAMES).value
+    try:
+        return PlanningParameters(**values)
+    except ValidationError as error:
+        raise ConfigError(Problem(f'parameter of move_group: {reason(error)}')) from None
+
+
+def declare_fixed(
+    node: Node, settings: RobotSettings, planning: PlanningParameters, robot: RobotModel
+) -> None:
+    """Declare what clients and tools look up, unless it is declared already."""
+    for name, value in _values(node, settings, planning, robot):
+        if node.has_parameter(name):
+            if name in _DESCRIPTIONS and node.get_parameter(name).value != value:
+                node.get_logger().warning(
+                    f"parameter '{name}' is not used: the robot comes from its files; name them "
+                    'with robot:=, urdf:=, srdf:='
+                )
+            continue
+        if isinstance(value, (tuple, list)):
+            value = [str(item) for item in value]
+        if isinstance(value, (bool, int, float, str)) or value:
+            node.declare_parameter(
+                name, value, ParameterDescriptor(read_only=True, dynamic_typing=True))
+    # Those of trajectory execution can be set, as on upstream's node, and have no effect there.
+    inside = settings.trajectory_execution.model_dump(exclude=set(KEYS_BESIDE))
+    for name, value in _flat('trajectory_execution', inside):
+        if not node.has_parameter(name):
+            node.declare_parameter(name, value)
+
+
+def _values(
+    node: Node, settings: RobotSettings, planning: PlanningParameters, robot: RobotModel
+) -> Iterator[tuple[str, Any]]:
+    yield 'robot_description', robot.urdf
+    yield 'robot_description_semantic', robot.srdf
+    # A name may not be that of a value and begin that of others: no YAML file can hold both.
+    nested = node.has_parameter(_PIPELINE_NAMES)
+    apart = {'cartesian_limits', *(['planning_pipelines'] if nested else [])}
+    for name in set(type(planning).model_fields) - apart:
+        value = getattr(planning, name)
+        joined = name in ('capabilities', 'disable_capabilities')
+        yield NAMES.get(name, name), ' '.join(value) if joined else value
+    yield from _flat(_CARTESIAN_LIMITS, planning.cartesian_limits.model_dump())
+    yield from _robot(settings)
+    for pipeline in planning.planning_pipelines:
+        yield from _pipeline(settings, pipeline)
+    execution = settings.trajectory_execution
+    yield from ((name, getattr(execution, name)) for name in sorted(KEYS_BESIDE))
+    yield from controller_parameters(settings)
+    options = 'planning_scene_monitor_options'
+    yield f'{options}.name', 'planning_scene_monitor'
+    yield f'{options}.robot_description', 'robot_description'
+    yield f'{options}.wait_for_initial_state_timeout', 0.0
+
+
+def controller_parameters(settings: RobotSettings) -> Iterator[tuple[str, Any]]:
+    """Yield name and value of the parameters of the controllers."""
+    manager, controllers = 'moveit_simple_controller_manager', settings.moveit_controllers
+    yield f'{manager}.controller_names', [each.name for each in controllers]
+    for each in controllers:
+        for name, value in _flat(f'{manager}.{each.name}', each.model_dump(exclude={'name'})):
+            yield name, list(value) if isinstance(value, tuple) else value
+
+
+def _robot(settings: RobotSettings) -> Iterator[tuple[str, Any]]:
+    planning = 'robot_description_planning'
+    yield f'{planning}.shape_transform_cache_lookup_wait_time', 0.05
+    limits = settings.joint_limits
+    for kind in ('velocity', 'acceleration'):
+        name = f'default_{kind}_scaling_factor'
+        yield f'{planning}.{name}', getattr(limits, name)
+    for joint, each in limits.joint_limits.items():
+        yield from _flat(f'{planning}.joint_limits.{joint}', each.model_dump())
+    for group, kinematics in settings.kinematics.items():
+        block = kinematics.model_dump()
+        yield from _flat(f'robot_description_kinematics.{group}', block | block.pop('weights'))
+
+
+def _pipeline(settings: RobotSettings, pipeline: str) -> Iterator[tuple[str, Any]]:
+    ompl = settings.ompl
+    values = {
+        'progress_topic': ompl.progress_topic,
+        'display_path_topic': 'display_planned_path',
+        'display_contacts_topic': ompl.display_contacts_topic,
+        'fix_start_state': ompl.fix_start_state,
+        'default_workspace_bounds': ompl.default_workspace_bounds,
+        'start_state_max_bounds_error': ompl.start_state_max_bounds_error,
+        'jiggle_fraction': ompl.jiggle_fraction,
+        'totg.path_tolerance': ompl.path_tolerance,
+        'totg.resample_dt': ompl.resample_dt,
+        'totg.min_angle_change': ompl.min_angle_change,
+        **default_pipeline(pipeline),
+    }
+    if pipeline != PILZ:
+        given = ompl.model_dump(
+            include={'planning_plugins', 'request_adapters', 'response_adapters',
+                     'display_path_topic'}, exclude_none=True)
+        planners = {
+            name: {'type': config.type, **config.parameters}
+            for name, config in ompl.planner_configs.items()
+        }
+        groups = {group: each.model_dump() for group, each in ompl.groups.items()}
+        values = {**values, **given, 'planner_configs': planners, **groups}
+    yield from _flat(pipeline, values)
+
+
+def _flat(prefix: str, values: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
+    for key, value in values.items():
+        if isinstance(value, Mapping):
+            yield from _flat(f'{prefix}.{key}', value)
+        elif value is not None:
+            yield f'{prefix}.{key}', value

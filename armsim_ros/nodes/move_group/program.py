@@ -32,8 +32,11 @@ from armsim_ros.nodes.move_group.execution.trajectory_execution import (
     TrajectoryExecutionEvent,
     TrajectoryExecutionManager,
 )
-from armsim_ros.nodes.move_group.fixed_parameters import declare_fixed, planning_parameters
-from armsim_ros.nodes.move_group.parameters import MoveGroupParameters
+from armsim_ros.nodes.move_group.parameters import (
+    declare_fixed,
+    MoveGroupParameters,
+    planning_parameters,
+)
 from armsim_ros.nodes.move_group.planning.display import DisplayPlannedPath
 from armsim_ros.nodes.move_group.planning.planning_job import PlanningJob
 from armsim_ros.nodes.move_group.planning.sequence_move_group import SequenceJob
@@ -49,7 +52,7 @@ from armsim_ros.nodes.move_group.scene.transforms import Transforms
 from armsim_ros.nodes.move_group.worker import Ticker, Worker
 from armsim_ros.nodes.parameters import parameters_by_prefix
 from armsim_ros.nodes.polling_node import PollingNode
-from armsim_ros.nodes.publishers import publish_text
+from armsim_ros.nodes.qos import publish_text
 from armsim_ros.planning.budget import CountingClock
 from armsim_ros.planning.planner import MotionPlanner, warm_up
 from armsim_ros.planning.settings import settings_from_config

@@ -16,7 +16,7 @@ from armsim_ros.errors import MoveItErrorCode, PlanningError
 from armsim_ros.model.transforms import inverse_pose
 from armsim_ros.nodes.conversions.constraints import constraints_from_message
 from armsim_ros.nodes.conversions.geometry import pose_from_message, pose_to_message
-from armsim_ros.nodes.conversions.robot_state import (
+from armsim_ros.nodes.conversions.motion_plan_request import (
     robot_state_to_message,
     start_state_from_message,
 )

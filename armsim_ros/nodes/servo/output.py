@@ -18,7 +18,7 @@ from armsim_ros.config.servo import ARRAY, ServoParameters
 from armsim_ros.nodes import qos
 from armsim_ros.nodes.conversions.serialized import SerializedMessage
 from armsim_ros.nodes.polling_node import PollingNode
-from armsim_ros.servo.status import Finding
+from armsim_ros.servo.commands import Finding
 from armsim_ros.servo.stream import Cycle, ServoStream
 from armsim_ros.servo.trajectory_window import TrajectoryWindow, WindowPoints
 

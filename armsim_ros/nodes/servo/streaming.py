@@ -17,11 +17,17 @@ from armsim_ros.config.servo import ServoParameters
 from armsim_ros.nodes.polling_node import PollingNode
 from armsim_ros.nodes.servo.commands import CommandTopics
 from armsim_ros.nodes.servo.controller_watch import ControllerWatch
-from armsim_ros.nodes.servo.joint_states import JointPositions, StreamClock
+from armsim_ros.nodes.servo.inputs import JointPositions, StreamClock
 from armsim_ros.nodes.servo.output import JointCommands, StatusTopic
-from armsim_ros.servo.commands import Command, InvalidCommandError
+from armsim_ros.servo.commands import (
+    Command,
+    Finding,
+    InvalidCommandError,
+    NOTHING,
+    ServoStatus,
+    weightiest,
+)
 from armsim_ros.servo.inbox import CommandInbox
-from armsim_ros.servo.status import Finding, NOTHING, ServoStatus, weightiest
 from armsim_ros.servo.stream import Cycle, ServoStream
 from armsim_ros.sim.pacer import prioritize_thread
 

@@ -10,7 +10,7 @@ import time
 
 from rclpy.node import Node
 
-from armsim_ros.nodes.simulation.priority_watch import DutyLimit
+from armsim_ros.nodes.simulation.threads import DutyLimit
 from armsim_ros.sim.pacer import Bell
 
 #: The longest wait between checks of the deadlines [s].

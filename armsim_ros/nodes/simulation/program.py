@@ -24,17 +24,18 @@ from armsim_ros.model.transforms import matrix_from_rpy, pose_from_parts
 from armsim_ros.nodes.bringup.domain_lock import DomainLock, lock_domain
 from armsim_ros.nodes.camera.link import NAME as CAMERA
 from armsim_ros.nodes.camera.link import socket_path
-from armsim_ros.nodes.publishers import publish_text
+from armsim_ros.nodes.qos import publish_text
 from armsim_ros.nodes.simulation.camera_feed import CameraFeed
 from armsim_ros.nodes.simulation.dispatcher import Dispatcher
 from armsim_ros.nodes.simulation.lockstep import Digest, Dump, Sync
-from armsim_ros.nodes.simulation.priority_watch import PriorityWatch, RealTimeThreads
 from armsim_ros.nodes.simulation.robot_nodes import RobotNodes
 from armsim_ros.nodes.simulation.sim_time import Clock, ClockHint, IDLE_PERIOD, SimTime
 from armsim_ros.nodes.simulation.threads import (
     ControlThread,
     ExecutorThread,
     prioritize_process,
+    PriorityWatch,
+    RealTimeThreads,
 )
 from armsim_ros.nodes.simulation.world.server import WorldServer
 from armsim_ros.nodes.simulation.world.work import Work

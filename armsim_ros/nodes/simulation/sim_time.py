@@ -15,8 +15,8 @@ from rosgraph_msgs.msg import Clock as ClockMessage
 
 from armsim_ros.nodes import qos
 from armsim_ros.nodes.conversions.time import fill_time
-from armsim_ros.nodes.guarded_node import GuardedNode
-from armsim_ros.nodes.publishers import WantedPublisher
+from armsim_ros.nodes.polling_node import GuardedNode
+from armsim_ros.nodes.qos import WantedPublisher
 from armsim_ros.sim.clock import SimClock
 
 #: Steady time between updates of clocks that are not read [s]; rcl reads them, too.

@@ -19,7 +19,7 @@ from armsim_ros.errors import ConfigError, ModelError, Problem
 from armsim_ros.model.description.urdf import parse_urdf
 from armsim_ros.model.robot_model import RobotModel
 from armsim_ros.nodes import qos
-from armsim_ros.nodes.publishers import WantedPublisher
+from armsim_ros.nodes.qos import WantedPublisher
 from armsim_ros.nodes.state_publishers.joint_transforms import JointTransforms
 
 DESCRIPTION = 'robot_description'

@@ -16,8 +16,9 @@ from armsim_ros.planning.collision.state_validity import StateValidity
 from armsim_ros.planning.constraints import ConstraintSet
 from armsim_ros.planning.context import PlanningContext
 from armsim_ros.planning.pilz.goal import CommandGoal
-from armsim_ros.planning.pilz.joint_sampling import given_limits, JointSampler
-from armsim_ros.planning.pilz.profile import (
+from armsim_ros.planning.pilz.joint_sampling import (
+    given_limits,
+    JointSampler,
     point_to_point,
     SAMPLING_TIME,
     TrapezoidalProfile,

@@ -28,8 +28,7 @@ from armsim_ros.resources import check_inside, PACKAGE, resolve_uri, share_folde
 from armsim_ros.sim.world_files.loaded import Fault, LoadedObject, LoadedWorld, ResourceFaultError
 from armsim_ros.sim.world_files.mjcf import mjcf_object, mjcf_world
 from armsim_ros.sim.world_files.sdf import MeshReader, ModelReader, sdf_object, sdf_world
-from armsim_ros.sim.world_files.shapes import MEASURES, shape_object
-from armsim_ros.sim.world_files.urdf_object import urdf_object
+from armsim_ros.sim.world_files.shapes import MEASURES, shape_object, urdf_object
 
 SCHEME = 'armsim://'
 #: What a text may be.

@@ -17,7 +17,12 @@ from typing import Any, TYPE_CHECKING
 import pytest
 
 from armsim_ros.testing.plugin.marker import DESCRIPTION, MODES, requested
-from armsim_ros.testing.plugin.report import ARM, on_failure, users_errors_reported
+from armsim_ros.testing.plugin.report import (
+    ARM,
+    on_failure,
+    users_errors_reported,
+    wall_time_limit,
+)
 from armsim_ros.testing.plugin.stacks import (
     arm_in_process,
     arm_of_stack,
@@ -26,7 +31,6 @@ from armsim_ros.testing.plugin.stacks import (
     armsim_stack,
     ros_domain,
 )
-from armsim_ros.testing.plugin.time_limit import wall_time_limit
 
 if TYPE_CHECKING:
     from armsim_ros.testing.arms.arm import Arm

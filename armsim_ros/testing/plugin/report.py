@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What a failed test leaves: a section in the report, a recording, the programs' logs."""
+"""The end of a test: its limit of wall time, and what a failed one leaves behind."""
 
 from __future__ import annotations
 
@@ -8,7 +8,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 import re
-from typing import TYPE_CHECKING
+import signal
+import threading
+from typing import Any, TYPE_CHECKING
 
 import pytest
 
@@ -16,6 +18,7 @@ from armsim_ros.errors import ArmsimError
 
 if TYPE_CHECKING:
     from armsim_ros.testing.arms.arm import Arm
+
 
 #: The arm of a test.
 ARM: pytest.StashKey[Arm] = pytest.StashKey()
@@ -77,3 +80,31 @@ def _artifacts(arm: Arm, place: Path) -> list[tuple[str, Path | str]]:
 
 def _file_name(nodeid: str) -> str:
     return re.sub(r'[^\w.-]+', '_', nodeid).strip('_')[-150:]
+
+
+@contextmanager
+def wall_time_limit(seconds: float, arm: Arm) -> Iterator[None]:
+    """
+    Raise an AssertionError with the arm's state in the test when the time is over.
+
+    Works in the main thread, where tests run. An alarm that was set elsewhere, such as
+    pytest-timeout, is left alone and replaces this limit.
+
+    :param seconds: [s].
+    """
+    if (threading.current_thread() is not threading.main_thread()
+            or signal.getsignal(signal.SIGALRM) is not signal.SIG_DFL):
+        yield
+        return
+
+    def end(*_: Any) -> None:
+        raise AssertionError(
+            f'the test took more than {seconds:g} s of wall time; {arm.summary()}')
+
+    signal.signal(signal.SIGALRM, end)
+    signal.setitimer(signal.ITIMER_REAL, seconds)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, signal.SIG_DFL)

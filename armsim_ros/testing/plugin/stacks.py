@@ -12,15 +12,15 @@ from typing import Any, TYPE_CHECKING
 import pytest
 
 from armsim_ros.testing.plugin.marker import ArmRequest, requested
-from armsim_ros.testing.programs.domain import domain_range, private_domain
+from armsim_ros.testing.program import domain_range, private_domain
 
 if TYPE_CHECKING:
     from armsim_ros.clients.client_node import ClientNode
     from armsim_ros.config.robot_settings import RobotSettings
     from armsim_ros.model.cell import Cell
     from armsim_ros.testing.arms.arm import Arm
-    from armsim_ros.testing.programs.started_stack import SharedStack
     from armsim_ros.testing.robot_user import RobotUser
+    from armsim_ros.testing.started_stack import SharedStack
 
 
 _cells: dict[tuple[str, str | None, str], Cell] = {}
@@ -64,7 +64,7 @@ def arm_of_stack(request: pytest.FixtureRequest, desired: ArmRequest) -> Iterato
 @pytest.fixture(scope='module')
 def armsim_shared_stack(ros_domain: int) -> Iterator[SharedStack]:
     """Keep the programs of a module's tests, which are put back to their start in between."""
-    from armsim_ros.testing.programs.started_stack import SharedStack
+    from armsim_ros.testing.started_stack import SharedStack
 
     shared = SharedStack(ros_domain)
     yield shared

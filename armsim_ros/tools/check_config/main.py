@@ -1,16 +1,24 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The program check_config."""
+"""The program check_config: what it reports of a robot's files, and its exit status."""
 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
 import os
 from pathlib import Path
 import sys
 
 from armsim_ros.cli.arguments import argument_table, parse_arguments, split_ros_args
+from armsim_ros.config.robot_settings import RobotSettings
+from armsim_ros.config.yaml.node import YamlNode
+from armsim_ros.config.yaml.source import read_yaml_file
+from armsim_ros.errors import ConfigError, Location, PlanningError, Problem, Severity
+from armsim_ros.execution.controller_selection import controlled_joints, select_controllers
+from armsim_ros.tools.check_config.robot_check import RobotCheck
 from armsim_ros.tools.check_config.schema import write_schemas
 from armsim_ros.tools.words import argparse_words
 
@@ -36,7 +44,6 @@ def main(argv: Sequence[str] | None = None) -> int:
         return 0
     # Slow to import, and not needed for --help and --schema.
     from armsim_ros.cli.settings import survey_options
-    from armsim_ros.tools.check_config.report import exit_status, report_lines
     from armsim_ros.tools.check_config.robot_check import check_file, check_robot
 
     given = [f'{entry.name}:={getattr(options, entry.name)}' for entry in argument_table()
@@ -82,3 +89,143 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument('--schema', type=Path, metavar='DIR',
                         help='write JSON Schemas of all files for editors, check nothing')
     return parser
+
+
+USED, CHANGED, UNUSED, WRONG = 'used', 'changed meaning', 'not used here', 'wrong'
+STATES = (USED, CHANGED, UNUSED, WRONG)
+
+_STATE_OF = {Severity.ERROR: WRONG, Severity.CHANGED: CHANGED, Severity.INFO: UNUSED}
+
+
+@dataclass(frozen=True)
+class KeyState:
+    """
+    A key with a value.
+
+    :param path: the keys that lead to it, joined by dots.
+    :param state: one of ``STATES``.
+    """
+
+    path: str
+    value: str
+    where: Location
+    state: str
+
+
+def key_table(files: Iterable[Path], problems: Iterable[Problem]) -> list[KeyState]:
+    """
+    Return every key of the files that can be read.
+
+    :param problems: all that was found; their places determine the keys' states.
+    """
+    states = {problem.where: _STATE_OF[problem.severity] for problem in problems
+              if problem.where is not None and problem.severity in _STATE_OF}
+    table: list[KeyState] = []
+    for file in files:
+        try:
+            root = read_yaml_file(file)
+        except ConfigError:
+            continue
+        table += _leaves(root, (), USED, states)
+    return table
+
+
+def _leaves(node: YamlNode, path: tuple[str, ...], state: str,
+            states: dict[Location, str]) -> Iterator[KeyState]:
+    if node.key_where is not None:
+        state = states.get(node.key_where, state)
+    if node.entries:
+        for key, inner in node.entries.items():
+            yield from _leaves(inner, (*path, key), state, states)
+        return
+    if any(item.is_mapping for item in node.items):
+        for number, item in enumerate(node.items):
+            yield from _leaves(item, (*path[:-1], f'{path[-1]}[{number}]'), state, states)
+        return
+    inside = [states[item.where] for item in (node, *node.items) if item.where in states]
+    text = f"[{', '.join(item.text for item in node.items)}]" if node.items else node.text
+    yield KeyState('.'.join(path), text, node.place, inside[0] if inside else state)
+
+
+_TITLES = {
+    Severity.ERROR: 'errors',
+    Severity.WARNING: 'warnings',
+    Severity.CHANGED: 'read, and something else here',
+    Severity.INFO: 'not used here',
+}
+
+
+def report_lines(check: RobotCheck, *, list_keys: bool = False) -> Iterator[str]:
+    """
+    Yield the lines of the report.
+
+    :param list_keys: whether to list every key of the YAML files with what it does here.
+    """
+    settings = check.settings
+    if settings is not None:
+        yield from _file_lines(settings, check.robots)
+    for severity, title in _TITLES.items():
+        found = check.of(severity)
+        if found:
+            yield f'{title} ({len(found)})'
+            yield from (f'  {problem}' for problem in found)
+    if settings is not None:
+        files = [*settings.files, *(file for robot in check.robots for file in robot.files)]
+        table = key_table(dict.fromkeys(files), check.problems)
+        counts = Counter(row.state for row in table)
+        yield 'keys: ' + ', '.join(f'{counts[state]} {state}' for state in STATES)
+        if list_keys:
+            yield from _key_lines(table)
+    yield from _coverage(check)
+    errors, warnings = len(check.of(Severity.ERROR)), len(check.of(Severity.WARNING))
+    yield (f'result: {_count(errors, "error")}, {_count(warnings, "warning")}'
+           if errors or warnings else 'result: all is well')
+
+
+def exit_status(check: RobotCheck) -> int:
+    """Return 0 where all is well, 1 for warnings, 2 for errors."""
+    if check.of(Severity.ERROR):
+        return 2
+    return 1 if check.of(Severity.WARNING) else 0
+
+
+def _file_lines(settings: RobotSettings, robots: Sequence[RobotSettings]) -> Iterator[str]:
+    """Yield the files of a robot; of a cell, first its own and then those of each robot."""
+    if robots:
+        yield f"cell '{settings.name}'"
+        yield f'  robots  {settings.urdf_file}'
+        of_robots = {file for robot in robots for file in robot.files}
+        if settings.srdf_file is not None:
+            yield f'  SRDF  {settings.srdf_file}'
+        yield from (f'  YAML  {file}' for file in settings.files if file not in of_robots)
+    for shown in robots or (settings,):
+        yield f"robot '{shown.name}'"
+        yield f'  URDF  {shown.urdf_file}'
+        yield f"  SRDF  {shown.srdf_file or 'none: no planning groups'}"
+        yield from (f'  YAML  {file}' for file in shown.files)
+
+
+def _key_lines(table: list[KeyState]) -> Iterator[str]:
+    width = max((len(row.state) for row in table), default=0)
+    for row in table:
+        value = row.value if len(row.value) <= 40 else row.value[:37] + '...'
+        yield f'  {row.state:<{width}}  {row.where}: {row.path}: {value}'
+
+
+def _coverage(check: RobotCheck) -> Iterator[str]:
+    settings, model = check.settings, check.model
+    if settings is None or model is None or not model.semantic.groups:
+        return
+    yield 'planning groups and the controllers that move them'
+    for name, group in model.semantic.groups.items():
+        try:
+            joints = controlled_joints(group.active_joints, model)
+            chosen = select_controllers(joints, settings.moveit_controllers)
+            movers = ', '.join(controller.name for controller in chosen)
+        except PlanningError:
+            movers = 'no set of controllers: it can be planned for, not executed'
+        yield f"  {name} ({', '.join(group.active_joints)}): {movers}"
+
+
+def _count(number: int, what: str) -> str:
+    return f'{number} {what}' + ('' if number == 1 else 's')

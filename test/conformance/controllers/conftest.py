@@ -24,8 +24,7 @@ import yaml
 
 from armsim_ros.clients.client_node import ClientNode
 from armsim_ros.clients.controller_manager import ParameterClient
-from armsim_ros.testing.programs.domain import private_domain, ros_environment
-from armsim_ros.testing.programs.program import Program, start_program
+from armsim_ros.testing.program import private_domain, Program, ros_environment, start_program
 
 sys.path.insert(0, str(Path(__file__).parent))
 

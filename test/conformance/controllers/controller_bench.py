@@ -20,7 +20,7 @@ from armsim_ros.clients.controller_manager import (
     ParameterClient,
 )
 from armsim_ros.clients.trajectory import Goal, Outcome, SUCCEEDED, TrajectoryClient
-from armsim_ros.testing.programs.program import Program
+from armsim_ros.testing.program import Program
 
 #: So many clients of controllers live at a time.
 KEPT = 2
@@ -201,14 +201,9 @@ class TrajectoryController(TrajectoryClient):
     def close(self) -> None:
         """Take the endpoints away."""
         self.states.close()
-        self.client.in_executor(self.destroy)
-
-    def destroy(self) -> None:
-        """Destroy action client and publishers; in the executor's thread."""
-        self._action.destroy()
-        self.client.node.destroy_publisher(self._publisher)
+        super().close()
         if self._speed is not None:
-            self.client.node.destroy_publisher(self._speed)
+            self.client.in_executor(lambda: self.client.node.destroy_publisher(self._speed))
 
     def set_speed(self, factor: float) -> None:
         """Change the pace and wait until the controller shows it."""

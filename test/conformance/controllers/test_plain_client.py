@@ -11,8 +11,7 @@ from controller_bench import Bench
 from plain_client import SCENARIOS
 import pytest
 
-from armsim_ros.testing.programs.domain import ros_environment
-from armsim_ros.testing.programs.program import Program
+from armsim_ros.testing.program import Program, ros_environment
 
 statement = pytest.mark.statement
 STATEMENTS = {

@@ -15,7 +15,7 @@ from moveit_msgs.srv import GetPositionFK
 import pytest
 
 from armsim_ros.resources import find_robot
-from armsim_ros.testing.programs.domain import private_domain, ros_environment
+from armsim_ros.testing.program import private_domain, ros_environment
 from armsim_ros.testing.robot_user import running_robot
 
 pytest.importorskip('crisp_py.robot.robot', reason='crisp-python is not installed')

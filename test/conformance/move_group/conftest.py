@@ -19,7 +19,7 @@ from lone_server import LoneServer
 from move_group_bench import ArmBench
 
 from armsim_ros.clients.client_node import ClientNode
-from armsim_ros.testing.programs.program import Program
+from armsim_ros.testing.program import Program
 
 
 def pytest_configure(config: pytest.Config) -> None:

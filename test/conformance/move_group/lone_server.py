@@ -21,8 +21,7 @@ from rclpy.task import Future
 from sensor_msgs.msg import JointState
 
 from armsim_ros.clients.client_node import ClientNode
-from armsim_ros.testing.programs.domain import private_domain
-from armsim_ros.testing.programs.program import Program, start_program
+from armsim_ros.testing.program import private_domain, Program, start_program
 
 READY = re.escape('You can start planning now!')
 RATE = 0.02

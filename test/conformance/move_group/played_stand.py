@@ -15,7 +15,7 @@ from lone_server import LoneServer, PlayedArm, PlayedController
 from move_group_bench import seconds
 
 from armsim_ros.resources import find_robot
-from armsim_ros.testing.programs.program import Program
+from armsim_ros.testing.program import Program
 
 START = {f'joint_{k}': 0.1 * k for k in range(1, 7)}
 URDF = f"urdf:={find_robot('sunday').parent.parent / 'urdf' / 'sunday.urdf.xacro'}"

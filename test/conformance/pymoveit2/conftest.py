@@ -27,8 +27,11 @@ from arm_user import no_answer_lost, READY, until  # noqa: E402
 from faster import FASTER  # noqa: E402
 from pymoveit2 import MoveIt2, MoveIt2Gripper, RobotDescription  # noqa: E402
 
-from armsim_ros.testing.programs.domain import private_domain, ros_environment  # noqa: E402
-from armsim_ros.testing.programs.program import Program  # noqa: E402
+from armsim_ros.testing.program import (  # noqa: E402
+    private_domain,
+    Program,
+    ros_environment,
+)
 
 GRIPPER_ARM = (f'{shlex.quote(sys.executable)} -m armsim_ros bringup robot:=ROBOT '
                f'scene_from_world:=false {shlex.quote(FASTER)}')

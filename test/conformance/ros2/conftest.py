@@ -15,8 +15,7 @@ import sys
 import pytest
 
 from armsim_ros.cli.environment import FASTDDS_PROFILES
-from armsim_ros.testing.programs.domain import private_domain, ros_environment
-from armsim_ros.testing.programs.program import start_program
+from armsim_ros.testing.program import private_domain, ros_environment, start_program
 from armsim_ros2 import session
 from armsim_ros2.main import run
 

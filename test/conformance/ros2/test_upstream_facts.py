@@ -18,7 +18,7 @@ import threading
 import pytest
 import yaml
 
-from armsim_ros.testing.programs.domain import ros_environment
+from armsim_ros.testing.program import ros_environment
 from armsim_ros2.handover import environment_for_real_ros2, find_real_ros2
 
 FACTS = yaml.safe_load(Path(__file__).with_name('upstream.yaml').read_text())

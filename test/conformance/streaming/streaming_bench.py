@@ -24,7 +24,7 @@ from std_srvs.srv import SetBool
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from armsim_ros.clients.client_node import ClientNode
-from armsim_ros.testing.programs.program import Program
+from armsim_ros.testing.program import Program
 
 NAMESPACE = '/sunday'
 ARM = 'arm_joint_controller'

@@ -15,8 +15,7 @@ from simulation_interfaces.msg import SimulationState
 from simulation_interfaces.srv import SetSimulationState
 from streaming_bench import Streamed
 
-from armsim_ros.testing.programs.domain import ros_environment
-from armsim_ros.testing.programs.program import Program
+from armsim_ros.testing.program import Program, ros_environment
 
 statement = pytest.mark.statement
 

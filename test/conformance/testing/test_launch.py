@@ -6,8 +6,7 @@ import signal
 
 import pytest
 
-from armsim_ros.testing.programs.domain import DOMAINS, private_domain
-from armsim_ros.testing.programs.program import start_program
+from armsim_ros.testing.program import DOMAINS, private_domain, start_program
 
 statement = pytest.mark.statement
 

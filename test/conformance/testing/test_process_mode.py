@@ -11,7 +11,7 @@ import time
 
 import pytest
 
-from armsim_ros.testing.programs.program import Program
+from armsim_ros.testing.program import Program
 
 statement = pytest.mark.statement
 

@@ -12,8 +12,7 @@ import time
 
 import pytest
 
-from armsim_ros.testing.programs.domain import private_domain
-from armsim_ros.testing.programs.program import Program
+from armsim_ros.testing.program import private_domain, Program
 
 #: Two workers with a stack each are as much as two processors carry.
 pytestmark = pytest.mark.alone

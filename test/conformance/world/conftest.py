@@ -12,8 +12,7 @@ import sys
 import pytest
 
 from armsim_ros.clients.client_node import ClientNode
-from armsim_ros.testing.programs.domain import private_domain
-from armsim_ros.testing.programs.program import start_program
+from armsim_ros.testing.program import private_domain, start_program
 
 sys.path.insert(0, str(Path(__file__).parent))
 

@@ -13,8 +13,7 @@ from world_user import OK, WorldUser
 
 from armsim_ros.clients.client_node import ClientNode
 from armsim_ros.nodes.conversions.time import ns_from_time
-from armsim_ros.testing.programs.domain import private_domain
-from armsim_ros.testing.programs.program import start_program
+from armsim_ros.testing.program import private_domain, start_program
 
 #: Pictures are drawn only when nothing else wants the processor.
 pytestmark = pytest.mark.alone

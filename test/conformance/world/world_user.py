@@ -16,7 +16,7 @@ from std_srvs.srv import Empty
 
 from armsim_ros.clients.client_node import ClientNode, Collector
 from armsim_ros.clients.trajectory import trajectory_message, TrajectoryClient
-from armsim_ros.testing.programs.program import Program
+from armsim_ros.testing.program import Program
 
 READY = 'You can start planning now!'
 START_TIMEOUT = 60.0

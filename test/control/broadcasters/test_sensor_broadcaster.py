@@ -5,7 +5,7 @@
 import numpy as np
 import pytest
 
-from armsim_ros.control.action_goal import GoalStatus
+from armsim_ros.control.mailbox import GoalStatus
 from armsim_ros.errors import ControllerError
 
 WRENCH = 'force_torque_sensor_broadcaster/ForceTorqueSensorBroadcaster'

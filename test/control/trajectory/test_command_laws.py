@@ -9,7 +9,7 @@ import pytest
 
 from armsim_ros.config.controllers.pid_controller import PidGains
 from armsim_ros.control.pid import Pid
-from armsim_ros.control.trajectory.stop_motion import deceleration, stop_ramp
+from armsim_ros.control.trajectory.sampling import deceleration, stop_ramp
 
 MOVE = (1.0, [0.4, 0.0], [0, 0], [0, 0])
 GAINS = {'a': {'p': 50.0, 'd': 10.0}, 'b': {'p': 50.0, 'd': 10.0}}

@@ -12,8 +12,7 @@ import threading
 import pytest
 
 from armsim_ros.resources import find_robot
-from armsim_ros.testing.programs.domain import private_domain
-from armsim_ros.testing.programs.program import start_program
+from armsim_ros.testing.program import private_domain, start_program
 
 READY = 'You can start planning now!'
 

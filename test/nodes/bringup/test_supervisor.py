@@ -132,7 +132,7 @@ def test_what_all_programs_refuse_is_said_once(supervise):
     """Each program reads the same files and finds the same mistake; a user reads it once."""
     text = """
 import os, sys
-from armsim_ros.cli.program_end import refuse
+from armsim_ros.cli.environment import refuse
 refuse('x.yaml:3: no\\nx.yaml:4: no')
 sys.exit(2)
 """

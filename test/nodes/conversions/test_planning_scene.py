@@ -27,12 +27,12 @@ from armsim_ros.model.geometry import Box, Mesh, Plane, Sphere
 from armsim_ros.model.transforms import pose_matrix
 from armsim_ros.nodes.conversions.collision_object import object_from_message, object_to_message
 from armsim_ros.nodes.conversions.geometry import pose_to_message
+from armsim_ros.nodes.conversions.motion_plan_request import start_state_from_message
 from armsim_ros.nodes.conversions.planning_scene import (
     is_empty,
     scene_to_message,
     update_from_message,
 )
-from armsim_ros.nodes.conversions.robot_state import start_state_from_message
 from armsim_ros.nodes.move_group.scene.monitored_planning_scene import fill_geometry
 from armsim_ros.planning.scene.objects import (
     AttachedObject,

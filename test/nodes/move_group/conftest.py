@@ -30,8 +30,7 @@ from std_msgs.msg import String
 
 from armsim_ros.clients.client_node import ClientNode
 from armsim_ros.clients.node import PatientActionClient
-from armsim_ros.testing.programs.domain import private_domain, ros_environment
-from armsim_ros.testing.programs.program import Program
+from armsim_ros.testing.program import private_domain, Program, ros_environment
 
 GROUP = 'manipulator'
 READY = 'You can start planning now!'

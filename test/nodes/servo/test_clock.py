@@ -7,7 +7,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from armsim_ros.nodes.servo.joint_states import StreamClock
+from armsim_ros.nodes.servo.inputs import StreamClock
 
 
 @pytest.fixture

@@ -10,7 +10,7 @@ from sensor_msgs.msg import JointState
 from armsim_ros.config.loading import load_robot_settings
 from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.model.loading import load_robot_model
-from armsim_ros.nodes.servo.joint_states import JointPositions
+from armsim_ros.nodes.servo.inputs import JointPositions
 
 
 @pytest.fixture

@@ -6,8 +6,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from armsim_ros.nodes.simulation import priority_watch
-from armsim_ros.nodes.simulation.priority_watch import DutyLimit
+from armsim_ros.nodes.simulation import threads as priority_watch
+from armsim_ros.nodes.simulation.threads import DutyLimit
 
 
 @pytest.fixture

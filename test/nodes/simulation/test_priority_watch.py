@@ -9,8 +9,8 @@ import threading
 
 import pytest
 
-from armsim_ros.nodes.simulation import priority_watch
-from armsim_ros.nodes.simulation.priority_watch import (
+from armsim_ros.nodes.simulation import threads as priority_watch
+from armsim_ros.nodes.simulation.threads import (
     PriorityWatch,
     real_time_use,
     RealTimeThreads,

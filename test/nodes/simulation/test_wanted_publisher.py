@@ -8,7 +8,7 @@ import pytest
 from std_msgs.msg import String
 
 from armsim_ros.nodes import qos
-from armsim_ros.nodes.publishers import RENEWAL_NS, WantedPublisher
+from armsim_ros.nodes.qos import RENEWAL_NS, WantedPublisher
 
 
 class Node:

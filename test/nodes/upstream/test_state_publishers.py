@@ -19,8 +19,7 @@ import yaml
 from armsim_ros.clients.client_node import ClientNode, LATCHED
 from armsim_ros.clients.controller_manager import ParameterClient
 from armsim_ros.nodes.upstream import joint_state_publisher, robot_state_publisher
-from armsim_ros.testing.programs.domain import private_domain
-from armsim_ros.testing.programs.program import start_program
+from armsim_ros.testing.program import private_domain, start_program
 
 JOINT = ('<joint name="{0}" type="{1}"><parent link="{2}"/><child link="{3}"/>{4}'
          '<limit lower="-1" upper="1" effort="1" velocity="1"/></joint>')

@@ -24,8 +24,7 @@ from armsim_ros.clients.trajectory import (
     TrajectoryClient,
 )
 from armsim_ros.testing.page_user import changed, chromium_path, printed_address, reddish
-from armsim_ros.testing.programs.domain import private_domain, ros_environment
-from armsim_ros.testing.programs.program import start_program
+from armsim_ros.testing.program import private_domain, ros_environment, start_program
 from armsim_ros.testing.robot_user import READY, RobotUser
 
 pytestmark = [

@@ -18,7 +18,7 @@ from armsim_ros.testing.page_user import (
     robot_is_seen,
 )
 from armsim_ros.testing.robot_user import running_robot
-from armsim_ros.tools.generate_config.generation import generate_config
+from armsim_ros.tools.generate_config.main import generate_config
 
 pytestmark = [
     pytest.mark.browser,

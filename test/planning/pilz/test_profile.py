@@ -7,7 +7,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from armsim_ros.planning.pilz.profile import sample_times, TrapezoidalProfile
+from armsim_ros.planning.pilz.joint_sampling import sample_times, TrapezoidalProfile
 
 
 @pytest.mark.parametrize('distance', [2.0, 0.1, 1e-4])

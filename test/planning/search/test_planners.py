@@ -4,8 +4,7 @@
 
 import pytest
 
-from armsim_ros.config.move_group.ompl_planning import OmplSettings
-from armsim_ros.config.move_group.planning_parameters import PlanningParameters
+from armsim_ros.config.move_group.ompl_planning import OmplSettings, PlanningParameters
 from armsim_ros.errors import PlanningError
 from armsim_ros.planning.search.planners import PLANNER_TYPES, PlannerTable
 from armsim_ros.planning.settings import settings_from_config

@@ -9,8 +9,7 @@ import sys
 
 import pytest
 
-from armsim_ros.testing.programs.domain import private_domain, ros_environment
-from armsim_ros.testing.programs.program import start_program
+from armsim_ros.testing.program import private_domain, ros_environment, start_program
 
 EXAMPLE = Path(__file__).parents[3] / 'examples' / 'grasp.py'
 #: Of a machine that draws only when nothing else wants the processor [s].

@@ -10,7 +10,7 @@ import sys
 from faster import LITTLE_FASTER
 import pytest
 
-from armsim_ros.testing.programs.domain import private_domain, ros_environment
+from armsim_ros.testing.program import private_domain, ros_environment
 from armsim_ros.testing.robot_user import running_robot
 
 EXAMPLE = Path(__file__).parents[3] / 'examples' / 'pick_with_fingers.py'

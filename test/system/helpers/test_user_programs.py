@@ -9,7 +9,7 @@ import sys
 from moveit_msgs.srv import GetPositionFK
 import pytest
 
-from armsim_ros.testing.programs.domain import private_domain, ros_environment
+from armsim_ros.testing.program import private_domain, ros_environment
 from armsim_ros.testing.robot_user import running_robot
 
 PROGRAMS = Path(__file__).parent / 'programs'

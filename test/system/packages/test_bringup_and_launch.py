@@ -14,8 +14,7 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 
 from armsim_ros.clients.controller_manager import ParameterClient
-from armsim_ros.testing.programs.domain import private_domain
-from armsim_ros.testing.programs.program import start_program
+from armsim_ros.testing.program import private_domain, start_program
 from armsim_ros.testing.robot_user import user_of
 
 LAUNCH = """

@@ -8,7 +8,7 @@ from armsim_ros.clients.motion import SUCCESS
 from armsim_ros.clients.trajectory import SUCCEEDED
 from armsim_ros.resources import PACKAGE, share_folder
 from armsim_ros.testing.robot_user import running_robot
-from armsim_ros.tools.generate_config.generation import generate_config
+from armsim_ros.tools.generate_config.main import generate_config
 
 OWN = ('elfin', 'magician')
 

@@ -17,8 +17,7 @@ from trajectory_msgs.msg import JointTrajectory
 
 from armsim_ros.clients.client_node import ClientNode
 from armsim_ros.clients.motion import SUCCESS
-from armsim_ros.testing.programs.domain import private_domain
-from armsim_ros.testing.programs.program import start_program
+from armsim_ros.testing.program import private_domain, start_program
 from armsim_ros.testing.robot_user import RobotUser
 
 pendant = pytest.importorskip('pendant7dof', reason='7dof-pendant is not installed')

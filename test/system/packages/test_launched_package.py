@@ -13,8 +13,7 @@ from sensor_msgs.msg import JointState
 
 from armsim_ros.clients.client_node import ClientNode
 from armsim_ros.clients.motion import SUCCESS
-from armsim_ros.testing.programs.domain import private_domain
-from armsim_ros.testing.programs.program import start_program
+from armsim_ros.testing.program import private_domain, start_program
 from armsim_ros.testing.robot_user import READY, RobotUser
 
 CONTROL = """

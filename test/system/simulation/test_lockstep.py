@@ -24,8 +24,7 @@ from armsim_ros.clients.client_node import ClientNode
 from armsim_ros.clients.motion import SUCCESS
 from armsim_ros.clients.move_group import MoveGroupClient
 from armsim_ros.clients.trajectory import SUCCEEDED, TrajectoryClient
-from armsim_ros.testing.programs.domain import private_domain
-from armsim_ros.testing.programs.program import Program, start_program
+from armsim_ros.testing.program import private_domain, Program, start_program
 
 GROUP = 'manipulator'
 MILLISECOND_NS = 1_000_000

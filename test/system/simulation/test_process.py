@@ -25,8 +25,7 @@ from armsim_ros.clients.trajectory import (
 )
 from armsim_ros.nodes.conversions.time import ns_from_time
 from armsim_ros.resources import find_robot
-from armsim_ros.testing.programs.domain import private_domain
-from armsim_ros.testing.programs.program import Program, start_program
+from armsim_ros.testing.program import private_domain, Program, start_program
 
 CONTROLLERS = 'trajectory_control.yaml'
 

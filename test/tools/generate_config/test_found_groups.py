@@ -4,7 +4,7 @@ import pytest
 
 from armsim_ros.resources import PACKAGE, share_folder
 from armsim_ros.tools.generate_config.found_groups import find_groups
-from armsim_ros.tools.generate_config.generation import read_urdf
+from armsim_ros.tools.generate_config.main import read_urdf
 
 
 def groups_of_text(text, folder):

@@ -11,8 +11,7 @@ from armsim_ros.errors import ConfigError, Severity
 from armsim_ros.resources import find_robot, PACKAGE, share_folder
 from armsim_ros.stack import ArmSim
 from armsim_ros.tools.check_config.robot_check import check_robot
-from armsim_ros.tools.generate_config.generation import generate_config, read_urdf
-from armsim_ros.tools.generate_config.main import main
+from armsim_ros.tools.generate_config.main import generate_config, main, read_urdf
 
 OWN = share_folder(PACKAGE) / 'urdf'
 FILES = {'joint_limits.yaml', 'kinematics.yaml', 'moveit_controllers.yaml',

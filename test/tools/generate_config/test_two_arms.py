@@ -8,7 +8,7 @@ from armsim_ros.errors import PlanningError
 from armsim_ros.model.description.xacro_text import read_description
 from armsim_ros.resources import PACKAGE, share_folder
 from armsim_ros.stack import ArmSim
-from armsim_ros.tools.generate_config.generation import generate_config
+from armsim_ros.tools.generate_config.main import generate_config
 
 #: Arm -> where it stands on the table [m].
 PLACES = {'left': '0 0.25 0', 'right': '0 -0.25 0'}

@@ -8,8 +8,7 @@ from collections.abc import Iterable
 import os
 from typing import Any
 
-from armsim_ros.launch.api.context import LaunchContext
-from armsim_ros.launch.api.entity import Action, LaunchDescriptionEntity, SomeText
+from armsim_ros.launch.api.context import Action, LaunchContext, LaunchDescriptionEntity, SomeText
 from armsim_ros.launch.api.utilities import (
     describe_text,
     normalize_to_list_of_substitutions,

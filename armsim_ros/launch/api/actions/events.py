@@ -7,8 +7,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
-from armsim_ros.launch.api.context import LaunchContext
-from armsim_ros.launch.api.entity import Action, LaunchDescriptionEntity, SomeText
+from armsim_ros.launch.api.context import Action, LaunchContext, LaunchDescriptionEntity, SomeText
 from armsim_ros.launch.api.events import Shutdown as ShutdownEvent
 from armsim_ros.launch.api.utilities import (
     normalize_to_list_of_entities,

@@ -17,8 +17,7 @@ from armsim_ros.launch.api.actions.configuration import (
     PushLaunchConfigurations,
     SetLaunchConfiguration,
 )
-from armsim_ros.launch.api.context import LaunchContext
-from armsim_ros.launch.api.entity import Action, LaunchDescriptionEntity, SomeText
+from armsim_ros.launch.api.context import Action, LaunchContext, LaunchDescriptionEntity, SomeText
 from armsim_ros.launch.api.utilities import (
     entities_of_result,
     normalize_to_list_of_entities,

@@ -9,8 +9,7 @@ import os
 from pathlib import Path
 from typing import Any
 
-from armsim_ros.launch.api.context import LaunchContext
-from armsim_ros.launch.api.entity import Action, LaunchDescriptionEntity, SomeText
+from armsim_ros.launch.api.context import Action, LaunchContext, LaunchDescriptionEntity, SomeText
 from armsim_ros.launch.api.utilities import (
     normalize_to_list_of_substitutions,
     perform_substitutions,

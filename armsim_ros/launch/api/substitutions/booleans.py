@@ -9,8 +9,7 @@ import math
 from typing import Any
 
 from armsim_ros.launch.api.conditions import evaluate_condition_expression
-from armsim_ros.launch.api.context import LaunchContext
-from armsim_ros.launch.api.entity import SomeText, Substitution
+from armsim_ros.launch.api.context import LaunchContext, SomeText, Substitution
 from armsim_ros.launch.api.substitutions.texts import parts_of
 from armsim_ros.launch.api.utilities import as_yaml_value, perform_text
 

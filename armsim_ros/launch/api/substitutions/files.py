@@ -8,8 +8,7 @@ from collections.abc import Iterable
 import os
 from pathlib import Path
 
-from armsim_ros.launch.api.context import LaunchContext
-from armsim_ros.launch.api.entity import SomeText, Substitution
+from armsim_ros.launch.api.context import LaunchContext, SomeText, Substitution
 from armsim_ros.launch.api.utilities import (
     describe_text,
     normalize_to_list_of_substitutions,

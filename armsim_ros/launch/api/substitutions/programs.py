@@ -17,8 +17,7 @@ from typing import Any
 
 from armsim_ros.errors import ConfigError, Location
 from armsim_ros.install_rules.xacro_run import as_xacro, XacroCommand
-from armsim_ros.launch.api.context import LaunchContext
-from armsim_ros.launch.api.entity import SomeText, Substitution
+from armsim_ros.launch.api.context import LaunchContext, SomeText, Substitution
 from armsim_ros.launch.api.utilities import (
     describe_text,
     normalize_to_list_of_substitutions,

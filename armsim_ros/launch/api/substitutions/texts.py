@@ -9,8 +9,7 @@ import os
 from typing import Any
 
 from armsim_ros.errors import nearest
-from armsim_ros.launch.api.context import LaunchContext
-from armsim_ros.launch.api.entity import SomeText, Substitution
+from armsim_ros.launch.api.context import LaunchContext, SomeText, Substitution
 from armsim_ros.launch.api.utilities import (
     describe_text,
     normalize_to_list_of_substitutions,

@@ -19,10 +19,10 @@ from armsim_ros.config.move_group.trajectory_execution import (
     UNUSED_EXECUTION_KEYS,
 )
 from armsim_ros.errors import ConfigError, Problem
-from armsim_ros.nodes.guarded_node import GuardedNode
 from armsim_ros.nodes.move_group.context import Context
-from armsim_ros.nodes.move_group.fixed_parameters import controller_parameters
+from armsim_ros.nodes.move_group.parameters import controller_parameters
 from armsim_ros.nodes.parameters import parameters_by_prefix, reason, SettingsParameters
+from armsim_ros.nodes.polling_node import GuardedNode
 
 NAME = 'moveit_simple_controller_manager'
 GROUP = 'trajectory_execution'

@@ -24,10 +24,10 @@ from armsim_ros.errors import MoveItErrorCode, PlanningError
 from armsim_ros.nodes.conversions.motion_plan_request import (
     error_code_message,
     request_from_message,
+    robot_state_to_message,
     robot_trajectory_message,
 )
 from armsim_ros.nodes.conversions.planning_scene import update_from_message
-from armsim_ros.nodes.conversions.robot_state import robot_state_to_message
 from armsim_ros.nodes.move_group.context import Context
 from armsim_ros.nodes.move_group.planning.display import DisplayContacts, DisplayPlannedPath
 from armsim_ros.nodes.move_group.planning.planner_services import (

@@ -10,9 +10,9 @@ from moveit_msgs.srv import GetCartesianPath, GetMotionPlan, GetMotionSequence
 from armsim_ros.errors import MoveItErrorCode
 from armsim_ros.nodes.conversions.constraints import constraints_from_message
 from armsim_ros.nodes.conversions.geometry import pose_from_message
-from armsim_ros.nodes.conversions.motion_plan_request import robot_trajectory_message
-from armsim_ros.nodes.conversions.robot_state import (
+from armsim_ros.nodes.conversions.motion_plan_request import (
     robot_state_to_message,
+    robot_trajectory_message,
     start_state_from_message,
 )
 from armsim_ros.nodes.move_group.answers import fill_error, reported

@@ -15,9 +15,9 @@ from rclpy.action.server import ServerGoalHandle
 from armsim_ros.errors import MoveItErrorCode
 from armsim_ros.nodes.conversions.motion_plan_request import (
     request_from_message,
+    robot_state_to_message,
     robot_trajectory_message,
 )
-from armsim_ros.nodes.conversions.robot_state import robot_state_to_message
 from armsim_ros.nodes.move_group.answers import fill_error, MoveGroupActionServer, reported
 from armsim_ros.nodes.move_group.context import Context
 from armsim_ros.nodes.move_group.execution.path_watch import PathWatch

@@ -14,8 +14,8 @@ from sensor_msgs.msg import JointState
 
 from armsim_ros.nodes import qos
 from armsim_ros.nodes.conversions.time import ns_from_time
-from armsim_ros.nodes.overload import is_overloaded
 from armsim_ros.nodes.polling_node import PollingNode
+from armsim_ros.nodes.watching import is_overloaded
 from armsim_ros.planning.scene.planning_scene import PlanningScene
 
 COMPLAINT_PERIOD_NS = 1_000_000_000

@@ -16,6 +16,7 @@ from armsim_ros.nodes.conversions.collision_object import (
     object_to_message,
     removal_message,
 )
+from armsim_ros.nodes.conversions.motion_plan_request import robot_state_to_message
 from armsim_ros.nodes.conversions.planning_scene import (
     acm_to_message,
     colors,
@@ -24,7 +25,6 @@ from armsim_ros.nodes.conversions.planning_scene import (
     scene_to_message,
     transforms,
 )
-from armsim_ros.nodes.conversions.robot_state import robot_state_to_message
 from armsim_ros.nodes.conversions.time import time_from_ns
 from armsim_ros.nodes.move_group.context import Context
 from armsim_ros.planning.scene.content import SceneContent

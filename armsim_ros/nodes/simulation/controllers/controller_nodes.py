@@ -31,20 +31,18 @@ from armsim_ros.control.rate import Rate
 from armsim_ros.control.trajectory.joint_trajectory_controller import JointTrajectoryController
 from armsim_ros.errors import ControllerError
 from armsim_ros.nodes.parameters import SettingsParameters
+from armsim_ros.nodes.simulation.controllers.actions import (
+    FollowJointTrajectoryServer,
+    GripperCommandServer,
+    ParallelGripperCommandServer,
+    QueryStateService,
+)
 from armsim_ros.nodes.simulation.controllers.command_topics import (
     Commands,
     JointTrajectorySubscription,
     SpeedScalingInput,
 )
-from armsim_ros.nodes.simulation.controllers.follow_joint_trajectory import (
-    FollowJointTrajectoryServer,
-    QueryStateService,
-)
 from armsim_ros.nodes.simulation.controllers.goal_server import GoalServer, RejectedGoals
-from armsim_ros.nodes.simulation.controllers.gripper_cmd import (
-    GripperCommandServer,
-    ParallelGripperCommandServer,
-)
 from armsim_ros.nodes.simulation.controllers.sensor_topics import TOPICS
 from armsim_ros.nodes.simulation.controllers.state_topics import (
     AdmittanceTopics,

@@ -15,7 +15,7 @@ from rclpy.qos import QoSProfile
 from rclpy.task import Future
 from std_msgs.msg import String
 
-from armsim_ros.control.action_goal import GoalStatus
+from armsim_ros.control.mailbox import GoalStatus
 from armsim_ros.nodes import qos
 from armsim_ros.nodes.kept_results import KeptResults
 from armsim_ros.nodes.simulation.discovery import ClientDiscovery

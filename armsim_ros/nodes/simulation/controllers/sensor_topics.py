@@ -25,7 +25,7 @@ from armsim_ros.control.broadcasters.sensor_broadcaster import SensorSample
 from armsim_ros.control.rate import Rate
 from armsim_ros.nodes import qos
 from armsim_ros.nodes.conversions.time import fill_time
-from armsim_ros.nodes.publishers import WantedPublisher
+from armsim_ros.nodes.qos import WantedPublisher
 
 
 class WrenchTopics:

@@ -40,7 +40,7 @@ from armsim_ros.nodes.conversions.joint_state import (
     JointStateBuffer,
 )
 from armsim_ros.nodes.conversions.time import fill_time
-from armsim_ros.nodes.publishers import WantedPublisher
+from armsim_ros.nodes.qos import WantedPublisher
 
 
 class ControllerStatePublisher:

@@ -11,8 +11,7 @@ import sys
 from controller_bench import Bench
 import pytest
 
-from armsim_ros.testing.programs.domain import ros_environment
-from armsim_ros.testing.programs.program import Program
+from armsim_ros.testing.program import Program, ros_environment
 
 YAML = """
 /**/by_verb:

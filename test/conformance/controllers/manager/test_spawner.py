@@ -15,8 +15,7 @@ import pytest
 from sensor_msgs.msg import JointState
 
 from armsim_ros.clients.controller_manager import ParameterClient
-from armsim_ros.testing.programs.domain import ros_environment
-from armsim_ros.testing.programs.program import Program
+from armsim_ros.testing.program import Program, ros_environment
 
 statement = pytest.mark.statement
 upstream = pytest.mark.upstream

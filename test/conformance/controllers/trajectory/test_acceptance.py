@@ -20,7 +20,7 @@ from trajectory_msgs.msg import (
 
 from armsim_ros.clients.client_node import Collector, LATCHED
 from armsim_ros.clients.trajectory import ABORTED, SUCCEEDED
-from armsim_ros.testing.programs.program import Program
+from armsim_ros.testing.program import Program
 
 statement = pytest.mark.statement
 upstream = pytest.mark.upstream

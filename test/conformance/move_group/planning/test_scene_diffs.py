@@ -14,8 +14,7 @@ from moveit_msgs.msg import CollisionObject, MoveItErrorCodes, PlanningScene
 import pytest
 from wire import at, box, carried, quiet_diff, removal, robot_state, thing
 
-from armsim_ros.testing.programs.domain import ros_environment
-from armsim_ros.testing.programs.program import Program
+from armsim_ros.testing.program import Program, ros_environment
 
 
 def tool(arm: Any) -> Any:

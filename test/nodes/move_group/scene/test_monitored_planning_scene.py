@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 from rclpy.task import Future
 
-from armsim_ros.config.move_group.planning_parameters import PlanningParameters
+from armsim_ros.config.move_group.ompl_planning import PlanningParameters
 from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.model.cell_loading import load_cell
 from armsim_ros.nodes.move_group.scene.monitored_planning_scene import MonitoredPlanningScene

@@ -10,8 +10,7 @@ from pathlib import Path
 import pytest
 
 from armsim_ros.clients.client_node import ClientNode
-from armsim_ros.testing.programs.domain import private_domain
-from armsim_ros.testing.programs.program import Program, start_program
+from armsim_ros.testing.program import private_domain, Program, start_program
 
 
 @dataclass(frozen=True)

@@ -21,8 +21,7 @@ from armsim_ros.clients.trajectory import (
     trajectory_message,
     TrajectoryClient,
 )
-from armsim_ros.testing.programs.domain import ros_environment
-from armsim_ros.testing.programs.program import Program
+from armsim_ros.testing.program import Program, ros_environment
 
 ARM = '/sunday/arm_joint_controller'
 JOINTS = [f'joint_{i}' for i in range(1, 7)]

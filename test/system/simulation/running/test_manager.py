@@ -18,7 +18,7 @@ from armsim_ros.clients.trajectory import (
     trajectory_message,
     TrajectoryClient,
 )
-from armsim_ros.testing.programs.program import Program
+from armsim_ros.testing.program import Program
 
 MANAGER = '/sunday/controller_manager'
 ARM = 'arm_joint_controller'

@@ -19,7 +19,7 @@ from armsim_ros.clients.controller_manager import (
     ControllerManagerClient,
     ParameterClient,
 )
-from armsim_ros.testing.programs.program import Program, start_program
+from armsim_ros.testing.program import Program, start_program
 
 MANAGER = '/sunday/controller_manager'
 ARM = 'arm_joint_controller'

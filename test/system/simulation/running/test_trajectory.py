@@ -23,7 +23,7 @@ from armsim_ros.clients.trajectory import (
     TrajectoryClient,
 )
 from armsim_ros.nodes.conversions.time import ns_from_time, seconds_from_duration, time_from_ns
-from armsim_ros.testing.programs.program import Program
+from armsim_ros.testing.program import Program
 
 CONTROLLER = '/sunday/arm_joint_controller'
 JOINTS = [f'joint_{i}' for i in range(1, 7)]

@@ -1,24 +1,73 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The launch descriptions that MoveIt's setup assistant puts into its packages."""
+"""The launch descriptions of MoveIt's packages, and controller_manager's helpers."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
+from armsim_ros.install_rules.xacro_run import XacroCommand
 from armsim_ros.launch.api.actions.configuration import DeclareLaunchArgument
-from armsim_ros.launch.api.conditions import IfCondition
+from armsim_ros.launch.api.conditions import IfCondition, UnlessCondition
+from armsim_ros.launch.api.context import LaunchContext, SomeText, Substitution
 from armsim_ros.launch.api.description import LaunchDescription
 from armsim_ros.launch.api.include import AnyLaunchDescriptionSource, IncludeLaunchDescription
-from armsim_ros.launch.api.moveit.launch_utils import (
-    add_debuggable_node,
-    DeclareBooleanLaunchArg,
-)
 from armsim_ros.launch.api.ros_node import Node
 from armsim_ros.launch.api.ros_parameters import ParameterValue
+from armsim_ros.launch.api.substitutions.programs import PythonExpression, run_xacro
 from armsim_ros.launch.api.substitutions.texts import LaunchConfiguration
+from armsim_ros.launch.api.utilities import perform_text
 from armsim_ros.model.description.xml_tree import parse_xml
+
+
+class Xacro(Substitution):
+    """
+    The output of xacro for a file.
+
+    :param file_path: of the file.
+    :param mappings: its arguments.
+    """
+
+    def __init__(self, file_path: SomeText, *, mappings: Mapping[Any, Any] | None = None) -> None:
+        self._file = file_path
+        self._mappings = dict(mappings or {})
+
+    def perform(self, context: LaunchContext) -> str:
+        """Return the robot description."""
+        words = {perform_text(context, name): perform_text(context, value)
+                 for name, value in self._mappings.items()}
+        return run_xacro(XacroCommand(perform_text(context, self._file), words), self.where)
+
+
+class DeclareBooleanLaunchArg(DeclareLaunchArgument):
+    """
+    An argument that is true or false.
+
+    :param name: of the argument.
+    """
+
+    def __init__(self, name: str, *, default_value: Any = False,
+                 description: str | None = None, **kwargs: Any) -> None:
+        super().__init__(name, default_value=str(default_value), description=description,
+                         choices=['true', 'false', 'True', 'False'], **kwargs)
+
+
+def add_debuggable_node(
+    ld: LaunchDescription, package: SomeText, executable: SomeText,
+    condition_name: str = 'debug', commands_file: str | None = None,
+    extra_debug_args: Iterable[str] | None = None, **kwargs: Any,
+) -> None:
+    """Add a node, and the same node in a debugger for when an argument asks for it."""
+    requested = LaunchConfiguration(condition_name)
+    ld.add_action(Node(package=package, executable=executable,
+                       condition=UnlessCondition(requested), **kwargs))
+    arguments = [*(kwargs.pop('arguments', None) or ()), *(extra_debug_args or ())]
+    commands = f'-x {commands_file} ' if commands_file else ''
+    ld.add_action(Node(package=package, executable=executable, condition=IfCondition(requested),
+                       prefix=[f'gdb {commands}--ex run --args'], arguments=arguments, **kwargs))
+
 
 #: The launch files that a demo consists of, with the argument that each depends on.
 _DEMO = (('static_virtual_joint_tfs', None), ('rsp', None), ('move_group', None),
@@ -156,3 +205,98 @@ def generate_demo_launch(moveit_config: Any, launch_package_path: Any = None
     made.add_action(IncludeLaunchDescription(
         AnyLaunchDescriptionSource(str(folder / 'spawn_controllers.launch.py'))))
     return made
+
+
+_MANAGER, _UNLOAD = 'controller_manager_name', 'unload_on_kill'
+
+
+def generate_controllers_spawner_launch_description(
+    controller_names: Iterable[Any], controller_params_files: Iterable[Any] | None = None,
+    extra_spawner_args: Iterable[Any] = (),
+) -> LaunchDescription:
+    """Return the spawner of some controllers, with launch arguments for manager and end."""
+    files = [word for file in controller_params_files or () if file
+             for word in ('--param-file', file)]
+    # The shell drops the last word where it is empty.
+    unload = PythonExpression(
+        ['"--unload-on-kill" if "true" == "', LaunchConfiguration(_UNLOAD), '" else ""'])
+    return LaunchDescription([
+        DeclareLaunchArgument(_MANAGER, default_value='controller_manager',
+                              description='Name of the controller manager'),
+        DeclareLaunchArgument(_UNLOAD, default_value='false',
+                              description='Whether the controllers are unloaded at the end'),
+        _spawner([*controller_names, '--controller-manager', LaunchConfiguration(_MANAGER),
+                  *files, unload, *extra_spawner_args]),
+    ])
+
+
+def generate_controllers_spawner_launch_description_from_dict(
+    controller_info_dict: Mapping[str, Any], extra_spawner_args: Iterable[Any] = ()
+) -> LaunchDescription:
+    """
+    Return the spawner of some controllers.
+
+    :param controller_info_dict: controller -> its parameter file, a list of them, or None.
+    :raises ValueError: any other kind of value.
+    """
+    _check('controller_info_dict', controller_info_dict, dict)
+    files = []
+    for given in controller_info_dict.values():
+        files += _files(given)
+    return generate_controllers_spawner_launch_description(
+        list(controller_info_dict), files, extra_spawner_args)
+
+
+def generate_load_controller_launch_description(
+    controller_name: Any, controller_params_file: Any = None,
+    extra_spawner_args: Iterable[Any] = (),
+) -> LaunchDescription:
+    """Return the spawner of a controller."""
+    return generate_controllers_spawner_launch_description(
+        [controller_name], [controller_params_file], extra_spawner_args)
+
+
+def generate_spawner_launch_description(
+    controller_info_dict: Mapping[str, Mapping[str, Any]], extra_spawner_args: Iterable[Any] = ()
+) -> LaunchDescription:
+    """
+    Return a spawner whose controllers have options of their own.
+
+    :param controller_info_dict: controller -> its ``param_file``, ``load_only``, ``inactive`` and
+        ``ros_args``.
+    :raises ValueError: a value of another kind.
+    """
+    _check('controller_info_dict', controller_info_dict, dict)
+    words: list[Any] = []
+    for name, info in controller_info_dict.items():
+        words += ['--controller', name]
+        words += [word for file in _files(info.get('param_file'))
+                  for word in ('--param-file', file)]
+        for key in ('load_only', 'inactive'):
+            if _check(key, info.get(key, False), bool):
+                words.append(f"--{key.replace('_', '-')}")
+        if 'ros_args' in info:
+            words += ['--controller-ros-args', _check('ros_args', info['ros_args'], str)]
+    return LaunchDescription([_spawner([*words, *extra_spawner_args])])
+
+
+def _spawner(arguments: Iterable[Any]) -> Node:
+    return Node(package='controller_manager', executable='spawner', arguments=list(arguments),
+                shell=True, output='screen')
+
+
+def _files(given: Any) -> list[Any]:
+    if not given:
+        return []
+    return list(given) if isinstance(given, list) else [_check('parameter file', given, str)]
+
+
+def _check(name: str, value: Any, kind: type) -> Any:
+    """
+    Return a value.
+
+    :raises ValueError: it is not of its kind.
+    """
+    if type(value) is not kind:
+        raise ValueError(f'{name}: {value!r} is a {type(value).__name__}, not a {kind.__name__}')
+    return value

@@ -20,7 +20,7 @@ from armsim_ros.clients.controller_manager import (
 )
 from armsim_ros.clients.simulation import SimulationClient
 from armsim_ros.errors import SimulationError
-from armsim_ros.testing.programs.program import start_program
+from armsim_ros.testing.program import start_program
 from armsim_ros.testing.robot_user import RobotUser
 
 #: Everything that a scene consists of but the robot's state.

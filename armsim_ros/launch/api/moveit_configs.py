@@ -13,7 +13,7 @@ from typing_extensions import Self
 
 from armsim_ros.errors import ConfigError
 from armsim_ros.launch.api.actions.logs import get_logger
-from armsim_ros.launch.api.moveit.launch_utils import Xacro
+from armsim_ros.launch.api.launches import Xacro
 from armsim_ros.launch.api.param_builder import ParameterBuilder
 from armsim_ros.launch.api.ros_parameters import ParameterValue
 from armsim_ros.launch.api.substitutions.programs import missing_in

@@ -1,16 +1,19 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Reports an overloaded machine, where nothing else explains the delays."""
+"""What a program reports of itself: waiting for a processor, and answers that were lost."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 import os
 from pathlib import Path
 import sys
 import threading
 import time
+from types import FrameType
+from typing import Any, TextIO
+import warnings
 
 #: Period of checking the threads, and the shortest between warnings [s].
 PERIOD, SILENCE = 20.0, 60.0
@@ -114,3 +117,43 @@ def thread_times() -> Times:
 def _print(line: str) -> None:
     with suppress(OSError):
         print(line, file=sys.stderr, flush=True)
+
+
+_LOST = 'failed to send response'
+
+
+def log_lost_answers() -> None:
+    """
+    Log answers whose client does not receive, from now on.
+
+    Fast DDS waits for the client's reader for the writer's ``max_blocking_time``. rclpy then
+    raises a warning, of which Python prints the first alone.
+    """
+    shown = warnings.showwarning
+
+    def show(message: Warning | str, category: type[Warning], filename: str, lineno: int,
+             file: TextIO | None = None, line: str | None = None) -> None:
+        if not str(message).startswith(_LOST):
+            shown(message, category, filename, lineno, file, line)
+            return
+        from rclpy.logging import get_logger
+
+        names = (_name(frame) for frame in _frames(sys._getframe(1)))
+        name = next(filter(None, names), 'an action')
+        get_logger('lost_answers').warning(
+            f"a client of '{name}' gets no answer: this process has not discovered the client's "
+            'reader in time, or their QoS do not match')
+
+    warnings.filterwarnings('always', _LOST, RuntimeWarning)
+    warnings.showwarning = show
+
+
+def _name(frame: FrameType) -> str:
+    server: Any = frame.f_locals.get('self')
+    return getattr(server, 'srv_name', '') or getattr(server, '_action_name', '')
+
+
+def _frames(frame: FrameType | None) -> Iterator[FrameType]:
+    while frame is not None:
+        yield frame
+        frame = frame.f_back
