@@ -1,7 +1,7 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
 """
-The base of all controllers: life cycle, interfaces, parameters.
+The base of all controllers: life cycle, interfaces, parameters and their updates.
 
 ``activate``, ``deactivate``, ``update`` and ``process_requests`` are called by the control loop's
 thread alone. ``configure`` is called by the manager while the controller is not active. All else

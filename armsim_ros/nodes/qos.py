@@ -1,7 +1,7 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
 """
-Quality-of-service profiles of every endpoint.
+Quality-of-service profiles of every endpoint, and publishers of rare or frequent topics.
 
 A publisher offers as much as it can (reliable, and the last value kept where it is a state), a
 subscription asks for as little as it can, so that any client's choice matches. What Fast DDS

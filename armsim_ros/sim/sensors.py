@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What sensors on links measure, computed on demand."""
+"""What sensors on links measure, and poses of links, computed on demand."""
 
 from __future__ import annotations
 

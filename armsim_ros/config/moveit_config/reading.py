@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The settings files of a package to the neutral form: by the role of each file."""
+"""A package's settings files, controllers too, to the neutral form by the role of each file."""
 
 from __future__ import annotations
 

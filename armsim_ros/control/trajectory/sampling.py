@@ -1,7 +1,7 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
 """
-From waypoints to a motion that is sampled in every update.
+From waypoints to a motion that is sampled in every update, and motions that stop.
 
 The segments between the waypoints do not depend on when the motion starts; they are computed
 where the trajectory arrives (:class:`PreparedTrajectory`). What leads from the current state to

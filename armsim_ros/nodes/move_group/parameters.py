@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The parameters of the move_group node that can be changed at run time."""
+"""The parameters of the move_group node: changed at run time, or fixed by its files."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The control thread and the executor's thread, and their failures."""
+"""The control thread and the executor's: their failures, and the priority of the first."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Joint trajectories of a frame that follows poses, checked against the joint limits."""
+"""Profiles along a path, and joint trajectories on it, checked against the limits."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The program generate_config."""
+"""The program generate_config: from a URDF to a complete first set of files."""
 
 from __future__ import annotations
 
