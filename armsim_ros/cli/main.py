@@ -17,7 +17,7 @@ from typing import TextIO
 
 from armsim_ros.cli.arguments import format_help, split_ros_args
 from armsim_ros.cli.environment import add_own_prefix, announce_often
-from armsim_ros.cli.programs import module_of, PROGRAMS, PURPOSES, ROBOT_PROGRAMS
+from armsim_ros.cli.programs import main_of, PROGRAMS, PURPOSES, ROBOT_PROGRAMS
 from armsim_ros.errors import ArmsimError, nearest, USAGE_STATUS
 
 _STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM)
@@ -73,7 +73,8 @@ def run(program: str, argv: Sequence[str] | None = None) -> int:
     try:
         usual = {number: signal.signal(number, leave) for number in _STOP_SIGNALS}
         signal.pthread_sigmask(signal.SIG_UNBLOCK, _STOP_SIGNALS)
-        start = import_module(module_of(program)).main
+        module, _, function = main_of(program).partition(':')
+        start = getattr(import_module(module), function)
         if program not in ROBOT_PROGRAMS:
             # The others import more before they take the signals over themselves.
             for number, handler in usual.items():

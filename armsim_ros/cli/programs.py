@@ -4,7 +4,7 @@
 The programs of the package; the list that the command line and setup.py read.
 
 Name of a program -> what it does, as a line. Its ``main(argv) -> exit status`` lies in the
-module that ``module_of`` names, and ``armsim_ros.cli.main`` has an entry point of its name.
+module that ``main_of`` names, and ``armsim_ros.cli.main`` has an entry point of its name.
 """
 
 from __future__ import annotations
@@ -45,11 +45,16 @@ LAUNCH_PROGRAMS = {
     'overlay': "let a ROS installation's own ros2 launch start this package's programs",
     'original': "replace a program of ros2_control or MoveIt, with that program's arguments",
 }
-#: Program -> its module, where that is not ``main`` in a folder of the program's name.
-_MODULES = {
-    'list': 'list', 'original': 'upstream.main',
-    'servo_node': 'servo.main', 'servo_node_main': 'servo.main',
-    'unspawner': 'spawner.unspawner', 'hardware_spawner': 'spawner.hardware_spawner',
+_SERVERS = {'simulation': 'simulation', 'move_group': 'move_group', 'camera': 'camera',
+            'servo_node': 'servo_node', 'servo_node_main': 'servo_node'}
+#: Program -> its function, where that is not ``main`` of the module ``main`` in its own folder.
+_MAINS = {
+    **{program: f'nodes.robot_program:{name}' for program, name in _SERVERS.items()},
+    **{verb: f'nodes.verbs.{verb}:main' for verb in VERBS},
+    'launch': 'launch.main:main', 'overlay': 'launch.overlay:main',
+    'list': 'tools.list:main', 'original': 'nodes.upstream.main:main',
+    'unspawner': 'nodes.spawner.main:unspawn',
+    'hardware_spawner': 'nodes.spawner.main:set_hardware',
 }
 PROGRAMS = {**ROBOT_PROGRAMS, **CLIENT_PROGRAMS, **VERBS, **FILE_PROGRAMS, **LAUNCH_PROGRAMS}
 #: A task -> the programs for it.
@@ -60,11 +65,7 @@ PURPOSES = {
 }
 
 
-def module_of(program: str) -> str:
-    """Return the module with a program's ``main``."""
-    if program in ('launch', 'overlay'):
-        return f'armsim_ros.launch.{"main" if program == "launch" else program}'
-    if program in VERBS:
-        return f'armsim_ros.nodes.verbs.{program}'
+def main_of(program: str) -> str:
+    """Return ``module:function`` of a program."""
     folder = 'tools' if program in FILE_PROGRAMS else 'nodes'
-    return f'armsim_ros.{folder}.{_MODULES.get(program, f"{program}.main")}'
+    return f'armsim_ros.{_MAINS.get(program, f"{folder}.{program}.main:main")}'

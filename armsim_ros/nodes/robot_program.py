@@ -1,6 +1,11 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The life of a program that serves a robot: from its command line to its exit status."""
+"""
+The programs that serve a robot, and their life from the command line to the exit status.
+
+Each takes the words after its name, by default those of this process, and serves until SIGINT or
+SIGTERM. It returns 0 after a signal, 2 after a user's error, 1 after a failure.
+"""
 
 from __future__ import annotations
 
@@ -15,7 +20,7 @@ import threading
 from typing import Protocol
 
 from armsim_ros.cli.arguments import parse_arguments, ProgramArguments
-from armsim_ros.cli.environment import refuse, started_by_bringup
+from armsim_ros.cli.environment import QuietEnd, refuse, started_by_bringup
 from armsim_ros.errors import ArmsimError, USAGE_STATUS
 from armsim_ros.nodes.watching import log_lost_answers, watch_process
 
@@ -98,3 +103,28 @@ def serve(
     except ArmsimError as error:
         refuse(str(error))
         return USAGE_STATUS
+
+
+def simulation(argv: Sequence[str] | None = None) -> int:
+    """Run the simulation."""
+    # Nothing is drawn here: MuJoCo need not search for a renderer, nor reject any.
+    os.environ['MUJOCO_GL'] = 'disable'
+    return serve('armsim_ros.nodes.simulation.program', 'SimulationProgram', argv)
+
+
+def move_group(argv: Sequence[str] | None = None) -> int:
+    """Run move_group: planning, kinematics, the planning scene, execution."""
+    end = QuietEnd(1)
+    end.status = status = serve('armsim_ros.nodes.move_group.program', 'MoveGroupProgram', argv)
+    return status
+
+
+def servo_node(argv: Sequence[str] | None = None) -> int:
+    """Run servo_node: twists, joint jogs and poses to joint commands."""
+    return serve('armsim_ros.nodes.servo.program', 'ServoProgram', argv)
+
+
+def camera(argv: Sequence[str] | None = None) -> int:
+    """Run the camera: pictures of a simulation that runs with ``camera:=true``."""
+    # It runs at the lowest priority, so that its waiting is no measure of the load.
+    return serve('armsim_ros.nodes.camera.program', 'CameraProgram', argv, watched=False)

@@ -26,7 +26,7 @@ from armsim_ros.errors import ResourceError
 @pytest.fixture
 def program(monkeypatch):
     """Put a program of our own in simulation's place and return its module."""
-    module = ModuleType('armsim_ros.nodes.simulation.main')
+    module = ModuleType('armsim_ros.nodes.robot_program')
     monkeypatch.setitem(sys.modules, module.__name__, module)
     monkeypatch.setenv('AMENT_PREFIX_PATH', '/somewhere')
     usual = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
@@ -58,14 +58,14 @@ def test_every_robot_program_explains_itself_without_being_imported(name, capsys
 
 def test_help_for_ros_is_not_ours(program, capsys):
     """A --help behind --ros-args goes to rclpy."""
-    program.main = len
+    program.simulation = len
     assert door.run('simulation', ['--ros-args', '--help']) == len(['--ros-args', '--help'])
     assert capsys.readouterr().out == ''
 
 
 def test_a_program_gets_its_words_and_gives_the_status(program):
     """What main returns is the exit status."""
-    program.main = lambda argv: 7 if argv == ['paused:=true'] else 1
+    program.simulation = lambda argv: 7 if argv == ['paused:=true'] else 1
     assert door.main(['simulation', 'paused:=true']) == 7
 
 
@@ -74,7 +74,7 @@ def test_a_mistake_of_the_user_is_one_message_and_status_2(program, capsys):
     def fail(argv):
         raise ResourceError("robot 'x' is not there")
 
-    program.main = fail
+    program.simulation = fail
     assert door.run('simulation', []) == 2
     assert capsys.readouterr().err == "simulation: robot 'x' is not there\n"
 
@@ -84,7 +84,7 @@ def test_a_missing_package_is_named_with_the_remedy(program, capsys):
     def fail(argv):
         raise ModuleNotFoundError("No module named 'rclpy'", name='rclpy')
 
-    program.main = fail
+    program.simulation = fail
     assert door.run('simulation', []) == 1
     message = capsys.readouterr().err
     assert "'rclpy'" in message
@@ -98,7 +98,7 @@ def test_a_platform_without_wheels_is_named(program, capsys, monkeypatch, name, 
     def fail(argv):
         raise ModuleNotFoundError("No module named 'rclpy'", name='rclpy')
 
-    program.main = fail
+    program.simulation = fail
     monkeypatch.setattr(sys, name, value)
     assert door.run('simulation', []) == 1
     message = capsys.readouterr().err
@@ -111,7 +111,7 @@ def test_a_missing_system_library_is_named_with_the_package(program, capsys):
     def fail(argv):
         raise ImportError('libgomp.so.1: cannot open shared object file: No such file')
 
-    program.main = fail
+    program.simulation = fail
     assert door.run('simulation', []) == 1
     assert capsys.readouterr().err == (
         "simulation: the system library 'libgomp.so.1' is missing; install it (Debian, Ubuntu: "
@@ -123,7 +123,7 @@ def test_a_log_that_cannot_be_written_is_told_with_the_remedy(program, capsys):
     def fail(argv):
         raise RuntimeError("failed: Failed to create log directory '/x/log': 2, at a.cpp:154")
 
-    program.main = fail
+    program.simulation = fail
     assert door.run('simulation', []) == 2
     message = capsys.readouterr().err
     assert "'/x/log'" in message
@@ -140,7 +140,7 @@ def test_a_locale_without_a_character_stops_no_output(program, monkeypatch):
         print('30°', flush=True)
         return 0
 
-    program.main = degrees
+    program.simulation = degrees
     assert door.run('simulation', []) == 0
     assert shown.getvalue() == b'30?\n'
 
@@ -150,7 +150,7 @@ def test_a_missing_module_of_ours_is_no_mistake_of_the_user(program):
     def fail(argv):
         raise ModuleNotFoundError('no', name='armsim_ros.lost')
 
-    program.main = fail
+    program.simulation = fail
     with pytest.raises(ModuleNotFoundError):
         door.run('simulation', [])
 
@@ -160,7 +160,7 @@ def test_an_interrupted_program_leaves_no_traceback(program, capsys):
     def fail(argv):
         raise KeyboardInterrupt
 
-    program.main = fail
+    program.simulation = fail
     assert door.run('simulation', []) == 130
     assert capsys.readouterr().err == ''
 

@@ -1,9 +1,10 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The spawner program."""
+"""The programs spawner, unspawner and hardware_spawner."""
 
 from __future__ import annotations
 
+import argparse
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 import signal
@@ -15,14 +16,18 @@ from armsim_ros.clients.controller_manager import ParameterClient
 from armsim_ros.clients.ros_client import RosClient
 from armsim_ros.errors import ArmsimError, ControllerError
 from armsim_ros.nodes.spawner.arguments import (
+    add_manager_options,
     ControllerRequest,
     entries_of,
     parse_spawner_arguments,
+    parse_unspawner_arguments,
     SpawnerRequest,
 )
 from armsim_ros.nodes.spawner.manager_client import ManagerClient
 from armsim_ros.nodes.upstream.node_parameters import read_node_arguments
 
+#: Time for an answer of the manager [s].
+_CALL_TIMEOUT = 10.0
 _ENDS = (signal.SIGINT, signal.SIGTERM)
 
 
@@ -201,3 +206,62 @@ def unload(manager: ManagerClient, names: Iterable[str], switch_timeout: float) 
         manager.switch(deactivate=active, timeout=switch_timeout)
     for name in names:
         manager.unload(name)
+
+
+def unspawn(argv: Sequence[str] | None = None) -> int:
+    """
+    Deactivate and unload controllers.
+
+    :param argv: the words after the program's name; those of this process where None.
+    :returns: 0 when all are gone, 1 at the first failure.
+    """
+    words, ros_args = split_ros_args(sys.argv[1:] if argv is None else argv)
+    arguments = parse_unspawner_arguments(words)
+    name = f'unspawner_{arguments.controllers[0]}'
+    return run_client(name, ros_args, lambda client: _unspawn_all(client, arguments))
+
+
+def _unspawn_all(client: RosClient, arguments: argparse.Namespace) -> None:
+    log = client.node.get_logger()
+    manager = ManagerClient(client, arguments.controller_manager, arguments.service_call_timeout)
+    manager.wait(arguments.controller_manager_timeout)
+    unload(manager, arguments.controllers, arguments.switch_timeout)
+    log.info(f'unloaded: {", ".join(arguments.controllers)}')
+
+
+def set_hardware(argv: Sequence[str] | None = None) -> int:
+    """
+    Configure or activate hardware components.
+
+    :param argv: the words after the program's name; those of this process where None.
+    :returns: 0, also after a warning of a component that is not there or does not change its
+        state; 1 where no manager answers.
+    """
+    words, ros_args = split_ros_args(sys.argv[1:] if argv is None else argv)
+    parser = argparse.ArgumentParser(
+        prog='hardware_spawner', description='Configure or activate hardware components.')
+    parser.add_argument('components', nargs='+', metavar='NAME', help='of a hardware component')
+    state = parser.add_mutually_exclusive_group(required=True)
+    state.add_argument('--activate', dest='state', action='store_const', const='active',
+                       help='configure and activate the components')
+    state.add_argument('--configure', dest='state', action='store_const', const='inactive',
+                       help='configure the components')
+    add_manager_options(parser)
+    options = parser.parse_args(words)
+    return run_client('hardware_spawner', ros_args, lambda client: _set_states(client, options))
+
+
+def _set_states(client: RosClient, options: argparse.Namespace) -> None:
+    log = client.node.get_logger()
+    manager = ManagerClient(client, options.controller_manager, _CALL_TIMEOUT)
+    manager.wait(options.controller_manager_timeout)
+    known = manager.hardware_states()
+    for name in options.components:
+        if name not in known:
+            log.warning(
+                f"no hardware component '{name}' is loaded; loaded: {', '.join(known) or 'none'}")
+        elif (state := manager.set_hardware_state(name, options.state)) != options.state:
+            log.warning(
+                f"hardware component '{name}' is {state} and does not become {options.state}")
+        else:
+            log.info(f"hardware component '{name}' is {state}")

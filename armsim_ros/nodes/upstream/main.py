@@ -11,17 +11,16 @@ import sys
 from armsim_ros.cli.arguments import UsageError
 from armsim_ros.errors import nearest
 
-#: Program -> module with its ``main``.
+#: Program -> module and function here.
 PROGRAMS = {
-    'ros2_control_node': 'armsim_ros.nodes.upstream.ros2_control_node',
-    'move_group': 'armsim_ros.nodes.upstream.move_group',
-    'servo_node': 'armsim_ros.nodes.upstream.servo_node',
-    'robot_state_publisher': 'armsim_ros.nodes.upstream.robot_state_publisher',
-    'joint_state_publisher': 'armsim_ros.nodes.upstream.joint_state_publisher',
-    'static_transform_publisher': 'armsim_ros.nodes.upstream.static_transform_publisher',
-    'spawner': 'armsim_ros.nodes.spawner.main',
-    'unspawner': 'armsim_ros.nodes.spawner.unspawner',
-    'hardware_spawner': 'armsim_ros.nodes.spawner.hardware_spawner',
+    **{name: (f'upstream.{name}', 'main') for name in (
+        'ros2_control_node', 'robot_state_publisher', 'joint_state_publisher',
+        'static_transform_publisher')},
+    'move_group': ('upstream.planning_programs', 'move_group'),
+    'servo_node': ('upstream.planning_programs', 'servo_node'),
+    'spawner': ('spawner.main', 'main'),
+    'unspawner': ('spawner.main', 'unspawn'),
+    'hardware_spawner': ('spawner.main', 'set_hardware'),
 }
 
 
@@ -42,4 +41,5 @@ def main(argv: Sequence[str] | None = None) -> int:
     if program == 'spawner':
         # A vendor's controller that is not known here must not keep the arm's own away.
         rest.insert(0, '--keep-going')
-    return int(import_module(PROGRAMS[program]).main(rest))
+    module, function = PROGRAMS[program]
+    return int(getattr(import_module(f'armsim_ros.nodes.{module}'), function)(rest))

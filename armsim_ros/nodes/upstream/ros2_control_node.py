@@ -34,7 +34,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     :param argv: the words that the upstream program would get.
     :returns: the exit status of the simulation.
     """
-    from armsim_ros.nodes.simulation.main import main as simulate
+    from armsim_ros.nodes.robot_program import simulation
 
     with TemporaryDirectory(prefix=PREFIX) as folder:
         try:
@@ -45,7 +45,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         except ArmsimError as error:
             print(error, file=sys.stderr, flush=True)
             return USAGE_STATUS
-        return simulate(words)
+        return simulation(words)
 
 
 def simulation_words(urdf: str, arguments: NodeArguments, folder: Path) -> list[str]:

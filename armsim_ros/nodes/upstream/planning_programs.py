@@ -1,10 +1,10 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""servo_node by the command line of MoveIt's: robot and parameters come from a launch file."""
+"""move_group and servo_node by the command lines of MoveIt's: the robot is in their parameters."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 import sys
 from tempfile import TemporaryDirectory
@@ -14,8 +14,14 @@ import yaml
 
 from armsim_ros.cli.arguments import split_ros_args
 from armsim_ros.errors import ArmsimError, USAGE_STATUS
+from armsim_ros.nodes import robot_program
 from armsim_ros.nodes.upstream.node_parameters import NodeArguments, read_node_arguments
-from armsim_ros.nodes.upstream.robot_package import described_package, PREFIX
+from armsim_ros.nodes.upstream.robot_package import (
+    described_package,
+    PREFIX,
+    SEMANTIC,
+    URDF,
+)
 
 _BLOCK = 'moveit_servo.'
 #: Parameters beside the block.
@@ -28,24 +34,52 @@ _DEFAULTS = {
 }
 
 
-def main(argv: Sequence[str] | None = None) -> int:
+def move_group(argv: Sequence[str] | None = None) -> int:
+    """
+    Run move_group for the robot that parameters or topics describe.
+
+    :param argv: the words that the upstream program would get.
+    :returns: the exit status of move_group.
+    """
+    return _run('move_group', robot_program.move_group, move_group_words, argv)
+
+
+def servo_node(argv: Sequence[str] | None = None) -> int:
     """
     Run servo_node for the robot that parameters or topics describe.
 
     :param argv: the words that the upstream program would get.
     :returns: the exit status of servo_node.
     """
-    from armsim_ros.nodes.servo.main import main as stream
+    return _run('servo_node', robot_program.servo_node, servo_words, argv)
 
+
+def _run(
+    name: str, serve: Callable[[Sequence[str]], int],
+    words_of: Callable[[NodeArguments, Path], list[str]], argv: Sequence[str] | None,
+) -> int:
     with TemporaryDirectory(prefix=PREFIX) as folder:
         try:
             _, ros_args = split_ros_args(sys.argv[1:] if argv is None else argv)
-            arguments = read_node_arguments(ros_args, 'servo_node')
-            words = servo_words(arguments, Path(folder))
+            words = words_of(read_node_arguments(ros_args, name), Path(folder))
         except ArmsimError as error:
             print(error, file=sys.stderr, flush=True)
             return USAGE_STATUS
-        return stream(words)
+        return serve(words)
+
+
+def move_group_words(arguments: NodeArguments, folder: Path) -> list[str]:
+    """
+    Return the words that start move_group for a robot, whose files are written into a folder.
+
+    :raises ConfigError: where a description is none.
+    """
+    values = arguments.values
+    values.setdefault('moveit_manage_controllers', False)
+    words = described_package(arguments, folder)
+    arguments.rest += [word for name in (URDF, SEMANTIC) if values.get(f'publish_{name}') is True
+                       for word in ('-p', f'publish_{name}:=true')]
+    return [*words, *arguments.ros_args(with_name=arguments.namespace != '/')]
 
 
 def servo_words(arguments: NodeArguments, folder: Path) -> list[str]:
