@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 import atexit
-from collections.abc import Callable, Mapping, MutableMapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, MutableMapping, Sequence
 from contextlib import suppress
 import ctypes
 import os
@@ -101,6 +101,31 @@ def die_with_parent(*, holds_sigint: bool = True) -> Callable[[], None]:
             signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
 
     return prepare
+
+
+def signal_group(leader: int, number: int) -> None:
+    """Send a signal to a process and all that it started in its group, if there are any left."""
+    with suppress(ProcessLookupError, PermissionError):
+        os.killpg(leader, number)
+
+
+class StopLadder:
+    """
+    What a program gets that does not end: SIGINT, then SIGTERM, then SIGKILL.
+
+    :param sigterm: when, after SIGINT [s].
+    :param sigkill: when, after SIGINT [s].
+    """
+
+    def __init__(self, sigterm: float, sigkill: float) -> None:
+        self.rungs = ((0.0, signal.SIGINT), (sigterm, signal.SIGTERM), (sigkill, signal.SIGKILL))
+        self._taken = 0
+
+    def due(self, elapsed: float) -> Iterator[signal.Signals]:
+        """Yield the signals that have come due [s] and were not yielded before."""
+        while self._taken < len(self.rungs) and self.rungs[self._taken][0] <= elapsed:
+            self._taken += 1
+            yield self.rungs[self._taken - 1][1]
 
 
 #: Begins each line of a refusal that a bringup reads: the ASCII record separator.

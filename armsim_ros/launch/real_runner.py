@@ -16,7 +16,7 @@ import sys
 import time
 from typing import Any, TYPE_CHECKING
 
-from armsim_ros.cli.environment import child_environment, die_with_parent
+from armsim_ros.cli.environment import child_environment, die_with_parent, signal_group, StopLadder
 from armsim_ros.launch.api.process import ExecuteLocal
 from armsim_ros.launch.failures import missing_module_text
 from armsim_ros.launch.lookup import current_lookup
@@ -138,11 +138,12 @@ class ProcessRunner:
             self._engine.process_ended(action, name, 0, spec, 0)
         self._parts.clear()
         for process in self._running.values():
-            self._send(process, signal.SIGINT)
             spec = process.start.spec
-            self._loop.call_later(spec.sigterm_timeout, self._escalate, process, signal.SIGTERM)
-            self._loop.call_later(spec.sigterm_timeout + spec.sigkill_timeout, self._escalate,
-                                  process, signal.SIGKILL)
+            ladder = StopLadder(spec.sigterm_timeout, spec.sigterm_timeout + spec.sigkill_timeout)
+            (_, first), *later = ladder.rungs
+            self._send(process, first)
+            for after, number in later:
+                self._loop.call_later(after, self._escalate, process, number)
 
     async def close(self) -> None:
         """Kill the remaining processes."""
@@ -224,8 +225,7 @@ class ProcessRunner:
     async def _watch(self, ended: _Process) -> None:
         status = await ended.process.wait()
         # Processes left in its group would hold its pipes open.
-        with contextlib.suppress(ProcessLookupError, PermissionError):
-            os.killpg(ended.pid, signal.SIGKILL)
+        signal_group(ended.pid, signal.SIGKILL)
         await asyncio.wait(ended.tasks, timeout=1.0)
         del self._running[ended.name]
         spec = ended.start.spec
@@ -283,8 +283,7 @@ class ProcessRunner:
 
     def _send(self, running: _Process, number: signal.Signals) -> None:
         if running.process.returncode is None:
-            with contextlib.suppress(ProcessLookupError, PermissionError):
-                os.killpg(running.pid, number)
+            signal_group(running.pid, number)
 
 
 def _raise(task: asyncio.Task[Any]) -> None:

@@ -21,7 +21,7 @@ from types import TracebackType
 from typing import IO
 
 import armsim_ros
-from armsim_ros.cli.environment import die_with_parent
+from armsim_ros.cli.environment import die_with_parent, signal_group
 
 DOMAINS = range(30, 40)
 """Low, so that all ports of a domain lie below the ephemeral ones of Linux."""
@@ -186,10 +186,7 @@ class Program:
             self._kill_session()
 
     def _kill_session(self) -> None:
-        try:
-            os.killpg(self.process.pid, signal.SIGKILL)
-        except ProcessLookupError:
-            return
+        signal_group(self.process.pid, signal.SIGKILL)
         self.process.wait()
 
     def _read(self) -> None:

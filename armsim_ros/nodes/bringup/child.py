@@ -14,7 +14,7 @@ import subprocess
 import threading
 from typing import IO
 
-from armsim_ros.cli.environment import child_environment, die_with_parent
+from armsim_ros.cli.environment import child_environment, die_with_parent, signal_group
 
 #: What fits between a program and us, while we are stopped [bytes].
 _PIPE_SIZE = 1 << 20
@@ -76,14 +76,14 @@ class Child:
             flags = os.WEXITED | os.WNOHANG | os.WNOWAIT
             if os.waitid(os.P_PID, self.pid, flags) is not None:
                 # Not yet reaped, so the group's number cannot belong to anyone else.
-                self._signal_group(signal.SIGKILL)
+                signal_group(self.pid, signal.SIGKILL)
                 self.status = self._process.wait()
         return self.status is not None
 
     def send(self, number: signal.Signals) -> None:
         """Send a signal to its whole process group, if it still runs."""
         if not self.has_ended():
-            self._signal_group(number)
+            signal_group(self.pid, number)
 
     def describe_end(self) -> str:
         """Return how it ended, as the end of a sentence."""
@@ -95,10 +95,6 @@ class Child:
         except ValueError:
             name = 'unknown'
         return f'was killed by signal {-self.status} ({name})'
-
-    def _signal_group(self, number: signal.Signals) -> None:
-        with suppress(ProcessLookupError, PermissionError):
-            os.killpg(self.pid, number)
 
 
 #: Lines that wait while the reader is slow; those after them are counted and dropped.

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
+import math
 import selectors
 import signal
 import socket
@@ -13,13 +14,12 @@ import time
 from types import FrameType
 from typing import IO
 
-from armsim_ros.cli.environment import MARK
+from armsim_ros.cli.environment import MARK, StopLadder
 from armsim_ros.errors import USAGE_STATUS
 from armsim_ros.nodes.bringup.child import Child, Outlet
 
-#: What a program gets that does not end, and when after the first word [s]. All of it lies
-#: below 2 s, the time in which nothing may be left.
-STOP_SCHEDULE = ((0.0, signal.SIGINT), (0.6, signal.SIGTERM), (1.5, signal.SIGKILL))
+#: SIGTERM and SIGKILL of programs that do not end [s]: below 2 s, when nothing may be left.
+SIGTERM_AFTER, SIGKILL_AFTER = 0.6, 1.5
 _STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 #: Events are waited for no longer than this, while the programs run and while they end [s].
 _LONGEST_WAIT, _LONGEST_WAIT_AT_END = 1.0, 0.05
@@ -45,7 +45,7 @@ class Supervisor:
         self._selector = selectors.DefaultSelector()
         self._stop_requests = 0
         self._stopped_since: float | None = None
-        self._steps_done = 0
+        self._ladder = StopLadder(SIGTERM_AFTER, SIGKILL_AFTER)
         self._status: int | None = None
         self._refusals: set[str] = set()
         self._listen_to_signals()
@@ -167,11 +167,7 @@ class Supervisor:
         if self._stopped_since is None:
             return
         elapsed = time.monotonic() - self._stopped_since
-        while self._steps_done < len(STOP_SCHEDULE):
-            after, number = STOP_SCHEDULE[self._steps_done]
-            if elapsed < after and self._stop_requests < 2:
-                break
-            self._steps_done += 1
+        for number in self._ladder.due(math.inf if self._stop_requests > 1 else elapsed):
             for child in self._children:
                 child.send(number)
 
