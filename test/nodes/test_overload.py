@@ -16,7 +16,8 @@ class Machine:
         self.now = 0.0
         self.times = {'1': (0.0, 0.0), '2': (0.0, 0.0)}
         self.reported: list[str] = []
-        self.watch = OverloadWatch('program', read=lambda: dict(self.times), report=self.reported.append)
+        self.watch = OverloadWatch(
+            'program', read=lambda: dict(self.times), report=self.reported.append)
         self.watch.look(self.now)
 
     def run(self, seconds: float, used: float, waited: float) -> None:
