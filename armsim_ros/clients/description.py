@@ -17,11 +17,8 @@ from armsim_ros.model.description.urdf_geometry import Scale
 from armsim_ros.model.geometry import Mesh
 from armsim_ros.model.robot_model import Joint, JointType, RobotModel
 from armsim_ros.model.semantic_model import PlanningGroup, SemanticModel
-from armsim_ros.model.transforms import (
-    matrix_from_axis_angle,
-    matrix_from_quat_xyzw,
-    pose_from_parts,
-)
+from armsim_ros.model.transforms import matrix_from_quat_xyzw
+from armsim_ros.model.tree import joint_pose
 
 
 def describe(urdf: str, srdf: str = '') -> RobotModel:
@@ -58,16 +55,6 @@ def with_limits(robot: RobotModel, overrides: Mapping[str, Mapping[str, float]])
         for name, joint in robot.joints.items()
     }
     return replace(robot, joints=joints)
-
-
-def joint_pose(joint: Joint, value: float) -> Matrix:
-    """Return the pose of a joint's child link in its parent, (4, 4), at a position."""
-    if not joint.movable:
-        return joint.origin
-    if joint.type is JointType.PRISMATIC:
-        return joint.origin @ pose_from_parts(joint.axis * value, np.eye(3))
-    turn = matrix_from_axis_angle(joint.axis, value)
-    return joint.origin @ pose_from_parts((0.0, 0.0, 0.0), turn)
 
 
 def link_pose(robot: RobotModel, link: str, positions: Mapping[str, float]) -> Matrix:

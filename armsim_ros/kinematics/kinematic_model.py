@@ -59,14 +59,9 @@ def mimic_rules(robot: RobotModel) -> tuple[tuple[int, int, float, float], ...]:
     indices = {name: index for index, name in enumerate(robot.movable_joints)}
     rules = []
     for name in robot.movable_joints:
-        multiplier, offset = 1.0, 0.0
-        joint = robot.joints[name]
-        while joint.mimic is not None:
-            offset += multiplier * joint.mimic.offset
-            multiplier *= joint.mimic.multiplier
-            joint = robot.joints[joint.mimic.joint]
-        if joint.name != name:
-            rules.append((indices[name], indices[joint.name], multiplier, offset))
+        driver, multiplier, offset = robot.driver_of(name)
+        if driver.name != name:
+            rules.append((indices[name], indices[driver.name], multiplier, offset))
     return tuple(rules)
 
 

@@ -328,7 +328,8 @@ class RobotModel:
             full[name] = positions.get(name, self.default_position(name))
         for name in self.movable_joints:
             if self.joints[name].mimic is not None:
-                full[name] = self._mimic_position(name, full)
+                driver, multiplier, offset = self.driver_of(name)
+                full[name] = multiplier * full[driver.name] + offset
         return {name: full[name] for name in self.movable_joints}
 
     def default_position(self, name: str) -> float:
@@ -338,8 +339,15 @@ class RobotModel:
             return 0.0
         return 0.5 * (limits.lower + limits.upper)
 
-    def _mimic_position(self, name: str, full: dict[str, float]) -> float:
-        mimic = self.joints[name].mimic
-        if mimic is None:
-            return full[name]
-        return mimic.multiplier * self._mimic_position(mimic.joint, full) + mimic.offset
+    def driver_of(self, name: str) -> tuple[Joint, float, float]:
+        """
+        Return the joint that a joint follows, of a chain the last, with multiplier and offset.
+
+        :returns: the joint itself, 1 and 0 where it mimics none.
+        """
+        joint, multiplier, offset = self.joints[name], 1.0, 0.0
+        while joint.mimic is not None:
+            offset += multiplier * joint.mimic.offset
+            multiplier *= joint.mimic.multiplier
+            joint = self.joints[joint.mimic.joint]
+        return joint, multiplier, offset

@@ -8,7 +8,6 @@ import pytest
 from armsim_ros.clients.description import (
     bounds,
     describe,
-    joint_pose,
     link_pose,
     moved_links,
     position_of,
@@ -16,6 +15,7 @@ from armsim_ros.clients.description import (
     with_limits,
 )
 from armsim_ros.model.transforms import quat_xyzw_from_matrix
+from armsim_ros.model.tree import joint_pose
 
 URDF = """<robot name="two">
   <link name="base"/>

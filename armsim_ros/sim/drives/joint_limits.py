@@ -80,12 +80,9 @@ def fingers_driven(model: RobotModel) -> Vector:
     """
     counts = dict.fromkeys(model.active_joints, 1.0)
     for joint in model.joints.values():
-        leader, reach = joint, 1.0
-        while leader.mimic is not None:
-            reach *= abs(leader.mimic.multiplier)
-            leader = model.joints[leader.mimic.joint]
+        leader, multiplier, _ = model.driver_of(joint.name)
         if leader is not joint and _slides(joint) and _slides(leader) and leader.name in counts:
-            counts[leader.name] += reach
+            counts[leader.name] += abs(multiplier)
     return np.array(list(counts.values()))
 
 

@@ -11,13 +11,13 @@ from typing import Any
 import numpy as np
 
 from armsim_ros.arrays import Matrix
-from armsim_ros.clients.description import joint_pose
 from armsim_ros.model.robot_model import RobotModel
 from armsim_ros.model.transforms import (
     matrix_from_quat_wxyz,
     pose_from_parts,
     quat_wxyz_from_matrix,
 )
+from armsim_ros.model.tree import joint_pose
 from armsim_ros.nodes.web.view.shapes import Color, PLAIN, ShapeReader
 
 #: A change below this is not sent: a quaternion's part, or [m].
