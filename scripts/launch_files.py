@@ -25,8 +25,7 @@ import time
 import traceback
 
 from armsim_ros.cli.environment import add_own_prefix
-from armsim_ros.launch.command_line import LaunchWords
-from armsim_ros.launch.evaluation import Launch
+from armsim_ros.launch.evaluation import Launch, LaunchWords
 from armsim_ros.launch.lookup import Lookup
 from armsim_ros.packages import Packages, packages_below
 

@@ -10,8 +10,7 @@ from pathlib import Path
 import sys
 
 from armsim_ros.errors import ArmsimError, USAGE_STATUS
-from armsim_ros.launch.command_line import parse_words, USAGE
-from armsim_ros.launch.evaluation import Launch
+from armsim_ros.launch.evaluation import Launch, parse_words, USAGE
 from armsim_ros.launch.overlay import environment_with, overlay_folder, write_overlay
 
 #: What a sourced installation of Jazzy sets.

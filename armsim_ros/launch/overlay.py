@@ -128,8 +128,7 @@ def _prefixes(without: Path | None) -> list[Path]:
 
 def _check(words: Sequence[str]) -> int:
     """Print the origin of each program of a launch file."""
-    from armsim_ros.launch.command_line import parse_words
-    from armsim_ros.launch.evaluation import Launch
+    from armsim_ros.launch.evaluation import Launch, parse_words
 
     if not words:
         raise UsageError(f'--check needs a launch file\n{USAGE}')

@@ -1,6 +1,10 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""XML text as elements that remember their place, with readers for the values in them."""
+"""
+XML text as elements that remember their place, with readers for the values in them.
+
+Elements of the standard library have no line; its parser has, and needs no further package.
+"""
 
 from __future__ import annotations
 

@@ -1,6 +1,10 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Mesh files to triangles: STL in both forms and OBJ, others through a library; convex parts."""
+"""
+Mesh files to triangles: STL in both forms and OBJ, others through a library; convex parts.
+
+STL and OBJ are read here because every start reads them: importing trimesh alone takes 0.6 s.
+"""
 
 from __future__ import annotations
 

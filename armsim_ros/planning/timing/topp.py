@@ -3,8 +3,8 @@
 """
 TOPP-RA on a path of pieces.
 
-Kept apart because importing toppra takes time. Most of it would be that of plots and of splines
-through waypoints, which is not needed here.
+Kept apart because importing toppra takes time: 0.9 s as it is, 0.26 s without plots and splines
+through waypoints, which are not needed here and are imported later.
 """
 
 from __future__ import annotations
