@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The benchmarks of streaming that need no ROS, with a few of what they do a thousand times."""
 
-from armsim_ros.sim.drives.joint_limits import VELOCITY_HEADROOM
+from armsim_ros.sim.drives.reference import VELOCITY_HEADROOM
 from benchmarks.streaming.streaming_jogs import jogs_table
 from benchmarks.streaming.streaming_switches import switches_table
 from benchmarks.streaming.streaming_two_arms import pairs_table

@@ -28,8 +28,8 @@ from armsim_ros.model.robot_model import RobotModel
 from armsim_ros.model.world_objects import initial_positions, world_objects
 from armsim_ros.sim.clock import SimClock
 from armsim_ros.sim.drives.drive_modes import MockCommands, offered_commands, offered_states
-from armsim_ros.sim.drives.joint_limits import fingers_driven
 from armsim_ros.sim.drives.placeholder_efforts import with_sufficient_efforts
+from armsim_ros.sim.drives.reference import fingers_driven
 from armsim_ros.sim.drives.servo import Servo
 from armsim_ros.sim.grippers.vacuum_gripper import VacuumGripper
 from armsim_ros.sim.physics.geoms import BodyContact, contacts, touching

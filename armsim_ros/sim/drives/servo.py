@@ -17,8 +17,7 @@ from armsim_ros.model.robot_model import RobotModel
 from armsim_ros.sim.drives.drive_gains import count_moving, DriveGains, TUNING_STEPS
 from armsim_ros.sim.drives.drive_modes import Followed
 from armsim_ros.sim.drives.inverse_dynamics import InverseDynamics, stride_of
-from armsim_ros.sim.drives.joint_limits import DrivenLimits, fingers_driven
-from armsim_ros.sim.drives.reference import CommandInterpolator
+from armsim_ros.sim.drives.reference import CommandInterpolator, DrivenLimits, fingers_driven
 from armsim_ros.sim.physics.saved_state import Restorable
 
 
