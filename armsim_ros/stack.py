@@ -34,6 +34,7 @@ from armsim_ros.sim.grippers.finger_contacts import FingerContacts
 from armsim_ros.trajectory import JointTrajectory
 
 if TYPE_CHECKING:
+    from armsim_ros.camera_in_scene import CameraInScene
     from armsim_ros.execution.in_process import SentGoal
     from armsim_ros.planning.planner import MotionPlanner
     from armsim_ros.planning.request import Constraints
@@ -257,6 +258,19 @@ class ArmSim:
         self._shared_objects.discard(name)
         self._follow_world()
 
+    def look(self, camera: str) -> None:
+        """
+        Add what a camera of simulation.yaml sees now to the octomap of the scene.
+
+        The next plan keeps away from it. Robot, loads and objects that the scene knows are left
+        out; so of a scene that follows the world, all is.
+
+        :raises SimulationError: there is no such camera.
+        """
+        self.scene.set_positions(self.joint_positions)
+        self._follow_world()
+        self._camera_in_scene.look(camera)
+
     def _advance(self, steps: int, until: Callable[[], bool] | None = None) -> None:
         self.loop.advance(steps, until)
         for fault in self.loop.poll_faults():
@@ -302,6 +316,13 @@ class ArmSim:
 
         return WorldInScene(
             self.simulation, self.scene, world_in_root(self.settings), self.fingers.squeezed)
+
+    @cached_property
+    def _camera_in_scene(self) -> CameraInScene:
+        from armsim_ros.camera_in_scene import CameraInScene
+
+        return CameraInScene(
+            self.simulation, self.scene, self.settings.octomap, world_in_root(self.settings))
 
     def _follow_world(self) -> None:
         live = self.settings.planning_parameters.scene_from_world == 'live'

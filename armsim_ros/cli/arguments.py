@@ -80,6 +80,9 @@ class ProgramArguments:
     camera: bool = _argument(
         False, 'whether the cameras of simulation.yaml see: bringup starts the program that '
         'draws, with data from the simulation', placeholder='true|false')
+    octomap: bool = _argument(
+        False, 'whether planning keeps away from what the cameras of simulation.yaml see',
+        placeholder='true|false')
     paused: bool = _argument(
         False, 'whether the physics waits for an unpause at first', placeholder='true|false')
     mode: str = _argument(

@@ -54,7 +54,7 @@ REPLACED_ARGUMENTS: Mapping[str, str] = {
     'jiggle_fraction': _OMPL,
     'pipeline': 'the built-in pipeline plans for each',
     'max_safe_path_cost': 'planning with sensing is not part of ROS 2',
-    'moveit_sensor_manager': 'no octomap is built',
+    'moveit_sensor_manager': 'sensors are those of sensors_3d.yaml',
     'publish_monitored_planning_scene': _SCENE,
     'capabilities': _ALL,
     'disable_capabilities': _ALL,

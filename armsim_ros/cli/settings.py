@@ -125,6 +125,8 @@ def _overrides(arguments: ProgramArguments) -> dict[str, object]:
         for path, requested in (('simulation.paused', arguments.paused),)
         if requested
     })
+    if arguments.octomap:
+        overrides['planning_parameters.octomap'] = True
     if arguments.scene_from_world:
         overrides['planning_parameters.scene_from_world'] = arguments.scene_from_world
     for pair in filter(None, arguments.initial_positions.split(',')):

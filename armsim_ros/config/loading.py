@@ -11,6 +11,7 @@ from typing_extensions import Unpack
 
 from armsim_ros.config.draft import ConfigDraft, empty_node, SECTIONS
 from armsim_ros.config.layout import LayoutReader
+from armsim_ros.config.move_group.sensors_3d import read_sensors_file, sensors_file
 from armsim_ros.config.moveit_config.files import Role
 from armsim_ros.config.moveit_config.reading import (
     complete_controllers,
@@ -119,6 +120,7 @@ def survey_files(
     _apply_overrides(draft, overrides or {})
     chosen = _namespace(draft, namespace)
     values = read_sections(draft, published=files.package is not None)
+    octomap = read_sensors_file(sensors_file(files.folder), draft.problems)
     if files.package is not None:
         draft.problems[:] = [_of_published(problem, files.package) for problem in draft.problems]
     world_file, world_settings = _read_world(
@@ -139,6 +141,7 @@ def survey_files(
         arguments=dict(files.arguments),
         spawn_only=files.package is not None,
         start=start_positions(draft),
+        octomap=octomap,
         world=world_settings,
         remarks=tuple(draft.problems),
         **values,

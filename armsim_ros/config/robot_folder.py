@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TypedDict
 
 from armsim_ros.config.cell import robots_file
+from armsim_ros.config.move_group.sensors_3d import FILE as SENSORS_FILE
 from armsim_ros.config.moveit_config.files import PackageFiles
 from armsim_ros.config.moveit_config.reading import PackageRoles
 from armsim_ros.config.moveit_config.urdf_candidates import urdf_remedy
@@ -36,7 +37,6 @@ _OTHER_FILES = {
     'lerp_planning': 'of the lerp planner',
     'trajopt_planning': 'of the TrajOpt planner',
     'pilz_industrial_motion_planner': 'of the Pilz planner, which needs none',
-    'sensors_3d': 'of sensors, which build an octomap',
     'fake_controllers': 'of fake controllers',
     'moveit_cpp': 'of MoveItCpp clients',
 }
@@ -207,6 +207,8 @@ def _yaml_files(folder: Path) -> tuple[tuple[Path, ...], tuple[Problem, ...]]:
     found: list[Path] = []
     remarks: list[Problem] = []
     for file in _candidates(folder, _YAML_ENDINGS, ('', 'config')):
+        if file.name == SENSORS_FILE:
+            continue
         owner = next((whose for start, whose in _OTHER_FILES.items()
                       if file.name.startswith(start)), None)
         if owner is None:

@@ -14,6 +14,7 @@ from armsim_ros.config.controllers.controller_settings import ControllerSettings
 from armsim_ros.config.joint_limits import JointLimitsSettings
 from armsim_ros.config.move_group.kinematics import KinematicsSettings
 from armsim_ros.config.move_group.ompl_planning import OmplSettings, PlanningParameters
+from armsim_ros.config.move_group.sensors_3d import OctomapSettings
 from armsim_ros.config.move_group.trajectory_execution import (
     MoveItControllerSettings,
     TrajectoryExecutionSettings,
@@ -61,6 +62,7 @@ class RobotSettings(Settings):
     moveit_controllers: tuple[MoveItControllerSettings, ...] = ()
     trajectory_execution: TrajectoryExecutionSettings = TrajectoryExecutionSettings()
     planning_parameters: PlanningParameters = PlanningParameters()
+    octomap: OctomapSettings = OctomapSettings()
     simulation: SimulationSettings = SimulationSettings()
     servo: ServoNodeSettings = ServoNodeSettings()
     world: WorldSettings = WorldSettings()

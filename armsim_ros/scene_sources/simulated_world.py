@@ -108,7 +108,7 @@ def of_world(update: SceneUpdate) -> bool:
     """Return whether the source is a simulated world."""
     attached = (item.object for item in update.robot_state.attached_objects)
     kinds = [item.type.key for item in (*update.objects, *attached)]
-    diff = update.is_diff and not update.replaces_world
+    diff = update.is_diff and not update.replaces_world and update.octomap is None
     return diff and bool(kinds) and set(kinds) == {WORLD_TYPE}
 
 

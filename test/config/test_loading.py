@@ -221,10 +221,10 @@ def test_controllers_that_share_joints_start_one_by_one(files):
 
 
 def test_files_of_other_programs_are_left_out(files):
-    """CFG-12: sensors_3d.yaml and the like give a remark each."""
-    files.write('sensors_3d.yaml', 'sensors: [{sensor_plugin: x}]\n')
+    """CFG-12: chomp_planning.yaml and the like give a remark each."""
+    files.write('moveit_cpp.yaml', 'planning_pipelines: {}\n')
     files.write('chomp_planning.yaml', 'planning_time_limit: 10.0\n')
-    assert sum('not used here' in one for one in files.remarks() if '_3d' in one
+    assert sum('not used here' in one for one in files.remarks() if 'moveit_cpp' in one
                or 'chomp' in one) == 2
 
 

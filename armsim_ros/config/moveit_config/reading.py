@@ -97,7 +97,9 @@ def _controller(node: YamlNode) -> dict[str, object] | None:
 
 #: Pipelines that move_group offers here; the others of a package are named in a line.
 OFFERED_PIPELINES = ('ompl', 'pilz_industrial_motion_planner')
-_NOT_READ = (Role.SENSORS, Role.MOVEIT_CPP)
+#: Read apart.
+_APART = (Role.SENSORS,)
+_NOT_READ = (Role.MOVEIT_CPP,)
 
 
 @dataclass(frozen=True)
@@ -143,7 +145,8 @@ class PackageRoles:
         """
         roles = package.by_role()
         left_out = {file: role.value for file, role in roles.items() if role in _NOT_READ}
-        for file in left_out:
+        apart = [file for file, role in roles.items() if role in _APART]
+        for file in (*left_out, *apart):
             del roles[file]
         pipelines = package.pipelines()
         for name, file in pipelines.items():
@@ -160,7 +163,7 @@ class PackageRoles:
         remarks = [_left_out(file, f'is of {what}') for file, what in left_out.items()]
         remarks += [_left_out(file, 'is none of those that the stack reads by their name')
                     for file in package.settings_files()
-                    if file not in roles and file not in left_out]
+                    if file not in roles and file not in left_out and file not in apart]
         return cls(roles, pipelines, tuple(remarks))
 
 

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The topics of a camera: colour, depth, points, and its ``/diagnostics``."""
+"""The topics of a camera: colour, depth, points, compressed, and its ``/diagnostics``."""
 
 from __future__ import annotations
 
@@ -12,9 +12,17 @@ from typing import Any
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.duration import Duration
 from rclpy.node import Node
-from sensor_msgs.msg import CameraInfo, Image, PointCloud2, PointField
+from sensor_msgs.msg import CameraInfo, CompressedImage, Image, PointCloud2, PointField
 
 from armsim_ros.nodes import qos
+from armsim_ros.nodes.camera.compression import (
+    DEFAULT_QUALITY,
+    depth_as_png,
+    FORMAT_OF_COLOUR,
+    FORMAT_OF_DEPTH,
+    jpeg,
+    why_not,
+)
 from armsim_ros.nodes.conversions.time import fill_time
 from armsim_ros.nodes.polling_node import PollingNode
 from armsim_ros.sim.camera.camera import Camera
@@ -31,6 +39,9 @@ class CameraTopics:
     """
     ``<name>/color/image_raw``, ``<name>/depth/image_raw``, their infos, ``<name>/depth/points``.
 
+    Compressed as by image_transport: ``color/image_raw/compressed`` and
+    ``depth/image_raw/compressedDepth``; without Pillow these are not there.
+
     :param node: the node that publishes.
     """
 
@@ -43,12 +54,21 @@ class CameraTopics:
         self._colour = publisher(Image, 'color/image_raw')
         self._depth = publisher(Image, 'depth/image_raw')
         self._points = publisher(PointCloud2, 'depth/points')
+        self._compressed: dict[str, Any] = {}
+        if why_not():
+            node.get_logger().info(f'no compressed pictures: {why_not()}')
+        else:
+            self._compressed = {topic: publisher(CompressedImage, topic) for topic in (
+                'color/image_raw/compressed', 'depth/image_raw/compressedDepth')}
+            self._quality = f'{camera.name}.color.image_raw.compressed.jpeg_quality'
+            if not node.has_parameter(self._quality):
+                node.declare_parameter(self._quality, DEFAULT_QUALITY)
         self._infos = [publisher(CameraInfo, f'{kind}/camera_info') for kind in ('color', 'depth')]
         self._info = camera_info(camera)
 
     def close(self) -> None:
         """Take the topics down."""
-        for publisher in (self._colour, self._depth, self._points, *self._infos):
+        for publisher in (*self._drawn, *self._infos):
             self._node.destroy_publisher(publisher)
 
     @property
@@ -60,7 +80,12 @@ class CameraTopics:
     def seen(self) -> bool:
         """Whether there are subscribers to drawn pictures."""
         return any(publisher.get_subscription_count()
-                   for publisher in (self._colour, self._depth, self._points))
+                   for publisher in self._drawn)
+
+    @property
+    def _drawn(self) -> tuple[Any, ...]:
+        """Publishers of what has to be drawn."""
+        return self._colour, self._depth, self._points, *self._compressed.values()
 
     def publish(self, time_ns: int, picture: Picture | None) -> None:
         """
@@ -77,7 +102,7 @@ class CameraTopics:
 
     def wait_until_taken(self) -> None:
         """Wait until all reliable subscriptions have what was published, or are too slow."""
-        for publisher in (self._colour, self._depth, self._points, *self._infos):
+        for publisher in (*self._drawn, *self._infos):
             if publisher.get_subscription_count():
                 publisher.wait_for_all_acked(_LONGEST_TRANSPORT)
 
@@ -93,6 +118,20 @@ class CameraTopics:
                 fields=_POINT_FIELDS, is_bigendian=_BIG_ENDIAN, point_step=_POINT_SIZE,
                 row_step=_POINT_SIZE * camera.width, is_dense=False,
                 data=_bytes(points(picture, camera))))
+
+        for topic, publisher in self._compressed.items():
+            if publisher.get_subscription_count():
+                publisher.publish(self._compressed_image(topic, picture))
+
+    def _compressed_image(self, topic: str, picture: Picture) -> CompressedImage:
+        message = CompressedImage(header=self._info.header)
+        if topic.startswith('color'):
+            quality = int(self._node.get_parameter(self._quality).value)
+            message.format, content = FORMAT_OF_COLOUR, jpeg(picture.colour, quality)
+        else:
+            message.format, content = FORMAT_OF_DEPTH, depth_as_png(picture.depth)
+        message.data = array('B', content)
+        return message
 
     def _image(self, pixels: Any, encoding: str) -> Image:
         return Image(

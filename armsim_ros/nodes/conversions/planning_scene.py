@@ -39,6 +39,7 @@ from armsim_ros.nodes.conversions.motion_plan_request import (
     robot_state_to_message,
     start_state_from_message,
 )
+from armsim_ros.nodes.conversions.octomap import octomap_to_message, readable_octomap
 from armsim_ros.planning.scene.allowed_collision_matrix import AcmUpdate
 from armsim_ros.planning.scene.content import FixedFrame
 from armsim_ros.planning.scene.planning_scene import PlanningScene
@@ -70,6 +71,7 @@ def update_from_message(message: PlanningSceneMessage, model_frame: str) -> Scen
     objects, bad_objects = readable(object_from_message, message.world.collision_objects)
     frames, bad_frames = readable(
         lambda item: _fixed_frame(item, model_frame), message.fixed_frame_transforms)
+    octomap, bad_octomap = readable_octomap(message.world.octomap, is_diff=bool(message.is_diff))
     return SceneUpdate(
         is_diff=bool(message.is_diff),
         name=message.name,
@@ -85,14 +87,17 @@ def update_from_message(message: PlanningSceneMessage, model_frame: str) -> Scen
             )
             for item in message.object_colors
         },
-        unreadable=(*bad_frames, *bad_objects),
+        octomap=octomap,
+        unreadable=(*bad_frames, *bad_objects, *bad_octomap),
     )
 
 
 def world_from_message(message: PlanningSceneWorld) -> SceneUpdate:
-    """Return the update that puts a message's objects in the place of all others."""
+    """Return the update that puts a message's objects and map in the place of all others."""
     objects, unreadable = readable(object_from_message, message.collision_objects)
-    return SceneUpdate(objects=objects, replaces_world=True, unreadable=unreadable)
+    octomap, bad_octomap = readable_octomap(message.octomap, is_diff=False)
+    return SceneUpdate(objects=objects, replaces_world=True, octomap=octomap,
+                       unreadable=(*unreadable, *bad_octomap))
 
 
 def is_empty(message: PlanningSceneMessage) -> bool:
@@ -154,6 +159,8 @@ def scene_to_message(
             object_to_message(item, content.model_frame, geometry=geometry)
             for item in content.objects.values()
         ]
+    if components & Component.OCTOMAP:
+        message.world.octomap = octomap_to_message(content.octomap, content.model_frame)
     if components & Component.TRANSFORMS:
         message.fixed_frame_transforms = transforms(content)
     if components & Component.ALLOWED_COLLISION_MATRIX:

@@ -18,6 +18,7 @@ from armsim_ros.nodes.move_group.execution.execute_trajectory import (
     ExecuteTrajectory,
 )
 from armsim_ros.nodes.move_group.execution.trajectory_execution import TrajectoryExecutionManager
+from armsim_ros.nodes.move_group.perception.octomap_monitor import OctomapMonitor
 from armsim_ros.nodes.move_group.planning.display import DisplayPlannedPath
 from armsim_ros.nodes.move_group.planning.move_action import MoveAction
 from armsim_ros.nodes.move_group.planning.planner_services import (
@@ -37,9 +38,9 @@ from armsim_ros.nodes.move_group.query_services import (
     ComputeIk,
     GetUrdf,
 )
+from armsim_ros.nodes.move_group.scene.octomap_services import ClearOctomap
 from armsim_ros.nodes.move_group.scene.scene_services import (
     ApplyPlanningScene,
-    ClearOctomap,
     GeometryFiles,
     GetPlanningScene,
     SceneFrames,
@@ -58,6 +59,7 @@ class Parts:
     execution: TrajectoryExecutionManager
     display: DisplayPlannedPath
     sequence: SequenceJob
+    octomap: OctomapMonitor
 
 
 #: Plugin -> what makes its endpoints. All are on unless they are disabled, those of Pilz too.
@@ -102,7 +104,9 @@ CAPABILITIES: Mapping[str, Callable[[Parts], tuple[object, ...]]] = {
     'move_group/ApplyPlanningSceneService': lambda parts: (
         ApplyPlanningScene(parts.context),
     ),
-    'move_group/ClearOctomapService': lambda parts: (ClearOctomap(parts.context),),
+    'move_group/ClearOctomapService': lambda parts: (
+        ClearOctomap(parts.context, parts.octomap.forget),
+    ),
     'pilz_industrial_motion_planner/MoveGroupSequenceAction': lambda parts: (
         SequenceMoveGroup(parts.context, parts.sequence, parts.execution),
     ),

@@ -37,11 +37,16 @@ from armsim_ros.nodes.move_group.parameters import (
     MoveGroupParameters,
     planning_parameters,
 )
+from armsim_ros.nodes.move_group.perception.octomap_monitor import (
+    octomap_settings,
+    OctomapMonitor,
+)
 from armsim_ros.nodes.move_group.planning.display import DisplayPlannedPath
 from armsim_ros.nodes.move_group.planning.planning_job import PlanningJob
 from armsim_ros.nodes.move_group.planning.sequence_move_group import SequenceJob
 from armsim_ros.nodes.move_group.scene.joint_states import StateMonitor
 from armsim_ros.nodes.move_group.scene.monitored_planning_scene import MonitoredPlanningScene
+from armsim_ros.nodes.move_group.scene.octomap_services import MapFiles
 from armsim_ros.nodes.move_group.scene.scene_topics import (
     AttachedCollisionObjectTopic,
     AttachHint,
@@ -199,6 +204,9 @@ class MoveGroup:
         self._context.planning.close()
         self._context.queries.close()
         self._context.edits.close()
+        for item in self._endpoints:
+            if isinstance(item, OctomapMonitor):
+                item.close()
 
 
 def endpoints(context: Context) -> tuple[object, ...]:
@@ -206,16 +214,20 @@ def endpoints(context: Context) -> tuple[object, ...]:
     display = DisplayPlannedPath(context.node, context.robot.name, context.settings.ompl)
     job = PlanningJob(context, display)
     execution = TrajectoryExecutionManager(context)
-    parts = Parts(context, job, execution, display, SequenceJob(context, job, display))
+    octomap = OctomapMonitor(context, octomap_settings(context))
+    parts = Parts(
+        context, job, execution, display, SequenceJob(context, job, display), octomap)
     requested = wanted_capabilities(context.node, context.planning_parameters, context.logger)
     return (
         display,
+        octomap,
         execution,
         *(item for name in requested for item in ALL[name](parts)),
         PlanningSceneTopics(context),
         CollisionObjectTopic(context),
         AttachedCollisionObjectTopic(context),
         MonitoredPlanningScene(context),
+        MapFiles(context),
         TrajectoryExecutionEvent(context, execution),
         Transforms(context),
         Descriptions(context),

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import partial
 import math
 import time
@@ -34,6 +35,7 @@ from armsim_ros.nodes.conversions.planning_scene import (
 from armsim_ros.nodes.conversions.time import ns_from_time
 from armsim_ros.nodes.polling_node import PollingNode
 from armsim_ros.planning.scene.planning_scene import PlanningScene
+from armsim_ros.planning.scene.update import SceneUpdate
 
 
 class JointPositions:
@@ -135,14 +137,17 @@ class SceneFollower:
     :param scene: is changed.
     :param topic: of the changes.
     :param serves: serve the scene from here where no other node does.
+    :param octomaps: follow the octomap, too.
     """
 
     def __init__(
-        self, node: PollingNode, scene: PlanningScene, topic: str, *, serves: bool
+        self, node: PollingNode, scene: PlanningScene, topic: str, *, serves: bool,
+        octomaps: bool = False,
     ) -> None:
         self._node = node
         self._scene = scene
         self._serves = serves
+        self._octomaps = octomaps
         self._own: Any = None
         self._looks = 0
         self._following = False
@@ -157,7 +162,7 @@ class SceneFollower:
             (AttachedCollisionObject, 'attached_collision_object',
              lambda message: scene.apply_attached(attached_from_message(message))),
             (PlanningSceneWorld, 'planning_scene_world',
-             lambda message: scene.apply(world_from_message(message))),
+             lambda message: self._apply(world_from_message(message))),
         ):
             node.create_subscription(
                 kind, name, partial(self._change, name, take), QoSProfile(depth=100))
@@ -199,10 +204,13 @@ class SceneFollower:
             message.robot_state.joint_state = JointState(
                 name=list(positions), position=list(positions.values()))
         try:
-            scene.apply(update_from_message(message, scene.model_frame))
+            self._apply(update_from_message(message, scene.model_frame))
         except PlanningError as error:
             self._node.get_logger().error(f'planning scene: {error}; asking for all of it')
             self._following = False
+
+    def _apply(self, update: SceneUpdate) -> None:
+        self._scene.apply(update if self._octomaps else replace(update, octomap=None))
 
     def _change(self, topic: str, take: Callable[[Any], object], message: Any) -> None:
         try:

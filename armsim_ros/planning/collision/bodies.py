@@ -17,9 +17,11 @@ from armsim_ros.model.geometry import Geometry, Mesh
 from armsim_ros.model.mesh.coal_shapes import exact_shape, hull_shape
 from armsim_ros.model.shape_points import corner_points, scaled
 from armsim_ros.planning.collision.contacts import BodyType
+from armsim_ros.planning.collision.octree_shapes import octree_shapes
 from armsim_ros.planning.scene.allowed_collision_matrix import AllowedCollisionMatrix
 from armsim_ros.planning.scene.content import SceneContent
-from armsim_ros.planning.scene.objects import AttachedObject, CollisionObject
+from armsim_ros.planning.scene.objects import AttachedObject, CollisionObject, OCTOMAP_ID
+from armsim_ros.planning.scene.octomap import Octomap
 
 BodyKey = tuple[BodyType, str]
 
@@ -101,6 +103,13 @@ def object_shapes(
     exact = (exact_shape(shape.geometry) for shape in item.shapes)
     return [PlacedShape(body, 0, pose, shape, shape)
             for shape, pose in zip(exact, poses, strict=True)]
+
+
+def octomap_shapes(octomap: Octomap) -> list[PlacedShape]:
+    """Return the placed shapes of a map, one for each size of its leaves."""
+    body = Body(BodyType.WORLD_OBJECT, OCTOMAP_ID)
+    return [PlacedShape(body, 0, octomap.pose @ pose, tree, tree)
+            for tree, pose in octree_shapes(octomap)]
 
 
 def shape_poses(

@@ -19,6 +19,7 @@ from armsim_ros.planning.collision.bodies import (
     BodyKey,
     link_shapes,
     object_shapes,
+    octomap_shapes,
     only_moved,
     PlacedShape,
     points_beside_links,
@@ -27,7 +28,8 @@ from armsim_ros.planning.collision.bodies import (
 from armsim_ros.planning.collision.contacts import BodyType, Contact, PairDistance
 from armsim_ros.planning.collision.tables import CollisionTables, CollisionTest
 from armsim_ros.planning.scene.content import SceneContent
-from armsim_ros.planning.scene.objects import AttachedObject, CollisionObject
+from armsim_ros.planning.scene.objects import AttachedObject, CollisionObject, OCTOMAP_ID
+from armsim_ros.planning.scene.octomap import Octomap
 from armsim_ros.planning.scene.planning_scene import PlanningScene
 
 #: Which of two touching bodies is named first.
@@ -51,11 +53,11 @@ LINK, ATTACHED, OBJECT = (
 )
 
 #: Parts of a scene's content that matter to collisions.
-PARTS = ('acm', 'link_scale', 'link_padding', 'objects', 'attached')
+PARTS = ('acm', 'link_scale', 'link_padding', 'objects', 'attached', 'octomap')
 #: Shapes of the world in a table: what a table costs grows with their square.
 MOST_SHAPES = 100
 
-Source = tuple[CollisionObject | AttachedObject | None, float]
+Source = tuple[CollisionObject | AttachedObject | Octomap | None, float]
 """What the shapes of a body are made of: an object, None for a link, and the link's scale."""
 
 
@@ -95,6 +97,8 @@ class SceneTables:
                for id_, item in content.attached.items()},
             **{(OBJECT, id_): (item, 1.0) for id_, item in content.objects.items()},
         }
+        if content.octomap is not None:
+            sources[OBJECT, OCTOMAP_ID] = content.octomap, 1.0
         self._bodies = {key: (source, self._shapes(key, source))
                         for key, source in sources.items()}
         carried = [shape for key, (_, shapes) in self._bodies.items() if key[0] is not OBJECT
@@ -115,7 +119,7 @@ class SceneTables:
         self.tables = tables
 
     def _parts(self) -> Iterator[list[PlacedShape]]:
-        """Yield the shapes of the world, table by table."""
+        """Yield the shapes of the world, table by table; an octomap has its own, the last."""
         part: list[PlacedShape] = []
         for id_ in self.content.objects:
             if len(part) >= MOST_SHAPES:
@@ -123,6 +127,8 @@ class SceneTables:
                 part = []
             part += self._bodies[OBJECT, id_][1]
         yield part
+        if self.content.octomap is not None:
+            yield self._bodies[OBJECT, OCTOMAP_ID][1]
 
     def _shapes(self, key: BodyKey, source: Source) -> list[PlacedShape]:
         """Return the shapes of a body: those that there are, where it is now, or new ones."""
@@ -132,9 +138,12 @@ class SceneTables:
         item, scale = source
         if item is None:
             return link_shapes(self._kinematics, key[1], scale)
+        if isinstance(item, Octomap):
+            return octomap_shapes(item)
         poses = list(shape_poses(self._kinematics, item))
         was = before and before[0]
-        if was is None or before != (was, 1.0) or scale != 1.0 or not only_moved(was, item):
+        if (was is None or isinstance(was, Octomap) or before != (was, 1.0) or scale != 1.0
+                or not only_moved(was, item)):
             return object_shapes(self._kinematics, item, poses, scale)
         shapes = [replace(shape, pose=pose) for shape, pose in zip(shapes, poses, strict=True)]
         for table in self.tables:

@@ -14,6 +14,7 @@ contact, and gaps of up to a micrometre are contacts as well.
 from __future__ import annotations
 
 from collections.abc import Sequence
+import math
 from typing import Any
 
 import coal
@@ -39,7 +40,7 @@ def contact_request(between_boxes: bool) -> Any:
     Return a request that asks only whether two shapes touch.
 
     :param between_boxes: start GJK with the vector between the shapes' bounding boxes, which is
-        faster; not for planes and meshes.
+        faster; not for planes, meshes and octrees.
     """
     request = coal.CollisionRequest(_NOTHING_ELSE, 1)
     request.gjk_tolerance = GJK_TOLERANCE
@@ -74,6 +75,8 @@ def _size(shape: Any) -> float:
     """Return the radius [m] around a shape; 0 for a plane, which is checked without GJK."""
     if isinstance(shape, coal.Plane):
         return 0.0
+    if isinstance(shape, coal.OcTree):  # it is checked leaf by leaf
+        return 0.5 * math.sqrt(3.0) * float(shape.getResolution())
     if not isinstance(shape, coal.BVHModelBase):
         shape.computeLocalAABB()
     return float(shape.aabb_radius)

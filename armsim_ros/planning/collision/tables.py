@@ -32,6 +32,9 @@ CollisionTest = Callable[[Vector], bool]
 """Tests whether a robot state (n,) touches anything."""
 
 
+_NOT_CONVEX = (coal.BVHModelBase, coal.OcTree, coal.Plane)
+
+
 class BroadPhase:
     """
     A set of placed shapes and the pairs of them that are checked.
@@ -84,7 +87,7 @@ class BroadPhase:
         # contacts, such as that of two boxes about a common centre.
         plain, guessing = contact_request(False), contact_request(True)
         for k, pair in enumerate(self._geometry.collisionPairs):
-            convex = not any(isinstance(self._shapes[number][2], (coal.BVHModelBase, coal.Plane))
+            convex = not any(isinstance(self._shapes[number][2], _NOT_CONVEX)
                              for number in (pair.first, pair.second))
             self._geometry_data.collisionRequests[k] = guessing if convex else plain
             self._geometry_data.distanceRequests[k] = coal.DistanceRequest()

@@ -16,6 +16,7 @@ from armsim_ros.errors import MoveItErrorCode, nearest, PlanningError
 from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.planning.scene.allowed_collision_matrix import AllowedCollisionMatrix
 from armsim_ros.planning.scene.objects import AttachedObject, CollisionObject
+from armsim_ros.planning.scene.octomap import Octomap
 
 Value = TypeVar('Value')
 Color = tuple[float, float, float, float]
@@ -56,6 +57,7 @@ class SceneContent:
     :param frames: further frames, each fixed to another frame.
     :param colors: object id -> rgba.
     :param first_colors: object id -> the first colour that it was given, its own after a detach.
+    :param octomap: what cameras see, None where there is no map.
     :param whole_version: number of edits after which a follower needs the whole scene.
     """
 
@@ -69,6 +71,7 @@ class SceneContent:
     frames: Mapping[str, FixedFrame] = field(default_factory=_nothing)
     colors: Mapping[str, Color] = field(default_factory=_nothing)
     first_colors: Mapping[str, Color] = field(default_factory=_nothing)
+    octomap: Octomap | None = None
     whole_version: int = 0
 
 
@@ -88,6 +91,7 @@ class SceneDraft:
         self.link_padding, self.link_scale = dict(base.link_padding), dict(base.link_scale)
         self.frames, self.colors = dict(base.frames), dict(base.colors)
         self.first_colors, self.whole_version = dict(base.first_colors), base.whole_version
+        self.octomap = base.octomap
         self._forgotten: set[str] = set()
 
     def content(self) -> SceneContent:

@@ -28,6 +28,7 @@ from armsim_ros.planning.scene.content import (
 )
 from armsim_ros.planning.scene.object_operations import apply_attached, apply_object
 from armsim_ros.planning.scene.objects import AttachedObject, CollisionObject
+from armsim_ros.planning.scene.octomap import Octomap
 from armsim_ros.planning.scene.update import (
     apply_start_state,
     apply_update,
@@ -45,8 +46,9 @@ class PlanningScene:
 
     All that it holds is an immutable :class:`SceneContent`; an edit is done in a draft, whose
     content is then put in place, so that a reader in any thread sees the scene before or after
-    an edit, never between. Edits of several threads are serialized; robot state and frames
-    can be set while a long edit is being made. :meth:`snapshot` returns a scene that stays.
+    an edit, never between. Edits of several threads are serialized; robot state, frames and
+    octomap can be set while a long edit is being made. :meth:`snapshot` returns a scene that
+    stays.
 
     :param kinematics: the robot.
     :param name: name of the scene.
@@ -144,6 +146,11 @@ class PlanningScene:
         """Colours of objects, rgba."""
         return self._content.colors
 
+    @property
+    def octomap(self) -> Octomap | None:
+        """What cameras see; None where there is no map."""
+        return self._content.octomap
+
     # ---------------------------------------------------------------- frames
 
     def frame_pose(self, frame: str, q: Vector | None = None) -> Matrix:
@@ -223,6 +230,16 @@ class PlanningScene:
 
         self._edit(replace_acm)
 
+    def set_octomap(self, octomap: Octomap | None) -> None:
+        """Replace the map of what cameras see; this waits for no edit of the scene."""
+        with self._lock:
+            self._commit(replace(self._content, octomap=octomap))
+
+    def change_octomap(self, change: Callable[[], Octomap | None]) -> None:
+        """Replace the map by what a function returns, which no other thread's edit interrupts."""
+        with self._lock:
+            self.set_octomap(change())
+
     def apply_object(self, item: CollisionObject) -> None:
         """
         Add, remove, extend or move a world object.
@@ -269,11 +286,12 @@ class PlanningScene:
                 return
             with self._lock:
                 now = self._content
-                if now is not base:  # the robot has moved meanwhile, or frames were set
+                if now is not base:  # the robot has moved meanwhile, or frames or the map were set
                     made = replace(
                         made,
                         q=now.q if made.q is base.q else made.q,
                         frames=now.frames if made.frames is base.frames else made.frames,
+                        octomap=now.octomap if made.octomap is base.octomap else made.octomap,
                     )
                 self._commit(made)
 
@@ -283,7 +301,7 @@ class PlanningScene:
             self.transform_version += 1
         if any(
             getattr(before, part) is not getattr(content, part)
-            for part in ('objects', 'attached', 'acm', 'link_padding', 'link_scale')
+            for part in ('objects', 'attached', 'acm', 'link_padding', 'link_scale', 'octomap')
         ):
             self.geometry_version += 1
         for listener in tuple(self._listeners):

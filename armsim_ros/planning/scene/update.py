@@ -33,6 +33,7 @@ from armsim_ros.planning.scene.objects import (
     ObjectOperation,
     ObjectType,
 )
+from armsim_ros.planning.scene.octomap import OctomapUpdate
 
 #: Refusals of a message that are described; of others only the number is reported.
 MOST_REFUSALS = 10
@@ -76,6 +77,7 @@ class SceneUpdate:
     :param fixed_frames: further frames by name.
     :param object_colors: object id -> rgba.
     :param replaces_world: whether the objects take the place of those in the world.
+    :param octomap: takes the place of the scene's map; None leaves it.
     :param unreadable: why other parts could not be read.
     """
 
@@ -89,6 +91,7 @@ class SceneUpdate:
     fixed_frames: Mapping[str, FixedFrame] = field(default_factory=dict)
     object_colors: Mapping[str, Color] = field(default_factory=dict)
     replaces_world: bool = False
+    octomap: OctomapUpdate | None = None
     unreadable: tuple[PlanningError, ...] = ()
 
 
@@ -143,6 +146,8 @@ def apply_update(draft: SceneDraft, update: SceneUpdate) -> list[PlanningError]:
         draft.objects = {}
     for item in update.objects:
         attempt(apply_object, item)
+    if update.octomap is not None:
+        attempt(_set_octomap, update.octomap)
     return attempt.refusals
 
 
@@ -234,6 +239,13 @@ def _set_scale(draft: SceneDraft, link: str, scale: float) -> None:
     if not (math.isfinite(scale) and scale > 0.0):
         raise object_error(f"scale {scale} of link '{link}'; allowed: above 0")
     draft.link_scale[link] = scale
+
+
+def _set_octomap(draft: SceneDraft, update: OctomapUpdate) -> None:
+    octomap = update.octomap
+    if octomap is not None:
+        octomap = replace(octomap, pose=draft.frame_pose(update.frame_id) @ octomap.pose)
+    draft.octomap = octomap
 
 
 def _set_color(draft: SceneDraft, id_: str, color: Color) -> None:

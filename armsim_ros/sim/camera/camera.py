@@ -18,6 +18,8 @@ from armsim_ros.model.transforms import pose_matrix
 
 #: Of a camera's body, x forward and z up, to its optical frame, z forward and x right (REP 103).
 TO_OPTICAL = pose_matrix(rpy=(-math.pi / 2, 0.0, -math.pi / 2))
+#: What is nearer is not seen, so that a camera sees through its own housing [m].
+NEAR = 0.02
 
 
 @dataclass(frozen=True)

@@ -14,12 +14,10 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from armsim_ros.sim.camera.camera import Camera
+from armsim_ros.sim.camera.camera import Camera, NEAR
 from armsim_ros.sim.camera.snapshot import measured, Picture, Snapshot
 from armsim_ros.sim.physics.compiler import model_from_bytes
 
-#: What is nearer is not drawn, so that a camera sees through its own housing [m].
-_NEAR = 0.02
 #: What is farther is not drawn [m].
 _FAR = 100.0
 _MOST_GEOMS = 10_000
@@ -95,19 +93,19 @@ class SceneRenderer:
         carrier = data.xmat[body].reshape(3, 3)
         mount = camera.optical_pose
         axes = carrier @ mount[:3, :3]
-        half = _NEAR * 0.5 * camera.height / camera.focal
+        half = NEAR * 0.5 * camera.height / camera.focal
         for eye in self._scene.camera:
             eye.pos[:] = data.xpos[body] + carrier @ mount[:3, 3]
             eye.forward[:], eye.up[:] = axes[:, 2], -axes[:, 1]
             eye.frustum_center, eye.frustum_width = 0.0, 0.0
             eye.frustum_bottom, eye.frustum_top = -half, half
-            eye.frustum_near, eye.frustum_far = _NEAR, _FAR
+            eye.frustum_near, eye.frustum_far = NEAR, _FAR
             eye.orthographic = 0
 
 
 def _metres(buffer: Any) -> Any:
-    """Return depths along the axis [m] from a buffer that is 1 at ``_NEAR`` and 0 at ``_FAR``."""
-    return np.float32(_NEAR * _FAR) / (buffer * np.float32(_FAR - _NEAR) + np.float32(_NEAR))
+    """Return depths along the axis [m] from a buffer that is 1 at ``NEAR`` and 0 at ``_FAR``."""
+    return np.float32(NEAR * _FAR) / (buffer * np.float32(_FAR - NEAR) + np.float32(NEAR))
 
 
 class PlantCopy:

@@ -91,7 +91,7 @@ INCLUDED: dict[str, str] = {
     'planning_context.launch': _READ_HERE,
     'planning_pipeline.launch.xml': _READ_HERE,
     'trajectory_execution.launch.xml': _READ_HERE,
-    'sensor_manager.launch.xml': 'no octomap is built',
+    'sensor_manager.launch.xml': 'sensors are those of sensors_3d.yaml',
 }
 
 #: (package, type) of a node -> its replacement; '' is any type.

@@ -6,7 +6,9 @@ from types import SimpleNamespace
 
 from geometry_msgs.msg import Pose
 from moveit_msgs.msg import AttachedCollisionObject, CollisionObject, PlanningSceneWorld
+from moveit_msgs.msg import PlanningScene as PlanningSceneMessage
 from moveit_msgs.srv import GetPlanningScene
+import numpy as np
 import pytest
 from shape_msgs.msg import SolidPrimitive
 
@@ -14,10 +16,12 @@ from armsim_ros.config.loading import load_robot_settings
 from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.model.geometry import Sphere
 from armsim_ros.model.loading import load_robot_model
+from armsim_ros.nodes.conversions.octomap import octomap_to_message
 from armsim_ros.nodes.conversions.planning_scene import scene_to_message
 from armsim_ros.nodes.servo.inputs import SceneFollower
 from armsim_ros.planning.scene.objects import AttachedObject, ObjectShape
 from armsim_ros.planning.scene.objects import CollisionObject as WorldObject
+from armsim_ros.planning.scene.octomap import octomap_from_cells
 from armsim_ros.planning.scene.planning_scene import PlanningScene
 
 
@@ -120,6 +124,21 @@ def test_followed_anew(scene):
     looks(graph, 1)
     assert graph.asked == 2
     assert 'shelf' in scene.objects
+
+
+@pytest.mark.parametrize('followed', [True, False])
+def test_octomap_is_followed_on_request(scene, followed):
+    """check_octomap_collisions decides whether cells of move_group's map count."""
+    graph = Graph()
+    follower = SceneFollower(
+        graph, scene, '/monitored_planning_scene', serves=False, octomaps=followed)
+    message = PlanningSceneMessage(is_diff=True)
+    message.robot_state.is_diff = True
+    message.world.octomap = octomap_to_message(octomap_from_cells(
+        np.zeros((1, 3), dtype=np.int64), np.ones(1, dtype=np.float32), 0.1, np.eye(4)),
+        scene.model_frame)
+    follower._receive(message)
+    assert (scene.octomap is not None) == followed
 
 
 def test_a_full_scene_brings_what_is_attached_and_no_joints(scene):

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Awaitable, Callable, Sequence
+from collections.abc import Awaitable, Callable, Mapping, Sequence
 import math
 
 from rclpy.clock import Clock, ClockType
@@ -70,6 +70,8 @@ class StateMonitor:
         self.asks: Callable[[], Awaitable[int]] | None = None
         #: Whether messages about the present state carry velocities too.
         self.monitor_dynamics = False
+        #: Called with the time [ns] and all positions after each message; None for nothing.
+        self.recorder: Callable[[int, Mapping[str, float]], None] | None = None
         #: Messages that have come.
         self.count = 0
         self._stamps: dict[str, int] = {}
@@ -182,6 +184,8 @@ class StateMonitor:
                 self.velocities[name] = message.velocity[index]
         self.count += 1
         self._newest = stamp
+        if self.recorder is not None:
+            self.recorder(stamp, self.positions)
         if self._first_ns is None:
             self._first_ns = stamp
         if abs(stamp - self._first_ns) > COMPLETION_NS and not self.complete:

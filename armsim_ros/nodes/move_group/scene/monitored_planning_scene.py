@@ -17,6 +17,7 @@ from armsim_ros.nodes.conversions.collision_object import (
     removal_message,
 )
 from armsim_ros.nodes.conversions.motion_plan_request import robot_state_to_message
+from armsim_ros.nodes.conversions.octomap import CLEARED, octomap_to_message
 from armsim_ros.nodes.conversions.planning_scene import (
     acm_to_message,
     colors,
@@ -32,6 +33,8 @@ from armsim_ros.planning.scene.planning_scene import PlanningScene
 
 TOPIC = 'monitored_planning_scene'
 DEPTH = 100
+#: Between two octomaps [s].
+OCTOMAP_PERIOD = 0.2
 GEOMETRY = ('objects', 'attached', 'acm', 'link_padding', 'link_scale', 'colors')
 
 
@@ -42,7 +45,8 @@ class MonitoredPlanningScene:
     After a full scene, a replaced world, and changes of the allowed collision matrix, padding,
     scale or name by message, it is published in full again. An edit of objects and rules goes
     out at once, so that a program that moves the arm by it, such as servo_node, has it; motion
-    goes out some times a second. No message is made while there is no subscription.
+    goes out some times a second, and so do octomaps. No message is made while there is no
+    subscription.
 
     :param context: the parts of move_group.
     """
@@ -57,6 +61,7 @@ class MonitoredPlanningScene:
         self._published: PlanningScene | None = None
         self._pending: Future | None = None
         self._asked = False
+        self._octomap_at = -OCTOMAP_PERIOD
         if self._parameters.publish_planning_scene:
             self._timer = context.node.create_timer(
                 1.0 / self._parameters.publish_planning_scene_hz,
@@ -86,6 +91,11 @@ class MonitoredPlanningScene:
         if self._published is None and not heard:
             return
         before, now = self._published, self._context.scene.snapshot()
+        if before is not None and before.octomap is not now.octomap:
+            if self._context.clock() - self._octomap_at < OCTOMAP_PERIOD:
+                now.set_octomap(before.octomap)  # it goes out with a later message
+            else:
+                self._octomap_at = self._context.clock()
         self._published = now
         if heard and (before is None or before.content is not now.content):
             stamp = time_from_ns(max(self._context.states.stamp_ns, 0))
@@ -120,6 +130,11 @@ class MonitoredPlanningScene:
         ):
             changed = True
             fill_geometry(message, before, now)
+        if requested.publish_geometry_updates and before.octomap is not now.octomap:
+            changed = True
+            message.world.octomap = octomap_to_message(now.octomap, now.model_frame)
+            if now.octomap is None:
+                message.world.octomap.octomap.id = CLEARED
         frames_changed = before.content.frames is not now.content.frames
         if requested.publish_transforms_updates and frames_changed:
             changed = True

@@ -16,7 +16,6 @@ from moveit_msgs.srv import GetPlanningScene as GetPlanningSceneSrv
 from moveit_msgs.srv import LoadGeometryFromFile, SaveGeometryToFile
 from rclpy.clock import Clock, ClockType
 from sensor_msgs.msg import JointState
-from std_srvs.srv import Empty
 from tf2_msgs.msg import TFMessage
 
 from armsim_ros.arrays import Matrix
@@ -80,22 +79,6 @@ class GetPlanningScene:
             state.velocity = [states.velocities.get(name, 0.0) for name in state.name]
 
 
-class ClearOctomap:
-    """
-    Answers that there is no octomap.
-
-    :param context: the parts of move_group.
-    """
-
-    def __init__(self, context: Context) -> None:
-        self._context = context
-        context.serve(Empty, 'clear_octomap', self._answer)
-
-    async def _answer(self, request: Empty.Request, response: Empty.Response) -> Empty.Response:
-        self._context.warn_once('clear_octomap: octomaps are not supported, nothing to clear')
-        return response
-
-
 class GeometryFiles:
     """
     Writes the objects of the world to a file, or reads them from a file.
@@ -119,10 +102,10 @@ class GeometryFiles:
         scene = await self._context.present_scene()
 
         def save() -> None:
-            path = self._below_folder(request.file_path_and_name)
+            path = below_folder(self._folder, request.file_path_and_name)
             write_scene_file(str(path), scene)
 
-        response.success = await self._done('save_geometry_to_file', save)
+        response.success = await done(self._context, 'save_geometry_to_file', save)
         return response
 
     async def _load(self, request: Any, response: Any) -> Any:
@@ -130,35 +113,8 @@ class GeometryFiles:
             path = self._folder / request.file_path_and_name
             self._context.scene.apply(read_scene_file(str(path)))
 
-        response.success = await self._done('load_geometry_from_file', load)
+        response.success = await done(self._context, 'load_geometry_from_file', load)
         return response
-
-    def _below_folder(self, name: str) -> Path:
-        """Return the path of a file to write; PlanningError if that is not allowed."""
-        folder = self._folder.resolve()
-        path = (folder / name).resolve()
-        if not path.is_relative_to(folder):
-            raise PlanningError(
-                MoveItErrorCode.FAILURE,
-                f"'{path}' is not below '{self._folder}'; give a path in that folder, or start "
-                "move_group with another geometry_folder ('/' for anywhere)",
-            )
-        folder.mkdir(parents=True, exist_ok=True)
-        return path
-
-    async def _done(self, source: str, work: Callable[[], None]) -> bool:
-        """Do the work in the scene's worker, and log why it was refused."""
-        def attempt() -> bool:
-            done = False
-            with reported(self._context.logger, source, None):
-                try:
-                    work()
-                except (OSError, ValueError) as error:
-                    raise PlanningError(MoveItErrorCode.FAILURE, str(error)) from None
-                done = True
-            return done
-
-        return bool(await self._context.edits.submit(attempt))
 
 
 def geometry_folder(given: str) -> Path:
@@ -166,6 +122,39 @@ def geometry_folder(given: str) -> Path:
     if given:
         return Path(given).expanduser().absolute()
     return Path(os.environ.get('ROS_HOME') or '~/.ros').expanduser().absolute() / 'scenes'
+
+
+def below_folder(folder: Path, name: str) -> Path:
+    """
+    Return the path of a file below the folder of scene files, which is made.
+
+    :raises PlanningError: FAILURE for a path elsewhere.
+    """
+    root = folder.resolve()
+    path = (root / name).resolve()
+    if not path.is_relative_to(root):
+        raise PlanningError(
+            MoveItErrorCode.FAILURE,
+            f"'{path}' is not below '{folder}'; give a path in that folder, or start "
+            "move_group with another geometry_folder ('/' for anywhere)",
+        )
+    root.mkdir(parents=True, exist_ok=True)
+    return path
+
+
+async def done(context: Context, source: str, work: Callable[[], None]) -> bool:
+    """Do the work in the scene's worker, and log why it was refused; return whether it is done."""
+    def attempt() -> bool:
+        finished = False
+        with reported(context.logger, source, None):
+            try:
+                work()
+            except (OSError, ValueError) as error:
+                raise PlanningError(MoveItErrorCode.FAILURE, str(error)) from None
+            finished = True
+        return finished
+
+    return bool(await context.edits.submit(attempt))
 
 
 RATE, PREFIX = 'planning_scene_frame_publishing_rate', 'planning_scene_tf_prefix'

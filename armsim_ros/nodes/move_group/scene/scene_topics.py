@@ -45,7 +45,7 @@ class PlanningSceneTopics:
         apply_scene_message(self._context, message, 'planning_scene')
 
     def _receive_world(self, message: PlanningSceneWorld) -> None:
-        _apply(self._context, lambda: world_from_message(message), message, WORLD)
+        _apply(self._context, lambda: world_from_message(message), WORLD)
 
 
 def apply_scene_message(context: Context, message: PlanningScene, source: str) -> Job:
@@ -56,15 +56,10 @@ def apply_scene_message(context: Context, message: PlanningScene, source: str) -
     :returns: whether all of it was taken, when that is known.
     """
     frame = context.frame
-    return _apply(context, lambda: update_from_message(message, frame), message.world, source)
+    return _apply(context, lambda: update_from_message(message, frame), source)
 
 
-def _apply(
-    context: Context, read: Callable[[], SceneUpdate], world: PlanningSceneWorld, source: str
-) -> Job:
-    if world.octomap.octomap.data:
-        context.warn_once(f'{source}: octomaps are not supported; the rest of the scene is used')
-
+def _apply(context: Context, read: Callable[[], SceneUpdate], source: str) -> Job:
     def edit() -> bool:
         done = False
         with reported(context.logger, source, None):

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import math
+import os
 from typing import Any
 
 from geometry_msgs.msg import Pose, Quaternion, TransformStamped
@@ -14,12 +15,16 @@ from moveit_msgs.msg import (
     ObjectColor,
     PlanningSceneComponents,
 )
-from moveit_msgs.srv import GetPlanningScene
+from moveit_msgs.srv import GetPlanningScene, LoadMap, SaveMap
+import numpy as np
 import pytest
 from scene_contents import contents
 from shape_msgs.msg import Plane, SolidPrimitive
 from std_srvs.srv import Empty
 from wire import at, box, carried, quiet_diff, removal, sphere, tetrahedron, thing
+
+from armsim_ros.nodes.conversions.octomap import octomap_to_message
+from armsim_ros.planning.scene.octomap import octomap_from_cells
 
 Part = PlanningSceneComponents
 
@@ -278,15 +283,32 @@ def test_fixed_frames(arm: Any) -> None:
     assert told['table'].transform.translation.x == pytest.approx(2.0)
 
 
-@pytest.mark.statement('SCN-19')
-def test_an_octomap_is_told_and_left_out(arm: Any, log: Any) -> None:
-    """Octomaps are not supported; the rest of the message counts."""
+@pytest.mark.statement('SCN-19', 'SRV-53', 'IF-24')
+def test_an_octomap_counts_until_it_is_cleared(arm: Any) -> None:
+    """A client's map is part of the scene; damaged data is refused, the rest of it counts."""
     scene = quiet_diff()
+    scene.world.octomap = octomap_to_message(octomap_from_cells(
+        np.array([[0, 0, 5]]), np.ones(1, dtype=np.float32), 0.1, np.eye(4)), arm.frame)
+    assert arm.apply(scene)
+    held = arm.scene(Part.OCTOMAP).world.octomap
+    assert (held.octomap.id, held.header.frame_id) == ('OcTree', arm.frame)
+    assert list(held.octomap.data) == list(scene.world.octomap.octomap.data)
     scene.world.octomap.octomap.data = [1, 2, 3]
     scene.world.collision_objects = [thing('a', arm.frame, [box(0.1, 0.1, 0.1)], pose=at(2.0))]
-    assert arm.apply(scene)
+    assert not arm.apply(scene)
     assert 'a' in arm.objects()
-    log.wait_for_line('octomaps are not supported')
+    assert arm.scene(Part.OCTOMAP).world.octomap.octomap.data == held.octomap.data
+    name = f'octomap_test_{os.getpid()}.bt'
+    saved = arm.client.call(arm.name('save_map'), SaveMap, SaveMap.Request(filename=name))
+    arm.client.call(arm.name('clear_octomap'), Empty)
+    assert not arm.scene(Part.OCTOMAP).world.octomap.octomap.data
+    loaded = arm.client.call(arm.name('load_map'), LoadMap, LoadMap.Request(filename=name))
+    assert saved.success
+    assert loaded.success
+    assert arm.scene(Part.OCTOMAP).world.octomap.octomap.data
+    outside = LoadMap.Request(filename='/etc/passwd')
+    assert not arm.client.call(arm.name('load_map'), LoadMap, outside).success
+    arm.client.call(arm.name('clear_octomap'), Empty)
 
 
 @pytest.mark.statement('SRV-50')

@@ -1,0 +1,74 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What simulated cameras see in the octomap of a planning scene of the same process."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from armsim_ros.arrays import Matrix
+from armsim_ros.config.move_group.sensors_3d import OctomapSettings, PointCloudSensor, with_cameras
+from armsim_ros.errors import nearest, SimulationError
+from armsim_ros.planning.occupancy.scene_map import SceneMap, Sight
+from armsim_ros.planning.scene.planning_scene import PlanningScene
+from armsim_ros.sim.camera.camera import Camera, cameras_of
+from armsim_ros.sim.camera.ray_picture import ray_picture
+from armsim_ros.sim.camera.scene_renderer import PlantCopy
+from armsim_ros.sim.camera.snapshot import take_snapshot
+from armsim_ros.sim.physics.compiler import model_to_bytes
+from armsim_ros.sim.simulation import Simulation
+
+#: Every n-th row and column is measured: at 640 pixels a centimetre apart at 1.5 m.
+EVERY = 4
+
+
+class CameraInScene:
+    """
+    Adds what cameras see to the octomap of a scene.
+
+    :param simulation: has the world.
+    :param scene: gets the map.
+    :param settings: of the map; without sensors those of ``octomap:=true``.
+    :param root: (4, 4) pose of the world in the scene's root link.
+    """
+
+    def __init__(
+        self, simulation: Simulation, scene: PlanningScene, settings: OctomapSettings,
+        root: Matrix,
+    ) -> None:
+        self._simulation, self._scene, self._root = simulation, scene, root
+        cameras = simulation.settings.cameras
+        self._cameras = {camera.name: camera for camera in cameras_of(cameras, simulation.model)}
+        self._sensors = with_cameras(OctomapSettings(), cameras, scene.model_frame).sensors
+        resolution = (settings if settings.sensors else with_cameras(
+            settings, cameras or {'none': None}, scene.model_frame)).octomap_resolution
+        self._map = SceneMap(scene, resolution, max(
+            (sensor.padding_offset for sensor in self._sensors.values()), default=0.0))
+        self._plant: tuple[Any, PlantCopy] | None = None
+
+    def look(self, name: str) -> None:
+        """
+        Add what a camera sees now.
+
+        :raises SimulationError: there is no such camera.
+        """
+        camera, sensor = self._camera(name), self._sensors[name]
+        assert isinstance(sensor, PointCloudSensor)
+        model, data = self._simulation.mujoco_model, self._simulation.mujoco_data
+        if self._plant is None or self._plant[0] is not model:
+            self._plant = model, PlantCopy(model_to_bytes(model))
+        plant = self._plant[1]
+        plant.show(take_snapshot(0, self._simulation.time_ns, model, data))
+        picture = ray_picture(camera, plant.model, plant.data, EVERY)
+        scene = self._scene
+        root = scene.frame_pose(scene.robot.root_link) @ self._root
+        self._map.add(Sight(
+            picture.points, sensor.max_range, picture.beyond, root @ picture.pose, scene.content,
+            scene.q, sensor.padding_scale, sensor.padding_offset), scene.frame_pose(''))
+
+    def _camera(self, name: str) -> Camera:
+        if name not in self._cameras:
+            hint = nearest(name, tuple(self._cameras))
+            known = ', '.join(self._cameras) or 'simulation.yaml has none'
+            raise SimulationError(f"no camera '{name}'; {hint or f'cameras: {known}'}")
+        return self._cameras[name]

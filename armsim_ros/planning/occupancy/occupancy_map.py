@@ -1,0 +1,203 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""
+Cells and their log odds, and what a measurement does to them.
+
+The rules are OctoMap's with its usual numbers. Of a measurement each cell changes once: a cell
+with a point inside of a known body becomes free, one with another point is a hit, and one that a
+ray has crossed is a miss. Only cells that were hit at some time are kept: to planning a free
+cell is the same as an unknown one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from armsim_ros.arrays import Mask, Matrix
+from armsim_ros.planning.occupancy.rays import Rays
+from armsim_ros.planning.occupancy.solids import inside_any, near_any, PlacedSolid
+from armsim_ros.planning.scene.octomap import MIDDLE, Octomap, octomap_from_cells
+from armsim_ros.planning.scene.octree_data import Floats, HIGHEST, Integers, LOWEST
+
+HIT = float(np.log(0.7 / 0.3))
+MISS = float(np.log(0.4 / 0.6))
+#: Bits of a cell's number along an axis.
+_BITS = 16
+#: Half the diagonal of a cell, in edges.
+HALF_DIAGONAL = 0.5 * 3.0 ** 0.5
+
+
+@dataclass(frozen=True, eq=False)
+class Measurement:
+    """
+    What a sensor measured at a moment.
+
+    :param points: (k, 3) [m] in the sensor's frame, all finite.
+    :param sensor: (4, 4) pose of the sensor in the frame of the map.
+    :param max_range: farther points [m] are no hits.
+    :param beyond: (j, 3) [m] in the sensor's frame, where other rays end that have hit nothing.
+    """
+
+    points: Floats
+    sensor: Matrix
+    max_range: float = np.inf
+    beyond: Floats = field(default_factory=lambda: np.zeros((0, 3), dtype=np.float32))
+
+
+class OccupancyMap:
+    """
+    Cells and their log odds; immutable, a measurement makes a new map.
+
+    :param resolution: edge of a cell [m].
+    :param numbers: (k,) packed numbers of the cells, increasing.
+    :param log_odds: (k,) of occupancy.
+    """
+
+    def __init__(
+        self, resolution: float, numbers: Integers | None = None, log_odds: Floats | None = None
+    ) -> None:
+        self.resolution = resolution
+        self._numbers = np.zeros(0, dtype=np.int64) if numbers is None else numbers
+        self._log_odds = np.zeros(0, dtype=np.float32) if log_odds is None else log_odds
+
+    @property
+    def keys(self) -> Integers:
+        """Numbers of the cells (k, 3); cell 0 begins at the origin."""
+        return unpacked(self._numbers)
+
+    @property
+    def log_odds(self) -> Floats:
+        """Log odds (k,) of occupancy."""
+        return self._log_odds
+
+    @property
+    def occupied(self) -> Integers:
+        """Numbers of the occupied cells (k, 3)."""
+        return unpacked(self._numbers[self._log_odds >= 0.0])
+
+    def octomap(self, pose: Matrix) -> Octomap | None:
+        """Return the map at a pose (4, 4) in the model frame; None where nothing is known."""
+        if not len(self._numbers):
+            return None
+        return octomap_from_cells(self.keys, self._log_odds, self.resolution, pose)
+
+    # ---------------------------------------------------------------- changes
+
+    def inserted(
+        self, measurement: Measurement, bodies: Sequence[PlacedSolid]
+    ) -> tuple[OccupancyMap, Mask]:
+        """
+        Return the map after a measurement, and which points (k,) are within range and outside.
+
+        :param bodies: what is known already, in the frame of the map.
+        """
+        x, y, z = axes = np.ascontiguousarray(measurement.points.T)
+        distances = np.sqrt(x * x + y * y + z * z)
+        kept: Mask = distances <= measurement.max_range
+        # Axis by axis, which takes a third of the time of a product of matrices.
+        numbers = np.zeros(len(x), dtype=np.int64)
+        placed = np.empty_like(axes)
+        for row, axis in zip(measurement.sensor[:3].astype(np.float32), placed, strict=True):
+            axis[:] = row[0] * x + row[1] * y + row[2] * z + row[3]
+            cells = np.floor(axis * np.float32(1.0 / self.resolution)) + np.float32(MIDDLE)
+            kept &= (cells >= 0) & (cells < 2 * MIDDLE)
+            numbers = (numbers << _BITS) + cells.astype(np.int64)
+        which = np.flatnonzero(kept)
+        model, hit, inside = self._sorted_out(numbers[which], placed.T[which], bodies)
+        kept[which[inside]] = False
+        crossed = self._crossed(measurement, distances)
+        return self._changed(model, hit, crossed), kept
+
+    def _sorted_out(
+        self, numbers: Integers, placed: Floats, bodies: Sequence[PlacedSolid]
+    ) -> tuple[Integers, Integers, Mask]:
+        """Return the cells with points inside of bodies, the other cells, the points inside."""
+        inside = np.zeros(len(numbers), dtype=bool)
+        if not len(numbers):
+            return numbers, numbers, inside
+        # Neighbouring points are mostly in the same cell: only where it changes are they sorted.
+        starts = np.flatnonzero(np.r_[True, numbers[1:] != numbers[:-1]])
+        cells, of_run = np.unique(numbers[starts], return_inverse=True)
+        if bodies:
+            centres = self._centres(cells)
+            near = near_any(centres, HALF_DIAGONAL * self.resolution, bodies)
+            lengths = np.diff(np.r_[starts, len(numbers)])
+            asked = np.flatnonzero(np.repeat(near[of_run], lengths))
+            inside[asked] = inside_any(placed[asked].astype(np.float64), bodies)
+        model = np.unique(numbers[inside])
+        return model, np.setdiff1d(cells, model, assume_unique=True), inside
+
+    def _crossed(self, measurement: Measurement, distances: NDArray[np.float32]) -> Mask:
+        """Return which of the cells a ray has crossed before its end."""
+        sensor = measurement.sensor
+        centres: Matrix = (self._centres(self._numbers) - sensor[:3, 3]) @ sensor[:3, :3]
+        # At the lower clamp a miss changes nothing.
+        asked = np.flatnonzero(self._log_odds > LOWEST)
+        crossed = np.zeros(len(centres), dtype=bool)
+        if len(asked):
+            rays = Rays(measurement.points, np.minimum(distances, measurement.max_range),
+                        measurement.beyond)
+            crossed[asked] = rays.cross(centres[asked], HALF_DIAGONAL * self.resolution)
+        return crossed
+
+    def _changed(self, model: Integers, hit: Integers, crossed: Mask) -> OccupancyMap:
+        odds = self._log_odds.copy()
+        at_model, new_model = self._found(model)
+        at_hit, new_hit = self._found(hit)
+        crossed = crossed.copy()
+        crossed[at_model] = crossed[at_hit] = False
+        odds[crossed] = np.maximum(odds[crossed] + np.float32(MISS), np.float32(LOWEST))
+        odds[at_hit] = np.minimum(odds[at_hit] + np.float32(HIT), np.float32(HIGHEST))
+        odds[at_model] = LOWEST
+        added = np.concatenate([new_model, new_hit])
+        values = np.repeat(
+            np.array([LOWEST, HIT], dtype=np.float32), [len(new_model), len(new_hit)])
+        numbers = np.concatenate([self._numbers, added])
+        order = np.argsort(numbers, kind='stable')
+        return OccupancyMap(
+            self.resolution, numbers[order], np.concatenate([odds, values])[order])
+
+    def _found(self, numbers: Integers) -> tuple[Integers, Integers]:
+        """Return the places of the cells that are kept, and the numbers of the others."""
+        at = np.searchsorted(self._numbers, numbers)
+        known = np.zeros(len(numbers), dtype=bool)
+        inner = at < len(self._numbers)
+        known[inner] = self._numbers[at[inner]] == numbers[inner]
+        return at[known], numbers[~known]
+
+    def _centres(self, numbers: Integers) -> Matrix:
+        """Return the centres (k, 3) [m] of cells."""
+        centres: Matrix = (unpacked(numbers).astype(np.float64) + 0.5) * self.resolution
+        return centres
+
+    def emptied(self, bodies: Sequence[PlacedSolid]) -> OccupancyMap:
+        """
+        Return the map without the occupied cells inside of bodies.
+
+        :param bodies: in the frame of the map, grown by what a cell reaches out of its centre.
+        """
+        which = np.flatnonzero(self._log_odds >= 0.0)
+        gone = which[inside_any(self._centres(self._numbers[which]), bodies)]
+        if not len(gone):
+            return self
+        odds = self._log_odds.copy()
+        odds[gone] = LOWEST
+        return OccupancyMap(self.resolution, self._numbers, odds)
+
+
+def packed(cells: Integers) -> Integers:
+    """Return numbers (k,) of cells (k, 3) that are counted from 0."""
+    found: Integers = (cells[:, 0] << 2 * _BITS) | (cells[:, 1] << _BITS) | cells[:, 2]
+    return found
+
+
+def unpacked(numbers: Integers) -> Integers:
+    """Return cells (k, 3), 0 at the origin, from packed numbers (k,)."""
+    mask = (1 << _BITS) - 1
+    cells: Integers = np.stack(
+        [numbers >> 2 * _BITS, numbers >> _BITS & mask, numbers & mask], axis=-1) - MIDDLE
+    return cells

@@ -1,0 +1,107 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Sensors of an octomap, as users' files have them."""
+
+import pytest
+
+from armsim_ros.config.move_group.sensors_3d import DepthImageSensor, PointCloudSensor
+from armsim_ros.errors import ConfigError
+
+USUAL = """
+sensors: [kinect_pointcloud, kinect_depthimage]
+octomap_resolution: 0.02
+octomap_frame: odom_combined
+kinect_pointcloud:
+  sensor_plugin: occupancy_map_monitor/PointCloudOctomapUpdater
+  point_cloud_topic: /head_mount_kinect/depth_registered/points
+  max_range: 5
+  point_subsample: 2
+  padding_offset: 0.1
+  padding_scale: 1.0
+  max_update_rate: 1.0
+  filtered_cloud_topic: filtered_cloud
+kinect_depthimage:
+  sensor_plugin: occupancy_map_monitor/DepthImageOctomapUpdater
+  image_topic: /head_mount_kinect/depth_registered/image_raw
+  queue_size: 5
+  near_clipping_plane_distance: 0.3
+  far_clipping_plane_distance: 5.0
+  shadow_threshold: 0.2
+  padding_scale: 4.0
+  padding_offset: 0.03
+  max_update_rate: 1.0
+  filtered_cloud_topic: filtered_cloud
+"""
+
+
+@pytest.fixture
+def load(files):
+    """Return the function that reads a text as sensors_3d.yaml: settings and remarks."""
+    def read(text):
+        files.write('sensors_3d.yaml', text)
+        settings = files.load()
+        return settings.octomap, [str(one) for one in settings.remarks
+                                  if 'sensors_3d.yaml' in str(one)]
+    return read
+
+
+def test_the_usual_file_is_read(load):
+    """Whole numbers count as numbers."""
+    found, remarks = load(USUAL)
+    cloud, depth = found.sensors.values()
+    assert (cloud.max_range, cloud.point_subsample) == (5.0, 2)
+    assert isinstance(cloud, PointCloudSensor)
+    assert isinstance(depth, DepthImageSensor)
+    assert (depth.padding_scale, depth.padding_offset) == (4.0, 0.03)
+    assert (found.octomap_resolution, found.octomap_frame) == (0.02, 'odom_combined')
+    assert all('defaults' in line for line in remarks)
+
+
+def test_the_file_in_the_layout_of_ros_2_is_the_same(load):
+    """Parameters of the node move_group, or of all nodes."""
+    plain, _ = load(USUAL)
+    nested = '/**:\n  ros__parameters:\n' + '\n'.join(
+        f'    {line}' for line in USUAL.splitlines())
+    assert load(nested)[0] == plain
+
+
+@pytest.mark.parametrize('text', ['sensors: []\n', "sensors: ['']\n", 'octomap_frame: base\n'])
+def test_no_sensor_is_no_updater(load, text):
+    """A list that is empty or starts with an empty name asks for nothing."""
+    assert not load(text)[0].sensors
+
+
+def test_absent_keys_have_defaults_that_are_named_once(load):
+    """Upstream drops such a sensor without a word."""
+    found, remarks = load(
+        'sensors: [eye]\neye: {sensor_plugin: occupancy_map_monitor/PointCloudOctomapUpdater, '
+        'point_cloud_topic: /p}\n')
+    sensor = found.sensors['eye']
+    assert (sensor.max_range, sensor.padding_offset, sensor.padding_scale) == (
+        float('inf'), 0.0, 1.0)
+    assert found.octomap_resolution == 0.1
+    assert sum("no 'octomap_resolution'" in line for line in remarks) == 1
+    assert sum("no 'octomap_frame'" in line for line in remarks) == 1
+    assert sum('defaults for max_range, padding_offset' in line for line in remarks) == 1
+
+
+@pytest.mark.parametrize(('block', 'text'), [
+    ('{sensor_plugin: a/B, point_cloud_topic: /p}', "plugin 'a/B' is not known"),
+    ('{sensor_plugin: occupancy_map_monitor/PointCloudOctomapUpdater}',
+     "'point_cloud_topic' is missing"),
+    ('{sensor_plugin: occupancy_map_monitor/PointCloudOctomapUpdater, point_cloud_topic: /p, '
+     'max_range: far}', "'max_range' is"),
+    ('{sensor_plugin: ~off}', 'has no plugin and is left out'),
+    ('3', 'has no block'),
+])
+def test_a_sensor_that_cannot_be_used_is_left_out(load, block, text):
+    """The others go on."""
+    found, remarks = load(USUAL.replace('sensors: [', 'sensors: [bad, ') + f'bad: {block}\n')
+    assert list(found.sensors) == ['kinect_pointcloud', 'kinect_depthimage']
+    assert sum(text in line for line in remarks) == 1
+
+
+def test_a_resolution_that_is_none_is_an_error_line(load):
+    """0 m is not a size of cells."""
+    with pytest.raises(ConfigError, match=r"yaml:3:21: octomap: 'octomap_resolution' is the nu"):
+        load(USUAL.replace('0.02', '0', 1))
