@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from armsim_ros import ArmSim
-from armsim_ros.counting_clock import CountingClock
 from armsim_ros.errors import SimulationError
 from armsim_ros.model.geometry import Box
 from armsim_ros.model.transforms import pose_matrix
 from armsim_ros.model.world_objects import WorldObject
+from armsim_ros.planning.budget import CountingClock
 from armsim_ros.planning.collision.collision_model import CollisionChecker
 from armsim_ros.planning.request import Constraints, MotionPlanRequest
 from armsim_ros.planning.scene.objects import AttachedObject, CollisionObject, ObjectShape

@@ -24,6 +24,8 @@ from armsim_ros.nodes.upstream.robot_package import (
 )
 
 _BLOCK = 'moveit_servo.'
+#: Parameters of move_group about its octomap, beside a block for each sensor.
+_OF_OCTOMAP = ('sensors', 'octomap_resolution', 'octomap_frame')
 #: Parameters beside the block.
 _BESIDE = ('butterworth_filter_coeff', 'update_period', 'planning_group_name')
 #: Upstream's defaults of what is the robot's own where servo is started with a robot of ours.
@@ -77,6 +79,7 @@ def move_group_words(arguments: NodeArguments, folder: Path) -> list[str]:
     values = arguments.values
     values.setdefault('moveit_manage_controllers', False)
     words = described_package(arguments, folder)
+    arguments.rest += _params_file(folder / 'sensors.yaml', sensor_parameters(values))
     arguments.rest += [word for name in (URDF, SEMANTIC) if values.get(f'publish_{name}') is True
                        for word in ('-p', f'publish_{name}:=true')]
     return [*words, *arguments.ros_args(with_name=arguments.namespace != '/')]
@@ -89,11 +92,28 @@ def servo_words(arguments: NodeArguments, folder: Path) -> list[str]:
     :raises ConfigError: where a description is none.
     """
     words = described_package(arguments, folder)
-    file = folder / 'servo_parameters.yaml'
-    content = {'/**': {'ros__parameters': servo_parameters(arguments.values)}}
-    file.write_text(yaml.safe_dump(content), encoding='utf-8')
-    arguments.rest += ['--params-file', str(file)]
+    arguments.rest += _params_file(
+        folder / 'servo_parameters.yaml', servo_parameters(arguments.values))
     return [*words, *arguments.ros_args(with_name=True)]
+
+
+def _params_file(file: Path, parameters: Mapping[str, Any]) -> list[str]:
+    """Write parameters of all nodes into a file; return the words that name it."""
+    if not parameters:
+        return []
+    content = {'/**': {'ros__parameters': dict(parameters)}}
+    file.write_text(yaml.safe_dump(content), encoding='utf-8')
+    return ['--params-file', str(file)]
+
+
+def sensor_parameters(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the parameters of an octomap's sensors of those that a launch file gives."""
+    listed = values.get('sensors')
+    names = [name for name in listed if name] if isinstance(listed, list) else []
+    if not names:
+        return {}
+    return {name: value for name, value in values.items()
+            if name in _OF_OCTOMAP or name.partition('.')[0] in names}
 
 
 def servo_parameters(values: Mapping[str, Any]) -> dict[str, Any]:

@@ -10,11 +10,11 @@ import pytest
 from scipy.spatial.transform import Rotation
 from small_arms import six_axis_arm
 
-from armsim_ros.counting_clock import CountingClock
 from armsim_ros.errors import PlanningError
 from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.model.geometry import Box
 from armsim_ros.model.transforms import pose_matrix
+from armsim_ros.planning.budget import CountingClock
 from armsim_ros.planning.collision.collision_model import CollisionChecker
 from armsim_ros.planning.collision.contacts import BodyType
 from armsim_ros.planning.planner import MotionPlanner
