@@ -261,11 +261,12 @@ class CollisionChecker:
                 group, surely, clearance, poll)
             return found
 
-        found = near(np.ones(len(states), dtype=bool), reach, surely=False)
-        if exact is Exactly.NEVER or tables.hull is None:
+        everywhere = np.ones(len(states), dtype=bool)
+        found = near(everywhere, reach, surely=exact is Exactly.ALWAYS)
+        if exact is not Exactly.WHERE_HULLS_TOUCH or tables.hull is None:
             return found
-        asked = found if exact is Exactly.ALWAYS else near(found, None, surely=False)
-        result: Mask = (found & ~asked) | near(asked, reach, surely=True)
+        touching = near(found, None, surely=False)
+        result: Mask = (found & ~touching) | near(touching, reach, surely=True)
         return result
 
     def contacts(
@@ -280,8 +281,9 @@ class CollisionChecker:
         """
         deepest: dict[tuple[BodyKey, BodyKey], Contact] = {}
         for tables in self._followed():
-            tables.ready(True, group)
-            for first, second in tables.exact.touching(q):
+            if not tables.rigid_hit(group) and not tables.test(group, 0.0, True)(q):
+                continue
+            for first, second in tables.ready(True, group).touching(q):
                 contact = _contact(tables, first, second)
                 key = (tables.shapes[first].body.key, tables.shapes[second].body.key)
                 if key not in deepest or contact.depth > deepest[key].depth:

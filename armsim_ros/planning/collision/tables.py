@@ -65,6 +65,8 @@ class BroadPhase:
         self._geometry: Any = None
         self._geometry_data: Any = None
         self._manager: Any = None
+        #: Hears of the pairs that the manager cannot rule out; stops at the first that touches.
+        self._first_touch: Any = None
         self._data: Any = None
         self._spheres: tuple[list[int], NDArray[np.intp], Matrix] | None = None
         #: (pairs,) sums of the radii of the spheres around two shapes [m].
@@ -94,6 +96,8 @@ class BroadPhase:
         self._manager = pin.TreeBroadPhaseManager_NaiveCollisionManager(
             self._model, self._geometry, self._geometry_data
         )
+        self._first_touch = pin.CollisionCallBackDefault(
+            self._geometry, self._geometry_data, True)
         self._geometry_data.setSecurityMargins(self._geometry, self._margins)
 
     def set_margins(self, margins: Matrix) -> None:
@@ -122,9 +126,51 @@ class BroadPhase:
 
     def test(self) -> CollisionTest:
         """Return whether any active pair touches, as a question of use until the shapes change."""
-        collide = pin.computeCollisions
-        model, data, manager = self._model, self._data, self._manager
-        return lambda q: collide(model, data, manager, q, True)
+        place, update, collide = (
+            pin.updateGeometryPlacements, self._manager.update, self._manager.collide)
+        of_state = self._model, self._data, self._geometry, self._geometry_data
+        first_touch = self._first_touch
+
+        def touches(q: Vector) -> bool:
+            place(*of_state, q)
+            update(False)
+            collide(first_touch)
+            return bool(first_touch.collision)
+
+        return touches
+
+    def confirmed(self, exact: BroadPhase) -> CollisionTest:
+        """
+        Return whether a pair that touches in the last test touches on exact shapes, too.
+
+        Only such pairs are checked, and the pair that the last test has found comes first.
+
+        :param exact: the same pairs of other shapes, inside these; the state is that of the
+            last test.
+        """
+        place, collide, touches = (
+            pin.updateGeometryPlacements, self._manager.collide, pin.computeCollision)
+        of_state = exact._model, exact._data, exact._geometry, exact._geometry_data
+        geometry, data = exact._geometry, exact._geometry_data
+        first_touch, active = self._first_touch, self._geometry_data
+
+        def confirmed(q: Vector) -> bool:
+            place(*of_state, q)
+            refuted = []
+            try:
+                while first_touch.collision:
+                    pair = first_touch.collisionPairIndex
+                    if touches(geometry, data, pair):
+                        return True
+                    active.deactivateCollisionPair(pair)
+                    refuted.append(pair)
+                    collide(first_touch)
+                return False
+            finally:
+                for pair in refuted:
+                    active.activateCollisionPair(pair)
+
+        return confirmed
 
     def touching(self, q: Vector) -> list[tuple[int, int]]:
         """Return all active pairs that touch, by plain pairwise checks."""
@@ -305,7 +351,7 @@ class CollisionTables:
         maybe = self.ready(False, group, clearance).test()
         if not exact or self.hull is None:
             return maybe
-        surely = self.ready(True, group, clearance).test()
+        surely = self.hull.confirmed(self.ready(True, group, clearance))
         return lambda q: maybe(q) and surely(q)
 
     def near(
@@ -327,18 +373,22 @@ class CollisionTables:
         count = len(self.shapes)
         if not count:
             return found
-        stage = self.ready(exact, group, clearance)
-        hit = stage.test()
+        hit = self.test(group, clearance, exact)
+        hull = self.hull or self.exact
+        stages = (hull, self.exact) if exact and self.hull is not None else (hull,)
+        few = POLLED_STATES[False]
         weights = relative[self._joints[:, None], self._joints].reshape(count * count, -1).T
         kept = self._margins + clearance
-        for begin in range(0, len(states), POLLED_STATES[exact]):
-            poll()
-            part = slice(begin, begin + POLLED_STATES[exact])
+        for begin in range(0, len(states), few):
+            part = slice(begin, begin + few)
             margins = None if reach is None else self._distances.within(
                 (reach[part] @ weights).reshape(-1, count, count) + kept)
             for k, q in enumerate(states[part]):
+                if k % POLLED_STATES[exact] == 0:
+                    poll()
                 if margins is not None:
-                    stage.set_margins(margins[k])
+                    for stage in stages:
+                        stage.set_margins(margins[k])
                 found[begin + k] = hit(q)
         return found
 
