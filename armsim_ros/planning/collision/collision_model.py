@@ -218,7 +218,7 @@ class CollisionChecker:
     def _made_test(self, group: str | None, clearance: float, exact: bool) -> CollisionTest:
         tests = []
         for tables in self._followed():
-            if tables.rigid_hit(group):
+            if tables.rigid_pairs(group):
                 return _always
             tests.append(tables.test(group, clearance, exact))
         if len(tests) == 1:
@@ -242,7 +242,7 @@ class CollisionChecker:
         """
         found = np.zeros(len(states), dtype=bool)
         for tables in self._followed():
-            if tables.rigid_hit(group):
+            if tables.rigid_pairs(group):
                 return np.ones(len(states), dtype=bool)
             asked = np.flatnonzero(~found)
             found[asked] = self._may_collide(
@@ -281,9 +281,7 @@ class CollisionChecker:
         """
         deepest: dict[tuple[BodyKey, BodyKey], Contact] = {}
         for tables in self._followed():
-            if not tables.rigid_hit(group) and not tables.test(group, 0.0, True)(q):
-                continue
-            for first, second in tables.ready(True, group).touching(q):
+            for first, second in tables.touching(group, q):
                 contact = _contact(tables, first, second)
                 key = (tables.shapes[first].body.key, tables.shapes[second].body.key)
                 if key not in deepest or contact.depth > deepest[key].depth:

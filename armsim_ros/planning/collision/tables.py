@@ -139,14 +139,15 @@ class BroadPhase:
 
         return touches
 
-    def confirmed(self, exact: BroadPhase) -> CollisionTest:
+    def confirmed(self, exact: BroadPhase, every: bool = False) -> Callable[[Vector], list[int]]:
         """
-        Return whether a pair that touches in the last test touches on exact shapes, too.
+        Return a function that finds the pairs of the last test that touch on exact shapes, too.
 
-        Only such pairs are checked, and the pair that the last test has found comes first.
+        Only pairs that touch here are checked exactly, and the pair that the last test has found
+        comes first. Pairs of shapes on the same joint are left out.
 
-        :param exact: the same pairs of other shapes, inside these; the state is that of the
-            last test.
+        :param exact: the same pairs of other shapes, inside these; or this object itself.
+        :param every: find all numbers of pairs, not only the first.
         """
         place, collide, touches = (
             pin.updateGeometryPlacements, self._manager.collide, pin.computeCollision)
@@ -154,35 +155,30 @@ class BroadPhase:
         geometry, data = exact._geometry, exact._geometry_data
         first_touch, active = self._first_touch, self._geometry_data
 
-        def confirmed(q: Vector) -> bool:
+        def confirmed(q: Vector) -> list[int]:
             place(*of_state, q)
-            refuted = []
+            found, passed = [], []
             try:
                 while first_touch.collision:
                     pair = first_touch.collisionPairIndex
                     if touches(geometry, data, pair):
-                        return True
+                        found.append(pair)
+                        if not every:
+                            break
                     active.deactivateCollisionPair(pair)
-                    refuted.append(pair)
+                    passed.append(pair)
                     collide(first_touch)
-                return False
             finally:
-                for pair in refuted:
+                for pair in passed:
                     active.activateCollisionPair(pair)
+            return found
 
         return confirmed
 
-    def touching(self, q: Vector) -> list[tuple[int, int]]:
-        """Return all active pairs that touch, by plain pairwise checks."""
-        data = self._geometry_data
-        pin.computeCollisions(self._model, self._data, self._geometry, data, q, False)
-        active = data.activeCollisionPairs
-        results = data.collisionResults
-        return [
-            (pair.first, pair.second)
-            for k, pair in enumerate(self._geometry.collisionPairs)
-            if active[k] and results[k].isCollision()
-        ]
+    def numbers(self, pair: int) -> tuple[int, int]:
+        """Return the numbers of a pair's shapes."""
+        found = self._geometry.collisionPairs[pair]
+        return found.first, found.second
 
     def near(self, q: Vector, within: float) -> list[tuple[int, int, float]]:
         """
@@ -274,7 +270,7 @@ class CollisionTables:
         self._required = required_pairs(carried, standing, content.acm, among=among)
         self._joints = np.array([shape.joint for shape in self.shapes], dtype=np.intp)
         self._group_masks: dict[str | None, Mask] = {}
-        self._rigid_hits: dict[str | None, bool] = {}
+        self._rigid_pairs: dict[str | None, list[tuple[int, int]]] = {}
         self._margins = margins(self.shapes, content)
         self._distances = ContactDistances([shape.exact for shape in self.shapes])
         within = self._within = self._distances.within(self._margins)
@@ -321,7 +317,7 @@ class CollisionTables:
                 if stage is not None:
                     stage.place(number, shape.pose)
             self.shapes[number] = shape
-            self._rigid_hits = {}
+            self._rigid_pairs = {}
 
     # ---------------------------------------------------------------- questions
 
@@ -352,7 +348,16 @@ class CollisionTables:
         if not exact or self.hull is None:
             return maybe
         surely = self.hull.confirmed(self.ready(True, group, clearance))
-        return lambda q: maybe(q) and surely(q)
+        return lambda q: maybe(q) and bool(surely(q))
+
+    def touching(self, group: str | None, q: Vector) -> list[tuple[int, int]]:
+        """Return all pairs of shapes that touch in a state; :attr:`exact` has their poses."""
+        hull, exact = self.ready(False, group), self.ready(True, group)
+        rigid = self.rigid_pairs(group)
+        if not hull.test()(q) and not rigid:
+            return []
+        moving = hull.confirmed(exact, every=True)(q)
+        return [*rigid, *(exact.numbers(pair) for pair in sorted(moving))]
 
     def near(
         self, states: Matrix, reach: Matrix | None, relative: Matrix, group: str | None,
@@ -392,22 +397,20 @@ class CollisionTables:
                 found[begin + k] = hit(q)
         return found
 
-    def rigid_hit(self, group: str | None) -> bool:
+    def rigid_pairs(self, group: str | None) -> list[tuple[int, int]]:
         """
-        Return whether two shapes touch that no joint moves against each other.
+        Return the pairs of shapes that touch and that no joint moves against each other.
 
         The manager leaves those out; the answer holds until the next edit.
         """
-        found = self._rigid_hits.get(group)
+        found = self._rigid_pairs.get(group)
         if found is None:
-            joints = np.array([shape.joint for shape in self.shapes])
+            joints = self._joints
             pairs = np.argwhere(self.mask(group) & (joints[:, None] == joints[None, :]))
-            found = any(
-                self.collide(int(i), int(j), self.shapes[i].pose, self.shapes[j].pose)
-                .isCollision()
-                for i, j in pairs
-            )
-            self._rigid_hits[group] = found
+            found = self._rigid_pairs[group] = [
+                (int(i), int(j)) for i, j in pairs
+                if self.collide(int(i), int(j), self.shapes[i].pose, self.shapes[j].pose)
+                .isCollision()]
         return found
 
     # ---------------------------------------------------------------- two shapes
