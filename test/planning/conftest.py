@@ -24,6 +24,8 @@ def pytest_addoption(parser):
     parser.addoption('--clutter', type=int, default=None, help='random problems for each robot')
     parser.addoption('--placements', type=int, default=None,
                      help='placements of two shapes that are checked for contact')
+    parser.addoption('--states', type=int, default=None,
+                     help='random states that are checked for collisions')
     parser.addoption('--placement-seed', type=int, default=None, help='first of their seeds')
 
 
