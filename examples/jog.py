@@ -3,11 +3,12 @@
 """
 Jog the arm with the keyboard.
 
-    ros2 run armsim_ros bringup robot:=sunday servo:=true
+    armsim bringup servo:=true
+    armsim go ready                # in a second terminal; home is a singularity
     python examples/jog.py
 
-w s  a d  q e   move the tip along x, y, z of the base
-1 to 9          turn that joint; shift the direction with r
+w s  a d  q e   move the tip along x, y, z of the base, there and back
+1 to 9          turn that joint up, after r down, after another r up again
 space           stop
 Ctrl-C          leave
 """
@@ -38,7 +39,7 @@ HELD = 0.25
 
 
 class Jogger:
-    """Publishes what the pressed key asks for."""
+    """Publishes the command of the pressed key."""
 
     def __init__(self, node, frame, joint_states):
         self.node = node
@@ -49,16 +50,18 @@ class Jogger:
         self.type = None
         self.ask_again = 0.0
         self.joints = []
-        self.said = ''
+        self.shown = ''
         self.direction = 1.0
         node.create_subscription(ServoStatus, '/servo_node/status', self.status, 1)
         node.create_subscription(JointState, joint_states, self.names, 1)
 
     def status(self, message):
-        """Show a status that is new."""
+        """Show a status that is new, from the first key on."""
+        if self.type is None:
+            return
         text = '' if message.message == 'No warnings' else message.message
-        if text != self.said:
-            self.said = text
+        if text != self.shown:
+            self.shown = text
             print(f'\r\x1b[K{text}', end='', flush=True)
 
     def names(self, message):
@@ -66,7 +69,7 @@ class Jogger:
         self.joints = sorted(message.name)
 
     def choose(self, kind):
-        """Have servo follow a type of commands; ask again where no answer comes."""
+        """Have servo follow a type of commands; repeat the request where no answer comes."""
         now = time.monotonic()
         if kind == self.type or now < self.ask_again:
             return
@@ -111,7 +114,7 @@ def main():
     if not jogger.types.wait_for_service(10.0):
         sys.exit('jog: there is no servo_node; start bringup with servo:=true')
     simulated = False
-    print(__doc__.partition('servo:=true')[2].partition('jog.py')[2])
+    print(__doc__.partition('jog.py')[2])
     before = termios.tcgetattr(sys.stdin)
     key, pressed = '', 0.0
     ended = []

@@ -64,10 +64,11 @@ class JointBounds:
         finding = None
         if len(halted):
             joint = int(halted[0])
-            bound = self.upper[joint] if velocity[joint] > 0.0 else self.lower[joint]
+            bound, way = ((self.upper[joint], 'up') if velocity[joint] > 0.0
+                          else (self.lower[joint], 'down'))
             finding = Finding(
                 ServoStatus.JOINT_BOUND,
-                f"joint '{self.names[joint]}' at {q[joint]:.4f}, allowed up to {bound:.4f}",
+                f"joint '{self.names[joint]}' at {q[joint]:.4f}, allowed {way} to {bound:.4f}",
             )
         if not all_halt:
             return np.copysign(np.minimum(speed, fastest), velocity), finding

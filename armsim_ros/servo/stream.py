@@ -11,16 +11,19 @@ import numpy as np
 
 from armsim_ros.arrays import Vector
 from armsim_ros.config.servo import ServoParameters
-from armsim_ros.servo.commands import Command, Finding, Twist
+from armsim_ros.servo.commands import Command, Finding, NOTHING, Twist, weightiest
 from armsim_ros.servo.proximity import Proximity
 from armsim_ros.servo.smoothing import SmoothingFilter
 from armsim_ros.servo.speed_limits import JointBounds
 from armsim_ros.servo.target_velocity import TargetVelocity
+from armsim_ros.servo.way_out import WayOut
 
 LOOKS_A_SECOND = 50.0
 """Minimum rate of collision checks [Hz]."""
 SETTLED = 1e-6
 """Nearer to rest than this is at rest [rad or m, a cycle]."""
+BLOCKED = 0.01
+"""A twist of which the joints make a smaller share than this does not move the tip."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -79,6 +82,7 @@ class ServoStream:
         self.bounds = bounds
         self._smoothing = smoothing
         self._proximity = proximity
+        self._way_out = WayOut(target, bounds, proximity)
         self.streaming = False
         self._halting = False
         self._factor = 1.0
@@ -100,6 +104,7 @@ class ServoStream:
         self._sent = reference.copy()
         self._smoothing.restart(reference)
         self._forget_collisions()
+        self._way_out.forget()
         self._halting = False
         self.streaming = True
 
@@ -150,6 +155,8 @@ class ServoStream:
         coming = self.bounds.accelerate(self._velocity, velocity, period)
         self._velocity = self.bounds.brake_in_time(
             self._position, self._velocity, coming, period)
+        if isinstance(command, Twist):
+            self._add_way_out(command, q, parameters, velocity, findings)
         self._position = self._position + self._velocity * period
         before, self._sent = self._sent, self._smoothing.smooth(self._position)
         moved = self._sent - before
@@ -158,6 +165,22 @@ class ServoStream:
             and np.abs(self._sent - self._position).max(initial=0.0) < 10.0 * SETTLED
         )
         return Cycle(self._sent, moved / period, at_rest, tuple(findings))
+
+    def _add_way_out(self, command: Twist, q: Vector, parameters: ServoParameters,
+                     velocity: Vector, findings: list[Finding]) -> None:
+        """Add to the findings about a twist that moves nothing which directions are free."""
+        if not command.moves or any(
+                self.target.progress(command, q, each, parameters)[0] > BLOCKED
+                for each in (velocity, self._velocity)):
+            self._way_out.forget()
+            return
+        text = self._way_out.advance(command.frame, q, parameters)
+        if text:
+            found = weightiest(findings)
+            detail = f'{found.detail}; {text}' if found.detail else text
+            if found.code is NOTHING.code:
+                detail = f'the arm cannot move the tip this way here; {text}'
+            findings.insert(0, Finding(found.code, detail))
 
     def _bounded(
         self,

@@ -29,6 +29,8 @@ from armsim_ros.servo.speed_limits import singularity_factor, SingularityThresho
 ROTATION_WEIGHT = 0.1
 """What an error of the rotation counts beside that of the translation, with less than 6 joints."""
 _DAMPING = 1e-8
+_LOST = 1e-4
+"""A singular value below this share of the greatest is a motion that is lost."""
 APPROACH = (0.4, 1.5)
 """Deceleration towards a pose [m/s^2, rad/s^2]."""
 
@@ -81,7 +83,7 @@ class TargetVelocity:
         self.names = tuple(kinematics.names[i] for i in self.indices)
         self._columns = np.array([list(self.indices).index(i) for i in moving], dtype=np.intp)
         self._moving_indices = moving
-        self._moving_names = tuple(kinematics.names[i] for i in moving)
+        self.moving_names = tuple(kinematics.names[i] for i in moving)
         self.tip, self.base = ends(kinematics, self._moving)
         self._scales = np.ones(6)
         self._scales[:3] /= min(1.0, _reach(kinematics, self.base, self.tip) or 1.0)
@@ -129,6 +131,35 @@ class TargetVelocity:
             )
         return Wanted(velocity, True, findings)
 
+    def progress(
+        self, command: Twist, q: Vector, velocity: Vector, parameters: ServoParameters
+    ) -> tuple[float, float]:
+        """
+        Return how much of a twist joint velocities (m,) make.
+
+        :param q: (n,) robot state.
+        :returns: the share, 1 where they make all of it, and the speed of the tip [m/s] along it.
+        :raises InvalidCommandError: as :meth:`wanted`.
+        """
+        requested = self._twist(command, q, parameters)
+        made = self._jacobian(q) @ velocity[self._columns]
+        weights = self._scales**2
+        whole = float(weights * requested @ requested)
+        length = float(np.linalg.norm(requested[:3]))
+        return (float(weights * made @ requested) / whole if whole > 0.0 else 1.0,
+                float(made[:3] @ requested[:3]) / length if length > 0.0 else 0.0)
+
+    def singularity(self, q: Vector) -> tuple[int, float]:
+        """
+        Return how singular a robot state (n,) is; the less, the better.
+
+        :returns: how many independent motions of the tip are lost, and the condition number of
+            the others, with lengths in units of the reach.
+        """
+        values = np.linalg.svd(self._scales[:, None] * self._jacobian(q), compute_uv=False)
+        left = values[values > _LOST * values[0]]
+        return len(values) - len(left), float(values[0] / left[-1]) if len(left) else math.inf
+
     def complete(self, q: Vector) -> Vector:
         """Return a copy of a robot state (n,) in which mimic joints follow."""
         return self._kinematics.apply_mimic(q)
@@ -143,8 +174,8 @@ class TargetVelocity:
                 f'{len(command.velocities)}; both need one per joint'
             )
         for name, value in zip(command.names, command.velocities, strict=True):
-            if name not in self._moving_names:
-                known = self._moving_names
+            if name not in self.moving_names:
+                known = self.moving_names
                 raise InvalidCommandError(
                     f"joint_names: '{name}' is not a joint of '{self._moving}' "
                     f'({", ".join(known)}) {nearest(name, known)}'.rstrip()

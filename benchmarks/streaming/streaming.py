@@ -134,6 +134,7 @@ def main(options: Options) -> None:
     with tempfile.TemporaryDirectory() as folder:
         robot = Path(folder) / 'sunday'
         shutil.copytree(share_folder('armsim_ros') / 'config/sunday', robot)
+        (robot / 'servo.yaml').unlink()  # the figures are those of servo's defaults
         (robot / 'forward_controllers.yaml').write_text(FORWARD_CONTROLLER, encoding='utf-8')
         with running_stack('robot:=sunday', f'config:={robot}', 'servo:=true') as stack:
             pid = stack.processes()['servo_node']

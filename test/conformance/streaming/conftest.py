@@ -34,6 +34,7 @@ def pytest_configure(config: pytest.Config) -> None:
 def running(folder: Path) -> Iterator[Streamed]:
     """Run the stack with the forward controllers beside the robot's own."""
     shutil.copytree(share_folder('armsim_ros') / 'config/sunday', folder)
+    (folder / 'servo.yaml').unlink()  # the statements are about servo's defaults
     (folder / 'forward_controllers.yaml').write_text(FORWARD_CONTROLLERS, encoding='utf-8')
     with (folder / 'simulation.yaml').open('a', encoding='utf-8') as file:
         file.write(SENSORS)

@@ -54,7 +54,7 @@ def test_jog(arm: Streamed, terminal: tuple[int, int]) -> None:
     keys, screen = terminal
     with started(arm, 'jog.py', stdin=screen, stdout=subprocess.PIPE,
                  stderr=subprocess.STDOUT) as program:
-        for key in (b'e', b'6'):
+        for key in (b'w', b's', b'a', b'd', b'q', b'e', b'6'):
             before = arm.positions
             deadline = time.monotonic() + 60.0
             # Held as a terminal does it: the same key again and again.
@@ -68,6 +68,26 @@ def test_jog(arm: Streamed, terminal: tuple[int, int]) -> None:
     assert program.returncode == 0
     assert 'Traceback' not in text
     assert 'move the tip along x, y, z' in text
+    assert 'no command type is chosen' not in text
+
+
+@statement('SRV-23')
+def test_jog_in_a_singularity(arm: Streamed, terminal: tuple[int, int]) -> None:
+    """Where a key cannot move the tip, the terminal shows which joint is free."""
+    keys, screen = terminal
+    arm.go([0.0] * 6)
+    with started(arm, 'jog.py', stdin=screen, stdout=subprocess.PIPE,
+                 stderr=subprocess.STDOUT) as program:
+        def shown() -> bool:
+            os.write(keys, b'w')
+            time.sleep(0.05)
+            return any("free: turn 'joint_3'" in message for _, message in arm.said())
+
+        arm.until(shown, 'the status names a free joint')
+        program.send_signal(signal.SIGINT)
+        text, _ = program.communicate(timeout=30.0)
+    assert program.returncode == 0
+    assert "free: turn 'joint_3'" in text
 
 
 @statement('SRV-23')
