@@ -189,8 +189,9 @@ def nearest(name: str, known: Sequence[str]) -> str:
     """
     if len(name) > LONGEST_NAME:
         return ''
-    near = [word for word in known if len(word) <= LONGEST_NAME][:MOST_NAMES]
-    hits = difflib.get_close_matches(name, near, n=max(1, len(near)), cutoff=0.6)
+    near = [word for word in known if len(word) <= LONGEST_NAME and word != name][:MOST_NAMES]
+    same = [word for word in near if word.lower() == name.lower()]
+    hits = same or difflib.get_close_matches(name, near, n=max(1, len(near)), cutoff=0.6)
     # Of equally near words the word with the same letters: two of them were swapped in typing.
     hits.sort(key=lambda hit: sorted(hit) != sorted(name))
     return f"did you mean '{hits[0]}'?" if hits else ''

@@ -134,8 +134,9 @@ def _find_named(kind: str, folder: str, given: str, names: list[str],
     if given and path.exists():
         return path.resolve()
     hint = nearest(given, names)
-    raise ResourceError(f"{kind} '{given}' is neither one of ours ({', '.join(names) or 'none'}) "
-                        f"nor a path that exists{'; ' + hint if hint else ''}")
+    others = '; no such path or package' if kind == 'robot' else '; no such path'
+    raise ResourceError(f"{kind} '{given}' is not found (included: {', '.join(names) or 'none'}"
+                        f"{others}){'; ' + hint if hint else ''}")
 
 
 def _listing(folder: str) -> list[Path]:

@@ -136,5 +136,5 @@ def test_a_world_is_found_with_and_without_its_suffix(install, installed_only, m
     monkeypatch.setattr(sys, 'prefix', str(prefix))
     assert resources.find_world('table') == resources.find_world('table.yaml') \
         == worlds / 'table.yaml'
-    with pytest.raises(ResourceError, match=r'ours \(table\)'):
+    with pytest.raises(ResourceError, match=r'\(included: table; no such path\)'):
         resources.find_world('tabel')

@@ -93,10 +93,12 @@ class ProgramArguments:
         '', "seed of the planner's random numbers; 0 in lockstep",
         placeholder='NUMBER')
     record: str = _argument(
-        '', 'recording (MCAP) of the last ten minutes, written when the simulation ends',
+        '', 'recording (MCAP) of the whole run, at most its last ten minutes, written when the '
+        'simulation ends',
         placeholder='FILE')
     web: bool = _argument(
-        False, 'whether bringup serves a page in which the robot is seen and driven',
+        False, 'whether bringup serves the page in which the robot is seen and moved; it does '
+        'at a terminal unless this argument is given',
         placeholder='true|false')
     host: str = _argument(
         '', 'address on which the page is served, in place of 127.0.0.1; others need the token '
@@ -286,5 +288,10 @@ def _default_note(default: object) -> str:
 def _unknown(word: str, name: str, known: tuple[str, ...]) -> str:
     if name in REPLACED_ARGUMENTS:
         return f"argument '{name}' is not used here; in its place: {REPLACED_ARGUMENTS[name]}"
-    hint = nearest(name, known) or f"known: {', '.join(known)}"
+    hint = nearest(name, known) or f"known: {', '.join(dict.fromkeys(known))}"
+    from armsim_ros.config.simulation import SimulationSettings  # slow, and not needed otherwise
+
+    if name in SimulationSettings.model_fields:
+        hint = (f"it is a key of simulation.yaml: overrides:='{{simulation.{name}: VALUE}}', or "
+                'the file')
     return f"unknown argument '{word}'; {hint}"

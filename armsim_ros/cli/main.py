@@ -17,7 +17,13 @@ from typing import TextIO
 
 from armsim_ros.cli.arguments import format_help, split_ros_args
 from armsim_ros.cli.environment import add_own_prefix, announce_often
-from armsim_ros.cli.programs import main_of, PROGRAMS, PURPOSES, ROBOT_PROGRAMS
+from armsim_ros.cli.programs import (
+    main_of,
+    PROGRAMS,
+    PURPOSES,
+    ROBOT_PROGRAMS,
+    ROS2_COMMANDS,
+)
 from armsim_ros.errors import ArmsimError, nearest, USAGE_STATUS
 
 _STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM)
@@ -40,6 +46,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         return 0
     if name not in PROGRAMS:
         hint = nearest(name, tuple(PROGRAMS)) or f"known: {', '.join(PROGRAMS)}"
+        if command := ROS2_COMMANDS.get(name):
+            hint = f"the command is '{command}'"
         _print(f"armsim: unknown program '{name}'; {hint}", sys.stderr)
         return USAGE_STATUS
     return run(name, rest)
@@ -124,12 +132,12 @@ web = partial(run, 'web')
 go = partial(run, 'go')
 state = partial(run, 'state')
 stop = partial(run, 'stop')
-echo = partial(run, 'echo')
-param = partial(run, 'param')
 plot = partial(run, 'plot')
 check_config = partial(run, 'check_config')
 migrate = partial(run, 'migrate')
 generate_config = partial(run, 'generate_config')
+copy = partial(run, 'copy')
+completion = partial(run, 'completion')
 launch = partial(run, 'launch')
 original = partial(run, 'original')
 overlay = partial(run, 'overlay')

@@ -37,7 +37,9 @@ FILE_PROGRAMS = {
     'check_config': "read a robot's files, report every error and how each key is used",
     'migrate': "write a robot's files in the layout of ROS 2",
     'list': 'list the robots that are found: ours, those of the workspace, the installed ones',
+    'copy': "copy a robot's files into a folder of your own, to change them",
     'generate_config': 'write a first set of files for a robot that has only a URDF',
+    'completion': 'print the completion script of bash, zsh or fish',
 }
 #: Those that run a user's launch files.
 LAUNCH_PROGRAMS = {
@@ -56,11 +58,19 @@ _MAINS = {
     'unspawner': 'nodes.spawner.main:unspawn',
     'hardware_spawner': 'nodes.spawner.main:set_hardware',
 }
+_LISTED = ('topic', 'service', 'action', 'node', 'param')
+#: What is looked for here and is a command of ROS 2 -> that command.
+ROS2_COMMANDS = {
+    **{name: f'ros2 {name}' for name in (*_LISTED, 'control', 'interface', 'bag', 'doctor')},
+    **{f'{name}s': f'ros2 {name} list' for name in _LISTED},
+    'echo': 'ros2 topic echo', 'pub': 'ros2 topic pub', 'hz': 'ros2 topic hz',
+    'call': 'ros2 service call', 'switch': 'ros2 control switch_controllers',
+}
 PROGRAMS = {**ROBOT_PROGRAMS, **CLIENT_PROGRAMS, **VERBS, **FILE_PROGRAMS, **LAUNCH_PROGRAMS}
 #: A task -> the programs for it.
 PURPOSES = {
     'run a robot': (*ROBOT_PROGRAMS, *LAUNCH_PROGRAMS),
-    'see it, move it, ask it': (*VERBS, *CLIENT_PROGRAMS),
+    'see it, move it, query it': (*VERBS, *CLIENT_PROGRAMS),
     "prepare a robot's files": tuple(FILE_PROGRAMS),
 }
 

@@ -225,8 +225,8 @@ def _read_world(given: str | Path | None, configured: str, files: RobotFolder,
             return file, WorldSettings()
         node = read_yaml_file(file)
     except ResourceError as error:
-        place = draft.section('simulation').locate(['world'])
-        draft.problems.append(Problem(str(error), place))
+        place = None if given else draft.section('simulation').locate(['world'])
+        draft.problems.append(Problem(f'argument world: {error}' if given else str(error), place))
         return None, WorldSettings()
     except ConfigError as error:
         draft.problems.extend(error.problems)

@@ -103,7 +103,7 @@ def find_files(robot: str, *, config: Path | None = None, urdf: Path | None = No
     :raises ConfigError: where a file is missing, or where several could be meant.
     """
     packages = Packages(packages_path)
-    folder = _robot_folder(robot, packages)
+    folder = robot_folder(robot, packages)
     if not folder.is_dir():
         raise ConfigError(Problem(f"robot '{folder}' is a file", allowed='a folder with the '
                                   "robot's files", remedy='name a single URDF with urdf:=FILE'))
@@ -144,14 +144,18 @@ def find_files(robot: str, *, config: Path | None = None, urdf: Path | None = No
                        packages, arguments or {}, controller_files=tuple(controllers))
 
 
-def _robot_folder(robot: str, packages: Packages) -> Path:
-    """Return the folder of a robot by its name, its path, or the name of its package."""
+def robot_folder(robot: str, packages: Packages) -> Path:
+    """
+    Return the folder of a robot by its name, its path, or the name of its package.
+
+    :raises ConfigError: there is none.
+    """
     try:
         return find_robot(robot)
     except ResourceError as error:
         package = packages.find(robot) if robot and '/' not in robot else None
         if package is None:
-            raise ConfigError(Problem(f'{error}, nor a package that is found')) from None
+            raise ConfigError(Problem(str(error))) from None
         return package
 
 

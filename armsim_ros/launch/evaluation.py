@@ -152,6 +152,9 @@ def _launch_files(folder: Path) -> Iterator[Path]:
             folders.clear()
             continue
         seen.add(real)
+        # An environment in a checkout holds the installed copy of its files.
+        folders[:] = [name for name in folders if not name.startswith('.')
+                      and not Path(place, name, 'pyvenv.cfg').is_file()]
         found += [Path(place, name) for name in names]
     for file in sorted(found):
         if file.is_file() and (file.name.endswith(ENDINGS) or (file.parent.name == 'launch'

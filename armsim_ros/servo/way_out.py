@@ -42,8 +42,9 @@ class WayOut:
     """
     Evaluates a direction per cycle, so that no cycle takes long.
 
-    First the six axes of the command's frame; where the tip cannot move along any of them, or is in
-    a singularity, each joint in both directions: the joint that leaves the singularity farthest behind is the way.
+    First the six axes of the command's frame; where the tip cannot move along any of them, or is
+    in a singularity, each joint in both directions: the joint that leaves the singularity
+    farthest behind is the way.
 
     :param target: the velocities that directions ask for.
     :param bounds: of the group's joints.

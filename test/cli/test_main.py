@@ -49,6 +49,14 @@ def test_an_unknown_program_is_answered_with_the_nearest(capsys):
     assert "did you mean 'bringup'?" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize(('word', 'command'), [
+    ('topics', 'ros2 topic list'), ('topic', 'ros2 topic'), ('echo', 'ros2 topic echo')])
+def test_a_command_of_ros_is_named(word, command, capsys):
+    """A word of ROS 2 leads to its own command, not to a motion of a similar name."""
+    assert door.main([word]) == 2
+    assert f"the command is '{command}'" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize('name', ROBOT_PROGRAMS)
 def test_every_robot_program_explains_itself_without_being_imported(name, capsys):
     """Its --help needs neither ROS nor the program's libraries."""

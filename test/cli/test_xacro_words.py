@@ -82,4 +82,4 @@ def test_help_lists_the_words_of_a_robot(reaching, capsys):
 def test_help_of_a_robot_that_is_not_there(capsys, tmp_path):
     """The mistake is told after the help."""
     assert run('bringup', [f'robot:={tmp_path / "lost"}', '--help']) == 2
-    assert 'nor a path that exists' in capsys.readouterr().err
+    assert 'no such path or package' in capsys.readouterr().err

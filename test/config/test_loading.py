@@ -128,7 +128,7 @@ BROKEN = [
     ('simulation.yaml', 'timestep: 0.001', 'timestep: 1',
      "simulation.yaml:2:11: simulation: 'timestep' is the number 1; allowed: less than or equal"),
     ('simulation.yaml', 'world: feeding_place', 'world: feeding_plac',
-     "simulation.yaml:4:1: world 'feeding_plac' is neither one of ours"),
+     "simulation.yaml:4:1: world 'feeding_plac' is not found (included: "),
 ]
 
 
@@ -230,7 +230,7 @@ def test_files_of_other_programs_are_left_out(files):
 
 def test_a_robot_that_is_not_there():
     """The robots that there are, are named."""
-    with pytest.raises(ConfigError, match=r"robot 'sundy' is neither .*did you mean 'sunday'"):
+    with pytest.raises(ConfigError, match=r"robot 'sundy' is not found .*did you mean 'sunday'"):
         load_robot_settings('sundy')
 
 

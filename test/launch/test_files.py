@@ -272,6 +272,19 @@ def test_a_file_in_a_linked_folder(write, capsys, tmp_path):
     assert capsys.readouterr().out
 
 
+def test_an_environment_in_a_checkout_is_not_part_of_it(write, capsys):
+    """Its copy of a launch file does not compete with the file of the checkout."""
+    file = write(XML, 'it.launch.xml')
+    for name, mark in (('.venv', ''), ('environment', 'pyvenv.cfg')):
+        copy = file.parent / name / 'share' / file.name
+        copy.parent.mkdir(parents=True)
+        copy.write_text('<nonsense/>')
+        if mark:
+            (file.parent / name / mark).touch()
+    assert main(['mine', 'it.launch.xml', 'go:=false', '-n']) == 0
+    assert 'process: ' in capsys.readouterr().out
+
+
 def test_a_path_that_only_an_installation_has(dry, workspace, monkeypatch, tmp_path):
     """Launch files, parameters and programs are found where the rules of CMake install them."""
     monkeypatch.setenv('XDG_CACHE_HOME', str(tmp_path / 'cache'))

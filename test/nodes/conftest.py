@@ -26,8 +26,12 @@ from rclpy.context import Context
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
+from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
+from simulation_interfaces.msg import SimulationState
+from simulation_interfaces.srv import GetSimulationState
 from std_msgs.msg import String
+from std_srvs.srv import Trigger
 from trajectory_msgs.msg import JointTrajectoryPoint
 
 from armsim_ros.nodes import qos
@@ -54,7 +58,7 @@ class FakeStack:
         self.objects, self.attached, self.positions = {}, {}, {'turn': 0.0, 'bend': 0.0}
         self.state, self.contacts = 'active', []
         self.planned, self.release = threading.Event(), threading.Event()
-        self.matrix = None
+        self.matrix, self.paused = None, False
         self._tick = Future()
         self._context = Context()
         rclpy.init(args=[], context=self._context,
@@ -99,6 +103,24 @@ class FakeStack:
         node.create_publisher(JointTrajectoryControllerState, '/arm/controller_state', 10)
         self._states = node.create_publisher(JointState, '/arm/joint_states', qos.STATE)
         node.create_timer(0.05, self._tell)
+
+    def pause(self):
+        """Behave as a simulation whose time does not pass: joint states come on request alone."""
+        self.paused = True
+        self._node.create_publisher(Clock, '/clock', 1)
+        for kind, name, answer in (
+                (GetSimulationState, '/get_simulation_state', self._simulation),
+                (Trigger, '/simulation/sync', self._sync)):
+            self._node.create_service(kind, name, answer)
+
+    def _simulation(self, _, response):
+        response.state.state = SimulationState.STATE_PAUSED
+        return response
+
+    def _sync(self, _, response):
+        self._publish()
+        response.success = True
+        return response
 
     def _scene(self, _, response):
         state = response.scene.robot_state
@@ -181,6 +203,10 @@ class FakeStack:
     def _tell(self):
         tick, self._tick = self._tick, Future()
         tick.set_result(None)
+        if not self.paused:
+            self._publish()
+
+    def _publish(self):
         self._states.publish(JointState(name=list(self.positions),
                                         position=list(self.positions.values())))
 

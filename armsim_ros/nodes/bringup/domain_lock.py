@@ -62,8 +62,8 @@ class DomainLock:
             where = f' in namespace {namespace}' if namespace.strip('/') else ''
             raise DomainTakenError(
                 f'another {program} (pid {holder}) already runs on ROS_DOMAIN_ID {domain}{where} '
-                'and every topic would be doubled; stop it first, or set another ROS_DOMAIN_ID '
-                'for this bringup (and for its clients)') from None
+                'and both would publish the same topics; stop it first, or set another '
+                'ROS_DOMAIN_ID for this bringup (and for its clients)') from None
         self._file.truncate(0)
         self._file.write(f'{os.getpid()}\n')
         self._file.flush()

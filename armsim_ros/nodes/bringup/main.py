@@ -13,9 +13,11 @@ import sys
 
 from armsim_ros.cli.arguments import parse_arguments, ProgramArguments
 from armsim_ros.cli.environment import program_command
+from armsim_ros.errors import ResourceError
 from armsim_ros.nodes.bringup.domain_lock import lock_domain
 from armsim_ros.nodes.bringup.supervisor import Supervisor
 from armsim_ros.nodes.web.main import MISSING, missing_package
+from armsim_ros.resources import find_robot
 
 #: In starting order: the simulation first, everyone waits for its joint states.
 STARTED_PROGRAMS = ('simulation', 'move_group')
@@ -34,7 +36,11 @@ def main(argv: Sequence[str] | None = None) -> int:
     :raises UsageError: for an argument that is not known.
     :raises DomainTakenError: where another stack runs in the same ROS domain.
     """
-    arguments = parse_arguments(sys.argv[1:] if argv is None else argv, xacro=True)
+    given = list(sys.argv[1:] if argv is None else argv)
+    arguments = parse_arguments(given, xacro=True)
+    if not _names_page(given) and sys.stdout.isatty() and not missing_package():
+        arguments = replace(arguments, web=True)
+    _check_robot(arguments)
     lock = lock_domain(arguments.ros_args)
     words = replace(arguments, web=False, host='').to_argv()
     try:
@@ -50,6 +56,27 @@ def main(argv: Sequence[str] | None = None) -> int:
         return status
     finally:
         lock.release()
+
+
+def _names_page(words: Sequence[str]) -> bool:
+    """Return whether the command line decides about the page."""
+    return any(word.lstrip('-').partition('=')[0].rstrip(':') == 'web' for word in words)
+
+
+def _check_robot(arguments: ProgramArguments) -> None:
+    """
+    Refuse a robot that is not there, before anything starts.
+
+    :raises ConfigError: there is no such robot.
+    """
+    try:
+        find_robot(arguments.robot)
+    except ResourceError:
+        # Slow to import, and needed for names of packages alone.
+        from armsim_ros.config.robot_folder import robot_folder
+        from armsim_ros.packages import Packages, split_path
+
+        robot_folder(arguments.robot, Packages(split_path(arguments.packages_path)))
 
 
 def page_command(arguments: ProgramArguments) -> dict[str, list[str]]:

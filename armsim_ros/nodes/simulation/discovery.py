@@ -90,7 +90,7 @@ class DomainWatch:
             self._end = 0.0
             name = self._node.get_fully_qualified_name()
             self._found(
-                f'another simulation already runs as {name} on this ROS domain; every topic '
-                'would be doubled. Stop it, or set another ROS_DOMAIN_ID, or start this '
+                f'another simulation already runs as {name} on this ROS domain, and both '
+                'publish the same topics. Stop it, or set another ROS_DOMAIN_ID, or start this '
                 'simulation with namespace:=NAME'
             )

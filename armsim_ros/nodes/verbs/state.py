@@ -1,11 +1,12 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""``armsim state``: joint positions, and which controllers are active."""
+"""``armsim state``: joint positions, controllers, and whether time passes."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 import math
+import time
 from typing import Any
 
 from controller_manager_msgs.srv import ListControllers
@@ -13,11 +14,14 @@ from rclpy.qos import QoSProfile, QoSReliabilityPolicy
 from sensor_msgs.msg import JointState
 
 from armsim_ros.clients.ros_client import RosClient
+from armsim_ros.clients.simulated_time import PAUSED, SimulatedTime
 from armsim_ros.nodes.verbs.terminal import call, parser, read, show, table, until
 
 _NEWEST = QoSProfile(depth=1, reliability=QoSReliabilityPolicy.BEST_EFFORT)
 _TYPE = 'sensor_msgs/msg/JointState'
 _MANAGER = '/list_controllers'
+#: Joint states that are published at all come sooner [s].
+_SILENCE = 0.5
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -29,9 +33,11 @@ def main(argv: Sequence[str] | None = None) -> int:
     """
     words, ros = read(parser('state', 'print joint positions and controllers'), argv)
     with RosClient('armsim_state', ros) as client:
-        joints = joint_states(client, words.timeout)
+        simulated = SimulatedTime(client)
+        joints = joint_states(client, words.timeout, simulated)
         controllers = active_controllers(client, words.timeout)
-    value = {'joints': joints, 'controllers': controllers}
+        paused = simulated.paused()
+    value = {'joints': joints, 'controllers': controllers, 'paused': paused}
     rows = [['joint', 'position', '', 'velocity']]
     for each in joints:
         angle = f"({math.degrees(each['position']):.1f}°)"
@@ -40,18 +46,23 @@ def main(argv: Sequence[str] | None = None) -> int:
     text = '\n'.join([table(rows), table([
         ['controller', 'state', 'type'],
         *([each['name'], each['state'], each['type']] for each in controllers)])])
+    if paused:
+        text += f'\n\n{PAUSED}'
     show(value, words.json, text)
     return 0
 
 
-def joint_states(client: RosClient, patience: float) -> list[dict[str, Any]]:
+def joint_states(client: RosClient, patience: float, simulated: SimulatedTime
+                 ) -> list[dict[str, Any]]:
     """
     Return name, position [rad or m] and velocity of every joint.
 
+    :param simulated: publishes them where time does not pass.
     :raises ArmsimError: no message comes in time.
     """
     topics: dict[str, Any] = {}
     found: dict[str, dict[str, Any]] = {}
+    due = time.monotonic() + _SILENCE
 
     def look() -> bool | None:
         for name, kinds in client.node.get_topic_names_and_types():
@@ -65,6 +76,10 @@ def joint_states(client: RosClient, patience: float) -> list[dict[str, Any]]:
                     velocity = message.velocity[index] if message.velocity else math.nan
                     found[joint] = {'name': joint, 'position': float(message.position[index]),
                                     'velocity': float(velocity)}
+        nonlocal due
+        if topics and not heard and time.monotonic() > due:
+            simulated.publish_now()
+            due = time.monotonic() + _SILENCE
         return True if heard and heard >= len(topics) else None
 
     until(look, patience, 'a topic with joint states')

@@ -9,6 +9,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
+import shlex
 import shutil
 import sys
 
@@ -238,7 +239,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     given = [f'{name}:={value}' for name, value in arguments.items()]
     if options.packages_path:
         given.append(f"packages_path:={':'.join(map(str, options.packages_path))}")
-    print(' '.join([f'start it with: bringup robot:={target}', *given]))
+    words = ['armsim', 'bringup', f'robot:={target}', *given]
+    print(f'start it with: {shlex.join(words)}')
     return exit_status(check)
 
 

@@ -20,6 +20,7 @@ from armsim_ros.config.move_group.trajectory_execution import (
     MoveItControllerSettings,
     TrajectoryExecutionSettings,
 )
+from armsim_ros.config.servo import ServoNodeSettings
 from armsim_ros.config.yaml.node import ROS2_KEY, YamlNode
 from armsim_ros.config.yaml.source import read_yaml_file
 from armsim_ros.errors import Location
@@ -89,6 +90,7 @@ SAME_IN_BOTH: Mapping[str, Any] = {
     'joint_limits': JointLimitsSettings,
     'kinematics': dict[str, KinematicsSettings],
     'ompl': None,
+    'servo': ServoNodeSettings,
     'simulation': None,
     'spawn': None,
 }

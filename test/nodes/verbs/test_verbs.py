@@ -41,7 +41,9 @@ def test_go_takes_joint_positions_and_can_leave_it_at_the_plan(fake_stack, capsy
 @pytest.mark.parametrize(('words', 'text'), [
     (['upp'], "did you mean 'up'?"),
     (['trun=1'], "did you mean 'turn'?"),
-    (['turn=9'], 'allowed: -2 to 2'),
+    (['turn=9'], 'allowed: -2 to 2 rad, -114.6deg to 114.6deg'),
+    ([], 'known states: up'),
+    (['away'], "there is no state 'away'; known: up"),
     (['turn=fast'], "with 'deg' behind it"),
     (['up', '--group', 'leg'], 'allowed: arm'),
     (['up', '--speed', '2'], "--speed: '2' is not a share; allowed: above 0, up to 1"),
@@ -51,6 +53,27 @@ def test_go_answers_a_wrong_word_with_the_right_one(words, text):
     with pytest.raises(UsageError) as error:
         go.main([*words, '--timeout', '20'])
     assert text in str(error.value)
+
+
+def test_go_lists_the_named_states(fake_stack, capsys):
+    """With their groups and joints; nothing moves."""
+    before = dict(fake_stack.positions)
+    status, listed = output_of(go, capsys, '--list')
+    assert (status, listed) == (0, {'arm': {'up': {'turn': 1.0, 'bend': 0.5}}})
+    assert go.main(['--list', '--timeout', '20']) == 0
+    assert capsys.readouterr().out.split() == [
+        'group', 'state', 'joints', 'arm', 'up', 'turn=1', 'bend=0.5']
+    assert fake_stack.positions == before
+
+
+def test_time_that_does_not_pass_is_reported(fake_stack, capsys):
+    """State and go print why nothing happens; joint states are fetched from the simulation."""
+    fake_stack.pause()
+    status, value = output_of(state, capsys)
+    assert (status, value['paused']) == (0, True)
+    assert {each['name'] for each in value['joints']} == {'turn', 'bend'}
+    assert go.main(['turn=0.5', '--plan-only', '--timeout', '20']) == 0
+    assert 'simulated time does not pass' in capsys.readouterr().err
 
 
 def test_state_prints_joints_and_controllers(capsys):

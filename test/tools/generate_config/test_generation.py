@@ -131,7 +131,7 @@ def test_the_program_ends_as_check_config_does(tmp_path, capsys):
     assert main([str(OWN / 'leg.urdf.xacro'), f'--to={target}', '--states=300']) == 0
     text = capsys.readouterr().out
     assert "group 'arm' (frame -> sole): hip, knee, foot; moved by 'arm_controller'" in text
-    assert f'start it with: bringup robot:={target}' in text
+    assert f'start it with: armsim bringup robot:={target}' in text
 
 
 def test_a_xacro_with_arguments(small_package, tmp_path):
