@@ -16,6 +16,8 @@ from armsim_ros2.parsing import argument, flag, node_options, Verb, yaml_argumen
 from armsim_ros2.session import graph_verb, refuse_other_type, Session
 from armsim_ros2.values import fill, parse, to_yaml
 
+#: A reason that is published arrives sooner [s].
+_REASON = 1.0
 _STATUSES = ('UNKNOWN', 'ACCEPTED', 'EXECUTING', 'CANCELING', 'SUCCEEDED', 'CANCELED', 'ABORTED')
 
 
@@ -71,7 +73,8 @@ def _send_goal(options: Namespace) -> None:
             session.spin(accepted.done)
             handle = accepted.result()
             if not handle.accepted:
-                print('Goal was rejected.')
+                print('Goal was rejected.', flush=True)
+                _print_reason(session, name)
                 return
             print(f'Goal accepted with ID: {bytes(handle.goal_id.uuid).hex()}\n')
             result = handle.get_result_async()
@@ -82,6 +85,26 @@ def _send_goal(options: Namespace) -> None:
         finally:
             client.destroy()  # it keeps the node in the graph
         _print_result(result.result())
+
+
+def _print_reason(session: Session, action: str) -> None:
+    """Print why a controller rejected a goal, where it publishes that beside its action."""
+    from rclpy.qos import DurabilityPolicy, QoSProfile
+    from std_msgs.msg import String
+
+    topic = f'{action.rpartition("/")[0]}/rejected_goals'
+    if not session.node.count_publishers(topic):
+        return
+    reasons: list[str] = []
+
+    def receive(message: Any) -> None:
+        reasons.append(message.data)
+
+    session.node.create_subscription(
+        String, topic, receive,
+        QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL))
+    if session.spin(lambda: bool(reasons), _REASON):
+        print(f'reason: {reasons[-1]}', file=sys.stderr)
 
 
 def _cancel(session: Session, accepted: Any) -> None:

@@ -5,6 +5,8 @@
 from __future__ import annotations
 
 from argparse import Namespace
+from contextlib import suppress
+import sys
 from typing import Any
 
 from armsim_ros2.commands.names import name_argument
@@ -15,6 +17,8 @@ from armsim_ros2.qos import compatible_profile, qos_options
 from armsim_ros2.session import graph_verb, Session
 from armsim_ros2.values import dump, field_of, predicate, Style, to_csv, to_yaml
 
+#: Without a message for this time it is checked whether simulated time passes [s].
+_SILENCE = 3.0
 #: Options of how messages are printed; ``service echo`` has them, too.
 PRINTING: list[Arguments] = [
     flag('--csv', about='print the values separated by commas'),
@@ -59,9 +63,11 @@ class _Echo:
         self._field = field_of(options.field) if options.field is not None else None
         self._filter = predicate(options.filter_expr) if options.filter_expr else None
         self.done = False
+        self.received = False
 
     def receive(self, message: Any, info: dict[str, Any]) -> None:
         """Print a message."""
+        self.received = True
         if self.done:
             return
         options = self._options
@@ -116,7 +122,30 @@ def _echo(session: Session, options: Namespace) -> None:
                   else SubscriptionEventCallbacks(message_lost=_lost))
     except UnsupportedEventTypeError:
         subscribe(None)
-    session.spin(lambda: echo.done, options.timeout or float('inf'))
+    limit = options.timeout or float('inf')
+    if not session.spin(lambda: echo.done or echo.received, min(_SILENCE, limit)):
+        _report_silence(session, topic)
+        limit -= _SILENCE
+    session.spin(lambda: echo.done, limit)
+
+
+def _report_silence(session: Session, topic: str) -> None:
+    """Print why no message comes: nothing publishes, or simulated time does not pass."""
+    if not session.node.count_publishers(topic):
+        published = [name for name in session.names('topic') if name != topic
+                     and session.node.count_publishers(name)]
+        same = [name for name in published if name.endswith(topic)]
+        print(f"no message: nothing publishes '{topic}'{hint(topic, same or published)}",
+              file=sys.stderr)
+        return
+    name, paused = '/get_simulation_state', 2
+    if name not in session.names('service') or not session.node.count_publishers('/clock'):
+        return
+    with suppress(CliError):
+        answer = session.call('simulation_interfaces/srv/GetSimulationState', name, limit=1.0)
+        if answer.state.state == paused:
+            print('no message: simulated time does not pass (paused or in lockstep)',
+                  file=sys.stderr)
 
 
 ECHO = graph_verb(

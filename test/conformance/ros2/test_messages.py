@@ -80,6 +80,23 @@ def test_a_call_of_another_type_is_refused(ros2):
     assert "'/compute_ik' has the type 'moveit_msgs/srv/GetPositionIK'" in done.err
 
 
+def test_a_rejected_goal_has_a_reason(ros2):
+    """Standard output is upstream's; the controller's reason is on standard error."""
+    done = ros2('action', 'send_goal', ARM, TRAJECTORY, '{trajectory: {joint_names: [nope]}}')
+    assert done.out.endswith('Goal was rejected.\n')
+    assert done.err.startswith('reason: ')
+    assert "'nope'" in done.err
+
+
+def test_a_topic_that_nothing_publishes_is_reported(start):
+    """Echo goes on to wait, and proposes a topic of that name in a namespace."""
+    echo = start('topic', 'echo', '/joint_states', 'sensor_msgs/msg/JointState')
+    assert echo.stderr.readline() == (
+        "no message: nothing publishes '/joint_states'; did you mean '/sunday/joint_states'?\n")
+    echo.send_signal(signal.SIGINT)
+    echo.communicate(timeout=30)
+
+
 def test_ctrl_c_cancels_a_goal(start):
     """The goal is canceled and its result printed before the process ends."""
     process = start('action', 'send_goal', ARM, TRAJECTORY, goal(60, 0.5))

@@ -13,13 +13,16 @@ from control_msgs.action import FollowJointTrajectory, GripperCommand, ParallelG
 from rclpy.action import ActionClient
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.node import Node
+from rclpy.subscription import Subscription
 from rclpy.task import Future
 from sensor_msgs.msg import JointState
+from std_msgs.msg import String
 
 from armsim_ros.config.move_group.trajectory_execution import MoveItControllerSettings
 from armsim_ros.errors import MoveItErrorCode, PlanningError
 from armsim_ros.execution.gripper_commands import gripper_target, parallel_gripper_target
 from armsim_ros.execution.multi_dof import MultiDofTrajectory
+from armsim_ros.nodes import qos
 from armsim_ros.nodes.conversions.trajectory import multi_dof_to_message, trajectory_to_message
 from armsim_ros.trajectory import JointTrajectory
 
@@ -130,6 +133,8 @@ class ControllerHandle(ABC):
         self.settings = settings
         self._node = node
         self._changed = changed
+        self._reasons: Subscription | None = None
+        self._reason = ''
         self._client = ActionClient(
             node,
             self.action_type,
@@ -150,8 +155,35 @@ class ControllerHandle(ABC):
 
         :raises PlanningError: CONTROL_FAILED where the controller cannot run such a part.
         """
+        self._reason = ''
         sent = self._client.send_goal_async(self.goal(trajectory, multi_dof))
         return ControllerRun(sent, self, self._changed)
+
+    @property
+    def publishes_reasons(self) -> bool:
+        """Whether the controller publishes why it rejects a goal; those of ros2_control do not."""
+        return self._node.count_publishers(self._reason_topic) > 0
+
+    @property
+    def reason(self) -> str:
+        """
+        Why the controller has rejected a goal, '' until that has arrived.
+
+        The topic is latched: to subscribe when the reason is needed is soon enough.
+        """
+        if self._reasons is None:
+            self._reasons = self._node.create_subscription(
+                String, self._reason_topic, self._take_reason, qos.LATCHED,
+                callback_group=ReentrantCallbackGroup())
+        return self._reason
+
+    @property
+    def _reason_topic(self) -> str:
+        return f"{self.settings.action_name.rpartition('/')[0]}/rejected_goals"
+
+    def _take_reason(self, message: String) -> None:
+        self._reason = message.data
+        self._changed()
 
     def succeeded(self, status: int) -> bool:
         """Return whether a goal with this status has succeeded; the result is not read."""
@@ -160,6 +192,8 @@ class ControllerHandle(ABC):
     def close(self) -> None:
         """Remove the action client."""
         self._client.destroy()
+        if self._reasons is not None:
+            self._node.destroy_subscription(self._reasons)
 
     @abstractmethod
     def goal(self, trajectory: JointTrajectory, multi_dof: MultiDofTrajectory | None) -> Any:

@@ -22,7 +22,10 @@ from armsim_ros.execution.rules import (
     unwound,
 )
 from armsim_ros.nodes.move_group.context import Context
-from armsim_ros.nodes.move_group.execution.controller_handles import ControllerRun
+from armsim_ros.nodes.move_group.execution.controller_handles import (
+    ControllerHandle,
+    ControllerRun,
+)
 from armsim_ros.nodes.move_group.execution.controller_managers import (
     multi_dof_part,
     Part,
@@ -213,9 +216,10 @@ class Execution:
         )
         for run in self._runs:
             if run.rejected:
+                reason = await self._reason(self._controllers.handle(run.name))
                 raise PlanningError(
                     MoveItErrorCode.CONTROL_FAILED,
-                    f"controller '{run.name}' rejected the trajectory; its log has the reason",
+                    f"controller '{run.name}' rejected the trajectory; {reason}",
                     SOURCE,
                 )
         if not answered:
@@ -226,6 +230,12 @@ class Execution:
                 'the trajectory; does its program hang? It is cancelled as soon as it does',
                 SOURCE,
             )
+
+    async def _reason(self, handle: ControllerHandle) -> str:
+        """Return why a controller has rejected a goal."""
+        if handle.publishes_reasons:
+            await self._wait(lambda: bool(handle.reason), ANSWER_TIMEOUT)
+        return handle.reason or 'its log has the reason'
 
     async def _until_done(
         self, trajectory: JointTrajectory, multi_dof: MultiDofTrajectory | None
