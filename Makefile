@@ -3,6 +3,8 @@
 PYTHON ?= python3
 VENV ?= .venv
 ARGS ?=
+# Extras of setup.cfg that make env installs beside what every environment has.
+EXTRAS ?=
 # Tests with programs in real time that run at a time.
 WORKERS ?= 2
 
@@ -19,8 +21,8 @@ help: ## show this
 	@echo 'usage: make TARGET [ARGS="..."] [PYTHON=python3.12] [VENV=.venv]'
 	@sed -n 's/^\([a-z-]*\):.*## /  \1|/p' $(firstword $(MAKEFILE_LIST)) | column -t -s '|'
 
-env: ## prepare the Python environment in .venv and build the interface packages
-	$(environment)
+env: ## prepare the Python environment in .venv; with extras of setup.cfg: make env EXTRAS="data gym"
+	$(environment) $(addprefix --with ,$(EXTRAS))
 
 dist: ## wheels for installations without a compiler, in dist/: make dist ARGS="--python 3.12"
 	$(environment)

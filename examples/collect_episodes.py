@@ -4,7 +4,8 @@
 Collect episodes of an arm that picks up a cube, as a data set in LeRobot's layout (v2.1).
 
 Where the cube lies, how it is turned, its mass, friction and colour come from the seed: the same
-command writes the same episodes, and prints the same digest. Needs ``pip install pyarrow``.
+command writes the same episodes, and prints the same digest. Needs pyarrow, which
+``make env EXTRAS=data`` installs.
 
     python examples/collect_episodes.py data/pick_cube --episodes 20 --seed 0
 """
@@ -22,6 +23,12 @@ import numpy as np
 
 from armsim_ros import ArmsimError
 from armsim_ros.env import ArmEnv
+
+try:
+    import pyarrow as pa
+    from pyarrow import parquet
+except ModuleNotFoundError:
+    sys.exit('collect_episodes: pyarrow is not installed; make env EXTRAS=data installs it')
 
 TASK = 'Pick up the cube.'
 PERIOD = 0.05
@@ -107,9 +114,6 @@ class DataSet:
 
     def add(self, episode: Episode) -> None:
         """Write the next episode."""
-        import pyarrow as pa
-        from pyarrow import parquet
-
         number, length, first = len(self.lengths), len(episode.actions), sum(self.lengths)
         frames = np.arange(length)
         columns = {

@@ -4,7 +4,7 @@
 Collect the episodes of ``collect_episodes.py`` on a Ray cluster.
 
 Each worker holds one environment and takes a block of seeds at a time; the data set is the same,
-byte by byte, that one process writes. Needs ``pip install ray pyarrow``.
+byte by byte, that one process writes. Needs ray and pyarrow: ``make env EXTRAS=ray``.
 
     python examples/collect_on_ray.py data/pick_cube --episodes 1000     # two workers, here
     RAY_ADDRESS=auto python examples/collect_on_ray.py ...               # a cluster that runs

@@ -33,7 +33,7 @@ from std_srvs.srv import Empty
 try:
     from pymoveit2 import MoveIt2, RobotDescription
 except ModuleNotFoundError:
-    sys.exit('this example needs pymoveit2: pip install pymoveit2')
+    sys.exit('this example needs pymoveit2; in the environment: python -m pip install pymoveit2')
 
 LOOK, GRIPPER, OPTICAL = 'scan_food', '/sunday/vacuum_gripper', 'camera_color_optical_frame'
 #: From the origin of the last link to the rim of the cup, and from there to the cube [m].

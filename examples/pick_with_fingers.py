@@ -6,7 +6,7 @@ Pick a cube from the floor with two fingers, carry it, put it down, and go back.
 An ordinary client: it uses rclpy and the standard interfaces alone. The planning scene tells
 where the cube is and when it is held; the simulation puts both into it by itself.
 
-    ros2 run armsim_ros bringup robot:=panda
+    armsim bringup robot:=panda
     python examples/pick_with_fingers.py --robot panda --from 0.42 0.1 0.3 --to 0.35 -0.25 0.0
 
 The panda's hand is driven by the action GripperCommand, which presses with an effort and tells

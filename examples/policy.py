@@ -3,10 +3,9 @@
 """
 Stream joint positions at 30 Hz, as a learned policy does.
 
-    ros2 run armsim_ros bringup robot:=sunday config:=MY_FILES
+    armsim copy sunday my_robot     # then add the position controller of docs/streaming.md
+    armsim bringup robot:=my_robot
     python examples/policy.py --controller /sunday/position_controller
-
-MY_FILES needs a position controller beside the trajectory controller, see docs/streaming.md.
 """
 
 import argparse
@@ -25,7 +24,7 @@ RATE = 30.0
 
 
 class Policy:
-    """Looks at the joints and says where they shall be; here a slow wave about the start."""
+    """Returns the next positions for the present ones; here a slow wave about the start."""
 
     def __init__(self, start):
         self.start = start
@@ -39,7 +38,7 @@ def call(node, kind, name, request):
     """Call a service and return its answer."""
     client = node.create_client(kind, name)
     if not client.wait_for_service(10.0):
-        sys.exit(f'policy: nobody offers {name}; does the arm run?')
+        sys.exit(f'policy: service {name} is not there; is the arm running?')
     future = client.call_async(request)
     rclpy.spin_until_future_complete(node, future, timeout_sec=10.0)
     if not future.done():
@@ -54,7 +53,8 @@ def joints_of(node, manager, name):
         if controller.name == name:
             return [one.rpartition('/')[0] for one in controller.required_command_interfaces]
     known = ', '.join(one.name for one in answer.controller)
-    sys.exit(f"policy: no controller '{name}' is loaded; there are: {known}")
+    sys.exit(f"policy: no controller '{name}' is loaded; there are: {known}; docs/streaming.md "
+             'has the lines that add one')
 
 
 def main():

@@ -3,7 +3,7 @@
 """
 Makes the pictures of the page in docs/images from a robot that runs, in headless Chromium.
 
-    .venv/bin/python scripts/page_pictures.py [first collision path two_arms panda]
+    python scripts/page_pictures.py [first three_clicks collision path two_arms panda]
 
 Ends with an error where the page does not come up or does not do what the picture shows.
 """
@@ -21,7 +21,7 @@ import tempfile
 from typing import Any
 
 from PIL import Image
-from playwright.sync_api import Browser, sync_playwright, ViewportSize
+from playwright.sync_api import Browser, Locator, sync_playwright, ViewportSize
 
 ROOT = Path(__file__).resolve().parent.parent
 sys.path[:0] = [str(ROOT), str(ROOT / 'test' / 'support')]
@@ -42,11 +42,13 @@ IMAGES = ROOT / 'docs' / 'images'
 SIZE: ViewportSize = {'width': 1200, 'height': 760}
 #: For what the page shows after a while [ms]; a machine without a graphics card is slow.
 PATIENCE = 120_000
+#: Width of animations [px].
+FILM_WIDTH = 800
 
 
 def main() -> None:
     """Make the pictures that are named, or all."""
-    of_sunday = {'first': first, 'collision': collision, 'path': path}
+    of_sunday = {'first': first, 'three_clicks': three_clicks, 'collision': collision, 'path': path}
     of_others = {'two_arms': two_arms, 'panda': panda}
     parser = argparse.ArgumentParser(description='Make the pictures of the page in docs/images.')
     parser.add_argument('names', nargs='*', metavar='PICTURE')
@@ -71,6 +73,76 @@ def first(page: PageUser) -> None:
     page.choose('Goal state', 'scan_food')
     page.wait_for_verdict('reachable')
     save(page, 'page_first')
+
+
+def three_clicks(page: PageUser) -> None:
+    """Show a goal state chosen, planned and executed, as an animation."""
+    page.slide('Speed', 0.25)
+    film = Film(page)
+    film.take(1200)
+    film.mark(page.field('Goal state'))
+    film.take(900)
+    page.choose('Goal state', 'scan_food')
+    page.wait_for_verdict('reachable')
+    page.resting_picture()
+    film.take(1200)
+    film.mark(page.tab.get_by_role('button', name='Plan & Execute', exact=True))
+    film.take(900)
+    page.press('Plan & Execute')
+    while not page.tab.locator('#result', has_text='arrived').count():
+        film.take(250)
+    page.resting_picture()
+    film.take(2500)
+    film.save('page_three_clicks')
+
+
+class Film:
+    """
+    Pictures of the page, a ring around what is clicked, as an animated GIF.
+
+    :param page: is filmed.
+    """
+
+    def __init__(self, page: PageUser) -> None:
+        self._page = page
+        self._pictures: list[Image.Image] = []
+        self._durations: list[int] = []
+
+    def mark(self, control: Locator) -> None:
+        """Draw a ring around a control, in place of the last."""
+        control.scroll_into_view_if_needed()
+        control.evaluate("""control => {
+            document.getElementById('ring')?.remove();
+            const box = control.getBoundingClientRect(), ring = document.createElement('div');
+            ring.id = 'ring';
+            ring.style.cssText = `position: fixed; z-index: 9999; pointer-events: none;
+                left: ${box.left - 6}px; top: ${box.top - 6}px; width: ${box.width + 6}px;
+                height: ${box.height + 6}px; border: 3px solid #e8590c; border-radius: 9px`;
+            document.body.append(ring);
+        }""")
+
+    def take(self, duration: int) -> None:
+        """Add a picture that is shown for a while [ms]; the same as before lasts longer."""
+        data = self._page.tab.screenshot()
+        picture = Image.open(io.BytesIO(data)).convert('RGB')
+        picture = picture.resize((FILM_WIDTH, picture.height * FILM_WIDTH // picture.width),
+                                 Image.Resampling.LANCZOS)
+        if self._pictures and picture.tobytes() == self._pictures[-1].tobytes():
+            self._durations[-1] += duration
+            return
+        self._pictures.append(picture)
+        self._durations.append(duration)
+
+    def save(self, name: str) -> None:
+        """Write the file with a palette for all pictures, and close the page."""
+        palette = self._pictures[len(self._pictures) // 2].quantize(96)
+        frames = [picture.quantize(palette=palette, dither=Image.Dither.NONE)
+                  for picture in self._pictures]
+        file = IMAGES / f'{name}.gif'
+        frames[0].save(file, save_all=True, append_images=frames[1:], loop=0, optimize=True,
+                       duration=self._durations, disposal=1)
+        print(f'{file.relative_to(ROOT)}: {len(frames)} pictures, {file.stat().st_size} bytes')
+        close(self._page, name)
 
 
 def collision(page: PageUser) -> None:
@@ -139,6 +211,11 @@ def save(page: PageUser, name: str) -> None:
     picture = Image.open(io.BytesIO(data)).convert('RGB').quantize(256, dither=Image.Dither.NONE)
     picture.save(IMAGES / f'{name}.png', optimize=True)
     print(f'docs/images/{name}.png', flush=True)
+    close(page, name)
+
+
+def close(page: PageUser, name: str) -> None:
+    """Close the page; an error of its own ends the program."""
     page.tab.context.close()
     if page.page_errors:
         raise SystemExit(f'{name}: {page.page_errors}')
