@@ -48,7 +48,8 @@ FILM_WIDTH = 800
 
 def main() -> None:
     """Make the pictures that are named, or all."""
-    of_sunday = {'first': first, 'three_clicks': three_clicks, 'collision': collision, 'path': path}
+    of_sunday = {'first': first, 'three_clicks': three_clicks, 'collision': collision,
+                 'path': path}
     of_others = {'two_arms': two_arms, 'panda': panda}
     parser = argparse.ArgumentParser(description='Make the pictures of the page in docs/images.')
     parser.add_argument('names', nargs='*', metavar='PICTURE')
@@ -77,7 +78,8 @@ def first(page: PageUser) -> None:
 
 def three_clicks(page: PageUser) -> None:
     """Show a goal state chosen, planned and executed, as an animation."""
-    page.slide('Speed', 0.25)
+    page.slide('Speed', 3)  # a picture takes seconds without a graphics card
+    page.field('Speed').blur()
     film = Film(page)
     film.take(1200)
     film.mark(page.field('Goal state'))
@@ -89,6 +91,7 @@ def three_clicks(page: PageUser) -> None:
     film.mark(page.tab.get_by_role('button', name='Plan & Execute', exact=True))
     film.take(900)
     page.press('Plan & Execute')
+    film.mark(None)
     while not page.tab.locator('#result', has_text='arrived').count():
         film.take(250)
     page.resting_picture()
@@ -108,11 +111,13 @@ class Film:
         self._pictures: list[Image.Image] = []
         self._durations: list[int] = []
 
-    def mark(self, control: Locator) -> None:
-        """Draw a ring around a control, in place of the last."""
+    def mark(self, control: Locator | None) -> None:
+        """Draw a ring around a control, or around none any more."""
+        self._page.tab.evaluate("document.getElementById('ring')?.remove()")
+        if control is None:
+            return
         control.scroll_into_view_if_needed()
         control.evaluate("""control => {
-            document.getElementById('ring')?.remove();
             const box = control.getBoundingClientRect(), ring = document.createElement('div');
             ring.id = 'ring';
             ring.style.cssText = `position: fixed; z-index: 9999; pointer-events: none;

@@ -64,8 +64,8 @@ def warn_of_configuration(
     """Report what a user of these parameters may not expect."""
     if not any(block.goal > 0.0 for block in parameters.constraints.joints.values()):
         text = (
-            'no goal tolerance (constraints.<joint>.goal) is set: goals succeed at the end of '
-            'their trajectory wherever the joints are'
+            'goals end with their trajectory; constraints.<joint>.goal, which is not set, would '
+            'check where the joints are then'
         )
         events.add(time_ns, 'info', 'warning', text)
     if parameters.initial_pace != parameters.speed_scaling.initial_scaling_factor:
