@@ -65,7 +65,7 @@ def peer(module: str, *arguments: str, domain: int, settled: str = '') -> Iterat
     """
     Run a module of these benchmarks in a process of its own and in a stack's domain.
 
-    :param module: with its folder, as in ``bringup.page_visitor``.
+    :param module: with its folder, as in ``bringup.page_session``.
     :param settled: what it prints when it is ready, if anything.
     """
     program = Program.module(

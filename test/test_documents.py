@@ -28,7 +28,6 @@ from armsim_ros.model.cell_loading import load_cell
 from armsim_ros.nodes.web.arguments import parse_web_arguments
 
 TUTORIAL, LIBRARY = ROOT / 'docs/tutorial.md', ROOT / 'docs/library.md'
-#: Of these the tutorial's and the library's have tests of their own.
 BLOCKS = [block for page in PAGES for block in blocks(page)
           if not block.language.startswith('{')]
 HERE = [block for block in BLOCKS if not block.reason and block.page not in (TUTORIAL, LIBRARY)]

@@ -31,7 +31,7 @@ KNOWN = {
     '_getframe': ('sys', 'public in spite of its name', 'test/nodes/test_lost_answers.py'),
     '_address': ('mujoco', 'compiling without holding the interpreter', 'test/sim'),
     '_eval_find': ('xacro', '$(find) without ament', 'test/model'),
-    '_messages': ('viser', 'a visitor of the page that is not a browser', 'benchmarks/bringup'),
+    '_messages': ('viser', 'a client of the page that is not a browser', 'benchmarks/bringup'),
     '_update_state': GOAL,
     '_goal_request': RESULTS,
     '_result_futures': RESULTS,

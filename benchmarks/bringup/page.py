@@ -1,9 +1,9 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
 """
-What the page costs: its server without a visitor and with one, and the control tick beside it.
+What the page costs: its server without a session and with one, and the control tick beside it.
 
-The visitor reads both of a tab's websockets in a process of its own and draws nothing, so that
+The session reads both of a tab's websockets in a process of its own and draws nothing, so that
 the figures are those of the server. Where there is a Chromium it says how long a page takes.
 """
 
@@ -23,7 +23,7 @@ from armsim_ros.testing.page_user import (
     robot_is_seen,
 )
 from armsim_ros.testing.program import Program
-from benchmarks.bringup import page_visitor
+from benchmarks.bringup import page_session
 from benchmarks.controllers.control_thread import goals_without_pause
 from benchmarks.options import Options
 from benchmarks.simulation.real_time import Phase, phase_tables, watched
@@ -32,7 +32,7 @@ from benchmarks.tables import machine_load, replace_section, Table
 
 #: Until a page has nothing more to do for a robot that has come [s].
 SETTLE = 5.0
-#: How often the control tick is watched without and with a visitor.
+#: How often the control tick is watched without and with a session.
 TURNS = 3
 
 
@@ -55,17 +55,17 @@ def _tables(options: Options) -> Iterator[Table]:
     with running_stack(robot, 'web:=true') as stack:
         address = printed_address(stack.program.wait_for_line('page: http', 60.0))
         time.sleep(SETTLE)
-        phases += _rest_and_motion(stack, options, 'page, no visitor')
+        phases += _rest_and_motion(stack, options, 'page, no session')
         for name, work in (('at rest', None), ('moving', goals_without_pause)):
-            with _visitor(stack, address) as visitor:
+            with _session(stack, address) as session:
                 with work(stack, options.robot) if work else nullcontext():
-                    phases.append(watched(f'one visitor, {name}', [stack], options))
-                visitor.stop()
-            found = dict(re.findall(r'(\S+)=([\d.]+)', visitor.output[-1]))
+                    phases.append(watched(f'one session, {name}', [stack], options))
+                session.stop()
+            found = dict(re.findall(r'(\S+)=([\d.]+)', session.output[-1]))
             traffic.append((name, found['kB/s'], found['messages/s']))
         yield from phase_tables(phases, 'The page')
         yield _lateness_table(stack, address, options)
-        yield Table('The page: what one visitor is sent',
+        yield Table('The page: what one session is sent',
                     ('robot', 'kB/s', 'messages a second'), traffic)
         if chromium_path() is not None:
             yield _load_table(address, options.runs)
@@ -77,23 +77,23 @@ def _rest_and_motion(stack: Stack, options: Options, name: str) -> Iterator[Phas
         yield watched(f'{name}, moving', [stack], options)
 
 
-def _visitor(stack: Stack, address: str) -> AbstractContextManager[Program]:
-    return peer('bringup.page_visitor', address, domain=stack.domain, settled=page_visitor.SETTLED)
+def _session(stack: Stack, address: str) -> AbstractContextManager[Program]:
+    return peer('bringup.page_session', address, domain=stack.domain, settled=page_session.SETTLED)
 
 
 def _lateness_table(stack: Stack, address: str, options: Options) -> Table:
-    """Watch the moving robot by turns without and with a visitor: other load meets both."""
+    """Watch the moving robot by turns without and with a session: other load meets both."""
     rows: list[list[float]] = []
     with goals_without_pause(stack, options.robot):
         for _ in range(TURNS):
-            alone = watched('without a visitor', [stack], options).kept
-            with _visitor(stack, address):
-                seen = watched('with a visitor', [stack], options).kept
+            alone = watched('without a session', [stack], options).kept
+            with _session(stack, address):
+                seen = watched('with a session', [stack], options).kept
             rows.append([float(text) for text in (*alone[:2], *seen[:2])])
     medians = [median(list(column)) for column in zip(*rows, strict=True)]
     return Table(
         'The page: how late the control tick is while the robot moves, by turns',
-        ('turn', 'without a visitor p50 us', 'p99 us', 'with one p50 us', 'p99 us'),
+        ('turn', 'without a session p50 us', 'p99 us', 'with a session p50 us', 'p99 us'),
         [(name, *(f'{value:.0f}' for value in row)) for name, row in (
             *((str(number), row) for number, row in enumerate(rows, 1)), ('median', medians))])
 

@@ -28,7 +28,7 @@ def main(options: Options) -> None:
     phases, plans = [], []
     for name, words, seen in (
         ('without a camera', (), False),
-        ('nobody looks', CAMERA, False),
+        ('no subscriber', CAMERA, False),
         (f'colour and depth at {RATE} Hz', CAMERA, True),
     ):
         with running_stack('robot:=sunday', *words) as stack, ExitStack() as opened:

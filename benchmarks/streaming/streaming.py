@@ -190,7 +190,7 @@ def _measured(user: User, pid: int, idle: float) -> Table:
     rows += _straightness(user)
     rows += [
         ('processor time of servo_node at rest', f'{100 * idle:.1f} %', 'of a core'),
-        ('the same while somebody listens to its status', f'{100 * watched:.1f} %', ''),
+        ('the same while a client listens to its status', f'{100 * watched:.1f} %', ''),
         (f'the same while it streams among {OBJECTS} objects', f'{100 * busy:.1f} %', ''),
     ]
     return Table('Streaming to a running arm', ('what', 'figure', 'and'), rows)

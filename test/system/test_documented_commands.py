@@ -1,32 +1,36 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Command lines of README and docs are run as printed, on one robot that has what they use."""
+"""
+Command lines of README and docs are run as printed, on one robot that has what they use.
+
+Those that need no running robot, or start one, are in ``test/test_documents.py``; the tutorial
+is in ``test_tutorial.py``.
+"""
 
 from pathlib import Path
-import re
 import shlex
 import shutil
 import signal
 import subprocess
 import sys
 
+from documents import blocks, PAGES
 import pytest
 
-from armsim_ros.cli.programs import PROGRAMS
+from armsim_ros.cli.programs import FILE_PROGRAMS
 from armsim_ros.testing.program import private_domain, ros_environment, start_program
 
 ROOT = Path(__file__).parents[2]
 #: Those that switch controllers and make joints fail come last.
 LAST = ['streaming', 'controllers']
-DOCUMENTS = sorted([ROOT / 'README.md', *(ROOT / 'docs').glob('*.md')],
+DOCUMENTS = sorted((path for path in PAGES if path.stem != 'tutorial'),
                    key=lambda path: (path.stem in LAST and 1 + LAST.index(path.stem), path))
 READY = 'You can start planning now!'
 #: Commands that run until they are stopped: their first line is waited for.
 ENDLESS = ('ros2 topic pub -r',)
-#: Programs that start a robot, files that only the reader has, and a motion of half a minute:
-#: checked by name.
-BY_NAME = re.compile(r'ros2 (run|launch) |armsim (bringup|launch|overlay|web)\b|/folder|path/to|'
-                     r'my_robot|two_arms|--speed 0.02')
+MODULES = {'ros2': 'armsim_ros2', 'armsim': 'armsim_ros'}
+#: Programs that start a robot, and those that read and write files.
+WITHOUT_ROBOT = {'bringup', 'web', *FILE_PROGRAMS}
 POSITION = """
 sunday:
   position_controller:
@@ -39,14 +43,10 @@ def documented_lines():
     """Return the lines in blocks of the documents, in order: a parameter per different command."""
     seen = []
     for document in DOCUMENTS:
-        inside = False
-        for line in document.read_text().replace('\\\n', ' ').splitlines():
-            command = line.strip().replace('.venv/bin/', '')
-            if command.startswith('```'):
-                inside = not inside
-            elif inside and command.startswith(('ros2 ', 'armsim ')):
-                words = shlex.split(command, comments=True)
-                if words in seen:
+        for block in blocks(document):
+            for command in [] if block.reason else block.commands:
+                words = shlex.split(command)
+                if words[0] not in MODULES or words in seen:
                     continue
                 seen.append(words)
                 yield pytest.param(words, id=f'{document.stem}: {" ".join(words)[:60]}')
@@ -72,13 +72,13 @@ def environment(tmp_path_factory):
 
 def start(words, environment):
     """Start a command with this interpreter."""
-    module = {'ros2': 'armsim_ros2', 'armsim': 'armsim_ros'}[words[0]]
-    return subprocess.Popen([sys.executable, '-m', module, *words[1:]], env=environment, text=True,
-                            stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    command = [sys.executable, '-m', MODULES[words[0]], *words[1:]]
+    return subprocess.Popen(command, env=environment, text=True, stdout=subprocess.PIPE,
+                            stderr=subprocess.PIPE)
 
 
 @pytest.mark.parametrize('words', [line for line in LINES
-                                   if not BY_NAME.search(' '.join(line.values[0]))])
+                                   if line.values[0][1] not in WITHOUT_ROBOT])
 def test_a_documented_line_works(words, environment):
     """It ends with status 0, or prints until it is stopped."""
     process = start(words, environment)
@@ -89,15 +89,3 @@ def test_a_documented_line_works(words, environment):
         return
     out, err = process.communicate(timeout=60)
     assert process.returncode == 0, out + err
-
-
-@pytest.mark.parametrize('words', [line for line in LINES
-                                   if BY_NAME.search(' '.join(line.values[0]))])
-def test_a_documented_program_exists(words):
-    """What starts a robot, or uses files of the reader, names a program of this package."""
-    if words[0] == 'armsim':
-        assert words[1] in PROGRAMS
-    elif words[:3] == ['ros2', 'run', 'armsim_ros']:
-        assert words[3] in PROGRAMS
-    else:
-        assert words[:2] == ['ros2', 'launch']

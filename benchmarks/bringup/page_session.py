@@ -3,7 +3,7 @@
 """
 A load that looks at the page as a browser's tab does.
 
-``python -m benchmarks.bringup.page_visitor ADDRESS`` opens both websockets, reads what comes,
+``python -m benchmarks.bringup.page_session ADDRESS`` opens both websockets, reads what comes,
 draws nothing. Prints a line when the scene has come, and when it is terminated what it has
 received since then.
 """
