@@ -18,7 +18,7 @@ import re
 ROOT = Path(__file__).parents[2]
 PAGES = (ROOT / 'README.md', ROOT / 'CONTRIBUTING.md', *sorted((ROOT / 'docs').glob('*.md')))
 _NUMBER = re.compile(r'-?\d+(?:\.\d+)?(?:e-?\d+)?')
-_SMALLEST = 0.1
+_SMALLEST = 0.3
 
 
 @dataclass(frozen=True)
