@@ -176,7 +176,7 @@ class DataSet:
 
 
 def arguments_of(description: str) -> argparse.Namespace:
-    """Return what the command line says."""
+    """Return the parsed command line."""
     parser = argparse.ArgumentParser(description=description)
     parser.add_argument('folder', type=Path, help='where the data set is written')
     parser.add_argument('--episodes', type=int, default=10)
@@ -206,5 +206,5 @@ def main() -> None:
 if __name__ == '__main__':
     try:
         main()
-    except ArmsimError as mistake:
-        sys.exit(f'collect_episodes: {mistake}')
+    except ArmsimError as error:
+        sys.exit(f'collect_episodes: {error}')

@@ -36,7 +36,7 @@ class Worker:
 
 
 def episodes(seeds: range) -> Iterator[Episode]:
-    """Give the episodes in the order of their seeds, whoever ran them, whenever they ended."""
+    """Give the episodes in the order of their seeds, not of their ends."""
     workers = ray.util.ActorPool([Worker.remote() for _ in range(WORKERS)])
     blocks = [seeds[start : start + BLOCK] for start in range(0, len(seeds), BLOCK)]
     for done in workers.map(lambda worker, block: worker.run.remote(block), blocks):
@@ -58,5 +58,5 @@ def main() -> None:
 if __name__ == '__main__':
     try:
         main()
-    except ArmsimError as mistake:
-        sys.exit(f'collect_on_ray: {mistake}')
+    except ArmsimError as error:
+        sys.exit(f'collect_on_ray: {error}')

@@ -3,8 +3,8 @@
 """
 Look, find the cube in the depth image, take it with the suction cup, put it elsewhere, go back.
 
-A plain client: camera topics, pymoveit2, two services of the gripper. Only what judges the
-result, and lays the cube elsewhere before each further run, asks the simulation.
+A plain client: camera topics, pymoveit2, two services of the gripper. Only to check
+the result, and to place the cube before each further run, it calls the simulation.
 
     armsim bringup camera:=true            # in one terminal
     python examples/grasp.py --runs 10     # in another one
@@ -41,14 +41,14 @@ RIM, GAP = 0.005, 0.015
 ABOVE, DROP = 0.08, 0.015
 #: Where the cube goes [m].
 PLACE = (0.28, -0.10)
-#: The cube is laid out in here, free of the other things [m].
+#: The cube is laid out in here, free of the other objects [m].
 FIELD = ((0.17, 0.22), (0.21, 0.26))
 CELL = 0.004
 TIMEOUT = 120.0
 
 
 class MissError(Exception):
-    """A run that cannot go on; the text says why."""
+    """A run that cannot go on; the text names the cause."""
 
 
 class Grasper:
@@ -117,7 +117,7 @@ class Grasper:
         """Return the points (n, 3) in the world that the camera sees from here on."""
         info = self.first(CameraInfo, '/camera/depth/camera_info', lambda _: True)
         here = stamp(self.arm.joint_state)
-        image = self.first(Image, '/camera/depth/image_raw', lambda one: stamp(one) > here)
+        image = self.first(Image, '/camera/depth/image_raw', lambda message: stamp(message) > here)
         depth = np.frombuffer(image.data, np.float32).reshape(image.height, image.width)
         lines, columns = np.nonzero(np.isfinite(depth))
         z = depth[lines, columns].astype(float)
@@ -129,7 +129,7 @@ class Grasper:
         return seen @ rotation(frame[0].pose).T + vector(frame[0].pose.position)
 
     def first(self, kind, topic, fits):
-        """Return the first message that fits; the camera draws while somebody listens."""
+        """Return the first message that fits; the camera draws while a client listens."""
         found, arrived = [], threading.Event()
 
         def take(message):
@@ -173,7 +173,7 @@ class Grasper:
         self.move('lifting', x, y, top + ABOVE, turn, straight=True)
         return table, top, turn
 
-    def judge(self, table):
+    def check(self, table):
         """Ask the simulation where the cube is."""
         state = self.call(GetEntityState, '/get_entity_state', entity='cube').state
         x, y, z = vector(state.pose.position)
@@ -207,11 +207,11 @@ def find_cube(points):
     if not len(levels):
         raise MissError('no table is in sight')
     table = float(np.median(heights[np.abs(heights - levels[counts.argmax()] * 0.005) < 0.005]))
-    things = points[(heights > table + 0.01) & (heights < table + 0.1)]
+    objects = points[(heights > table + 0.01) & (heights < table + 0.1)]
     best = (0.0, None, None)
-    for thing in blobs(things):
-        top = float(np.median(thing[thing[:, 2] > thing[:, 2].max() - 0.004, 2]))
-        cells = np.unique((thing[thing[:, 2] > top - 0.004, :2] / CELL).round(), axis=0) * CELL
+    for cloud in blobs(objects):
+        top = float(np.median(cloud[cloud[:, 2] > cloud[:, 2].max() - 0.004, 2]))
+        cells = np.unique((cloud[cloud[:, 2] > top - 0.004, :2] / CELL).round(), axis=0) * CELL
         if len(cells) < 100:
             continue
         share, centre = squareness(cells)
@@ -277,7 +277,7 @@ def spin(executor):
 
 
 def main():
-    """Grasp as often as asked for; the status tells whether nine of ten runs were hits."""
+    """Grasp as often as requested; the status is 0 if nine of ten runs were hits."""
     parser = argparse.ArgumentParser(description='Grasp the cube that the camera sees.')
     parser.add_argument('--runs', type=int, default=1, help='each from another pose of the cube')
     parser.add_argument('--seed', type=int, default=0, help='of the poses')
@@ -296,7 +296,7 @@ def main():
             try:
                 if arguments.runs > 1:
                     grasper.lay_out(dice)
-                grasper.judge(grasper.grasp())
+                grasper.check(grasper.grasp())
                 hits += 1
             except MissError as miss:
                 print(f'run {run} missed: {miss}')

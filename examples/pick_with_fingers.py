@@ -3,15 +3,15 @@
 """
 Pick a cube from the floor with two fingers, carry it, put it down, and go back.
 
-An ordinary client: it uses rclpy and the standard interfaces alone. The planning scene tells
-where the cube is and when it is held; the simulation puts both into it by itself.
+An ordinary client: it uses rclpy and the standard interfaces alone. The planning scene has
+the place of the cube, and whether it is held; the simulation puts both into it by itself.
 
     armsim bringup robot:=panda
     python examples/pick_with_fingers.py --robot panda --from 0.42 0.1 0.3 --to 0.35 -0.25 0.0
 
-The panda's hand is driven by the action GripperCommand, which presses with an effort and tells
+The panda's hand is driven by the action GripperCommand, which presses with an effort and reports
 when it has stalled. ROBOT's fingers have a trajectory controller: ``--fingers`` names its joints.
-Another arm is told by the other options.
+The other options adapt it to another arm.
 """
 
 import argparse
@@ -187,11 +187,11 @@ class Hand:
                   | PlanningSceneComponents.ROBOT_STATE_ATTACHED_OBJECTS)
         request = GetPlanningScene.Request(components=PlanningSceneComponents(components=wanted))
         scene = self.call(GetPlanningScene, '/get_planning_scene', request).scene
-        held = {one.object.id for one in scene.robot_state.attached_collision_objects}
-        return {one.id: one.pose for one in scene.world.collision_objects}, held
+        held = {each.object.id for each in scene.robot_state.attached_collision_objects}
+        return {each.id: each.pose for each in scene.world.collision_objects}, held
 
     def until(self, holds, complaint):
-        """Look at the scene until it holds; return what holds."""
+        """Read the scene until a condition holds; return its value."""
         end = time.monotonic() + self.options.patience
         while not (found := holds(*self.scene())):
             if time.monotonic() > end:

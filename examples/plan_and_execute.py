@@ -117,7 +117,7 @@ def first_group(srdf):
 
 
 def main():
-    """Plan, execute, and say how far each joint is from its goal."""
+    """Plan, execute, and print how far each joint is from its goal."""
     parser = argparse.ArgumentParser(description='Move the arm to a named state.')
     parser.add_argument('state', help='a group state of the SRDF, such as scan_food')
     parser.add_argument('--group', help='planning group (default: the first with states)')

@@ -51,10 +51,11 @@ def joints_of(node, manager, name):
     answer = call(node, ListControllers, f'{manager}/list_controllers', ListControllers.Request())
     for controller in answer.controller:
         if controller.name == name:
-            return [one.rpartition('/')[0] for one in controller.required_command_interfaces]
-    known = ', '.join(one.name for one in answer.controller)
+            return [interface.rpartition('/')[0]
+                    for interface in controller.required_command_interfaces]
+    known = ', '.join(each.name for each in answer.controller)
     sys.exit(f"policy: no controller '{name}' is loaded; there are: {known}; docs/streaming.md "
-             'has the lines that add one')
+             'has the lines to add')
 
 
 def main():

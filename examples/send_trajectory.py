@@ -22,6 +22,7 @@ import rclpy
 from rclpy.action import ActionClient
 from rclpy.node import Node
 from rclpy.qos import qos_profile_sensor_data
+from std_msgs.msg import String
 from trajectory_msgs.msg import JointTrajectoryPoint
 
 TIMEOUT = 30.0
@@ -84,6 +85,12 @@ def main():
             point(start, 2.0 * arguments.duration),
         ]
 
+    # A rejected goal has no result. This controller publishes its reason; ros2_control's logs it.
+    reason = rclpy.Future()
+    node.create_subscription(
+        String, f'{arguments.controller}/rejected_goals',
+        lambda message: reason.done() or reason.set_result(message.data), 10)
+
     client = ActionClient(
         node, FollowJointTrajectory, f'{arguments.controller}/follow_joint_trajectory'
     )
@@ -106,7 +113,9 @@ def main():
 
     handle = wait(node, client.send_goal_async(goal, print_feedback), 'answer to the goal')
     if not handle.accepted:
-        sys.exit(f'the controller refused the goal; {arguments.controller} logs the reason')
+        rclpy.spin_until_future_complete(node, reason, timeout_sec=1.0)
+        sys.exit(reason.result() or f'the goal was rejected; {arguments.controller} logs the '
+                 'reason')
     answer = wait(node, handle.get_result_async(), 'result')
     result = answer.result
     print(f'error_code {result.error_code}: {result.error_string}')

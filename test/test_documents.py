@@ -21,7 +21,7 @@ import pytest
 import yaml
 
 from armsim_ros.cli.arguments import parse_arguments
-from armsim_ros.cli.programs import FILE_PROGRAMS, module_of
+from armsim_ros.cli.programs import FILE_PROGRAMS, main_of
 from armsim_ros.cli.settings import cell_of
 from armsim_ros.config.loading import load_robot_settings
 from armsim_ros.model.cell_loading import load_cell
@@ -76,7 +76,8 @@ def run_here(command):
         assert name in FILE_PROGRAMS, f'{command}: neither run nor given a reason'
         if '--to' in words:
             shutil.rmtree(words[-1], ignore_errors=True)
-        assert import_module(module_of(name)).main(words) <= 1
+        module, function = main_of(name).split(':')
+        assert getattr(import_module(module), function)(words) <= 1
 
 
 @pytest.mark.parametrize('block', of('sh', 'console'))

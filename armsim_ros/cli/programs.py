@@ -54,7 +54,8 @@ _MAINS = {
     **{program: f'nodes.robot_program:{name}' for program, name in _SERVERS.items()},
     **{verb: f'nodes.verbs.{verb}:main' for verb in VERBS},
     'launch': 'launch.main:main', 'overlay': 'launch.overlay:main',
-    'list': 'tools.list:main', 'original': 'nodes.upstream.main:main',
+    'list': 'tools.list:main', 'copy': 'tools.copy_robot:main',
+    'completion': 'tools.completion:main', 'original': 'nodes.upstream.main:main',
     'unspawner': 'nodes.spawner.main:unspawn',
     'hardware_spawner': 'nodes.spawner.main:set_hardware',
 }

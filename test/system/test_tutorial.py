@@ -13,8 +13,7 @@ import sys
 from documents import blocks, ROOT, same_output
 import pytest
 
-from armsim_ros.testing.programs.domain import private_domain, ros_environment
-from armsim_ros.testing.programs.program import start_program
+from armsim_ros.testing.program import private_domain, ros_environment, start_program
 
 MODULES = {'ros2': ['-m', 'armsim_ros2'], 'armsim': ['-m', 'armsim_ros'], 'python': []}
 LIMIT = 60

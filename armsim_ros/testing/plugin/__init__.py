@@ -41,7 +41,7 @@ SEED = pytest.StashKey[int]()
 
 #: Option -> (ini key, default, help).
 _OPTIONS = {
-    '--armsim-mode': ('armsim_mode', MODES[0], 'where arms run that no marker places: '
+    '--armsim-mode': ('armsim_mode', MODES[0], 'default mode of tests whose marker sets none: '
                       'inprocess (stepped in the test) or process (the real programs)'),
     '--armsim-seed': ('armsim_seed', '0', "seed of the planner where no marker gives it; "
                       "'random' chooses and prints a seed"),

@@ -65,7 +65,7 @@ def requested(node: Any, *, mode: str, seed: int) -> ArmRequest:
     for marker in reversed(list(node.iter_markers('armsim'))):
         if marker.args:
             raise pytest.UsageError(
-                f'{node.nodeid}: armsim() takes words only, such as robot=...; got {marker.args}')
+                f'{node.nodeid}: armsim() takes keyword arguments only, such as robot=...; got {marker.args}')
         words.update(_checked(node.nodeid, marker.kwargs, words.get('overrides', {})))
     return ArmRequest(**words)
 
@@ -81,7 +81,7 @@ def _checked(where: str, given: Mapping[str, Any], before: Mapping[str, Any]) ->
         else:
             hint = nearest(word, WORDS)
             raise pytest.UsageError(
-                f"{where}: armsim() has no word '{word}'; allowed: {', '.join(WORDS)}, or a "
+                f"{where}: armsim() has no argument '{word}'; allowed: {', '.join(WORDS)}, or a "
                 f"dotted path of the robot's settings{'; ' if hint else ''}{hint}")
     if words.get('mode', MODES[0]) not in MODES:
         raise pytest.UsageError(

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The end of a test: its limit of wall time, and what a failed one leaves behind."""
+"""The end of a test: its limit of wall time, and artifacts of a failed test."""
 
 from __future__ import annotations
 

@@ -150,7 +150,7 @@ def _leaves(node: YamlNode, path: tuple[str, ...], state: str,
 _TITLES = {
     Severity.ERROR: 'errors',
     Severity.WARNING: 'warnings',
-    Severity.CHANGED: 'read, and something else here',
+    Severity.CHANGED: 'interpreted differently here',
     Severity.INFO: 'not used here',
 }
 

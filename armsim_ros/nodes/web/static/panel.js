@@ -165,8 +165,10 @@ on('programs activity result robot robot_error controllers me', () => {
   $('result').textContent = result && (result.good || result.text === 'stopped') ? result.text : '';
   $('result').dataset.good = String(Boolean(result?.good));
   const active = (state.controllers ?? []).filter((one) => one.state === 'active');
+  const space = (one) => one.manager.split('/').slice(1, -1).join('/');
+  const arms = new Set((state.controllers ?? []).map((one) => one.manager)).size;
   $('controllers-line').textContent = active.length
-    ? `active: ${active.slice(0, 4).map((one) => one.name).join(', ')}${active.length > 4 ? ' ...' : ''}` : '';
+    ? `active: ${active.slice(0, 4).map((one) => `${arms > 1 ? `${space(one)}/` : ''}${one.name}`).join(', ')}${active.length > 4 ? ' ...' : ''}` : '';
   const free = !activity && !programs?.gone.length && !programs?.waiting.length && state.goal?.group;
   for (const id of ['plan', 'plan-execute']) $(id).disabled = !free;
   $('execute').disabled = !free || !state.plan;

@@ -9,7 +9,7 @@ import sys
 import pytest
 
 from armsim_ros.cli.arguments import UsageError
-from armsim_ros.tools.completion.main import candidates, main, SCRIPTS
+from armsim_ros.tools.completion import candidates, main, SCRIPTS
 
 
 @pytest.mark.parametrize(('words', 'found'), [

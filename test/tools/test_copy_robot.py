@@ -8,7 +8,7 @@ from armsim_ros.config.loading import load_robot_settings
 from armsim_ros.errors import ArmsimError
 from armsim_ros.model.cell_loading import load_cell
 from armsim_ros.resources import cell_names, robot_names
-from armsim_ros.tools.copy.main import main
+from armsim_ros.tools.copy_robot import main
 
 
 @pytest.mark.parametrize('robot', [*robot_names(), *cell_names()])
