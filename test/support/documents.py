@@ -4,6 +4,7 @@
 Blocks of the pages, and what the comment above a block tells a test about it.
 
 ``<!-- not run: REASON -->``   the block is not executed
+``<!-- beside a robot -->``    the program needs a robot that runs
 ``<!-- file: NAME -->``        the block is the content of a file that later commands use
 ``<!-- edit FILE: A -> B -->`` the file is changed before the commands run
 ``<!-- numbers: any -->``      the output has other numbers; ``within 0.5`` is a share of each

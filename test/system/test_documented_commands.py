@@ -77,6 +77,16 @@ def start(words, environment):
                             stderr=subprocess.PIPE)
 
 
+@pytest.mark.parametrize('block', [
+    pytest.param(block, id=block.place) for page in DOCUMENTS for block in blocks(page)
+    if block.comment == 'beside a robot'])
+def test_a_documented_program_works(block, environment):
+    """It ends without an error."""
+    done = subprocess.run([sys.executable, '-c', block.text], env=environment, text=True,
+                          capture_output=True, timeout=60, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
 @pytest.mark.parametrize('words', [line for line in LINES
                                    if line.values[0][1] not in WITHOUT_ROBOT])
 def test_a_documented_line_works(words, environment):

@@ -65,7 +65,8 @@ def requested(node: Any, *, mode: str, seed: int) -> ArmRequest:
     for marker in reversed(list(node.iter_markers('armsim'))):
         if marker.args:
             raise pytest.UsageError(
-                f'{node.nodeid}: armsim() takes keyword arguments only, such as robot=...; got {marker.args}')
+                f'{node.nodeid}: armsim() takes keyword arguments only, such as robot=...; '
+                f'got {marker.args}')
         words.update(_checked(node.nodeid, marker.kwargs, words.get('overrides', {})))
     return ArmRequest(**words)
 
