@@ -137,7 +137,8 @@ class EnvironmentBuilder:
         lines = sorted(wanted)
         if self._done.get(stage) == _key(lines):
             return
-        self._say(f'installing {stage} from the Python package index')
+        estimate = ' (a minute or two)' if stage == 'packages' else ''
+        self._say(f'installing {stage} from the Python package index{estimate}')
         install(f'install {stage}', lines)
         self._note(stage, _key(lines))
 
