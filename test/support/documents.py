@@ -8,6 +8,7 @@ Blocks of the pages, and what the comment above a block tells a test about it.
 ``<!-- file: NAME -->``        the block is the content of a file that later commands use
 ``<!-- edit FILE: A -> B -->`` the file is changed before the commands run
 ``<!-- numbers: any -->``      the output has other numbers; ``within 0.5`` is a share of each
+``<!-- or: OUTPUT -->``        the output depends on timing, and may also be this
 ``<!-- last line -->``         the output has other lines before
 ``<!-- at the same time -->``  the first command still runs while the second does
 """
@@ -81,6 +82,8 @@ def same_output(expected, actual, comment=''):
 
     :param comment: of the block, see above.
     """
+    if comment.startswith('or: ') and actual.strip() == comment[4:]:
+        return True
     if 'last line' in comment:
         actual = actual.strip().splitlines()[-1]
     first, second = _NUMBER.sub('#', expected.strip()), _NUMBER.sub('#', actual.strip())
