@@ -9,8 +9,8 @@ from dataclasses import dataclass, field
 import os
 from pathlib import Path
 
-from armsim_ros.cli.arguments import split_ros_args, UsageError
-from armsim_ros.errors import nearest
+from armsim_ros.cli.arguments import UsageError
+from armsim_ros.nodes.serving.arguments import read_values
 
 PORT = 8080
 HELP = f"""usage: web [NAME:=VALUE ...] [--ros-args ...]
@@ -49,24 +49,8 @@ def parse_web_arguments(argv: Sequence[str]) -> WebArguments:
 
     :raises UsageError: names the known arguments.
     """
-    words, ros_args = split_ros_args(argv)
     known = ('port', 'host', 'token', 'packages_path', 'near')
-    values: dict[str, str] = {}
-    rest = list(words)
-    while rest:
-        word = rest.pop(0)
-        name, sign, text = word.partition(':=')
-        if word.startswith('--'):
-            name, sign, text = word[2:].partition('=')
-            name = name.removesuffix(':')
-            if not sign and rest:
-                sign, text = '=', rest.pop(0)
-        if name not in known:
-            hint = nearest(name, known) or f"known: {', '.join(known)}"
-            raise UsageError(f"unknown argument '{word}'; {hint}")
-        if not sign or not text:
-            raise UsageError(f"argument '{name}' needs a value: {name}:=VALUE")
-        values[name] = text
+    values, ros_args = read_values(argv, known)
     port = values.get('port', str(PORT))
     if not port.isascii() or not port.isdigit() or not 1 <= int(port) <= 65535:
         raise UsageError(f"port is '{port}'; allowed: a number from 1 to 65535")

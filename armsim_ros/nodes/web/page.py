@@ -93,7 +93,7 @@ class Page:
         """
         Open the server and let the parts work.
 
-        :raises WebServerError: the page cannot be served there.
+        :raises ServingError: the page cannot be served there.
         """
         self.server = WebServer(host, port, token, self._on_panel)
         server = self.server.viser

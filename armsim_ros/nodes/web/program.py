@@ -11,6 +11,7 @@ import sys
 import threading
 
 from armsim_ros.clients.ros_client import RosClient
+from armsim_ros.nodes.serving.ports import is_loopback
 from armsim_ros.nodes.web.arguments import WebArguments
 from armsim_ros.nodes.web.page import Page, Part
 from armsim_ros.nodes.web.parts.controllers import ControllersPart
@@ -22,7 +23,6 @@ from armsim_ros.nodes.web.parts.path import PathPart
 from armsim_ros.nodes.web.parts.robot import RobotPart
 from armsim_ros.nodes.web.parts.simulation import SimulationPart
 from armsim_ros.nodes.web.parts.watch import WatchPart
-from armsim_ros.nodes.web.server import is_loopback
 from armsim_ros.packages import Packages
 
 
@@ -41,7 +41,7 @@ class WebProgram:
         Serve until the event is set.
 
         :returns: the exit status.
-        :raises WebServerError: the page cannot be served at this address.
+        :raises ServingError: the page cannot be served at this address.
         """
         arguments = self._arguments
         token = arguments.token

@@ -15,13 +15,9 @@ from collections.abc import Awaitable, Callable
 from contextvars import ContextVar
 from dataclasses import replace
 import gzip
-import hmac
 from http import HTTPStatus
-import ipaddress
-import logging
 from pathlib import Path
 import re
-import socket
 from typing import Any
 from urllib.parse import parse_qs, urlsplit
 
@@ -33,7 +29,15 @@ from websockets.datastructures import Headers
 from websockets.exceptions import ConnectionClosed
 from websockets.http11 import Request, Response
 
-from armsim_ros.errors import ArmsimError
+from armsim_ros.nodes.serving.access import AccessRules, answer
+from armsim_ros.nodes.serving.ports import (
+    free_port,
+    is_loopback,
+    ServingError,
+    shown_host,
+    silent_logger,
+)
+from armsim_ros.nodes.serving.rate_limit import RateLimit
 
 #: The largest message that is read [bytes]: a mesh that the user adds.
 LARGEST_MESSAGE = 24 << 20
@@ -41,8 +45,6 @@ LARGEST_MESSAGE = 24 << 20
 MOST_CONNECTIONS = 128
 #: Limits of a session: burst of messages, then messages per second.
 BURST, RATE = 400, 200.0
-#: Ports that are tried after the requested port.
-NEXT_PORTS = 100
 #: Path of the websocket whose scene is being served; set while viser's callbacks run.
 SESSION: ContextVar[str] = ContextVar('SESSION', default='')
 
@@ -60,7 +62,7 @@ _STATIC = Path(__file__).with_name('static')
 Handler = Callable[[ServerConnection], Awaitable[None]]
 
 
-class WebServerError(ArmsimError):
+class WebServerError(ServingError):
     """The page cannot be served at this address."""
 
 
@@ -72,7 +74,7 @@ class WebServer:
     :param port: the first port that is tried.
     :param token: what a request must bring; '' lets all in, on a loopback address alone.
     :param on_panel: talks to a panel; gets the session's id and the connection.
-    :raises WebServerError: no port is free, or the address is not of this machine.
+    :raises ServingError: no port is free, or the address is not of this machine.
     """
 
     def __init__(
@@ -99,10 +101,8 @@ class WebServer:
     @property
     def address(self) -> str:
         """What a person types into the browser."""
-        host = f'[{self.host}]' if ':' in self.host else self.host
-        if host in ('0.0.0.0', '[::]'):
-            host = socket.gethostname()
-        return f'http://{host}:{self.port}' + (f'/?token={self._token}' if self._token else '')
+        address = f'http://{shown_host(self.host)}:{self.port}'
+        return address + (f'/?token={self._token}' if self._token else '')
 
     def close(self) -> None:
         """Close the port and every connection."""
@@ -115,7 +115,7 @@ class WebServer:
         def serve(handler: Handler, host: str, port: int, **options: Any) -> Any:
             self._scene = handler
             self._viser_pages = options.pop('process_request')
-            options.update(max_size=LARGEST_MESSAGE, logger=_silent_logger())
+            options.update(max_size=LARGEST_MESSAGE, logger=silent_logger(__name__))
             return usual(self._serve, host, port, process_request=self._admit, **options)
 
         websocket_server.serve = serve  # type: ignore[assignment,misc] # a class, to be called
@@ -132,25 +132,25 @@ class WebServer:
     def _admit(self, connection: ServerConnection, request: Request) -> Response | None:
         """Answer an HTTP request; None lets a websocket through."""
         url = urlsplit(request.path)
-        refusal = self._refusal(request, url.query)
+        refusal = self._rules.refusal(request)
         if refusal is not None:
             return refusal
         first, _, session = url.path.strip('/').partition('/')
         known = bool(_ID.fullmatch(session))
         if request.headers.get('Upgrade', '').lower() == 'websocket':
             if first not in ('scene', 'panel') or not known:
-                return _answer(HTTPStatus.NOT_FOUND, 'there is nothing here\n')
+                return answer(HTTPStatus.NOT_FOUND, 'there is nothing here\n')
             if self._connections >= MOST_CONNECTIONS:
-                return _answer(HTTPStatus.SERVICE_UNAVAILABLE, 'too many sessions\n')
+                return answer(HTTPStatus.SERVICE_UNAVAILABLE, 'too many sessions\n')
             return None
         if first == 'scene' and known:
             return self._scene_page(connection, request)
         if url.path not in self._files:
-            return _answer(HTTPStatus.NOT_FOUND, 'there is nothing here\n')
+            return answer(HTTPStatus.NOT_FOUND, 'there is nothing here\n')
         if self._token and 'token' in parse_qs(url.query):
             return self._remember_token()
         body, kind = self._files[url.path]
-        return _answer(HTTPStatus.OK, body, kind)
+        return answer(HTTPStatus.OK, body, kind)
 
     def _scene_page(self, connection: ServerConnection, request: Request) -> Response:
         """Return viser's page without its own panel, whose place ours takes."""
@@ -160,27 +160,18 @@ class WebServer:
             style = (_STATIC / 'scene.css').read_bytes()
             text = theirs.body.replace(b'</head>', b'<style>' + style + b'</style></head>', 1)
             self._page = gzip.compress(text)
-        response = _answer(HTTPStatus.OK, self._page, 'text/html; charset=utf-8')
+        response = answer(HTTPStatus.OK, self._page, 'text/html; charset=utf-8')
         response.headers['Content-Encoding'] = 'gzip'
         return response
 
-    def _refusal(self, request: Request, query: str) -> Response | None:
-        """Return why a request may not come in, None where it may."""
-        host = request.headers.get('Host', '')
-        name = urlsplit(f'//{host}').hostname or ''
-        if is_loopback(self.host) and not is_loopback(name):
-            # A name that another site has pointed at this machine.
-            return _answer(HTTPStatus.FORBIDDEN, 'this page is served to its own machine only\n')
-        origin = request.headers.get('Origin')
-        if origin is not None and urlsplit(origin).netloc != host:
-            return _answer(HTTPStatus.FORBIDDEN, 'this page talks to itself only\n')
-        if self._token:
-            given = parse_qs(query).get('token', []) + _cookies(request, self._cookie)
-            if not any(hmac.compare_digest(word.encode(), self._token.encode())
-                       for word in given):
-                return _answer(HTTPStatus.UNAUTHORIZED, 'a token is needed: open the address '
-                               "that the program printed, with '?token=...'\n")
-        return None
+    @property
+    def _rules(self) -> AccessRules:
+        return AccessRules(
+            self.host, self._token, cookie=self._cookie,
+            host_refusal='this page is served to its own machine only\n',
+            origin_refusal='this page talks to itself only\n',
+            token_refusal="a token is needed: open the address that the program printed, with "
+                          "'?token=...'\n")
 
     @property
     def _cookie(self) -> str:
@@ -188,7 +179,7 @@ class WebServer:
 
     def _remember_token(self) -> Response:
         """Put the token into a cookie and take it out of the address."""
-        response = _answer(HTTPStatus.FOUND, '')
+        response = answer(HTTPStatus.FOUND, '')
         response.headers['Location'] = '/'
         response.headers['Set-Cookie'] = (
             f'{self._cookie}={self._token}; HttpOnly; SameSite=Strict; Path=/')
@@ -215,81 +206,15 @@ class WebServer:
             self._connections -= 1
 
 
-def is_loopback(host: str) -> bool:
-    """Return whether an address is reached from this machine alone."""
-    if host == 'localhost':
-        return True
-    try:
-        return ipaddress.ip_address(host).is_loopback
-    except ValueError:
-        return False
-
-
-def free_port(host: str, first: int) -> int:
-    """
-    Return the first port from the requested port on that is not in use; 0 stays 0.
-
-    :raises WebServerError: none is free, or the address is not of this machine.
-    """
-    try:
-        family, kind, protocol, _, address = socket.getaddrinfo(
-            host, None, type=socket.SOCK_STREAM)[0]
-    except OSError as error:
-        raise WebServerError(f"host '{host}' is not known: {error.strerror}") from None
-    trouble: OSError | None = None
-    for port in range(first, min(first + NEXT_PORTS, 65536)):
-        with socket.socket(family, kind, protocol) as probe:
-            probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-            try:
-                probe.bind((address[0], port))
-                probe.listen(1)
-            except OSError as error:
-                trouble = error
-                continue
-            return port
-    reason = trouble.strerror if trouble else 'there is no such port'
-    raise WebServerError(f'no port from {first} on can be opened at {host}: {reason}')
-
-
 def _limit_rate(connection: ServerConnection) -> None:
     """Read no more than so many messages a second; what comes quicker waits at its sender."""
     receive, loop = connection.recv, asyncio.get_running_loop()
-    left, since = float(BURST), loop.time()
+    limit = RateLimit(BURST, RATE)
 
     async def limited(*words: Any, **options: Any) -> Any:
-        nonlocal left, since
-        now = loop.time()
-        left, since = min(BURST, left + RATE * (now - since)) - 1.0, now
-        if left < 0.0:
-            await asyncio.sleep(-left / RATE)
+        delay = limit.delay(loop.time())
+        if delay:
+            await asyncio.sleep(delay)
         return await receive(*words, **options)
 
     connection.recv = limited  # type: ignore[method-assign] # of this object
-
-
-def _cookies(request: Request, name: str) -> list[str]:
-    pairs = [pair.strip().partition('=') for header in request.headers.get_all('Cookie')
-             for pair in header.split(';')]
-    return [value for key, _, value in pairs if key == name]
-
-
-def _answer(status: HTTPStatus, body: str | bytes, kind: str = 'text/plain; charset=utf-8'
-            ) -> Response:
-    data = body.encode() if isinstance(body, str) else body
-    return Response(status.value, status.phrase, Headers({
-        'Content-Type': kind,
-        'Content-Length': str(len(data)),
-        'Cache-Control': 'no-cache',
-        'Referrer-Policy': 'no-referrer',
-        'X-Content-Type-Options': 'nosniff',
-        'X-Frame-Options': 'SAMEORIGIN',
-        'Connection': 'close',
-    }), data)
-
-
-def _silent_logger() -> logging.Logger:
-    """Return a logger for what strangers send; none of it is for the terminal."""
-    logger = logging.getLogger(f'{__name__}.connections')
-    logger.propagate = False
-    logger.disabled = True
-    return logger

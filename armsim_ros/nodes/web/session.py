@@ -7,11 +7,12 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Mapping
 import json
-import math
 from typing import Any
 
 from websockets.asyncio.server import ServerConnection
 from websockets.exceptions import ConnectionClosed
+
+from armsim_ros.nodes.serving.json_text import to_json
 
 #: A panel gets no more than so many messages a second.
 _PANEL_RATE = 30.0
@@ -105,21 +106,3 @@ class _Panel:
                 await asyncio.sleep(1.0 / _PANEL_RATE)
         except ConnectionClosed:
             return
-
-
-def to_json(value: Any) -> str:
-    """Return JSON text that browsers read: a number that is not finite becomes null."""
-    try:
-        return json.dumps(value, allow_nan=False, separators=(',', ':'))
-    except ValueError:
-        return json.dumps(_finite(value), allow_nan=False, separators=(',', ':'))
-
-
-def _finite(value: Any) -> Any:
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
-    if isinstance(value, dict):
-        return {key: _finite(item) for key, item in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_finite(item) for item in value]
-    return value

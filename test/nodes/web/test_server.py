@@ -14,7 +14,8 @@ pytest.importorskip('viser')
 import websockets.asyncio.client as websocket_client
 from websockets.exceptions import InvalidStatus
 
-from armsim_ros.nodes.web.server import free_port, LARGEST_MESSAGE, WebServer, WebServerError
+from armsim_ros.nodes.serving.ports import free_port, ServingError
+from armsim_ros.nodes.web.server import LARGEST_MESSAGE, WebServer
 
 KEY = '0123456789abcdef'
 
@@ -122,7 +123,7 @@ def test_bytes_that_are_no_http_end_nothing(server, token):
 
 def test_an_address_of_others_needs_a_token():
     """Nobody can forget it."""
-    with pytest.raises(WebServerError, match='a token is needed'):
+    with pytest.raises(ServingError, match='a token is needed'):
         WebServer('0.0.0.0', 8400, '', echo)
 
 
@@ -131,5 +132,5 @@ def test_a_port_that_is_taken_is_passed_over():
     with socket.create_server(('127.0.0.1', 0)) as taken:
         port = taken.getsockname()[1]
         assert free_port('127.0.0.1', port) > port
-    with pytest.raises(WebServerError, match=r'192\.0\.2\.1'):
+    with pytest.raises(ServingError, match=r'192\.0\.2\.1'):
         free_port('192.0.2.1', 8400)
