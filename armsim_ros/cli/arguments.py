@@ -100,6 +100,9 @@ class ProgramArguments:
         False, 'whether bringup serves the page in which the robot is seen and moved; it does '
         'at a terminal unless this argument is given',
         placeholder='true|false')
+    bridge: bool = _argument(
+        False, 'whether bringup starts rosbridge, rosapi with it, for clients without ROS',
+        placeholder='true|false')
     host: str = _argument(
         '', 'address on which the page is served, in place of 127.0.0.1; others need the token '
         'that is printed', placeholder='ADDRESS')

@@ -21,6 +21,7 @@ ROBOT_PROGRAMS = {
 #: A page, and the controllers of a running robot; each has arguments of its own.
 CLIENT_PROGRAMS = {
     'web': 'a page in the browser: see the robot, plan, execute, stop',
+    'bridge': 'rosbridge and rosapi: the robot for browsers and programs without ROS',
     'spawner': 'load, configure and activate controllers',
     'unspawner': 'deactivate and unload controllers',
     'hardware_spawner': 'configure or activate hardware components',

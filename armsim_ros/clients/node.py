@@ -63,16 +63,19 @@ class SpinningNode:
     :param name: of the node.
     :param ros_args: ``--ros-args`` sections.
     :param domain: ROS domain id; that of the environment where None.
-    :param options: those of ``rclpy.node.Node``.
+    :param kind: class of the node.
+    :param options: those of the class.
     """
 
     def __init__(
-        self, name: str, ros_args: Sequence[str] = (), *, domain: int | None = None, **options: Any
+        self, name: str, ros_args: Sequence[str] = (), *, domain: int | None = None,
+        kind: type[Node] = Node, **options: Any,
     ) -> None:
         self.context = Context()
         rclpy.init(args=[name, *ros_args], context=self.context, domain_id=domain,
                    signal_handler_options=SignalHandlerOptions.NO)
-        self.node = Node(name, context=self.context, **options)
+        self.node = kind(name, context=self.context, **options)
+        self._others: list[Node] = []
         self._executor = SingleThreadedExecutor(context=self.context)
         self._executor.add_node(self.node)
         self._services: dict[tuple[type, str], Any] = {}
@@ -80,6 +83,11 @@ class SpinningNode:
         self._closing = threading.Event()
         self._thread = threading.Thread(target=self._spin, name=name, daemon=True)
         self._thread.start()
+
+    def add_node(self, node: Node) -> None:
+        """Run another node of the same context, too; it leaves with this one."""
+        self._others.append(node)
+        self._executor.add_node(node)
 
     def service(self, kind: type[Any], name: str) -> Any:
         """Return rclpy's client of a service; it is made once."""
@@ -120,7 +128,8 @@ class SpinningNode:
             for each in [*self.node.waitables]:
                 if isinstance(each, ActionClient | ActionServer):
                     each.destroy()  # type: ignore[no-untyped-call] # rclpy's
-            self.node.destroy_node()
+            for node in (*self._others, self.node):
+                node.destroy_node()
             self.context.try_shutdown()
 
     def __enter__(self) -> Self:

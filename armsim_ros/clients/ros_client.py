@@ -34,10 +34,12 @@ class RosClient(SpinningNode):
 
     :param name: of the node.
     :param ros_args: ``--ros-args`` sections.
+    :param options: of the node, see :class:`SpinningNode`.
     """
 
-    def __init__(self, name: str, ros_args: Sequence[str] = ()) -> None:
-        super().__init__(name, ros_args, enable_rosout=False, start_parameter_services=False)
+    def __init__(self, name: str, ros_args: Sequence[str] = (), **options: Any) -> None:
+        super().__init__(name, ros_args, **{
+            'enable_rosout': False, 'start_parameter_services': False, **options})
         self._aside = OutsideExecutors()
 
     def prepare(self, kind: type[Any], name: str, *, action: bool = False) -> None:

@@ -14,6 +14,7 @@ import sys
 from armsim_ros.cli.arguments import parse_arguments, ProgramArguments
 from armsim_ros.cli.environment import program_command
 from armsim_ros.errors import ResourceError
+from armsim_ros.nodes.bridge import main as bridge
 from armsim_ros.nodes.bringup.domain_lock import lock_domain
 from armsim_ros.nodes.bringup.supervisor import Supervisor
 from armsim_ros.nodes.web.main import MISSING, missing_package
@@ -24,7 +25,7 @@ STARTED_PROGRAMS = ('simulation', 'move_group')
 #: Started on request.
 SERVO = 'servo_node'
 #: Not needed to move the robot.
-PAGE, CAMERA = 'web', 'camera'
+PAGE, CAMERA, BRIDGE = 'web', 'camera', 'bridge'
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -42,15 +43,17 @@ def main(argv: Sequence[str] | None = None) -> int:
         arguments = replace(arguments, web=True)
     _check_robot(arguments)
     lock = lock_domain(arguments.ros_args)
-    words = replace(arguments, web=False, host='').to_argv()
+    words = replace(arguments, web=False, bridge=False, host='').to_argv()
     try:
         programs = (*STARTED_PROGRAMS, *([SERVO] if arguments.servo else []),
                     *([CAMERA] if arguments.camera else []))
         commands = {program: program_command(program, words) for program in programs}
         if arguments.web:
             commands.update(page_command(arguments))
+        if arguments.bridge:
+            commands.update(bridge_command(arguments))
         report(f"loading {arguments.robot}; starting {', '.join(commands)}")
-        status = Supervisor(commands, spare=(PAGE, CAMERA)).run()
+        status = Supervisor(commands, spare=(PAGE, CAMERA, BRIDGE)).run()
         if status == 0:
             report('all has stopped')
         return status
@@ -89,13 +92,34 @@ def page_command(arguments: ProgramArguments) -> dict[str, list[str]]:
     if missing:
         report(f'no page: {MISSING.format(missing)}')
         return {}
+    words = mesh_words(arguments)
+    if arguments.host:
+        words.append(f'host:={arguments.host}')
+    return {PAGE: program_command(PAGE, [*words, *arguments.ros_args])}
+
+
+def bridge_command(arguments: ProgramArguments) -> dict[str, list[str]]:
+    """
+    Return the bridge's command; none, and a message, where it cannot run.
+
+    :raises ConfigError: where the robot's files, which it serves meshes of, are wrong.
+    """
+    missing = bridge.missing_package()
+    if missing:
+        report(f'no bridge: {bridge.MISSING.format(missing)}')
+        return {}
+    time = f'use_sim_time:={str(arguments.use_sim_time).lower()}'
+    return {BRIDGE: program_command(
+        BRIDGE, [*mesh_words(arguments), '--ros-args', '-p', time, '--', *arguments.ros_args])}
+
+
+def mesh_words(arguments: ProgramArguments) -> list[str]:
+    """Return the arguments with which a program finds the packages of meshes."""
     near = os.pathsep.join(map(str, places_near(arguments)))
     words = [f'near:={near}'] if near else []
     if arguments.packages_path:
         words.append(f'packages_path:={arguments.packages_path}')
-    if arguments.host:
-        words.append(f'host:={arguments.host}')
-    return {PAGE: program_command(PAGE, [*words, *arguments.ros_args])}
+    return words
 
 
 def places_near(arguments: ProgramArguments) -> list[Path]:

@@ -1,0 +1,233 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The server of Foxglove: a channel for each topic, serialized messages in and out."""
+
+from __future__ import annotations
+
+import asyncio
+from concurrent.futures import Future
+from contextlib import suppress
+from dataclasses import dataclass
+import time
+from typing import Any
+from urllib.parse import urlsplit
+
+import foxglove
+from foxglove.websocket import Capability
+from rclpy.qos import QoSDurabilityPolicy
+
+from armsim_ros.errors import ArmsimError
+from armsim_ros.nodes.bridge.foxglove.commands import Commands
+from armsim_ros.nodes.bridge.foxglove.listener import Listener
+from armsim_ros.nodes.bridge.foxglove.schemas import topic_schema
+from armsim_ros.nodes.bridge.interfaces import load
+from armsim_ros.nodes.bridge.link import BridgeLink
+from armsim_ros.nodes.bridge.package_files import PackageFiles
+from armsim_ros.nodes.bridge.rosapi.graph import Graph
+from armsim_ros.nodes.bridge.rosapi.parameters import Parameters
+from armsim_ros.nodes.bridge.settings import BridgeSettings
+from armsim_ros.nodes.bridge.topic_reader import Batch, TopicReader
+from armsim_ros.nodes.serving.ports import free_port, is_loopback, ServingError, shown_host
+
+#: How often changes of the graph are noticed [s].
+_RENEWAL = 0.5
+#: How long the SDK's threads wait for an answer of the graph [s].
+_PATIENCE = 3.0
+
+
+@dataclass
+class Topic:
+    """A channel, and whether the topic is subscribed to in ROS."""
+
+    type_name: str
+    channel: Any
+    is_read: bool = False
+    is_latched: bool = False
+    newest: bytes = b''
+
+
+class FoxgloveServer:
+    """
+    Serves until it is closed.
+
+    The SDK checks no Host, Origin or token; so clients only read, unless the bridge's settings
+    allow more.
+
+    :param settings: with the port, and what clients may do.
+    """
+
+    def __init__(self, link: BridgeLink, settings: BridgeSettings, files: PackageFiles) -> None:
+        self._link, self._settings, self._files = link, settings, files
+        self.schedule = link.schedule
+        self._controls = settings.foxglove == 'control'
+        if self._controls and not is_loopback(settings.address):
+            raise ServingError('foxglove:=control is for a loopback address only: its server '
+                               'asks for no token')
+        self._graph = Graph(link)
+        self._context = foxglove.Context()
+        self._topics: dict[str, Topic] = {}
+        self._shows_graph = False
+        self._server: Any = None
+        self._commands: Commands | None = None
+        self._renewal: asyncio.Task[None] | None = None
+        self._reader = TopicReader(link.node, link.schedule, self._deliver)
+        self._parameters = Parameters(link, settings.params_glob)
+
+    @property
+    def url(self) -> str:
+        """What a client connects to."""
+        return f'ws://{shown_host(self._settings.address)}:{self._server.port}'
+
+    def open(self) -> None:
+        """
+        Open the port.
+
+        :raises ServingError: it is taken.
+        """
+        settings = self._settings
+        if settings.foxglove_port:
+            try:
+                free_port(settings.address, settings.foxglove_port, 1)
+            except ServingError as error:
+                raise ServingError(f'{error}; foxglove_port:=0 takes any free port') from None
+        capabilities = [Capability.ConnectionGraph, Capability.Parameters]
+        if self._uses_sim_time():
+            capabilities.append(Capability.Time)
+        if self._controls:
+            capabilities += [Capability.ClientPublish, Capability.Services]
+            self._commands = Commands(self._link)
+        self._server = foxglove.start_server(
+            name='armsim', host=settings.address, port=settings.foxglove_port,
+            capabilities=capabilities, supported_encodings=['cdr', 'json'],
+            server_listener=Listener(self, self._commands), asset_handler=self._asset,
+            context=self._context)
+        self._renewal = self._link.loop.create_task(self._renew())
+
+    def close(self) -> None:
+        """Close the port and all subscriptions."""
+        if self._renewal is not None:
+            self._renewal.cancel()
+        self._reader.close()
+        if self._commands is not None:
+            self._commands.close()
+        if self._server is not None:
+            self._server.stop()
+
+    def subscribe(self, name: str) -> None:
+        """Read a topic, and send the newest sample of a latched topic again."""
+        topic = self._topics.get(name)
+        if topic is None:
+            return
+        if topic.is_read:
+            if topic.is_latched and topic.newest:
+                topic.channel.log(topic.newest, log_time=time.time_ns())
+            return
+        try:
+            kind = load(topic.type_name, 'msg')
+        except ArmsimError:
+            return
+        profile = self._link.matching_profile(name)
+        topic.is_read = True
+        topic.is_latched = profile.durability == QoSDurabilityPolicy.TRANSIENT_LOCAL
+        self._reader.add(name, kind, name, profile)
+
+    def unsubscribe(self, name: str) -> None:
+        """Read a topic no more, where no client is left."""
+        topic = self._topics.get(name)
+        if topic is not None and topic.is_read and not topic.channel.has_sinks():
+            topic.is_read, topic.newest = False, b''
+            self._reader.remove(name)
+
+    def show_graph(self, shown: bool) -> None:
+        """Publish the connection graph from now on, or no more."""
+        self._shows_graph = shown
+
+    def parameters(self, names: list[str]) -> list[Any]:
+        """Return parameters, all where no names are given; from a thread of the SDK."""
+        return self._wait(self._read_parameters(names)) or []
+
+    def set_parameters(self, changed: list[Any]) -> list[Any]:
+        """Set parameters where that is allowed, and return what they are then."""
+        if self._controls:
+            self._wait(self._write_parameters(changed))
+        return self.parameters([parameter.name for parameter in changed])
+
+    async def _read_parameters(self, names: list[str]) -> list[Any]:
+        found = []
+        for name in names or await self._parameters.names():
+            with suppress(ArmsimError):
+                found.append(foxglove.Parameter(name, value=await self._parameters.value(name)))
+        return found
+
+    async def _write_parameters(self, changed: list[Any]) -> None:
+        for parameter in changed:
+            try:
+                await self._parameters.set_value(parameter.name, parameter.get_value())
+            except ArmsimError as error:
+                self._server.publish_status(f'{parameter.name}: {error}',
+                                            foxglove.StatusLevel.Error)
+
+    def _asset(self, uri: str) -> bytes | None:
+        parts = urlsplit(uri)
+        if parts.scheme != 'package':
+            return None
+        found: bytes | None = self._wait(self._files.read(parts.netloc, parts.path.lstrip('/')))
+        return found
+
+    def _wait(self, work: Any) -> Any:
+        """Return what a coroutine in the thread of the sockets returns, None if it is late."""
+        answer: Future[Any] = asyncio.run_coroutine_threadsafe(work, self._link.loop)
+        try:
+            return answer.result(_PATIENCE)
+        except TimeoutError:
+            answer.cancel()
+            return None
+
+    async def _renew(self) -> None:
+        """Let channels come and go with the topics of the graph."""
+        while True:
+            present = self._graph.topics()
+            for name in [name for name, topic in self._topics.items()
+                         if present.get(name) != topic.type_name]:
+                topic = self._topics.pop(name)
+                self._reader.remove(name)
+                topic.channel.close()
+            for name, type_name in present.items():
+                if name not in self._topics:
+                    self._topics[name] = Topic(type_name, foxglove.Channel(
+                        name, message_encoding='cdr', schema=topic_schema(type_name),
+                        context=self._context))
+            if self._commands is not None:
+                self._commands.renew(self._server, self._graph.services())
+            if self._shows_graph:
+                self._server.publish_connection_graph(self._connections())
+            if self._uses_sim_time():
+                seconds, nanoseconds = self._link.now()
+                self._server.broadcast_time(seconds * 10**9 + nanoseconds)
+            await asyncio.sleep(_RENEWAL)
+
+    def _connections(self) -> Any:
+        """Return the nodes at both ends of each topic, and those that serve each service."""
+        details = {node: self._graph.node_details(node) for node in self._graph.nodes()}
+        graph = foxglove.ConnectionGraph()
+        for index, add in enumerate((graph.set_subscribed_topic, graph.set_published_topic,
+                                     graph.set_advertised_service)):
+            ends: dict[str, list[str]] = {}
+            for node, names in details.items():
+                for name in names[index]:
+                    ends.setdefault(name, []).append(node)
+            for name, nodes in ends.items():
+                add(name, nodes)
+        return graph
+
+    def _deliver(self, batch: Batch) -> None:
+        now = time.time_ns()
+        for name, raw in batch:
+            topic = self._topics.get(name)
+            if topic is not None:
+                if topic.is_latched:
+                    topic.newest = raw
+                topic.channel.log(raw, log_time=now)
+
+    def _uses_sim_time(self) -> bool:
+        return bool(self._link.node.get_parameter('use_sim_time').value)

@@ -1,0 +1,148 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Frames of websockets, and messages cut into fragments of rosbridge."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+import itertools
+import json
+import struct
+from typing import Any
+
+import cbor2
+
+from armsim_ros.nodes.bridge.conversion.png import to_png
+from armsim_ros.nodes.bridge.refusal import RefusalError
+from armsim_ros.nodes.serving.json_text import to_json
+
+#: Fragments of incoming messages, for each client [bytes, messages].
+MOST_BYTES, MOST_FRAGMENTED = 10_000_000, 8
+SMALLEST_FRAGMENT = 64
+_TEXT, _BINARY = 0x81, 0x82
+_numbers = itertools.count(1)
+
+
+def to_frame(payload: bytes, *, binary: bool = False) -> bytes:
+    """Return a frame of a server, which is not masked (RFC 6455, section 5.2)."""
+    opcode, size = _BINARY if binary else _TEXT, len(payload)
+    if size < 126:
+        return bytes((opcode, size)) + payload
+    if size < 1 << 16:
+        return struct.pack('>BBH', opcode, 126, size) + payload
+    return struct.pack('>BBQ', opcode, 127, size) + payload
+
+
+def encode(message: dict[str, Any], compression: str = 'none', fragment_size: int = 0
+           ) -> list[bytes]:
+    """Return the frames of a message."""
+    if compression in ('cbor', 'cbor-raw'):
+        return [to_frame(cbor2.dumps(message), binary=True)]
+    text = to_json(message)
+    if compression == 'png':
+        text = to_json({'op': 'png', 'data': to_png(text)})
+    return text_frames(text, fragment_size)
+
+
+def text_frames(text: str, fragment_size: int = 0) -> list[bytes]:
+    """Return the frames of a text, in fragments of that many characters; 0 for a single frame."""
+    if not fragment_size or len(text) <= fragment_size:
+        return [to_frame(text.encode())]
+    number = next(_numbers)
+    starts = range(0, len(text), fragment_size)
+    return [to_frame(to_json({
+        'op': 'fragment', 'id': str(number), 'data': text[start:start + fragment_size],
+        'num': index, 'total': len(starts)}).encode()) for index, start in enumerate(starts)]
+
+
+class Fragments:
+    """
+    Joins the fragments that a client sends, in any order.
+
+    :param patience: how long a message may stay incomplete [s].
+    """
+
+    def __init__(self, patience: float) -> None:
+        self._patience = patience
+        self._parts: dict[Any, dict[int, str]] = {}
+        self._totals: dict[Any, int] = {}
+        self._since: dict[Any, float] = {}
+        self._size = 0
+
+    def add(self, key: Any, data: str, number: int, total: int, now: float) -> str | None:
+        """
+        Take a fragment.
+
+        :param now: [s].
+        :returns: the whole text once all are there, else None.
+        :raises RefusalError: the fragments do not fit together, or there are too many.
+        """
+        for late in [old for old, since in self._since.items() if now - since > self._patience]:
+            self._forget(late)
+        if total < 1 or not 0 <= number < total or self._totals.get(key, total) != total:
+            self._forget(key)
+            raise RefusalError(f'num {number} of total {total}; num is 0 to total - 1, and total '
+                               'is the same in all fragments of an id')
+        parts = self._parts.get(key, {})
+        size = self._size + len(data) - len(parts.get(number, ''))
+        if size > MOST_BYTES or (key not in self._parts and len(self._parts) >= MOST_FRAGMENTED):
+            self._forget(key)
+            raise RefusalError(f'dropped; at most {MOST_BYTES} bytes of {MOST_FRAGMENTED} messages'
+                               ' may be incomplete')
+        self._size = size
+        parts = self._parts.setdefault(key, {})
+        parts[number] = data
+        self._totals[key] = total
+        self._since.setdefault(key, now)
+        if len(parts) < total:
+            return None
+        self._forget(key)
+        return ''.join(parts[index] for index in range(total))
+
+    def _forget(self, key: Any) -> None:
+        self._size -= sum(map(len, self._parts.pop(key, {}).values()))
+        self._totals.pop(key, None)
+        self._since.pop(key, None)
+
+
+def parse(frame: str | bytes) -> dict[str, Any]:
+    """
+    Return the object in a frame.
+
+    :raises RefusalError: it is not a JSON object, or nested too deeply.
+    """
+    try:
+        text = frame if isinstance(frame, str) else frame.decode()
+        found = json.loads(text)
+    except json.JSONDecodeError as error:
+        raise RefusalError(f'not JSON: {error.msg} at character {error.pos}') from None
+    except UnicodeDecodeError as error:
+        raise RefusalError(f'not UTF-8 at byte {error.start}') from None
+    except RecursionError:
+        raise RefusalError(_TOO_DEEP) from None
+    except ValueError as error:
+        raise RefusalError(f'not JSON: {error}') from None
+    if not isinstance(found, dict):
+        raise RefusalError(f'a message is a JSON object with "op", not {type(found).__name__}')
+    if text.count('{') + text.count('[') > DEEPEST and _is_deep(found):
+        raise RefusalError(_TOO_DEEP)
+    return found
+
+
+#: Levels of objects and lists in a message.
+DEEPEST = 100
+_TOO_DEEP = f'nested too deeply: at most {DEEPEST} levels'
+
+
+def _is_deep(found: Any) -> bool:
+    level = [found]
+    for _ in range(DEEPEST):
+        level = [item for value in level for item in _items(value)
+                 if isinstance(item, (dict, list))]
+        if not level:
+            return False
+    return True
+
+
+def _items(value: Any) -> Iterator[Any]:
+    return iter(value.values() if isinstance(value, dict) else value)

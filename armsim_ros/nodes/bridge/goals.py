@@ -1,0 +1,135 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Goals that clients send: ``send_action_goal``, ``cancel_action_goal``."""
+
+from __future__ import annotations
+
+import asyncio
+from dataclasses import dataclass
+from typing import Any
+
+from action_msgs.msg import GoalStatus
+
+from armsim_ros.clients.node import GoalRun
+from armsim_ros.errors import ArmsimError
+from armsim_ros.nodes.bridge.client import Client
+from armsim_ros.nodes.bridge.conversion.incoming import to_message
+from armsim_ros.nodes.bridge.conversion.outgoing import json_values
+from armsim_ros.nodes.bridge.link import BridgeLink
+from armsim_ros.nodes.bridge.refusal import Level, RefusalError
+
+#: How long a goal of a client that has left can still be cancelled [s].
+_MEMORY = 600.0
+_REJECTED = 'the server rejected the goal; its log has the reason'
+
+
+@dataclass(eq=False)
+class Goal:
+    """A goal that has not ended."""
+
+    client: Client
+    action: str
+    key: Any
+    run: GoalRun
+
+
+class Goals:
+    """
+    The goals of all clients, any number at a time; a goal outlives its connection.
+
+    :param cancel_on_disconnect: whether goals of a client that leaves are cancelled.
+    """
+
+    def __init__(self, link: BridgeLink, cancel_on_disconnect: bool) -> None:
+        self._link = link
+        self._cancel_on_disconnect = cancel_on_disconnect
+        self._goals: set[Goal] = set()
+        self._tasks: set[asyncio.Task[None]] = set()
+
+    async def send(self, client: Client, message: dict[str, Any]) -> None:
+        """Serve ``send_action_goal``: feedback and result follow."""
+        task = asyncio.get_running_loop().create_task(self._send(client, message))
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)
+
+    async def cancel(self, client: Client, message: dict[str, Any]) -> None:
+        """
+        Serve ``cancel_action_goal``: of an own goal, else of the only goal of this id.
+
+        :raises RefusalError: as a warning, there is none, or several clients have this id.
+        """
+        action, key = self._link.expand(message['action']), message.get('id')
+        known = [goal for goal in self._goals if goal.action == action
+                 and (key is None or goal.key == key)]
+        found = [goal for goal in known if goal.client is client]
+        if not found and key is not None:
+            found = [goal for goal in known if not goal.client.is_open] or known
+            if len({goal.client for goal in found}) > 1:
+                raise RefusalError(f'several clients have a goal with id {key!r}', Level.WARNING)
+        if not found:
+            raise RefusalError(f'no goal with id {key!r} is under way', Level.WARNING)
+        for goal in found:
+            goal.run.cancel()
+
+    def drop(self, client: Client) -> None:
+        """Let the goals of a client go on without it, for a while within reach of others."""
+        for goal in [each for each in self._goals if each.client is client]:
+            if self._cancel_on_disconnect:
+                goal.run.cancel()
+            asyncio.get_running_loop().call_later(_MEMORY, self._goals.discard, goal)
+
+    def close(self) -> None:
+        """Wait for nothing any more."""
+        for task in self._tasks:
+            task.cancel()
+
+    async def _send(self, client: Client, message: dict[str, Any]) -> None:
+        answer = {'op': 'action_result', 'action': message['action']}
+        if 'id' in message:
+            answer['id'] = message['id']
+        try:
+            result, status = await self._result(client, message)
+            answer |= {'values': result, 'status': status, 'result': True}
+        except ArmsimError as error:
+            answer |= {'values': f'{message["action"]}: {error}',
+                       'status': GoalStatus.STATUS_UNKNOWN, 'result': False}
+        except Exception as error:  # noqa: BLE001 - the client waits
+            answer |= {'values': f'{message["action"]}: failed inside the bridge: {error}',
+                       'status': GoalStatus.STATUS_UNKNOWN, 'result': False}
+        client.send(answer, fragment_size=message.get('fragment_size') or 0)
+
+    async def _result(self, client: Client, message: dict[str, Any]) -> tuple[Any, int]:
+        action = self._link.expand(message['action'])
+        kind = await self._link.load(message['action_type'], 'action')
+        request = to_message(kind.Goal, message.get('args') or {}, self._link.now)
+        await self._link.wait_for_action(kind, action)
+        feedback = None
+        if message.get('feedback'):
+            def feedback(values: Any) -> None:
+                self._link.schedule(lambda: self._feedback(client, message, kind, values))
+        run = self._link.goal(kind, action, request, feedback)
+        goal = Goal(client, action, message.get('id'), run)
+        self._goals.add(goal)
+        try:
+            found = await self._outcome(kind, action, run)
+        finally:
+            self._goals.discard(goal)
+        if found is None:
+            raise RefusalError(_REJECTED)
+        return json_values(kind.Result)(found.result), found.status
+
+    async def _outcome(self, kind: type[Any], action: str, run: GoalRun) -> Any:
+        waiting = asyncio.wrap_future(run.result)
+        missing = 0
+        while missing < 2:
+            done, _ = await asyncio.wait([waiting], timeout=1.0)
+            if done:
+                return waiting.result()
+            missing = 0 if self._link.serves(kind, action, action=True) else missing + 1
+        raise RefusalError('the server has gone without a result')
+
+    def _feedback(self, client: Client, message: dict[str, Any], kind: type[Any], values: Any
+                  ) -> None:
+        found = {'op': 'action_feedback', 'action': message['action'],
+                 'values': json_values(kind.Feedback)(values)}
+        client.send(found if 'id' not in message else {**found, 'id': message['id']})

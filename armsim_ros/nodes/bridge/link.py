@@ -1,0 +1,190 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The bridge's node, and what it knows of the graph."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable, Iterable, Sequence
+from concurrent.futures import Future
+from functools import lru_cache
+from typing import Any, TypeVar
+
+from rclpy.exceptions import InvalidServiceNameException, InvalidTopicNameException
+from rclpy.expand_topic_name import expand_topic_name
+from rclpy.qos import QoSDurabilityPolicy, QoSHistoryPolicy, QoSProfile, QoSReliabilityPolicy
+from rclpy.task import Future as RosFuture
+from rclpy.validate_full_topic_name import validate_full_topic_name
+
+from armsim_ros.clients.ros_client import RosClient
+from armsim_ros.errors import nearest
+from armsim_ros.nodes.bridge.interfaces import load
+from armsim_ros.nodes.bridge.refusal import RefusalError
+from armsim_ros.nodes.polling_node import PollingNode
+
+#: The name of rosbridge_server's node, by which launch files and clients know it.
+NODE = 'rosbridge_websocket'
+#: How long an endpoint that is not in the graph yet is waited for, and how often [s].
+DISCOVERY, _PAUSE = 1.0, 0.02
+_DEPTH = 100
+#: Names that are remembered with their full names.
+_MOST_NAMES = 1000
+_SEND_GOAL = '/_action/send_goal'
+
+T = TypeVar('T')
+
+
+class BridgeLink(RosClient):
+    """
+    The node in its thread, seen from the thread of the sockets.
+
+    :param ros_args: ``--ros-args`` sections.
+    :param loop: of the sockets.
+    """
+
+    def __init__(self, ros_args: Sequence[str], loop: asyncio.AbstractEventLoop) -> None:
+        super().__init__(NODE, ros_args, kind=PollingNode, start_parameter_services=True)
+        self.loop = loop
+        # Asked for each message that is published.
+        self._expanded = lru_cache(maxsize=_MOST_NAMES)(self._expand)
+
+    async def run(self, work: Callable[[], T]) -> T:
+        """Do something in the node's thread."""
+        found: T = await asyncio.wrap_future(self.in_thread(work))
+        return found
+
+    def schedule(self, work: Callable[[], None]) -> None:
+        """Do something in the thread of the sockets; from any thread."""
+        if not self.loop.is_closed():
+            self.loop.call_soon_threadsafe(work)
+
+    def settle(self, waiting: RosFuture, value: Any) -> None:
+        """Let a callback in the node's thread go on with a value."""
+        self.in_thread(lambda: waiting.done() or waiting.set_result(value))
+
+    def now(self) -> tuple[int, int]:
+        """Return seconds and nanoseconds of the ROS clock."""
+        if isinstance(self.node, PollingNode) and self.node.polled:
+            self.node.catch_up(*self.node.polled)
+        return self.node.get_clock().now().seconds_nanoseconds()
+
+    def expand(self, name: str, *, service: bool = False) -> str:
+        """
+        Return the full name of a topic, service or action.
+
+        :raises RefusalError: it is not a name.
+        """
+        return self._expanded(name, service)
+
+    def _expand(self, name: str, service: bool) -> str:
+        try:
+            full: str = expand_topic_name(name, self.node.get_name(), self.node.get_namespace())
+            validate_full_topic_name(full, is_service=service)
+        except (InvalidTopicNameException, InvalidServiceNameException, ValueError) as error:
+            reason = str(error).splitlines()[0]
+            raise RefusalError(f"'{name[:200]}' is not a name of ROS: {reason}") from None
+        return full
+
+    def topic_types(self) -> dict[str, list[str]]:
+        """Return all topics, hidden ones too, with their types."""
+        return dict(self.node.get_topic_names_and_types())
+
+    def service_types(self) -> dict[str, list[str]]:
+        """Return all services with their types."""
+        return dict(self.node.get_service_names_and_types())
+
+    async def topic_type(self, name: str) -> str:
+        """
+        Return the type of a topic, which may be about to appear.
+
+        :raises RefusalError: it is not there; names the nearest.
+        """
+        await self._discover(lambda: name in self.topic_types(), 'no such topic', name,
+                             self.topic_types)
+        return self.topic_types()[name][0]
+
+    async def service_type(self, name: str) -> str:
+        """
+        Return the type of a service, which may be about to appear.
+
+        :raises RefusalError: it is not served; names the nearest.
+        """
+        await self._discover(lambda: self.node.count_services(name) > 0,
+                             'no such service', name, self.served_services)
+        return self.service_types()[name][0]
+
+    async def _discover(self, present: Callable[[], bool], what: str, name: str,
+                        known: Callable[[], Iterable[str]]) -> None:
+        for _ in range(round(DISCOVERY / _PAUSE)):
+            if present():
+                return
+            await asyncio.sleep(_PAUSE)
+        hint = nearest(name, tuple(known()))
+        raise RefusalError(f'{what}{"; " + hint if hint else ""}')
+
+    async def load(self, name: str, group: str) -> type[Any]:
+        """
+        Return the class of a type; its first import blocks no other client.
+
+        :raises RefusalError: there is no such type.
+        """
+        return await asyncio.to_thread(load, name, group)
+
+    async def call_when_ready(self, kind: type[Any], name: str, request: Any) -> Any:
+        """
+        Call a service and return its response.
+
+        :raises RefusalError: it is not there, or leaves while it is waited for.
+        """
+        await self._wait_for(kind, name, action=False)
+        answer: Future[Any] = self.call(kind, name, request)
+        waiting = asyncio.wrap_future(answer)
+        try:
+            while True:
+                done, _ = await asyncio.wait([waiting], timeout=DISCOVERY)
+                if done:
+                    return waiting.result()
+                if not self.serves(kind, name):
+                    raise RefusalError('the server has gone without an answer')
+        finally:
+            waiting.cancel()
+
+    async def wait_for_action(self, kind: type[Any], name: str) -> None:
+        """
+        Wait for an action server.
+
+        :raises RefusalError: there is none.
+        """
+        await self._discover(lambda: self.node.count_services(f'{name}{_SEND_GOAL}') > 0,
+                             'no such action is served', name, self.action_names)
+        await self._wait_for(kind, name, action=True)
+
+    async def _wait_for(self, kind: type[Any], name: str, *, action: bool) -> None:
+        if not self.serves(kind, name, action=action):
+            self.prepare(kind, name, action=action)
+            await self._discover(
+                lambda: self.serves(kind, name, action=action),
+                f'no {"action" if action else "service"} of this type is served', '', tuple)
+
+    def served_services(self) -> list[str]:
+        """Return the services that have a server, not only clients."""
+        return [name for name in self.service_types() if self.node.count_services(name)]
+
+    def action_names(self) -> list[str]:
+        """Return the names of all actions that are served."""
+        return [name.removesuffix(_SEND_GOAL) for name in self.service_types()
+                if name.endswith(_SEND_GOAL) and self.node.count_services(name)]
+
+    def matching_profile(self, topic: str) -> QoSProfile:
+        """Return what a subscription may ask for so that every publisher of a topic matches."""
+        offered = [info.qos_profile for info in self.node.get_publishers_info_by_topic(topic)]
+        reliable = bool(offered) and all(
+            profile.reliability == QoSReliabilityPolicy.RELIABLE for profile in offered)
+        latched = bool(offered) and all(
+            profile.durability == QoSDurabilityPolicy.TRANSIENT_LOCAL for profile in offered)
+        return QoSProfile(
+            depth=_DEPTH, history=QoSHistoryPolicy.KEEP_LAST,
+            reliability=(QoSReliabilityPolicy.RELIABLE if reliable
+                         else QoSReliabilityPolicy.BEST_EFFORT),
+            durability=(QoSDurabilityPolicy.TRANSIENT_LOCAL if latched
+                        else QoSDurabilityPolicy.VOLATILE))

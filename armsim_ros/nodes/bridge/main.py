@@ -1,0 +1,56 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The bridge program: the robot for clients without ROS."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Sequence
+import gc
+from importlib.util import find_spec
+import sys
+
+from armsim_ros.errors import ArmsimError, USAGE_STATUS
+from armsim_ros.nodes.bridge.settings import help_text, parse_bridge_arguments
+from armsim_ros.nodes.robot_program import StopSignals
+
+#: What it is made with, all of the extra ``bridge``.
+NEEDED = ('websockets', 'cbor2')
+MISSING = ("the bridge needs the Python package '{}', which is not installed; "
+           "python3 -m pip install 'armsim_ros[bridge]'")
+
+
+def missing_package() -> str:
+    """Return the name of a package that the bridge needs and that is not there, or ''."""
+    return next((name for name in NEEDED if find_spec(name) is None), '')
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """
+    Serve until SIGINT or SIGTERM.
+
+    :param argv: the arguments after the program's name; those of this process where None.
+    :returns: 0 after a signal, 2 after a user's error.
+    """
+    words = list(sys.argv[1:] if argv is None else argv)
+    if {'-h', '--help'} & set(words):
+        print(help_text())
+        return 0
+    signals = StopSignals()
+    try:
+        given, ros_args = parse_bridge_arguments(words)
+        missing = missing_package()
+        if missing:
+            raise ArmsimError(MISSING.format(missing))
+        # Slow to import; a signal finds us listening.
+        from armsim_ros.nodes.bridge.program import BridgeProgram
+
+        if signals.stop_requested:
+            return 0
+        program = BridgeProgram(given, ros_args)
+        signals.on_stop = program.stop
+        gc.freeze()
+        return asyncio.run(program.run())
+    except ArmsimError as error:
+        print(f'bridge: {error}', file=sys.stderr, flush=True)
+        return USAGE_STATUS

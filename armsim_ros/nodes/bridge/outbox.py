@@ -1,0 +1,153 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Messages of topics on their way to clients, and the queue of each client."""
+
+from __future__ import annotations
+
+import asyncio
+from collections import deque
+import json
+from typing import Any
+
+import cbor2
+from rclpy.serialization import deserialize_message
+
+from armsim_ros.nodes.bridge.conversion.outgoing import cbor_values, json_values
+from armsim_ros.nodes.bridge.conversion.png import to_png
+from armsim_ros.nodes.bridge.frames import text_frames, to_frame
+from armsim_ros.nodes.serving.json_text import to_json
+
+#: Messages of a topic that wait for a client: of pictures, of others.
+MOST_LARGE, MOST_SMALL = 2, 100
+#: From this size on a message counts as a picture [bytes].
+LARGE = 100_000
+
+
+class Sample:
+    """
+    A message of a topic, encoded when a client takes it, and once for all clients.
+
+    :param kind: its class.
+    :param raw: its serialized form (CDR).
+    :param stamp: seconds and nanoseconds of the ROS clock.
+    """
+
+    __slots__ = ('_frames', '_kind', 'raw', 'stamp')
+
+    def __init__(self, kind: type[Any], raw: bytes, stamp: tuple[int, int]) -> None:
+        self._kind, self.raw, self.stamp = kind, raw, stamp
+        self._frames: dict[tuple[str, str, int], list[bytes]] = {}
+
+    def frames(self, topic: str, compression: str, fragment_size: int) -> list[bytes]:
+        """Return the frames that bring it to a client."""
+        key = topic, compression, fragment_size
+        found = self._frames.get(key)
+        if found is None:
+            found = self._frames[key] = self._encode(*key)
+        return found
+
+    def _encode(self, topic: str, compression: str, fragment_size: int) -> list[bytes]:
+        if compression == 'cbor-raw':
+            seconds, nanoseconds = self.stamp
+            return [to_frame(cbor2.dumps({'op': 'publish', 'topic': topic, 'msg': {
+                'secs': seconds, 'nsecs': nanoseconds, 'bytes': self.raw}}), binary=True)]
+        message = deserialize_message(self.raw, self._kind)
+        if compression == 'cbor':
+            return [to_frame(cbor2.dumps({
+                'op': 'publish', 'topic': topic, 'msg': cbor_values(self._kind)(message)}),
+                binary=True)]
+        text = (f'{{"op":"publish","topic":{json.dumps(topic)},'
+                f'"msg":{to_json(json_values(self._kind)(message))}}}')
+        if compression == 'png':
+            text = to_json({'op': 'png', 'data': to_png(text)})
+        return text_frames(text, fragment_size)
+
+
+class Waiting:
+    """A sample in an outbox; it is empty once it was dropped."""
+
+    __slots__ = ('listener', 'sample')
+
+    def __init__(self, listener: Any, sample: Sample) -> None:
+        self.listener = listener
+        self.sample: Sample | None = sample
+
+
+class Outbox:
+    """
+    What waits for a client: answers first, then samples in the order of their arrival.
+
+    A slow client loses the oldest samples of a topic, never an answer.
+
+    :param most_bytes: of all that waits.
+    """
+
+    def __init__(self, most_bytes: int) -> None:
+        self._most_bytes = most_bytes
+        self._answers: deque[bytes] = deque()
+        self._answer_bytes = 0
+        self._samples: deque[Waiting] = deque()
+        self._of: dict[Any, deque[Waiting]] = {}
+        self._sample_bytes = 0
+        self._news = asyncio.Event()
+        self.overflows = False
+        """Whether an answer was added to others that exceed the limit: nothing is read."""
+
+    def add_answer(self, frames: list[bytes]) -> None:
+        """Queue frames that must arrive."""
+        self.overflows = self._answer_bytes > self._most_bytes
+        self._answers.extend(frames)
+        self._answer_bytes += sum(map(len, frames))
+        self._news.set()
+
+    def add_sample(self, listener: Any, sample: Sample, most: int = 0) -> None:
+        """
+        Queue a sample for a listener, which has ``frames(sample)``.
+
+        :param most: how many of its samples may wait; 0 for the usual number.
+        """
+        limit = MOST_LARGE if len(sample.raw) >= LARGE else MOST_SMALL
+        own = self._of.setdefault(listener, deque())
+        while len(own) >= (min(most, limit) if most else limit):
+            self._drop(own[0])
+        entry = Waiting(listener, sample)
+        own.append(entry)
+        self._samples.append(entry)
+        self._sample_bytes += len(sample.raw)
+        while self._sample_bytes > self._most_bytes and self._samples[0] is not entry:
+            self._drop(self._samples[0])
+        self._news.set()
+
+    def forget(self, listener: Any) -> None:
+        """Drop all samples of a listener."""
+        for entry in list(self._of.get(listener, ())):
+            self._drop(entry)
+
+    async def take(self) -> list[bytes]:
+        """Wait for something and return the frames of the next message."""
+        while True:
+            if self._answers:
+                frame = self._answers.popleft()
+                self._answer_bytes -= len(frame)
+                return [frame]
+            while self._samples:
+                entry = self._samples[0]
+                sample = entry.sample
+                self._drop(entry)
+                if sample is not None:
+                    found: list[bytes] = entry.listener.frames(sample)
+                    return found
+            self._news.clear()
+            await self._news.wait()
+
+    def _drop(self, entry: Waiting) -> None:
+        """Take an entry out; in the middle of the queue an empty entry stays."""
+        if entry.sample is not None:
+            self._sample_bytes -= len(entry.sample.raw)
+            entry.sample = None
+            own = self._of[entry.listener]
+            own.remove(entry)
+            if not own:
+                del self._of[entry.listener]
+        while self._samples and self._samples[0].sample is None:
+            self._samples.popleft()

@@ -1,0 +1,178 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Parameters of nodes for rosapi: ``node:name``, values as JSON."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Sequence
+from fnmatch import fnmatchcase
+import json
+from typing import Any
+
+from rcl_interfaces.msg import Parameter as ParameterMessage
+from rcl_interfaces.msg import ParameterType, ParameterValue
+from rcl_interfaces.srv import GetParameters, ListParameters, SetParameters
+from rclpy.parameter import Parameter, parameter_value_to_python
+
+from armsim_ros.errors import ArmsimError, nearest
+from armsim_ros.nodes.bridge.link import BridgeLink
+from armsim_ros.nodes.bridge.refusal import RefusalError
+from armsim_ros.nodes.serving.json_text import to_json
+
+#: How long a node may take to answer [s].
+_PATIENCE = 1.0
+_MOST_NAMES = 20
+
+
+class Parameters:
+    """
+    The parameters of all nodes.
+
+    :param patterns: those that may be used; none allows all.
+    """
+
+    def __init__(self, link: BridgeLink, patterns: Sequence[str]) -> None:
+        self._link, self._patterns = link, patterns
+
+    async def get(self, full_name: str) -> str:
+        """
+        Return a value as JSON.
+
+        :raises RefusalError: there is no such node or parameter.
+        """
+        return to_json(await self.value(full_name))
+
+    async def value(self, full_name: str) -> Any:
+        """
+        Return a value; an array of bytes as integers.
+
+        :raises RefusalError: there is no such node or parameter.
+        """
+        node, name = self._parts(full_name)
+        value = await self._value(node, name)
+        if value.type == ParameterType.PARAMETER_NOT_SET:
+            raise RefusalError(await self._no_such(node, name))
+        found = parameter_value_to_python(value)
+        if isinstance(found, (bool, int, float, str)):
+            return found
+        return [item[0] if isinstance(item, bytes) else item for item in found]
+
+    async def exists(self, full_name: str) -> bool:
+        """Return whether a node has a parameter."""
+        try:
+            await self.get(full_name)
+        except ArmsimError:
+            return False
+        return True
+
+    async def set(self, full_name: str, text: str) -> None:
+        """
+        Set a parameter to a value in JSON.
+
+        :raises RefusalError: the node does not take it; with its reason.
+        """
+        try:
+            value = json.loads(text)
+        except ValueError as error:
+            raise RefusalError(f'the value is not JSON: {error}') from None
+        await self.set_value(full_name, value)
+
+    async def set_value(self, full_name: str, value: Any) -> None:
+        """
+        Set a parameter.
+
+        :raises RefusalError: the node does not take it; with its reason.
+        """
+        node, name = self._parts(full_name)
+        present = (await self._value(node, name)).type
+        await self._set(node, name, _to_value(value, present))
+
+    async def delete(self, full_name: str) -> None:
+        """
+        Delete a parameter.
+
+        :raises RefusalError: the node does not allow it; with its reason.
+        """
+        node, name = self._parts(full_name)
+        if (await self._value(node, name)).type == ParameterType.PARAMETER_NOT_SET:
+            raise RefusalError(await self._no_such(node, name))
+        await self._set(node, name, ParameterValue(type=ParameterType.PARAMETER_NOT_SET))
+
+    async def names(self) -> list[str]:
+        """Return all parameters of all nodes; a node that does not answer is left out."""
+        ending = '/list_parameters'
+        nodes = sorted(service.removesuffix(ending) for service in self._link.service_types()
+                       if service.endswith(ending))
+        answers = await asyncio.gather(*map(self._names_of, nodes), return_exceptions=True)
+        silent = [node for node, found in zip(nodes, answers, strict=True)
+                  if isinstance(found, BaseException)]
+        if silent:
+            self._link.node.get_logger().warning(
+                f'no parameters of {", ".join(silent)}: no answer within {_PATIENCE:g} s')
+        return [f'{node}:{name}' for node, found in zip(nodes, answers, strict=True)
+                if not isinstance(found, BaseException) for name in found
+                if self._is_allowed(f'{node}:{name}')]
+
+    async def _names_of(self, node: str) -> list[str]:
+        response = await self._call(ListParameters, node, 'list_parameters',
+                                    ListParameters.Request())
+        return list(response.result.names)
+
+    async def _value(self, node: str, name: str) -> Any:
+        response = await self._call(GetParameters, node, 'get_parameters',
+                                    GetParameters.Request(names=[name]))
+        return response.values[0] if response.values else ParameterValue()
+
+    async def _set(self, node: str, name: str, value: Any) -> None:
+        request = SetParameters.Request(parameters=[ParameterMessage(name=name, value=value)])
+        result = (await self._call(SetParameters, node, 'set_parameters', request)).results[0]
+        if not result.successful:
+            raise RefusalError(result.reason or f'node {node} does not take it')
+
+    async def _call(self, kind: type[Any], node: str, service: str, request: Any) -> Any:
+        try:
+            return await asyncio.wait_for(
+                self._link.call_when_ready(kind, f'{node}/{service}', request), _PATIENCE)
+        except (asyncio.TimeoutError, TimeoutError):
+            raise RefusalError(f'node {node} did not answer within {_PATIENCE:g} s') from None
+
+    def _parts(self, full_name: str) -> tuple[str, str]:
+        node, separator, name = full_name.partition(':')
+        if not separator or not name:
+            raise RefusalError(f"'{full_name[:200]}': a parameter is named node:name")
+        node = self._link.expand(node)
+        if not self._is_allowed(f'{node}:{name}'):
+            raise RefusalError(f'not allowed here: params_glob is [{", ".join(self._patterns)}]')
+        if f'{node}/get_parameters' not in self._link.service_types():
+            ending = '/get_parameters'
+            nodes = [each.removesuffix(ending) for each in self._link.service_types()
+                     if each.endswith(ending)]
+            raise RefusalError(f'no node {node}; {nearest(node, nodes)}'.rstrip('; '))
+        return node, name
+
+    def _is_allowed(self, full_name: str) -> bool:
+        return not self._patterns or any(
+            fnmatchcase(full_name, pattern) for pattern in self._patterns)
+
+    async def _no_such(self, node: str, name: str) -> str:
+        names = await self._names_of(node)
+        more = ' ...' if len(names) > _MOST_NAMES else ''
+        hint = nearest(name, names)
+        return (f'node {node} has no parameter {name}; '
+                + (f'{hint} ' if hint else '') + f'it has {", ".join(names[:_MOST_NAMES])}{more}')
+
+
+def _to_value(value: Any, present: int) -> Any:
+    """Return the value of a parameter; a whole number fits where a float is."""
+    if present == ParameterType.PARAMETER_DOUBLE and type(value) is int:
+        value = float(value)
+    if present == ParameterType.PARAMETER_DOUBLE_ARRAY and isinstance(value, list):
+        value = [float(item) if type(item) is int else item for item in value]
+    if present == ParameterType.PARAMETER_BYTE_ARRAY and isinstance(value, list):
+        value = [bytes([item]) for item in value if isinstance(item, int) and 0 <= item < 256]
+    try:
+        return Parameter('value', value=value).get_parameter_value()
+    except (TypeError, AssertionError, OverflowError):
+        raise RefusalError('a value is true or false, a number, a string, or a list of one '
+                           'kind of these') from None

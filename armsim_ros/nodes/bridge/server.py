@@ -1,0 +1,231 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The port of rosbridge: access rules, limits, and the connections."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Awaitable, Callable
+from http import HTTPStatus
+import ssl
+from typing import Any
+from urllib.parse import urlsplit
+
+from websockets.asyncio.server import serve, Server, ServerConnection
+from websockets.exceptions import ConnectionClosed
+from websockets.http11 import Request, Response
+from websockets.protocol import State
+
+from armsim_ros.nodes.bridge.client import Client
+from armsim_ros.nodes.bridge.refusal import Level
+from armsim_ros.nodes.bridge.settings import BridgeSettings
+from armsim_ros.nodes.serving.access import AccessRules, answer
+from armsim_ros.nodes.serving.ports import free_port, ServingError, shown_host, silent_logger
+from armsim_ros.nodes.serving.rate_limit import RateLimit
+
+#: What a client may send: messages and bytes per second; a burst is a second's worth.
+MESSAGE_RATE, BYTE_RATE = 5000.0, 20.0 * (1 << 20)
+#: Handshakes at the same time, and how long one may take [s].
+_MOST_HANDSHAKES, _HANDSHAKE = 30, 5.0
+#: Frames of a client that are read ahead.
+_READ_AHEAD = 4
+#: What a connection buffers before the client has to take it [bytes].
+_WRITE_LIMIT = 1 << 16
+_OVERFLOW = 1013
+
+
+class _Connection(ServerConnection):
+    """A connection that counts while its handshake lasts; too many are closed unread."""
+
+    pending: set[ServerConnection]
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        if len(self.pending) >= _MOST_HANDSHAKES and isinstance(transport, asyncio.Transport):
+            transport.abort()
+        self.pending.add(self)
+        super().connection_made(transport)
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        self.pending.discard(self)
+        super().connection_lost(exc)
+
+
+class BridgeServer:
+    """
+    Accepts clients and moves their frames.
+
+    :param token: what a client must bring; '' admits all.
+    :param receive: serves a frame of a client.
+    :param change: called with each client that came or is about to go.
+    :param drop: ends what a client has left.
+    :param get: answers a GET of a path that is not the websocket's; None where it has nothing.
+    """
+
+    def __init__(
+        self, settings: BridgeSettings, token: str,
+        receive: Callable[[Client, str | bytes], Awaitable[None]],
+        change: Callable[[], None], drop: Callable[[Client], Awaitable[None]],
+        get: Callable[[str, Request], Awaitable[Response | None]],
+    ) -> None:
+        self._settings, self._token = settings, token
+        self._receive, self._change, self._drop, self._get = receive, change, drop, get
+        self.clients: dict[Client, ServerConnection] = {}
+        self.port = settings.port
+        self._server: Server | None = None
+        self._scheme = 'wss' if settings.certfile else 'ws'
+        self._admitted = 0
+        address = f'{self._scheme}://HOST:{settings.port}{settings.url_path}?token=...'
+        self._rules = AccessRules(
+            settings.address, token, origins=settings.origins, local_pages=True,
+            host_refusal='this bridge serves its own machine; for another name start it with '
+                         'origins:=http://NAME\n',
+            origin_refusal='a page of {origin} may not use this bridge; start it with '
+                           'origins:={origin}\n',
+            token_refusal=f'a token is needed: {address}\n')
+
+    @property
+    def url(self) -> str:
+        """What a client connects to."""
+        path = self._settings.url_path
+        query = f'?token={self._token}' if self._token else ''
+        shown = '' if path == '/' and not query else path
+        return f'{self._scheme}://{shown_host(self._settings.address)}:{self.port}{shown}{query}'
+
+    async def open(self) -> None:
+        """
+        Open the port.
+
+        :raises ServingError: it is taken, or the certificate cannot be read.
+        """
+        settings = self._settings
+        try:
+            free_port(settings.address, settings.port, 1)
+        except ServingError as error:
+            raise ServingError(f'{error}; port:=0 takes any free port') from None
+        kind = type('Connection', (_Connection,), {'pending': set()})
+        self._server = await serve(
+            self._serve, settings.address, settings.port, process_request=self._admit,
+            compression=None, max_size=settings.max_message_size, max_queue=_READ_AHEAD,
+            open_timeout=_HANDSHAKE, close_timeout=1.0, write_limit=_WRITE_LIMIT,
+            ping_interval=settings.websocket_ping_interval or None,
+            ping_timeout=settings.websocket_ping_timeout or None,
+            logger=silent_logger(__name__), server_header=None, create_connection=kind,
+            ssl=_tls(settings))
+        self.port = next(iter(self._server.sockets)).getsockname()[1]
+
+    async def close(self) -> None:
+        """Close all connections and the port."""
+        if self._server is not None:
+            self._server.close()
+            await self._server.wait_closed()
+
+    async def _admit(self, connection: ServerConnection, request: Request) -> Response | None:
+        """Answer an HTTP request; None lets a websocket through."""
+        refusal = self._rules.refusal(request)
+        if refusal is not None:
+            return refusal
+        try:
+            path = urlsplit(request.path).path
+        except ValueError:
+            return answer(HTTPStatus.BAD_REQUEST, 'the address cannot be read\n')
+        if request.headers.get('Upgrade', '').lower() != 'websocket':
+            found = await self._get(path, request)
+            return found if found is not None else answer(
+                HTTPStatus.UPGRADE_REQUIRED, 'this is rosbridge v2, for websockets: '
+                f'{self._scheme}://HOST:{self.port}{self._settings.url_path}; the page of '
+                'armsim is served by web:=true\n')
+        if path.rstrip('/') != self._settings.url_path.rstrip('/'):
+            return answer(HTTPStatus.NOT_FOUND,
+                          f'the websocket is at {self._settings.url_path}\n')
+        if len(self.clients) + self._admitted >= self._settings.max_clients:
+            return answer(
+                HTTPStatus.SERVICE_UNAVAILABLE,
+                f'{self._settings.max_clients} clients are connected (max_clients)\n')
+        self._admitted += 1
+        asyncio.get_running_loop().call_soon(self._forget_admission)
+        return None
+
+    def _forget_admission(self) -> None:
+        self._admitted -= 1
+
+    async def _serve(self, connection: ServerConnection) -> None:
+        if isinstance(connection, _Connection):
+            connection.pending.discard(connection)
+        loop = asyncio.get_running_loop()
+        address = connection.remote_address
+        closing: list[asyncio.Task[None]] = []
+
+        def overflow() -> None:
+            closing.append(loop.create_task(connection.close(_OVERFLOW, 'answers are not read')))
+
+        client = Client(
+            address[0] if address else '', self._settings.max_client_backlog,
+            self._settings.fragment_timeout,
+            overflow)
+        self.clients[client] = connection
+        self._change()
+        sender = loop.create_task(_send_all(client, connection))
+        try:
+            await self._read_all(client, connection)
+        except ConnectionClosed:
+            pass
+        finally:
+            client.is_open = False
+            sender.cancel()
+            del self.clients[client]
+            self._change()
+            await self._drop(client)
+
+    async def _read_all(self, client: Client, connection: ServerConnection) -> None:
+        clock = asyncio.get_running_loop().time
+        messages = RateLimit(MESSAGE_RATE, MESSAGE_RATE)
+        sizes = RateLimit(BYTE_RATE, BYTE_RATE)
+        count = 0
+        while True:
+            frame = await connection.recv()
+            now = clock()
+            delay = max(messages.delay(now), sizes.delay(now, len(frame)))
+            if delay:
+                await asyncio.sleep(delay)
+            await self._receive(client, frame)
+            count += 1
+            if count % 32 == 0:
+                await asyncio.sleep(0)  # frames that were read ahead must not hold others up
+
+
+async def _send_all(client: Client, connection: ServerConnection) -> None:
+    """
+    Write what the outbox gives, as the client takes it.
+
+    Frames are made once for all clients; so they go past ``connection.send``, which would make
+    each anew.
+    """
+    transport: Any = connection.transport
+    while _is_open(connection):
+        try:
+            frames = await client.outbox.take()
+        except Exception as error:  # noqa: BLE001 - the next message may be sent
+            client.report(Level.ERROR, f'a message was not sent: {type(error).__name__}: {error}')
+            continue
+        for frame in frames:
+            if not _is_open(connection):
+                return
+            transport.write(frame)
+            if transport.get_write_buffer_size() > _WRITE_LIMIT:
+                await connection.drain()
+
+
+def _is_open(connection: ServerConnection) -> bool:
+    return connection.state is State.OPEN
+
+
+def _tls(settings: BridgeSettings) -> ssl.SSLContext | None:
+    if not settings.certfile:
+        return None
+    context = ssl.create_default_context(ssl.Purpose.CLIENT_AUTH)
+    try:
+        context.load_cert_chain(settings.certfile, settings.keyfile)
+    except (OSError, ssl.SSLError) as error:
+        raise ServingError(f'certfile {settings.certfile}, keyfile {settings.keyfile}: {error}'
+                           ) from None
+    return context

@@ -1,0 +1,169 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The bridge's arguments, which are parameters of its node, too."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from armsim_ros.cli.arguments import FALSE_WORDS, TRUE_WORDS, UsageError
+from armsim_ros.nodes.serving.arguments import read_values
+
+#: Arguments of rosbridge_server that change nothing here.
+IGNORED = {
+    'delay_between_messages': 0.0, 'call_services_in_new_thread': True,
+    'send_action_goals_in_new_thread': True, 'use_compression': False,
+    'retry_startup_delay': 5.0, 'bson_only_mode': False,
+}
+#: Name -> default and what it means.
+_TABLE: dict[str, tuple[Any, str]] = {
+    'port': (9090, 'port of rosbridge; 0 takes any free port, which is printed'),
+    'address': ('127.0.0.1', 'address to listen at; others need a token, which is made'),
+    'url_path': ('/', 'path of the websocket'),
+    'certfile': ('', 'certificate for wss, with keyfile'),
+    'keyfile': ('', 'key for wss, with certfile'),
+    'token': ('', 'what each client must bring, as ?token=... or Authorization: Bearer'),
+    'origins': ('', 'pages of other sites that may connect, such as https://a.example,null'),
+    'topics_glob': ('', 'topics that may be used, such as [/sunday/*, /tf]'),
+    'services_glob': ('', 'services that may be called or served'),
+    'actions_glob': ('', 'actions that may be used or served'),
+    'params_glob': ('', 'parameters that may be read or set through rosapi'),
+    'read_only': (False, 'refuse everything that may change or move something'),
+    'max_message_size': (10_000_000, 'of a frame from a client [bytes]'),
+    'max_clients': (32, 'connections at the same time'),
+    'max_client_backlog': (16 << 20, 'what may wait for a slow client [bytes]'),
+    'fragment_timeout': (30.0, 'how long a fragmented message may stay incomplete [s]'),
+    'unregister_timeout': (1.0, 'how long a publisher stays after its last client [s]'),
+    'default_call_service_timeout': (0.0, 'longest wait for a service; 0 for ever [s]'),
+    'cancel_on_disconnect': (False, 'cancel the goals of a client that leaves'),
+    'websocket_ping_interval': (20.0, 'how often connections are checked; 0 never [s]'),
+    'websocket_ping_timeout': (30.0, 'how long a client may take to answer that [s]'),
+    'foxglove': ('false', 'serve Foxglove, too: false, read or control'),
+    'foxglove_port': (8765, 'port of Foxglove'),
+    'packages_path': ('', 'folders that are searched first for packages of meshes'),
+    'near': ('', 'files of the robot; packages around them are found, too'),
+}
+
+
+@dataclass(frozen=True)
+class BridgeSettings:
+    """The values, checked; a field per argument."""
+
+    port: int = 9090
+    address: str = '127.0.0.1'
+    url_path: str = '/'
+    certfile: str = ''
+    keyfile: str = ''
+    token: str = ''
+    origins: tuple[str, ...] = ()
+    topics_glob: tuple[str, ...] = ()
+    services_glob: tuple[str, ...] = ()
+    actions_glob: tuple[str, ...] = ()
+    params_glob: tuple[str, ...] = ()
+    read_only: bool = False
+    max_message_size: int = 10_000_000
+    max_clients: int = 32
+    max_client_backlog: int = 16 << 20
+    fragment_timeout: float = 30.0
+    unregister_timeout: float = 1.0
+    default_call_service_timeout: float = 0.0
+    cancel_on_disconnect: bool = False
+    websocket_ping_interval: float = 20.0
+    websocket_ping_timeout: float = 30.0
+    foxglove: str = 'false'
+    foxglove_port: int = 8765
+    packages_path: str = ''
+    near: str = ''
+
+
+def help_text() -> str:
+    """Return the text of ``--help``."""
+    width = max(map(len, _TABLE)) + len(':=VALUE')
+    rows = [f'  {name + ":=VALUE":<{width}}  {text} (default: {_word(default)})'
+            for name, (default, text) in _TABLE.items()]
+    return '\n'.join([
+        'usage: bridge [NAME:=VALUE ...] [--ros-args ...]', '',
+        'rosbridge v2, rosapi and Foxglove: the robot for clients without ROS', '',
+        'arguments (--name VALUE is the same as name:=VALUE):', *rows,
+        f'  {"--ros-args ...":<{width}}  remappings and parameters, as for any ROS 2 program'])
+
+
+def parse_bridge_arguments(argv: Sequence[str]) -> tuple[dict[str, Any], tuple[str, ...]]:
+    """
+    Read the command line.
+
+    :returns: the values that were given, and the words for ROS.
+    :raises UsageError: names the known arguments.
+    """
+    values, ros_args = read_values(argv, (*_TABLE, *IGNORED))
+    return {name: text if name in IGNORED else checked(name, text)
+            for name, text in values.items()}, ros_args
+
+
+def read_settings(given: Mapping[str, Any], parameter: Callable[[str, Any], Any]
+                  ) -> tuple[BridgeSettings, list[str]]:
+    """
+    Return the settings, and the names of arguments that were given and change nothing.
+
+    :param given: the values of the command line.
+    :param parameter: declares a parameter with this value and returns the one in force.
+    :raises UsageError: a value is wrong.
+    """
+    values = {name: checked(name, parameter(name, given.get(name, default)))
+              for name, (default, _) in _TABLE.items()}
+    unused = []
+    for name, default in IGNORED.items():
+        value = parameter(name, given.get(name, default))
+        if name == 'bson_only_mode' and str(value).lower() in TRUE_WORDS:
+            raise UsageError('bson_only_mode is not supported: messages are JSON or CBOR')
+        if name in given or value != default:
+            unused.append(name)
+    for name in ('topics_glob', 'services_glob', 'actions_glob', 'params_glob', 'origins'):
+        values[name] = _listed(values[name])
+    if bool(values['certfile']) != bool(values['keyfile']):
+        raise UsageError('certfile and keyfile are given together, or neither')
+    return BridgeSettings(**values), unused
+
+
+def checked(name: str, value: Any) -> Any:
+    """
+    Return a value of an argument's kind.
+
+    :param value: its text, or a parameter's value.
+    :raises UsageError: names what is allowed.
+    """
+    default, _ = _TABLE[name]
+    text = str(value)
+    if name == 'foxglove':
+        word = {**dict.fromkeys(TRUE_WORDS, 'read'), **dict.fromkeys(FALSE_WORDS, 'false'),
+                'read': 'read', 'control': 'control'}.get(text.lower())
+        if word is None:
+            raise UsageError(f"foxglove is '{text}'; allowed: false, read, control")
+        return word
+    if isinstance(default, bool):
+        if text.lower() not in TRUE_WORDS + FALSE_WORDS:
+            raise UsageError(f"{name} is '{text}'; allowed: true, false")
+        return text.lower() in TRUE_WORDS
+    if isinstance(default, (int, float)):
+        try:
+            number = type(default)(text)
+        except ValueError:
+            number = -1
+        most = 65535 if name.endswith('port') else float('inf')
+        if not 0 <= number <= most:
+            top = ' to 65535' if name.endswith('port') else ''
+            raise UsageError(f"{name} is '{text}'; allowed: a number from 0{top or ' on'}")
+        return number
+    return text
+
+
+def _listed(text: str) -> tuple[str, ...]:
+    """Return the entries of ``[a, b]`` or ``a,b``."""
+    inner = text.strip().removeprefix('[').removesuffix(']')
+    return tuple(entry.strip().strip('\'"') for entry in inner.split(',') if entry.strip())
+
+
+def _word(default: Any) -> str:
+    return str(default).lower() if isinstance(default, bool) else str(default) or "''"

@@ -1,0 +1,159 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Subscriptions in a wait set and a thread of their own, apart from services and actions."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+from concurrent.futures import Future
+from contextlib import ExitStack
+import threading
+import time
+from typing import Any
+
+from rclpy.exceptions import InvalidHandle
+from rclpy.guard_condition import GuardCondition
+from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
+from rclpy.node import Node
+from rclpy.qos import QoSProfile
+from rclpy.subscription import Subscription
+
+from armsim_ros.nodes.bridge.outbox import LARGE, MOST_LARGE, MOST_SMALL
+from armsim_ros.nodes.polling_node import OutsideExecutors
+
+#: How long the thread may take to end [s].
+_END = 5.0
+
+Batch = list[tuple[Any, bytes]]
+
+
+class TopicReader:
+    """
+    Reads serialized messages and hands them over in batches.
+
+    :param node: that subscribes.
+    :param schedule: runs a function in the thread of the sockets, soon.
+    :param deliver: gets a batch there: keys of subscriptions with messages, in order.
+    """
+
+    def __init__(self, node: Node, schedule: Callable[[Callable[[], None]], None],
+                 deliver: Callable[[Batch], None]) -> None:
+        self._node, self._schedule, self._deliver = node, schedule, deliver
+        self._group = OutsideExecutors()
+        self._guard = GuardCondition(None, None, node.context)
+        self._subscriptions: dict[Any, Subscription] = {}
+        self._work: deque[Callable[[], None]] = deque()
+        self._lock = threading.Lock()
+        self._read: dict[Any, deque[tuple[int, bytes]]] = {}
+        self._count = 0
+        self._scheduled = False
+        self._closing = False
+        self._thread = threading.Thread(target=self._run, name='topics', daemon=True)
+        self._thread.start()
+
+    def add(self, key: Any, kind: type[Any], topic: str, profile: QoSProfile) -> Future[None]:
+        """Subscribe; what had this key before is gone then."""
+        def work() -> None:
+            self._destroy(key)
+            self._subscriptions[key] = self._node.create_subscription(
+                kind, topic, lambda _: None, profile, callback_group=self._group, raw=True)
+
+        return self._in_thread(work)
+
+    def remove(self, key: Any) -> Future[None]:
+        """Unsubscribe."""
+        return self._in_thread(lambda: self._destroy(key))
+
+    def close(self) -> None:
+        """End the thread and all subscriptions."""
+        self._closing = True
+        self._trigger()
+        self._thread.join(_END)
+
+    def _in_thread(self, work: Callable[[], None]) -> Future[None]:
+        done: Future[None] = Future()
+
+        def run() -> None:
+            try:
+                work()
+            except Exception as error:  # noqa: BLE001 - belongs to its waiter
+                done.set_exception(error)
+            else:
+                done.set_result(None)
+
+        self._work.append(run)
+        self._trigger()
+        return done
+
+    def _trigger(self) -> None:
+        self._guard.trigger()
+
+    def _destroy(self, key: Any) -> None:
+        subscription = self._subscriptions.pop(key, None)
+        if subscription is not None:
+            self._node.destroy_subscription(subscription)
+        with self._lock:
+            self._read.pop(key, None)
+
+    def _run(self) -> None:
+        context = self._node.context.handle
+        assert context is not None  # the node was made in it
+        wait_set, capacity = None, -1
+        while not self._closing:
+            while self._work:
+                self._work.popleft()()
+            subscriptions = list(self._subscriptions.items())
+            if wait_set is None or len(subscriptions) != capacity:
+                capacity = len(subscriptions)
+                with context:
+                    wait_set = _rclpy.WaitSet(capacity, 1, 0, 0, 0, 0, context)
+            try:
+                self._wait(wait_set, subscriptions)
+            except (InvalidHandle, _rclpy.RCLError):
+                if not self._node.context.ok():
+                    return
+        for key in list(self._subscriptions):
+            self._destroy(key)
+        self._guard.destroy()
+
+    def _wait(self, wait_set: Any, subscriptions: list[tuple[Any, Subscription]]) -> None:
+        with ExitStack() as alive:
+            wait_set.clear_entities()
+            alive.enter_context(self._guard.handle)
+            wait_set.add_guard_condition(self._guard.handle)
+            for _, subscription in subscriptions:
+                alive.enter_context(subscription.handle)
+                wait_set.add_subscription(subscription.handle)
+            wait_set.wait(-1)
+            ready = set(wait_set.get_ready_entities('subscription'))
+            for key, subscription in subscriptions:
+                if subscription.handle.pointer in ready:
+                    self._take(key, subscription)
+        if self._closing:
+            time.sleep(0)
+
+    def _take(self, key: Any, subscription: Subscription) -> None:
+        """Read what has come; of what the other thread has not taken, the newest is kept."""
+        for _ in range(max(subscription.qos_profile.depth, 1)):
+            taken = subscription.handle.take_message(subscription.msg_type, True)
+            if taken is None:
+                break
+            raw = taken[0]
+            with self._lock:
+                waiting = self._read.setdefault(key, deque())
+                if len(waiting) >= (MOST_LARGE if len(raw) >= LARGE else MOST_SMALL):
+                    waiting.popleft()
+                self._count += 1
+                waiting.append((self._count, raw))
+                schedule, self._scheduled = not self._scheduled, True
+            if schedule:
+                self._schedule(self._hand_over)
+
+    def _hand_over(self) -> None:
+        with self._lock:
+            read, self._read, self._scheduled = self._read, {}, False
+        batch = sorted((number, key, raw) for key, waiting in read.items()
+                       for number, raw in waiting) if len(read) > 1 else [
+            (number, key, raw) for key, waiting in read.items() for number, raw in waiting]
+        self._deliver([(key, raw) for _, key, raw in batch])

@@ -1,0 +1,141 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Messages as JSON and CBOR, and back."""
+
+from base64 import b64decode, b64encode
+import json
+import math
+import zlib
+
+import cbor2
+from control_msgs.action import FollowJointTrajectory
+from geometry_msgs.msg import PoseStamped
+from hypothesis import given, settings, strategies
+import numpy as np
+import pytest
+from rcl_interfaces.msg import ParameterValue
+from sensor_msgs.msg import CameraInfo, Image, Imu, JointState, PointCloud2
+from shape_msgs.msg import SolidPrimitive
+from std_msgs.msg import Float32, Header, Int64, UInt8MultiArray
+from trajectory_msgs.msg import JointTrajectory
+
+from armsim_ros.nodes.bridge.conversion.incoming import ConversionError, to_message
+from armsim_ros.nodes.bridge.conversion.outgoing import cbor_values, json_values
+from armsim_ros.nodes.bridge.conversion.png import to_png
+from armsim_ros.nodes.serving.json_text import to_json
+
+
+def now():
+    """Return the time of these tests."""
+    return 12, 34
+
+
+def filled(cls, values):
+    """Return a message with these values."""
+    return to_message(cls, values, now)
+
+
+@pytest.mark.parametrize('cls', [
+    JointState, Image, CameraInfo, Imu, PointCloud2, JointTrajectory, ParameterValue,
+    FollowJointTrajectory.Goal, FollowJointTrajectory.Impl.FeedbackMessage,
+    FollowJointTrajectory.Impl.SendGoalService.Request])
+def test_what_is_sent_can_be_sent_back(cls):
+    """A message is the same after JSON and back."""
+    message = cls()
+    assert filled(cls, json.loads(to_json(json_values(cls)(message)))) == message
+
+
+def test_json_has_the_forms_of_rosbridge():
+    """NaN is null, bytes are base64, a byte list has integers, digits of an int64 are exact."""
+    assert to_json(json_values(JointState)(JointState(position=[1.0, math.nan, math.inf]))) == (
+        '{"header":{"stamp":{"sec":0,"nanosec":0},"frame_id":""},"name":[],'
+        '"position":[1.0,null,null],"velocity":[],"effort":[]}')
+    assert json_values(Image)(Image(data=b'abc'))['data'] == b64encode(b'abc').decode()
+    value = ParameterValue(byte_array_value=[b'\x01', b'\xff'])
+    assert json_values(ParameterValue)(value)['byte_array_value'] == [1, 255]
+    assert to_json(json_values(Int64)(Int64(data=2**63 - 1))) == '{"data":9223372036854775807}'
+
+
+def test_cbor_has_typed_arrays_of_fixed_and_free_length():
+    """Little-endian, with the tags of RFC 8746; bytes are bytes."""
+    message = CameraInfo(k=np.arange(9.0), d=[0.5])
+    values = cbor2.loads(cbor2.dumps(cbor_values(CameraInfo)(message)))
+    assert (values['k'].tag, values['d'].tag) == (86, 86)
+    assert np.frombuffer(values['k'].value, '<f8').tolist() == list(range(9))
+    assert cbor_values(Image)(Image(data=b'abc'))['data'] == b'abc'
+
+
+@given(strategies.lists(strategies.one_of(
+    strategies.integers(-2**53, 2**53), strategies.floats(), strategies.none(),
+    strategies.sampled_from(['NaN', 'Infinity', '-Infinity']))))
+@settings(max_examples=50)
+def test_floats_take_integers_null_and_words(numbers):
+    """All that stands for a number in JSON becomes that number."""
+    words = {None: math.nan, 'NaN': math.nan, 'Infinity': math.inf, '-Infinity': -math.inf}
+    expected = [float(words.get(number, number)) if number is None or isinstance(number, str)
+                else float(number) for number in numbers]
+    found = filled(JointState, {'position': numbers}).position
+    assert np.array_equal(found, expected, equal_nan=True)
+
+
+@pytest.mark.parametrize(('cls', 'values', 'text'), [
+    (JointTrajectory, {'points': [{}, {}, {'positions': ['a']}]},
+     'points[2].positions[0]: expected a number, got "a"; JointTrajectoryPoint has positions'),
+    (JointTrajectory, {'joint_name': []},
+     "joint_name: no such field; did you mean 'joint_names'?; JointTrajectory has header"),
+    (JointTrajectory, {'points': {}}, 'points: expected a list, got an object'),
+    (JointTrajectory, [1, 2, 3, 4], '4 values, but JointTrajectory has'),
+    (JointTrajectory, 'x', 'expected an object, got "x"'),
+    (Image, {'height': -1}, 'height: expected 0 to 4294967295 (uint32), got -1'),
+    (Image, {'height': 1.5}, 'height: expected an integer, got 1.5'),
+    (Image, {'height': True}, 'height: expected an integer, got true'),
+    (Image, {'height': 10**400}, 'got a number of 1329 bits'),
+    (Image, {'data': '?'}, 'data: expected base64 or a list of numbers'),
+    (Image, {'data': [1, 256]}, 'data[1]: expected 0 to 255 (uint8), got 256'),
+    (Image, {'data': [True]}, 'data[0]: expected an integer, got true'),
+    (Image, {'encoding': '\ud800'}, 'encoding: half of a surrogate pair'),
+    (CameraInfo, {'k': [1, 2]}, 'k: expected 9 values, got 2'),
+    (Float32, {'data': 1e39}, 'data: too large for float'),
+    (Float32, {'data': 10**400}, 'data: too large for float'),
+    (SolidPrimitive, {'dimensions': [1, 2, 3, 4]}, 'dimensions: expected at most 3 values, got 4'),
+])
+def test_what_does_not_fit_is_refused_with_its_path(cls, values, text):
+    """The text names the path, what was expected, and the fields there are."""
+    with pytest.raises(ConversionError) as refusal:
+        filled(cls, values)
+    assert text in str(refusal.value)
+
+
+def test_bytes_are_base64_or_a_list():
+    """Both give the same message."""
+    for data in ('AQI=', [1, 2]):
+        assert filled(UInt8MultiArray, {'data': data}).data.tolist() == [1, 2]
+
+
+def test_a_header_without_a_stamp_gets_the_time_and_others_keep_theirs():
+    """No header: zero, so that trajectories start at once; ``seq`` of ROS 1 is ignored."""
+    stamps = [
+        ({}, (0, 0)), ({'header': {}}, (12, 34)), ({'header': {'seq': 1}}, (12, 34)),
+        ({'header': {'stamp': None, 'frame_id': None}}, (12, 34)),
+        ({'header': {'stamp': 'now'}}, (12, 34)),
+        ({'header': {'stamp': {'sec': 0}}}, (0, 0)),
+        ({'header': {'stamp': {'secs': 5, 'nsecs': 6}}}, (5, 6))]
+    for values, expected in stamps:
+        stamp = filled(PoseStamped, values).header.stamp
+        assert (stamp.sec, stamp.nanosec) == expected, values
+    assert filled(Header, {'stamp': {'sec': 1, 'nanosec': 2}}).stamp.nanosec == 2
+
+
+def test_a_png_holds_the_text():
+    """Its RGB bytes are the text, padded with newlines."""
+    text = '{"op":"publish","msg":"ä"}' * 100
+    data = b64decode(to_png(text))
+    assert data.startswith(b'\x89PNG\r\n\x1a\n')
+    width, height = (int.from_bytes(data[at:at + 4], 'big') for at in (16, 20))
+    start = data.index(b'IDAT') + 4
+    size = int.from_bytes(data[start - 8:start - 4], 'big')
+    lines = zlib.decompress(data[start:start + size])
+    stride = 1 + 3 * width
+    rows = [lines[at + 1:at + stride] for at in range(0, len(lines), stride)]
+    assert len(rows) == height
+    assert b''.join(rows).decode().rstrip('\n') == text

@@ -1,0 +1,169 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Foxglove's protocol, with raw frames of a client."""
+
+import json
+import struct
+import threading
+import time
+
+import pytest
+
+pytest.importorskip('foxglove')
+
+from rclpy.qos import QoSDurabilityPolicy, QoSProfile
+from rclpy.serialization import deserialize_message, serialize_message
+from std_msgs.msg import String
+from std_srvs.srv import SetBool
+from websockets.exceptions import InvalidStatus
+from websockets.sync.client import connect
+
+from armsim_ros.testing.programs.program import start_program
+
+LATCHED = QoSProfile(depth=1, durability=QoSDurabilityPolicy.TRANSIENT_LOCAL)
+PATIENCE = 15.0
+
+
+class Viewer:
+    """A client that keeps what the server offers."""
+
+    def __init__(self, url):
+        self.connection = connect(url, subprotocols=['foxglove.sdk.v1'], max_size=None)
+        self.offered = {}
+
+    def send(self, op, **fields):
+        """Send an operation."""
+        self.connection.send(json.dumps({'op': op, **fields}))
+
+    def receive(self):
+        """Return the next message: an object, or bytes."""
+        frame = self.connection.recv(timeout=PATIENCE)
+        if isinstance(frame, bytes):
+            return frame
+        message = json.loads(frame)
+        for kind in ('channels', 'services'):
+            for entry in message.get(kind, ()):
+                self.offered[entry.get('topic') or entry['name']] = entry
+        return message
+
+    def wait_for(self, condition):
+        """Return the next message for which a condition holds."""
+        deadline = time.monotonic() + PATIENCE
+        while not condition(message := self.receive()):
+            assert time.monotonic() < deadline
+        return message
+
+    def find(self, name):
+        """Return what is offered under a name."""
+        while name not in self.offered:
+            self.receive()
+        return self.offered[name]
+
+
+@pytest.fixture(scope='module')
+def arguments():
+    """Let clients of Foxglove do all."""
+    return ['foxglove:=control', 'foxglove_port:=0']
+
+
+@pytest.fixture
+def viewer(bridge):
+    """Connect a client."""
+    line = bridge.wait_for_line('foxglove: ws', 30)
+    found = Viewer(line.partition('foxglove: ')[2].strip())
+    yield found
+    found.connection.close()
+
+
+def test_a_latched_topic_is_sent_to_each_subscriber(viewer, peer):
+    """Serialized, with the full text of its type; the topic is subscribed to while it is seen."""
+    publisher = peer.create_publisher(String, '/shown', LATCHED)
+    publisher.publish(String(data='text'))
+    channel = viewer.find('/shown')
+    assert (channel['encoding'], channel['schemaName'], channel['schemaEncoding']) == (
+        'cdr', 'std_msgs/msg/String', 'ros2msg')
+    assert channel['schema'].strip() == 'string data'
+    for number in (1, 2):
+        viewer.send('subscribe', subscriptions=[{'id': number, 'channelId': channel['id']}])
+        frame = viewer.wait_for(lambda message: isinstance(message, bytes))
+        assert frame[0] == 1
+        assert deserialize_message(frame[13:], String) == String(data='text')
+        viewer.send('unsubscribe', subscriptionIds=[number])
+    deadline = time.monotonic() + PATIENCE
+    while peer.count_subscribers('/shown'):
+        assert time.monotonic() < deadline
+        threading.Event().wait(0.05)
+    peer.destroy_publisher(publisher)
+    viewer.wait_for(lambda message: isinstance(message, dict) and message['op'] == 'unadvertise')
+
+
+def test_parameters_are_read_and_set(viewer, peer):
+    """By their names node:name."""
+    peer.declare_parameter('speed', 1.5)
+    deadline, found = time.monotonic() + PATIENCE, []
+    while not found:
+        assert time.monotonic() < deadline
+        viewer.send('getParameters', parameterNames=['/peer:speed'], id='read')
+        found = viewer.wait_for(lambda message: isinstance(message, dict)
+                                and message.get('id') == 'read')['parameters']
+    assert found[0]['value'] == 1.5
+    viewer.send('setParameters', parameters=[{'name': '/peer:speed', 'value': 2.5}], id='set')
+    answer = viewer.wait_for(lambda message: isinstance(message, dict)
+                             and message.get('id') == 'set')
+    assert answer['parameters'][0]['value'] == 2.5
+    assert peer.get_parameter('speed').value == 2.5
+
+
+def test_clients_publish_and_call(viewer, peer):
+    """Serialized or as JSON."""
+    got, arrived = [], threading.Semaphore(0)
+    peer.create_subscription(String, '/commanded', lambda message: (
+        got.append(message.data), arrived.release()), 10)
+    channels = [{'id': number, 'topic': '/commanded', 'encoding': encoding,
+                 'schemaName': 'std_msgs/msg/String'}
+                for number, encoding in ((1, 'cdr'), (2, 'json'))]
+    viewer.send('advertise', channels=channels)
+    deadline = time.monotonic() + PATIENCE
+    while peer.count_publishers('/commanded') < 2:
+        assert time.monotonic() < deadline
+        threading.Event().wait(0.05)
+    threading.Event().wait(0.3)
+    viewer.connection.send(struct.pack('<BI', 1, 1) + serialize_message(String(data='cdr')))
+    assert arrived.acquire(timeout=PATIENCE)
+    viewer.connection.send(struct.pack('<BI', 1, 2) + b'{"data": "json"}')
+    assert arrived.acquire(timeout=PATIENCE)
+    assert got == ['cdr', 'json']
+
+    def switch(request, response):
+        response.success = request.data
+        return response
+
+    peer.create_service(SetBool, '/toggle', switch)
+    service = viewer.find('/toggle')
+    viewer.connection.send(struct.pack('<BIII', 2, service['id'], 9, 3) + b'cdr'
+                           + serialize_message(SetBool.Request(data=True)))
+    frame = viewer.wait_for(lambda message: isinstance(message, bytes))
+    assert struct.unpack('<BIII', frame[:13]) == (3, service['id'], 9, 3)
+    assert deserialize_message(frame[16:], SetBool.Response).success is True
+
+
+def test_control_is_for_this_machine_alone(ros_domain_id):
+    """Its server asks for no token; so no other address is served."""
+    with start_program('bridge', ros_domain_id, 'port:=0', 'address:=0.0.0.0',
+                       'foxglove:=control') as program:
+        assert program.process.wait(20) == 2
+        assert 'foxglove:=control is for a loopback address only' in program.text
+
+
+def test_reading_offers_no_commands(ros_domain_id):
+    """What true means."""
+    with start_program('bridge', ros_domain_id, 'port:=0', 'foxglove:=true',
+                       'foxglove_port:=0') as program:
+        url = program.wait_for_line('foxglove: ws', 30).partition('foxglove: ')[2].strip()
+        viewer = Viewer(url)
+        info = viewer.wait_for(lambda message: message['op'] == 'serverInfo')
+        assert not {'clientPublish', 'services'} & set(info['capabilities'])
+        assert {'connectionGraph', 'parameters', 'assets'} <= set(info['capabilities'])
+        viewer.connection.close()
+        with pytest.raises((InvalidStatus, OSError)):
+            connect(url, subprotocols=['unknown'])

@@ -1,0 +1,102 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Fields of operations, permissions, arguments."""
+
+import pytest
+
+from armsim_ros.cli.arguments import UsageError
+from armsim_ros.nodes.bridge.protocol import check_fields, Permissions
+from armsim_ros.nodes.bridge.refusal import RefusalError
+from armsim_ros.nodes.bridge.settings import (
+    BridgeSettings,
+    help_text,
+    parse_bridge_arguments,
+    read_settings,
+)
+
+
+@pytest.mark.parametrize(('message', 'text'), [
+    ({}, 'op must be one of advertise, '), ({'op': 3}, 'op must be one of '),
+    ({'op': 'suscribe'}, "did you mean 'subscribe'"),
+    ({'op': 'subscribe'}, 'topic is missing: string'),
+    ({'op': 'subscribe', 'topic': 5}, 'topic must be: string; it is a JSON number'),
+    ({'op': 'subscribe', 'topic': None}, 'topic is null'),
+    ({'op': 'subscribe', 'topic': 'a', 'throttle_rate': 'x'}, 'throttle_rate must be: number'),
+    ({'op': 'subscribe', 'topic': 'a', 'queue_length': True}, 'queue_length must be: integer'),
+    ({'op': 'subscribe', 'topic': 'a', 'fragment_size': 10}, 'the smallest is 64'),
+    ({'op': 'publish', 'topic': 'a', 'msg': []}, 'msg must be: object; it is a JSON list'),
+    ({'op': 'call_service', 'service': 'a', 'id': []}, 'id must be: string or integer'),
+])
+def test_a_wrong_field_is_named(message, text):
+    """With what it must be."""
+    with pytest.raises(RefusalError, match=text):
+        check_fields(message)
+
+
+def test_optional_fields_may_be_null():
+    """Clients send them so."""
+    assert check_fields({'op': 'subscribe', 'topic': 'a', 'type': None, 'id': None}) == 'subscribe'
+
+
+def test_patterns_limit_what_may_be_used():
+    """What matches none is refused."""
+    permissions = Permissions(topics=('/sunday/*', '/tf'))
+    permissions.check('subscribe', 'topic', '/sunday/joint_states')
+    with pytest.raises(RefusalError, match='topics_glob is \\[/sunday/\\*, /tf\\]'):
+        permissions.check('subscribe', 'topic', '/other')
+
+
+@pytest.mark.parametrize(('op', 'kind', 'name', 'allowed'), [
+    ('subscribe', 'topic', '/a', True), ('publish', 'topic', '/a', False),
+    ('advertise', 'topic', '/a', False), ('send_action_goal', 'action', '/a', False),
+    ('call_service', 'service', '/rosapi/topics', True),
+    ('call_service', 'service', '/rosapi/set_param', False),
+    ('call_service', 'service', '/get_planning_scene', True),
+    ('call_service', 'service', '/move_group/list_parameters', True),
+    ('call_service', 'service', '/get', False),
+    ('call_service', 'service', '/apply_planning_scene', False),
+])
+def test_read_only_lets_nothing_move(op, kind, name, allowed):
+    """Questions are answered, commands are refused."""
+    permissions = Permissions(read_only=True)
+    if allowed:
+        permissions.check(op, kind, name)
+    else:
+        with pytest.raises(RefusalError, match='read_only'):
+            permissions.check(op, kind, name)
+
+
+def settings_of(*words):
+    """Return the settings of a command line, without a node."""
+    given, _ = parse_bridge_arguments(words)
+    return read_settings(given, lambda _, value: value)
+
+
+def test_arguments_become_settings():
+    """Lists as rosbridge_server writes them; what changes nothing is named."""
+    found, unused = settings_of('port:=0', 'topics_glob:=[/sunday/*, "/tf"]', '--read_only',
+                                'true', 'use_compression:=true', 'origins:=https://a.example,null')
+    assert found == BridgeSettings(
+        port=0, topics_glob=('/sunday/*', '/tf'), read_only=True,
+        origins=('https://a.example', 'null'))
+    assert unused == ['use_compression']
+    assert settings_of() == (BridgeSettings(), [])
+
+
+@pytest.mark.parametrize(('word', 'text'), [
+    ('prot:=1', "did you mean 'port'"), ('port:=x', "port is 'x'; allowed: a number from 0"),
+    ('port:=70000', 'from 0 to 65535'), ('read_only:=maybe', 'allowed: true, false'),
+    ('foxglove:=on_off', 'allowed: false, read, control'),
+    ('bson_only_mode:=true', 'bson_only_mode is not supported'),
+    ('certfile:=a.pem', 'certfile and keyfile are given together'),
+])
+def test_a_wrong_argument_is_named(word, text):
+    """With what is allowed."""
+    with pytest.raises(UsageError, match=text):
+        settings_of(word)
+
+
+def test_help_has_every_argument():
+    """Each with its default."""
+    assert 'max_client_backlog:=VALUE' in help_text()
+    assert '(default: 9090)' in help_text()

@@ -1,0 +1,242 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Clients that send what they should not: they hear of it, and nobody else does."""
+
+import http.client
+import json
+import os
+from pathlib import Path
+import random
+import socket
+import threading
+import time
+
+import pytest
+from sensor_msgs.msg import JointState
+from websockets.exceptions import ConnectionClosed, InvalidStatus
+
+SERVED = '/rosapi/get_time'
+
+
+@pytest.fixture(scope='module')
+def arguments():
+    """Limit what may be used, and how many may come."""
+    return ['topics_glob:=[/joint_states, /seen]', 'max_message_size:=100000', 'max_clients:=40']
+
+
+@pytest.fixture(scope='module')
+def joint_states(peer):
+    """Publish at 50 Hz, and fail where anything is published to /seen."""
+    publisher = peer.create_publisher(JointState, '/joint_states', 10)
+    timer = peer.create_timer(0.02, lambda: publisher.publish(JointState(position=[1.0])))
+    moved = []
+    peer.create_subscription(JointState, '/seen', moved.append, 10)
+    yield moved
+    peer.destroy_timer(timer)
+
+
+@pytest.fixture
+def gaps(talk, joint_states):
+    """Return the longest time between two joint states of another client, so far [s]."""
+    client = talk()
+    client.send('subscribe', topic='/joint_states')
+    client.receive()
+    longest, ended = [0.0], threading.Event()
+
+    def watch():
+        last = time.monotonic()
+        while not ended.is_set():
+            client.receive()
+            now = time.monotonic()
+            longest[0], last = max(longest[0], now - last), now
+
+    thread = threading.Thread(target=watch, daemon=True)
+    thread.start()
+    yield longest
+    ended.set()
+    thread.join(5.0)
+
+
+@pytest.mark.parametrize(('frame', 'text'), [
+    ('not json', 'not JSON: Expecting value at character 0'),
+    ('17', 'a message is a JSON object with "op", not int'),
+    ('{"a": 1}', 'op must be one of advertise, unadvertise, publish, '),
+    ('{"op": "advertize"}', "did you mean 'advertise'?"),
+    ('{"op": "publish"}', 'publish: topic is missing: string'),
+    ('{"op": "subscribe", "topic": "/seen", "type": "sensor_msgs/JointStat"}',
+     "no message type sensor_msgs/msg/JointStat; did you mean 'sensor_msgs/msg/JointState'?"),
+    ('{"op": "subscribe", "topic": "/seen", "type": "os/path"}', 'installed packages: '),
+    ('{"op": "advertise", "topic": "/seen", "type": ""}', 'installed packages: '),
+    ('{"op": "publish", "topic": "/seen", "msg": {"position": ["a"]}}',
+     'publish /seen: position[0]: expected a number, got "a"; JointState has header'),
+    ('{"op": "subscribe", "topic": "/other"}',
+     'subscribe /other: not allowed here: topics_glob is [/joint_states, /seen]'),
+    ('{"op": "publish", "topic": "a b"}', 'is not a name of ROS'),
+    ('{"op": "fragment", "id": 1, "data": "x", "num": 3, "total": 2}', 'num is 0 to total - 1'),
+    ('{"op": "set_level", "level": "loud"}', 'allowed: none, error, warning, info'),
+])
+def test_what_is_wrong_is_reported(talk, joint_states, frame, text):
+    """The connection goes on."""
+    client = talk()
+    client.connection.send(frame)
+    answer = client.receive()
+    assert (answer['op'], answer['level']) == ('status', 'error')
+    assert text in answer['msg']
+    client.settle()
+
+
+@pytest.mark.parametrize('fields', [
+    {'op': 'unsubscribe', 'topic': '/seen'}, {'op': 'unadvertise', 'topic': '/seen'},
+    {'op': 'cancel_action_goal', 'action': '/a', 'id': 'x'},
+    {'op': 'unadvertise_service', 'service': '/a'},
+    {'op': 'service_response', 'id': 'x'}, {'op': 'action_feedback', 'id': 'x'}])
+def test_to_end_what_is_not_there_is_a_warning(talk, fields):
+    """Only clients that want warnings get them."""
+    client = talk()
+    client.send(**fields)
+    client.settle()
+    client.send('set_level', level='warning')
+    client.send(**fields)
+    assert client.receive()['level'] == 'warning'
+
+
+def test_random_frames_hold_nobody_up(talk, gaps, joint_states):
+    """Ten thousand of them move nothing; memory comes back."""
+    source = random.Random(7)
+    words = ['op', 'topic', 'msg', '/seen', 'publish', 'subscribe', 'id', 'call_service', 'type',
+             'service', SERVED, 'sensor_msgs/JointState', None, True, -1, 1e400, [], {}]
+
+    def value(depth):
+        choice = source.random()
+        if depth > 3 or choice < 0.5:
+            return source.choice(words)
+        if choice < 0.7:
+            return [value(depth + 1) for _ in range(source.randrange(4))]
+        return {str(source.choice(words)): value(depth + 1) for _ in range(source.randrange(4))}
+
+    client = talk()
+    reader = threading.Thread(target=_drain, args=(client,), daemon=True)
+    reader.start()
+    for index in range(10_000):
+        kind = index % 4
+        if kind == 0:
+            client.connection.send(source.randbytes(source.randrange(60)))
+        elif kind == 1:
+            text = json.dumps({'op': source.choice(words[:9]), 'topic': value(0),
+                               'msg': value(0), 'service': value(0)})
+            client.connection.send(text[:source.randrange(1, len(text) + 1)])
+        else:
+            client.connection.send(json.dumps(value(0)))
+    for bomb in ('{' * 4000 + '}' * 4000, '[' * 50_000 + ']' * 49_000, '{"a":' * 15_000):
+        client.connection.send(bomb)
+    client.close()
+    reader.join(10.0)
+    talk().settle()
+    assert gaps[0] < 0.1 + 0.02
+    assert joint_states == []
+
+
+def _drain(client):
+    """Read what comes until the connection ends."""
+    while True:
+        try:
+            client.receive(patience=30)
+        except (ConnectionClosed, TimeoutError, ValueError):
+            return
+
+
+def test_a_frame_that_is_too_large_closes_its_own_connection(talk):
+    """With the status for that."""
+    client = talk()
+    client.connection.send('x' * 100_001)
+    with pytest.raises(ConnectionClosed) as closing:
+        client.receive()
+    assert closing.value.rcvd.code == 1009
+    talk().settle()
+
+
+def test_what_exceeds_the_number_of_clients_is_refused(talk):
+    """As text, before a connection is made."""
+    def more_than_there_may_be():
+        for _ in range(45):
+            talk().settle()
+
+    with pytest.raises(InvalidStatus) as refusal:
+        more_than_there_may_be()
+    assert refusal.value.response.status_code == 503
+    assert b'40 clients are connected (max_clients)' in refusal.value.response.body
+
+
+@pytest.mark.parametrize(('headers', 'status', 'text'), [
+    ({'Host': 'evil.example'}, 403, b'origins:=http://NAME'),
+    ({'Origin': 'https://evil.example'}, 403,
+     b'a page of https://evil.example may not use this bridge'),
+    ({'Origin': 'null'}, 403, b'a page of null'),
+    ({}, 426, b'this is rosbridge v2'),
+])
+def test_a_request_is_refused_before_anything_is_read(bridge, headers, status, text):
+    """Foreign pages and foreign names, also of the websocket."""
+    port = int(bridge.url.rpartition(':')[2])
+    for upgrade in ({}, {'Upgrade': 'websocket', 'Connection': 'Upgrade',
+                         'Sec-WebSocket-Version': '13', 'Sec-WebSocket-Key': 'A' * 22 + '=='}):
+        if upgrade and status == 426:
+            continue
+        connection = http.client.HTTPConnection('127.0.0.1', port, timeout=10)
+        connection.request('GET', '/', headers={**headers, **upgrade})
+        answer = connection.getresponse()
+        assert (answer.status, text in answer.read()) == (status, True)
+        connection.close()
+
+
+def test_handshakes_that_never_end_keep_nobody_out(bridge, talk):
+    """Those that are too many are closed, the others after five seconds."""
+    port = int(bridge.url.rpartition(':')[2])
+    idle = [socket.create_connection(('127.0.0.1', port)) for _ in range(60)]
+    time.sleep(0)  # the server takes them in turn
+    closed = sum(1 for connection in idle if _is_closed(connection))
+    assert closed >= 20
+    for connection in idle:
+        connection.close()
+    talk().settle()
+
+
+def _is_closed(connection):
+    connection.settimeout(1.0)
+    try:
+        return connection.recv(1) == b''
+    except TimeoutError:
+        return False
+    except ConnectionResetError:
+        return True
+
+
+def test_many_connections_leave_nothing(bridge, talk, peer):
+    """Memory, threads and endpoints are those of before."""
+    process = Path(f'/proc/{bridge.process.pid}')
+
+    def used():
+        pages = int((process / 'statm').read_text().split()[1])
+        threads, files = (len(os.listdir(process / name)) for name in ('task', 'fd'))
+        return pages * os.sysconf('SC_PAGE_SIZE'), threads, files
+
+    def visit():
+        client = talk()
+        client.send('advertise', topic='/seen', type='sensor_msgs/JointState')
+        client.send('subscribe', topic='/joint_states', type='sensor_msgs/JointState')
+        client.settle()
+        client.close()
+
+    for _ in range(20):
+        visit()
+    before = used()
+    for _ in range(100):
+        visit()
+    after = used()
+    assert after[0] - before[0] < 5 << 20
+    assert after[1] <= before[1]
+    assert after[2] <= before[2] + 2
+    deadline = time.monotonic() + 5.0
+    while any(info.node_name == 'rosbridge_websocket'
+              for info in peer.get_publishers_info_by_topic('/seen')):
+        assert time.monotonic() < deadline
+        threading.Event().wait(0.05)
