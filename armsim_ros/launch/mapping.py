@@ -51,6 +51,7 @@ _PROGRAMS = {
     ProgramRole.DESCRIPTION: 'robot_state_publisher',
     ProgramRole.JOINT_STATES: 'joint_state_publisher',
     ProgramRole.STATIC_TRANSFORM: 'static_transform_publisher',
+    ProgramRole.ROSBRIDGE: 'rosbridge_websocket',
 }
 #: Programs whose work the simulation does; they get no process of their own.
 _PARTS = (ProgramRole.WORLD, ProgramRole.BRIDGE)
@@ -131,6 +132,8 @@ class Mapping:
             return Start(action, spec, Kind.PART, note='the same simulation serves both')
         if role in _PARTS:
             return Start(action, spec, Kind.PART, note=f'{role.value}: part of the simulation')
+        if role is ProgramRole.ROSAPI:
+            return Start(action, spec, Kind.PART, note=role.value)
         return self._ours(action, spec, role)
 
     def _ours(self, action: ExecuteLocal, spec: ProcessSpec, role: ProgramRole) -> Start:

@@ -128,6 +128,8 @@ class ProgramRole(Enum):
     DESCRIPTION = 'publishes the robot description and transforms'
     JOINT_STATES = 'publishes joint states'
     STATIC_TRANSFORM = 'publishes a fixed transform'
+    ROSBRIDGE = 'rosbridge, for clients without ROS'
+    ROSAPI = 'the bridge serves rosapi, too'
 
 
 #: (package, executable) -> what it does.
@@ -145,6 +147,9 @@ NODES: dict[tuple[str, str], ProgramRole] = {
     ('joint_state_publisher', 'joint_state_publisher'): ProgramRole.JOINT_STATES,
     ('joint_state_publisher_gui', 'joint_state_publisher_gui'): ProgramRole.JOINT_STATES,
     ('tf2_ros', 'static_transform_publisher'): ProgramRole.STATIC_TRANSFORM,
+    ('rosbridge_server', 'rosbridge_websocket'): ProgramRole.ROSBRIDGE,
+    ('rosbridge_server', 'rosbridge_websocket.py'): ProgramRole.ROSBRIDGE,
+    ('rosapi', 'rosapi_node'): ProgramRole.ROSAPI,
     ('ros_gz_sim', 'create'): ProgramRole.SPAWN_ROBOT,
     ('ros_ign_gazebo', 'create'): ProgramRole.SPAWN_ROBOT,
     ('ros_gz_sim', 'gzserver'): ProgramRole.WORLD,

@@ -205,3 +205,14 @@ def test_a_shell_splits_the_words_of_a_node(decided):
     place = made.command.index('spawner')
     assert made.command[place:place + 4] == [
         'spawner', 'arm', '--controller-ros-args', '-r a:=b']
+
+
+def test_rosbridge_is_the_bridge_and_rosapi_a_part_of_it(decided):
+    """With the parameters that the launch file gives; one process serves both."""
+    (bridge, rosapi), texts = decided(
+        Node(package='rosbridge_server', executable='rosbridge_websocket',
+             parameters=[{'port': 9091}]),
+        Node(package='rosapi', executable='rosapi_node'))
+    assert 'rosbridge_websocket' in bridge.command
+    assert texts[0] == {'port': 9091}
+    assert (bridge.kind, rosapi.kind) == (Kind.RUN, Kind.PART)

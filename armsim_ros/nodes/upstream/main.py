@@ -18,6 +18,7 @@ PROGRAMS = {
         'static_transform_publisher')},
     'move_group': ('upstream.planning_programs', 'move_group'),
     'servo_node': ('upstream.planning_programs', 'servo_node'),
+    'rosbridge_websocket': ('bridge.main', 'main'),
     'spawner': ('spawner.main', 'main'),
     'unspawner': ('spawner.main', 'unspawn'),
     'hardware_spawner': ('spawner.main', 'set_hardware'),
