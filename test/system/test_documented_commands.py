@@ -30,7 +30,7 @@ READY = 'You can start planning now!'
 ENDLESS = ('ros2 topic pub -r',)
 MODULES = {'ros2': 'armsim_ros2', 'armsim': 'armsim_ros'}
 #: Programs that start a robot, and those that read and write files.
-WITHOUT_ROBOT = {'bringup', 'web', *FILE_PROGRAMS}
+WITHOUT_ROBOT = {'bringup', 'web', 'bridge', *FILE_PROGRAMS}
 POSITION = """
 sunday:
   position_controller:
