@@ -1,0 +1,63 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""A publisher beside the bridge, or a bare subscriber to compare with."""
+
+from __future__ import annotations
+
+import sys
+import time
+
+import rclpy
+from rclpy.executors import ExternalShutdownException
+from rclpy.node import Node
+from sensor_msgs.msg import Image, JointState
+
+#: Kind -> topic, type, rate [Hz].
+STREAMS = {
+    'joints': ('/joint_states', JointState, 50.0),
+    'fast': ('/fast', JointState, 1000.0),
+    'picture': ('/picture', Image, 30.0),
+}
+
+
+def message_of(kind: str) -> JointState | Image:
+    """Return a message of usual size."""
+    if kind == 'picture':
+        return Image(height=480, width=640, step=1920, encoding='rgb8', data=bytes(480 * 1920))
+    names = [f'joint_{index}' for index in range(6)]
+    return JointState(name=names, position=[0.1] * 6, velocity=[0.2] * 6, effort=[0.3] * 6)
+
+
+def publish(node: Node, kind: str) -> None:
+    """Publish a stream; the stamp is the time of sending."""
+    topic, message_type, rate = STREAMS[kind]
+    publisher = node.create_publisher(message_type, topic, 10)
+    message = message_of(kind)
+
+    def send() -> None:
+        now = time.time_ns()
+        message.header.stamp.sec, message.header.stamp.nanosec = divmod(now, 10**9)
+        publisher.publish(message)
+
+    node.create_timer(1.0 / rate, send)
+
+
+def main() -> None:
+    """Run as named by the arguments: publish or subscribe, and a stream."""
+    role, kind, *raw = sys.argv[1:]
+    rclpy.init()
+    node = Node(f'bench_{role}')
+    if role == 'publish':
+        publish(node, kind)
+    else:
+        topic, message_type, _ = STREAMS[kind]
+        node.create_subscription(message_type, topic, lambda _: None, 10, raw=bool(raw))
+    print('ready', flush=True)
+    try:
+        rclpy.spin(node)
+    except (KeyboardInterrupt, ExternalShutdownException):
+        return
+
+
+if __name__ == '__main__':
+    main()
