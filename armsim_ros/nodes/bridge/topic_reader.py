@@ -9,7 +9,6 @@ from collections.abc import Callable
 from concurrent.futures import Future
 from contextlib import ExitStack
 import threading
-import time
 from typing import Any
 
 from rclpy.exceptions import InvalidHandle
@@ -130,8 +129,6 @@ class TopicReader:
             for key, subscription in subscriptions:
                 if subscription.handle.pointer in ready:
                     self._take(key, subscription)
-        if self._closing:
-            time.sleep(0)
 
     def _take(self, key: Any, subscription: Subscription) -> None:
         """Read what has come; of what the other thread has not taken, the newest is kept."""

@@ -9,6 +9,7 @@ from concurrent.futures import Future
 from contextlib import suppress
 from dataclasses import dataclass
 import time
+import traceback
 from typing import Any
 from urllib.parse import urlsplit
 
@@ -184,27 +185,36 @@ class FoxgloveServer:
             return None
 
     async def _renew(self) -> None:
-        """Let channels come and go with the topics of the graph."""
+        """Follow the graph as long as the server runs."""
         while True:
-            present = self._graph.topics()
-            for name in [name for name, topic in self._topics.items()
-                         if present.get(name) != topic.type_name]:
-                topic = self._topics.pop(name)
-                self._reader.remove(name)
-                topic.channel.close()
-            for name, type_name in present.items():
-                if name not in self._topics:
-                    self._topics[name] = Topic(type_name, foxglove.Channel(
-                        name, message_encoding='cdr', schema=topic_schema(type_name),
-                        context=self._context))
-            if self._commands is not None:
-                self._commands.renew(self._server, self._graph.services())
-            if self._shows_graph:
-                self._server.publish_connection_graph(self._connections())
-            if self._uses_sim_time():
-                seconds, nanoseconds = self._link.now()
-                self._server.broadcast_time(seconds * 10**9 + nanoseconds)
+            try:
+                self._follow_graph()
+            except Exception:  # noqa: BLE001 - the graph may be another in a moment
+                self._link.node.get_logger().error(
+                    f'foxglove did not follow the graph; please report this:\n'
+                    f'{traceback.format_exc()}')
             await asyncio.sleep(_RENEWAL)
+
+    def _follow_graph(self) -> None:
+        """Let channels come and go with the topics of the graph."""
+        present = self._graph.topics()
+        for name in [name for name, topic in self._topics.items()
+                     if present.get(name) != topic.type_name]:
+            topic = self._topics.pop(name)
+            self._reader.remove(name)
+            topic.channel.close()
+        for name, type_name in present.items():
+            if name not in self._topics:
+                self._topics[name] = Topic(type_name, foxglove.Channel(
+                    name, message_encoding='cdr', schema=topic_schema(type_name),
+                    context=self._context))
+        if self._commands is not None:
+            self._commands.renew(self._server, self._graph.services())
+        if self._shows_graph:
+            self._server.publish_connection_graph(self._connections())
+        if self._uses_sim_time():
+            seconds, nanoseconds = self._link.now()
+            self._server.broadcast_time(seconds * 10**9 + nanoseconds)
 
     def _connections(self) -> Any:
         """Return the nodes at both ends of each topic, and those that serve each service."""
