@@ -66,18 +66,22 @@ class PackageFiles:
 
     async def _is_named(self, package: str) -> bool:
         """Return whether a description names a package; the first call waits for them."""
+        for _ in range(round(_PATIENCE / _PAUSE)):
+            self._subscribe()
+            if any(package in found for found in self._named.values()):
+                return True
+            if self._topics and len(self._named) >= len(self._topics):
+                return False
+            await asyncio.sleep(_PAUSE)
+        return False
+
+    def _subscribe(self) -> None:
+        """Read the descriptions that have appeared."""
         for name, types in self._link.topic_types().items():
             if (name.rpartition('/')[2] == _DESCRIPTION and 'std_msgs/msg/String' in types
                     and name not in self._topics):
                 self._topics.add(name)
                 self._link.subscribe(String, name, _LATCHED, self._receiver(name))
-        for _ in range(round(_PATIENCE / _PAUSE)):
-            if any(package in found for found in self._named.values()):
-                return True
-            if len(self._named) >= len(self._topics):
-                return False
-            await asyncio.sleep(_PAUSE)
-        return False
 
     def _receiver(self, topic: str) -> Callable[[String], None]:
         def receive(message: String) -> None:
