@@ -19,8 +19,7 @@ from typing import Any
 
 from websockets.asyncio.client import connect
 
-from armsim_ros.testing.programs.domain import private_domain, ros_environment
-from armsim_ros.testing.programs.program import Program
+from armsim_ros.testing.program import private_domain, Program, ros_environment
 from benchmarks.bridge.streams import STREAMS
 from benchmarks.options import Options
 from benchmarks.stack import (

@@ -11,8 +11,8 @@ import time
 
 from websockets.asyncio.client import connect
 
-from armsim_ros.testing.clients.client_node import ClientNode
-from armsim_ros.testing.programs.domain import private_domain
+from armsim_ros.clients.client_node import ClientNode
+from armsim_ros.testing.program import private_domain
 from benchmarks.bridge.bridge import publishing, running_bridge
 from benchmarks.options import Options
 from benchmarks.stack import DOMAINS, resident_mib

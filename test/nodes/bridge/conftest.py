@@ -19,7 +19,7 @@ from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.signals import SignalHandlerOptions
 from websockets.sync.client import connect
 
-from armsim_ros.testing.programs.program import start_program
+from armsim_ros.testing.program import start_program
 
 #: For what comes after a while [s].
 PATIENCE = 15.0

@@ -18,7 +18,7 @@ from std_srvs.srv import SetBool
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 
-from armsim_ros.testing.programs.program import start_program
+from armsim_ros.testing.program import start_program
 
 LATCHED = QoSProfile(depth=1, durability=QoSDurabilityPolicy.TRANSIENT_LOCAL)
 PATIENCE = 15.0

@@ -12,7 +12,7 @@ from websockets.exceptions import InvalidStatus
 
 from armsim_ros.cli.arguments import parse_arguments
 from armsim_ros.nodes.bringup.main import bridge_command
-from armsim_ros.testing.programs.program import start_program
+from armsim_ros.testing.program import start_program
 
 LATCHED = QoSProfile(depth=1, durability=QoSDurabilityPolicy.TRANSIENT_LOCAL)
 

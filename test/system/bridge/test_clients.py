@@ -11,8 +11,7 @@ import sys
 
 import pytest
 
-from armsim_ros.testing.programs.domain import private_domain
-from armsim_ros.testing.programs.program import start_program
+from armsim_ros.testing.program import private_domain, start_program
 
 EXAMPLES = Path(__file__).parents[3] / 'examples'
 #: For an example [s].

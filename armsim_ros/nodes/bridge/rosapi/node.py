@@ -27,7 +27,7 @@ from armsim_ros.nodes.bridge.rosapi.graph import Graph
 from armsim_ros.nodes.bridge.rosapi.parameters import Parameters
 from armsim_ros.nodes.bridge.rosapi.typedefs import typedefs
 from armsim_ros.nodes.bridge.settings import BridgeSettings
-from armsim_ros.nodes.guarded_node import GuardedNode
+from armsim_ros.nodes.polling_node import GuardedNode
 from armsim_ros.recording.message_definitions import message_definition
 
 #: Names of services that do not follow from their types.
