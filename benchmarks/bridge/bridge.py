@@ -40,7 +40,7 @@ def main(options: Options) -> None:
     """Print all tables."""
     with private_domain(DOMAINS) as domain, running_bridge(domain) as (bridge, url):
         rows: list[tuple[str, ...]] = [
-            ('idle, nobody connected', percent(bridge, options.seconds), '', '')]
+            ('idle, nobody connected', percent(bridge, options.seconds), '', '', '')]
         for kind, compression, clients in (
                 ('joints', 'none', 1), ('joints', 'none', 10), ('joints', 'cbor-raw', 1),
                 ('joints', 'cbor', 1), ('joints', 'cbor', 10), ('picture', 'none', 1),
@@ -52,10 +52,10 @@ def main(options: Options) -> None:
                     settled='ready') as bare:
                 time.sleep(_SETTLED)
                 rows.append((f'bare rclpy subscriber{" raw" if raw else ""}',
-                             percent(bare, options.seconds), '', ''))
+                             percent(bare, options.seconds), '', '', ''))
         publish(options.report, 'bridge', Table(
             'The bridge: processor time [% of a core], messages per second and client, delay '
-            '(median, p99) [ms]', ('', '%', '1/s', 'ms'), rows))
+            '(median, p99) [ms]', ('', '%', '1/s', 'lost', 'ms'), rows))
         publish(options.report, 'bridge calls', Table(
             'Commands and calls', ('', 'figure'), list(command_rows(domain, bridge, url))),
             f'Memory of the bridge at the end: {resident_mib(bridge.process.pid):.0f} MiB.',
@@ -93,6 +93,7 @@ class Readers:
     def __init__(self, url: str, topic: str, compression: str, clients: int) -> None:
         self.counts = [0] * clients
         self.delays: list[float] = []
+        self.numbers: list[int] = []
         self._stop = threading.Event()
         self._thread = threading.Thread(
             target=lambda: asyncio.run(self._run(url, topic, compression)), daemon=True)
@@ -119,7 +120,9 @@ class Readers:
                 frame = await connection.recv()
                 self.counts[index] += 1
                 if index == 0 and isinstance(frame, str) and len(frame) < 10_000:
-                    stamp = json.loads(frame)['msg']['header']['stamp']
+                    header = json.loads(frame)['msg']['header']
+                    stamp = header['stamp']
+                    self.numbers.append(int(header['frame_id']))
                     sent = stamp['sec'] * 10**9 + stamp['nanosec']
                     self.delays.append((time.time_ns() - sent) * 1e-6)
 
@@ -135,14 +138,17 @@ def stream_row(domain: int, bridge: Program, url: str, options: Options, kind: s
         time.sleep(_SETTLED)
         before, start = list(readers.counts), time.monotonic()
         readers.delays.clear()
+        readers.numbers.clear()
         used = percent(bridge, options.seconds)
         elapsed = time.monotonic() - start
         rates = [(count - first) / elapsed
                  for count, first in zip(readers.counts, before, strict=True)]
     delay = (f'{median(readers.delays):.1f}, {percentile(readers.delays, 0.99):.1f}'
              if readers.delays else '')
+    numbers = list(readers.numbers)
+    lost = str(numbers[-1] - numbers[0] + 1 - len(numbers)) if numbers else ''
     return (f'{kind} at {rate:.0f} Hz, {compression}, {clients} client{"s"[:clients > 1]}', used,
-            f'{min(rates):.1f}', delay)
+            f'{min(rates):.1f}', lost, delay)
 
 
 def command_rows(domain: int, bridge: Program, url: str) -> Iterator[tuple[str, str]]:

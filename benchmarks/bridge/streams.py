@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import itertools
 import sys
 import time
 
@@ -29,14 +30,16 @@ def message_of(kind: str) -> JointState | Image:
 
 
 def publish(node: Node, kind: str) -> None:
-    """Publish a stream; the stamp is the time of sending."""
+    """Publish a stream; the stamp is the time of sending, the frame a number that counts up."""
     topic, message_type, rate = STREAMS[kind]
     publisher = node.create_publisher(message_type, topic, 10)
     message = message_of(kind)
+    numbers = itertools.count()
 
     def send() -> None:
         now = time.time_ns()
         message.header.stamp.sec, message.header.stamp.nanosec = divmod(now, 10**9)
+        message.header.frame_id = str(next(numbers))
         publisher.publish(message)
 
     node.create_timer(1.0 / rate, send)
