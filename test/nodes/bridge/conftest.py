@@ -7,12 +7,8 @@ import json
 import os
 import threading
 
-import pytest
-
-pytest.importorskip('websockets')
-pytest.importorskip('cbor2')
-
 import cbor2
+import pytest
 import rclpy
 from rclpy.context import Context
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
