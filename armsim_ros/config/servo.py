@@ -109,7 +109,7 @@ class ServoParameters(Settings):
         True, 'serve the planning scene where no other node does', read_only=True
     )
     check_octomap_collisions: bool = parameter(
-        False, 'keep away from the octomap of the planning scene, too', read_only=True
+        False, 'no effect: the octomap of the planning scene always counts', read_only=True
     )
     use_smoothing: bool = parameter(True, 'smooth joint commands', read_only=True)
     smoothing_filter_plugin_name: Literal[

@@ -5,7 +5,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from functools import partial
 import math
 import time
@@ -137,17 +136,14 @@ class SceneFollower:
     :param scene: is changed.
     :param topic: of the changes.
     :param serves: serve the scene from here where no other node does.
-    :param octomaps: follow the octomap, too.
     """
 
     def __init__(
-        self, node: PollingNode, scene: PlanningScene, topic: str, *, serves: bool,
-        octomaps: bool = False,
+        self, node: PollingNode, scene: PlanningScene, topic: str, *, serves: bool
     ) -> None:
         self._node = node
         self._scene = scene
         self._serves = serves
-        self._octomaps = octomaps
         self._own: Any = None
         self._looks = 0
         self._following = False
@@ -210,7 +206,7 @@ class SceneFollower:
             self._following = False
 
     def _apply(self, update: SceneUpdate) -> None:
-        self._scene.apply(update if self._octomaps else replace(update, octomap=None))
+        self._scene.apply(update)
 
     def _change(self, topic: str, take: Callable[[Any], object], message: Any) -> None:
         try:

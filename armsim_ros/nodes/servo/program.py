@@ -78,7 +78,6 @@ class ServoNode:
         self._follower = SceneFollower(
             node, self.scene, parameters.monitored_planning_scene_topic,
             serves=parameters.is_primary_planning_scene_monitor,
-            octomaps=parameters.check_octomap_collisions,
         )
         controller = ControllerWatch(node, topic, stream.target.names)
         self._streaming = Streaming(

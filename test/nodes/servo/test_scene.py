@@ -126,19 +126,17 @@ def test_followed_anew(scene):
     assert 'shelf' in scene.objects
 
 
-@pytest.mark.parametrize('followed', [True, False])
-def test_octomap_is_followed_on_request(scene, followed):
-    """check_octomap_collisions decides whether cells of move_group's map count."""
+def test_the_octomap_of_the_scene_is_followed(scene):
+    """Cells of move_group's map count, as in planning_scene.cpp, setPlanningSceneDiffMsg."""
     graph = Graph()
-    follower = SceneFollower(
-        graph, scene, '/monitored_planning_scene', serves=False, octomaps=followed)
+    follower = SceneFollower(graph, scene, '/monitored_planning_scene', serves=False)
     message = PlanningSceneMessage(is_diff=True)
     message.robot_state.is_diff = True
     message.world.octomap = octomap_to_message(octomap_from_cells(
         np.zeros((1, 3), dtype=np.int64), np.ones(1, dtype=np.float32), 0.1, np.eye(4)),
         scene.model_frame)
     follower._receive(message)
-    assert (scene.octomap is not None) == followed
+    assert scene.octomap is not None
 
 
 def test_a_full_scene_brings_what_is_attached_and_no_joints(scene):
