@@ -3,9 +3,9 @@
 """
 Writes dist/: all that pip needs to install armsim_ros without a compiler.
 
-Pure Python wheels and source archives of armsim_ros, the ros2 command and the helpers, and a wheel
-of the interface packages for each supported Python of this machine. The same sources give the same
-bytes. ``make dist`` runs it in the environment.
+Pure Python wheels and source archives of armsim_ros, the ros2 command, the helpers and moveit, and
+a wheel of the interface packages for each supported Python of this machine. The same sources give
+the same bytes. ``make dist`` runs it in the environment.
 """
 
 from __future__ import annotations
@@ -35,6 +35,7 @@ PURE = {
     '.': (*PACKAGE_SOURCES, 'NOTICE', 'README.md'),
     'ros2': ('ros2',),
     'helpers': ('helpers',),
+    'distributions/moveit': ('distributions/moveit',),
 }
 PORTABLE = 'manylinux_2_28_'
 VERSIONS = [f'{OLDEST[0]}.{minor}' for minor in range(OLDEST[1], NEWEST[1] + 1)]
@@ -181,7 +182,7 @@ def build_interfaces(version: str, python: Path, interpreter: Interpreter) -> Pa
 def replace_files(folder: Path, made: Path) -> None:
     """Put new files in place of all of ours, and list them."""
     folder.mkdir(parents=True, exist_ok=True)
-    for old in [*folder.glob('armsim_ros*.whl'), *folder.glob('armsim_ros*.tar.gz')]:
+    for old in [*folder.glob('armsim_*.whl'), *folder.glob('armsim_*.tar.gz')]:
         old.unlink()
     for file in sorted(made.iterdir()):
         shutil.move(file, folder / file.name)

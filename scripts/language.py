@@ -12,7 +12,7 @@ import sys
 import tokenize
 
 ROOT = Path(__file__).resolve().parent.parent
-PACKAGES = ('armsim_ros', 'helpers', 'ros2', 'examples')
+PACKAGES = ('armsim_ros', 'distributions', 'helpers', 'ros2', 'examples')
 #: Pages in Markdown; code in them is left out. The glossary itself is in CONTRIBUTING.md.
 PAGES = ('README.md', 'docs/*.md')
 #: What comments, docstrings, messages and pages do not contain -> what they contain instead.

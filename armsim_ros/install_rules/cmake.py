@@ -95,6 +95,7 @@ class _Run:
             'project': self._project, 'set': self._set, 'list': self._list, 'file': self._file,
             'string': self._string, 'get_filename_component': self._filename,
             'install': self._install, 'include': self._include,
+            'add_subdirectory': self._subdirectory,
             'add_custom_command': self._custom, 'add_custom_target': self._custom,
             'execute_process': self._custom, 'xacro_add_xacro_file': self._xacro_file,
             'xacro_add_files': self._xacro_files, 'xacro_install': self._xacro_install}
@@ -271,6 +272,19 @@ class _Run:
                  'NAME_WE': path.name.split('.')[0], 'NAME_WLE': path.stem, 'EXT': ''.join(
                      path.name.partition('.')[1:]), 'LAST_EXT': path.suffix}
         self._variables[words[0]] = str(whole.get(words[2], self._path(words[1])))
+
+    def _subdirectory(self, words: list[str]) -> None:
+        """Run the file of a folder; its paths are relative to that, its variables end with it."""
+        folder = self._path(words[0]) if words else self._folder
+        file = folder / 'CMakeLists.txt'
+        if folder == self._folder or not file.is_file():
+            return
+        before = self._folder, self._variables
+        self._folder = folder
+        self._variables = {**self._variables, **dict.fromkeys(
+            ('CMAKE_CURRENT_SOURCE_DIR', 'CMAKE_CURRENT_LIST_DIR'), str(folder))}
+        self.run(read_commands(file))
+        self._folder, self._variables = before
 
     def _include(self, words: list[str]) -> None:
         file = self._path(words[0]) if words else self._folder

@@ -16,6 +16,7 @@ from importlib import import_module
 from importlib.abc import Loader, MetaPathFinder
 from importlib.machinery import ModuleSpec
 from importlib.util import find_spec, spec_from_file_location
+from pathlib import Path
 import re
 import sys
 from types import ModuleType
@@ -126,7 +127,16 @@ def _is_real(name: str) -> bool:
     if spec is None:
         return False
     # A folder without __init__.py beside the working folder is no package: launch/ of a package.
-    return spec.origin is not None
+    return spec.origin is not None and not _is_alias(spec.origin)
+
+
+def _is_alias(file: str) -> bool:
+    """Return whether a module only names what is in the table: that of distributions/moveit."""
+    try:
+        text = Path(file).read_text(encoding='utf-8', errors='replace')
+    except OSError:
+        return False
+    return 'from armsim_ros.launch.api.' in text
 
 
 @cache

@@ -16,7 +16,7 @@ PACKAGE_SOURCES = ('armsim_ros', 'config', 'urdf', 'worlds', 'launch', 'rviz', '
                    'resource', 'setup.py', 'setup.cfg', 'requirements.txt', 'package.xml',
                    'LICENSE')
 #: Distributions of this source tree, which no index has to have.
-OWN = ('armsim-ros-interfaces', 'armsim-ros2', 'armsim-ros-helpers')
+OWN = ('armsim-ros-interfaces', 'armsim-ros2', 'armsim-ros-helpers', 'armsim-moveit')
 #: The time stamp of all files in wheels and archives, the first that a zip file can have
 #: (SOURCE_DATE_EPOCH): the same sources give the same bytes.
 EPOCH = '315532800'

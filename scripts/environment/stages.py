@@ -31,6 +31,8 @@ TOOLS = ('pip>=25', 'setuptools>=70.1')
 _ROS2_COMMAND = 'ros2'
 #: Python packages of ROS that no index has; a ROS installation brings its own.
 _HELPERS = 'helpers'
+#: The name moveit; an installed MoveIt comes before it.
+_MOVEIT = 'distributions/moveit'
 
 
 class EnvironmentBuilder:
@@ -94,7 +96,8 @@ class EnvironmentBuilder:
                 self._note('interfaces', wheel.key)
         finally:
             wheel.clean_up()
-        self._install_sources([_ROS2_COMMAND] if ros is not None else [_ROS2_COMMAND, _HELPERS])
+        self._install_sources([
+            _ROS2_COMMAND, _MOVEIT, *(() if ros is not None else (_HELPERS,))])
 
     def _recorded_interpreter(self) -> Interpreter | None:
         text = self._done.get('interpreter')

@@ -178,3 +178,18 @@ def test_a_cache_that_cannot_be_written_is_named(package, share, tmp_path):
     Path(tmp_path / 'cache').write_text('a file')
     with pytest.raises(ResourceError, match='set XDG_CACHE_HOME'):
         share()
+
+
+def test_rules_of_a_folder_that_is_added(package, share):
+    """Its paths are relative to it, and its variables end with it; an absent folder has none."""
+    folder = package(**{
+        'CMakeLists.txt': CMAKE + 'set(to share/${PROJECT_NAME})\nadd_subdirectory(examples/a)\n'
+        'add_subdirectory(absent)\ninstall(DIRECTORY robots/ DESTINATION ${to}/urdf)',
+        'examples/a/CMakeLists.txt': 'set(to nowhere)\n'
+        f'install(DIRECTORY config {TO_SHARE})\ninstall(FILES '
+        f'${{CMAKE_CURRENT_SOURCE_DIR}}/a.launch.py {TO_SHARE}/launch)',
+        'examples/a/config/a.yaml': 'a', 'examples/a/a.launch.py': '', 'robots/arm.urdf': ''})
+    found = share()
+    assert (found / 'config/a.yaml').samefile(folder / 'examples/a/config/a.yaml')
+    assert (found / 'launch/a.launch.py').is_file()
+    assert (found / 'urdf/arm.urdf').is_file()

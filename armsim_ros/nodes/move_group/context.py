@@ -112,6 +112,11 @@ class Context:
         if self.ending:
             raise PlanningError(MoveItErrorCode.FAILURE, self.ending, source)
 
+    def close(self) -> None:
+        """End the workers; each finishes the job that it does."""
+        for worker in (self.planning, self.queries, self.edits):
+            worker.close()
+
     def warn_once(self, text: str) -> None:
         """Log a warning once."""
         if text not in self._warned:

@@ -136,44 +136,13 @@ class MoveGroup:
 
     def __init__(self, node: PollingNode, executor: Executor, cell: Cell) -> None:
         """Build the parts; the ready line comes when all of them answer."""
-        settings = cell.settings
-        robot = planning_robot(cell.model, settings.joint_limits)
-        model = KinematicModel(robot)
-        parameters = planning_parameters(node, settings)
-        scene = initial_scene(model, settings, parameters, name='default')
-        topics = parameters.joint_state_topics or (
-            settings.joint_states_topic,
-            node.resolve_topic_name(DEFAULT_JOINT_STATES),
-        )
-        planning = settings_from_config(parameters, settings.ompl, settings.kinematics)
-        planner, query_planner = (
-            MotionPlanner(scene, settings=planning, log=node.get_logger()) for _ in range(2)
-        )
-        self._context = context = Context(
-            node=node,
-            settings=settings,
-            robot=robot,
-            scene=scene,
-            states=StateMonitor(node, scene, tuple(dict.fromkeys(topics))),
-            planning=Worker('planning', executor),
-            queries=Worker('queries', executor),
-            edits=Worker('edits', executor),
-            ticker=Ticker(node),
-            planner=planner,
-            query_planner=query_planner,
-            planning_parameters=parameters,
-            execution_settings=settings.trajectory_execution,
-            ownership=WorldOwnership(scene, standing_links(robot), node.get_logger().info),
-            robots=tuple(frozenset(each.model.active_joints) for each in cell.robots),
-        )
-        if settings.simulation.deterministic:
-            context.planning_clock = CountingClock
-            context.states.asks = SimulationSync(context)
+        self._context = context = make_context(node, executor, cell)
+        settings, robot = context.settings, context.robot
         self._parameters = MoveGroupParameters(context)
         self._manager = ControllerManagerNode(context)
         executor.add_node(self._manager.node)
         self._endpoints = endpoints(context)
-        declare_fixed(node, settings, parameters, robot)
+        declare_fixed(node, settings, context.planning_parameters, robot)
         self._parameters.warn_from_now_on()
         if self.execution.controllers.active is None:
             for line in coverage_report(robot, settings.moveit_controllers):
@@ -201,12 +170,54 @@ class MoveGroup:
     def close(self) -> None:
         """End the workers and the second node."""
         self._manager.node.destroy_node()
-        self._context.planning.close()
-        self._context.queries.close()
-        self._context.edits.close()
+        self._context.close()
         for item in self._endpoints:
             if isinstance(item, OctomapMonitor):
                 item.close()
+
+
+def make_context(node: PollingNode, executor: Executor, cell: Cell) -> Context:
+    """
+    Return scene, planners, state monitor and workers for the robot of a node.
+
+    :param node: subscribes to the joint states.
+    :param executor: the executor that spins the node.
+    :param cell: the robot, or all robots of a cell.
+    :raises ConfigError: a parameter of the node is wrong.
+    """
+    settings = cell.settings
+    robot = planning_robot(cell.model, settings.joint_limits)
+    parameters = planning_parameters(node, settings)
+    scene = initial_scene(KinematicModel(robot), settings, parameters, name='default')
+    topics = parameters.joint_state_topics or (
+        settings.joint_states_topic,
+        node.resolve_topic_name(DEFAULT_JOINT_STATES),
+    )
+    planning = settings_from_config(parameters, settings.ompl, settings.kinematics)
+    planner, query_planner = (
+        MotionPlanner(scene, settings=planning, log=node.get_logger()) for _ in range(2)
+    )
+    context = Context(
+        node=node,
+        settings=settings,
+        robot=robot,
+        scene=scene,
+        states=StateMonitor(node, scene, tuple(dict.fromkeys(topics))),
+        planning=Worker('planning', executor),
+        queries=Worker('queries', executor),
+        edits=Worker('edits', executor),
+        ticker=Ticker(node),
+        planner=planner,
+        query_planner=query_planner,
+        planning_parameters=parameters,
+        execution_settings=settings.trajectory_execution,
+        ownership=WorldOwnership(scene, standing_links(robot), node.get_logger().info),
+        robots=tuple(frozenset(each.model.active_joints) for each in cell.robots),
+    )
+    if settings.simulation.deterministic:
+        context.planning_clock = CountingClock
+        context.states.asks = SimulationSync(context)
+    return context
 
 
 def endpoints(context: Context) -> tuple[object, ...]:

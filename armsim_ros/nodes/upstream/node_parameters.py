@@ -74,7 +74,7 @@ def read_node_arguments(ros_args: Sequence[str], name: str) -> NodeArguments:
         for path, block in _blocks(_load(file), ()):
             rank = _rank(path, found)
             if rank:
-                (exact if rank > 1 else found.values).update(_flat(block))
+                (exact if rank > 1 else found.values).update(flattened(block))
     found.values.update(exact)
     found.values.update(single)
     return found
@@ -121,11 +121,12 @@ def _rank(path: tuple[str, ...], node: NodeArguments) -> int:
     return 0
 
 
-def _flat(block: Any, prefix: str = '') -> dict[str, Any]:
+def flattened(block: Any, prefix: str = '') -> dict[str, Any]:
+    """Return the values of nested blocks by their names with dots."""
     found: dict[str, Any] = {}
     for key, value in (block or {}).items():
         if isinstance(value, Mapping):
-            found.update(_flat(value, f'{prefix}{key}.'))
+            found.update(flattened(value, f'{prefix}{key}.'))
         else:
             found[f'{prefix}{key}'] = value
     return found

@@ -6,8 +6,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from functools import partial
+import math
 from pathlib import Path
 import re
+import time
 from typing import Any
 
 import rclpy
@@ -164,13 +166,15 @@ _REMINDER = 5.0
 
 
 def wait_for_descriptions(
-    arguments: NodeArguments, topics: Sequence[str], needed: Sequence[str] = ()
+    arguments: NodeArguments, topics: Sequence[str], needed: Sequence[str] = (), *,
+    timeout: float = math.inf,
 ) -> dict[str, str]:
     """
     Return topic -> text.
 
     :param topics: names relative to the node.
     :param needed: those to wait for; the first of all that comes, where empty.
+    :param timeout: [s] after which that is returned which has come.
     """
     context = rclpy.Context()
     rclpy.init(args=arguments.ros_args(with_name=True), context=context)
@@ -185,8 +189,12 @@ def wait_for_descriptions(
             f"waiting for the topic {' or '.join(topics)}"))
         executor = SingleThreadedExecutor(context=context)
         executor.add_node(node)
+        deadline = time.monotonic() + timeout
         while not found or any(topic not in found for topic in needed):
-            executor.spin_once()
+            rest = deadline - time.monotonic()
+            if rest <= 0.0:
+                break
+            executor.spin_once(None if math.isinf(rest) else rest)
         node.destroy_node()
     finally:
         context.try_shutdown()

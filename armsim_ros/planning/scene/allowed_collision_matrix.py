@@ -84,6 +84,15 @@ class AllowedCollisionMatrix:
         names = _united(self.names, (name for pair in added for name in pair))
         return AllowedCollisionMatrix({**self.pairs, **added}, self.defaults, names)
 
+    def without_pair(self, first: str, second: str) -> AllowedCollisionMatrix:
+        """Return a matrix in which a pair has no entry of its own; itself if it had none."""
+        pair = sorted_pair(first, second)
+        if pair not in self.pairs:
+            return self
+        return AllowedCollisionMatrix(
+            {key: value for key, value in self.pairs.items() if key != pair},
+            self.defaults, self.names)
+
     def with_entry(
         self, name: str, allowed: bool, others: Iterable[str] | None = None
     ) -> AllowedCollisionMatrix:

@@ -4,8 +4,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import replace
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import fields, replace
 import threading
 from types import MappingProxyType
 
@@ -240,6 +241,13 @@ class PlanningScene:
         with self._lock:
             self.set_octomap(change())
 
+    def set_attached(self, attached: Mapping[str, AttachedObject]) -> None:
+        """Replace all objects on the robot, by id; an object of the world keeps its place."""
+        def replace_attached(draft: SceneDraft) -> None:
+            draft.attached = dict(attached)
+
+        self._edit(replace_attached)
+
     def apply_object(self, item: CollisionObject) -> None:
         """
         Add, remove, extend or move a world object.
@@ -267,6 +275,28 @@ class PlanningScene:
         self._edit(lambda draft: refusals.extend(apply_update(draft, update)))
         if refusals:
             raise joined(refusals)
+
+    @contextmanager
+    def edited(self) -> Iterator[PlanningScene]:
+        """
+        Give a copy to edit; what changed in it is put in place at the end, as a single edit.
+
+        Edits of other threads wait meanwhile, but for the robot state and the frames.
+        """
+        with self._editing:
+            copy = self.snapshot()
+            base = copy.content
+            try:
+                yield copy
+            finally:
+                made = copy.content
+                changed = {each.name: getattr(made, each.name) for each in fields(SceneContent)
+                           if getattr(made, each.name) is not getattr(base, each.name)}
+                if 'q' in changed and np.array_equal(made.q, base.q):
+                    del changed['q']
+                if changed:
+                    with self._lock:
+                        self._commit(replace(self._content, **changed))
 
     def clear(self) -> None:
         """Take away all objects, and set rules, padding and colours to their beginning."""
@@ -344,10 +374,28 @@ class PlanningScene:
         overlay.refusals = tuple(refusals)
         return overlay
 
+    def with_robot(self, q: Vector, attached: Mapping[str, AttachedObject]) -> PlanningScene:
+        """
+        Return a snapshot in which the robot has another state and carries other objects.
+
+        :param q: (n,) in which mimic joints follow.
+        """
+        overlay = self.snapshot()
+        state = q.copy()
+        state.setflags(write=False)
+        overlay._commit(replace(overlay._content, q=state, attached=attached))
+        return overlay
+
     @property
     def refused(self) -> str:
         """What of the request's update and start state was refused; '' where all was taken."""
         return str(joined(self.refusals)) if self.refusals else ''
+
+    def without_world(self) -> PlanningScene:
+        """Return a snapshot without objects in the world."""
+        copy = self.snapshot()
+        copy._commit(replace(copy._content, objects=MappingProxyType({})))
+        return copy
 
     def unpadded(self) -> PlanningScene:
         """Return a snapshot in which every link has its own size against the world."""

@@ -113,6 +113,15 @@ def test_without_forgets_a_name():
     assert acm.without(['other']) is acm
 
 
+def test_a_pair_without_an_entry_follows_the_defaults():
+    """Its names stay known; a pair that has none is no change."""
+    acm = AllowedCollisionMatrix().with_pair('b', 'a', False).with_default('a', True)
+    without = acm.without_pair('a', 'b')
+    assert without.allowed('a', 'b')
+    assert set(without.names) == {'a', 'b'}
+    assert without.without_pair('b', 'a') is without
+
+
 @pytest.mark.parametrize('update', [
     AcmUpdate(('a', 'b'), ((True, True),)),
     AcmUpdate(('a', 'b'), ((True, True), (True,))),

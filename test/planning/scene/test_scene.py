@@ -278,3 +278,55 @@ def test_mesh_is_kept_by_reference(scene, make_mesh):
     scene.apply_object(CollisionObject('m', shapes=(ObjectShape(mesh),)))
     scene.apply_object(CollisionObject('m', MOVE, pose=pose_matrix((1, 0, 0))))
     assert scene.objects['m'].shapes[0].geometry is mesh
+
+
+# ---------------------------------------------------------------- copies to edit
+
+
+def test_a_copy_is_edited_and_put_in_place_as_a_whole(scene):
+    """Its edits are a single edit of the scene; state and frames that came meanwhile stay."""
+    contents = []
+    scene.add_listener(lambda before, after: contents.append(after))
+    with scene.edited() as copy:
+        copy.apply_object(ball())
+        copy.apply_object(ball('other'))
+        copy.set_state(scene.q + 0.1)
+        copy.set_state(scene.q)  # tried out, and taken back
+        assert not scene.objects
+        scene.set_state(scene.q + 0.2)
+    assert list(scene.objects) == ['ball', 'other']
+    assert scene.q == pytest.approx(scene.kinematic_model.default() + 0.2)
+    assert len(contents) == 2
+    with scene.edited():
+        pass
+    assert len(contents) == 2
+
+
+def test_others_wait_for_the_end_of_an_edit(scene):
+    """An edit of another thread comes after it, also where it ends with an exception."""
+    thread = threading.Thread(target=lambda: scene.apply_object(ball('theirs')))
+
+    def fail():
+        with scene.edited() as copy:
+            thread.start()
+            copy.apply_object(ball('ours'))
+            assert not scene.objects
+            raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError):
+        fail()
+    thread.join(5.0)
+    assert list(scene.objects) == ['ours', 'theirs']
+
+
+def test_a_snapshot_with_another_robot_state(scene):
+    """State and carried objects are replaced, the world stays; or the world goes."""
+    scene.apply_object(ball())
+    scene.apply_attached(held())
+    bare = scene.with_robot(scene.q + 0.1, {})
+    assert not bare.attached
+    assert list(bare.objects) == ['ball']
+    assert bare.q == pytest.approx(scene.q + 0.1)
+    bare.set_attached(scene.attached)
+    assert list(bare.attached) == ['held']
+    assert not scene.without_world().objects

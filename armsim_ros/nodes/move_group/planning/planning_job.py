@@ -147,20 +147,23 @@ class PlanningJob:
         self,
         message: RequestMessage,
         *,
+        scene: PlanningScene | None = None,
         scene_diff: SceneMessage | None = None,
         cancelled: Callable[[], bool] = never,
     ) -> PlanningAnswer:
         """
         Plan and answer.
 
-        :param scene_diff: laid over the monitored scene for this request alone.
+        :param scene: to plan in; None for the monitored scene.
+        :param scene_diff: laid over the scene for this request alone.
         :param cancelled: asked now and then while the planner searches.
         :raises PlanningError: the message holds what cannot exist, or no state ever came.
         """
         context = self._context
         request = request_from_message(message)
         self._states.begin(message)
-        scene = await self.scene(message.start_state)
+        if scene is None:
+            scene = await self.scene(message.start_state)
         if scene_diff is not None:
             scene = overlay(scene, scene_diff)
             log_refused(scene, context.logger)

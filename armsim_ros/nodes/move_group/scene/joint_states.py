@@ -9,6 +9,7 @@ import math
 
 from rclpy.clock import Clock, ClockType
 from rclpy.qos import QoSProfile
+from rclpy.subscription import Subscription
 from rclpy.task import Future
 from sensor_msgs.msg import JointState
 
@@ -81,17 +82,30 @@ class StateMonitor:
         self._complained: dict[str, int] = {}
         self._warned: set[str] = set()
         self._waiting: list[tuple[int, int, Future]] = []
-        profile = QoSProfile(
-            depth=DEPTH, reliability=qos.COMMAND.reliability, durability=qos.COMMAND.durability
-        )
-        for topic in self.topics:
-            node.poll(JointState, topic, self._receive, profile)
+        self._subscriptions: list[Subscription] = []
+        self.start()
         # Patience is a matter of wall time: simulated time does not advance in a pause, and jumps
         # from 0 to the present when the first message of /clock comes.
         self._steady = steady or Clock(clock_type=ClockType.STEADY_TIME)
         self._idler = node.create_timer(IDLE_PERIOD, lambda: None, clock=self._steady)
         self._sweeper = node.create_timer(WAITING_PERIOD, self._sweep, clock=self._steady)
         self._sweeper.cancel()
+
+    def start(self) -> None:
+        """Follow the topics, which the monitor does from the beginning."""
+        if not self._subscriptions:
+            profile = QoSProfile(
+                depth=DEPTH, reliability=qos.COMMAND.reliability,
+                durability=qos.COMMAND.durability)
+            self._subscriptions = [
+                self._node.poll(JointState, topic, self._receive, profile)
+                for topic in self.topics]
+
+    def stop(self) -> None:
+        """Keep the state as it is; call it from the executor's thread."""
+        for subscription in self._subscriptions:
+            self._node.destroy_subscription(subscription)
+        self._subscriptions = []
 
     @property
     def missing(self) -> tuple[str, ...]:

@@ -1,0 +1,7 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The names of ``moveit.core.controller_manager``."""
+
+from armsim_ros.moveit_py.core.controller_manager import ExecutionStatus
+
+__all__ = ['ExecutionStatus']

@@ -1,0 +1,61 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Joints, links and groups as scripts read them."""
+
+import math
+
+import pytest
+
+from armsim_ros.errors import PlanningError
+
+
+def test_groups(model):
+    """A group has all its joints, and among them those with a variable of their own."""
+    assert model.name == 'panda'
+    assert model.joint_model_group_names == ['panda_arm', 'hand']
+    arm, hand = model.joint_model_groups
+    assert arm is model.get_joint_model_group('panda_arm')
+    assert arm.joint_model_names[-1] == 'panda_joint8'
+    assert arm.active_joint_model_names == [f'panda_joint{k}' for k in range(1, 8)]
+    assert hand.active_joint_model_names == ['panda_finger_joint1']
+    assert arm.link_model_names[-1] == 'panda_link8'
+
+
+def test_an_unknown_group_lists_those_that_there_are(model):
+    """Upstream returns None, and the script fails later."""
+    assert not model.has_joint_model_group('arm')
+    with pytest.raises(PlanningError, match='panda_arm, hand'):
+        model.get_joint_model_group('arm')
+
+
+def test_bounds(model):
+    """Position and velocity come of the URDF; what it does not bound is not bounded."""
+    arm = model.get_joint_model_group('panda_arm')
+    (first,), *others = arm.active_joint_model_bounds
+    assert len(others) == 6
+    assert first.position_bounded
+    assert first.min_position == pytest.approx(-first.max_position)
+    assert first.min_velocity == -first.max_velocity
+    assert not first.jerk_bounded
+    assert first.max_jerk == 0.0
+    upper = [bounds.max_position for bounds, in arm.active_joint_model_bounds]
+    assert arm.satisfies_position_bounds(upper)
+    assert not arm.satisfies_position_bounds([value + 0.1 for value in upper])
+    assert arm.satisfies_position_bounds([value + 0.1 for value in upper], 0.2)
+    with pytest.raises(ValueError, match='7 active joints'):
+        arm.satisfies_position_bounds([0.0])
+    assert math.isfinite(first.max_velocity)
+
+
+def test_the_end_effector_is_the_link_that_carries_it(model):
+    """Only a group with exactly one has a name for it."""
+    assert model.get_joint_model_group('panda_arm').eef_name == 'panda_link8'
+    assert [each.name for each in model.end_effectors] == ['hand']
+    with pytest.raises(RuntimeError, match='parent_group'):
+        model.get_joint_model_group('hand').eef_name  # noqa: B018
+
+
+def test_model_info_names_all(model):
+    """Joints, links and groups are in the text."""
+    text = model.get_model_info()
+    assert all(word in text for word in ('panda_joint1', 'panda_link8', 'group hand', 'mimics'))

@@ -1,0 +1,113 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""How a MoveItPy begins and ends."""
+
+import json
+from pathlib import Path
+import subprocess
+import sys
+
+import pytest
+import rclpy
+from std_msgs.msg import String
+
+from armsim_ros.cli.arguments import UsageError
+from armsim_ros.clients.ros_client import RosClient
+from armsim_ros.moveit_py.planning import moveit_cpp
+from armsim_ros.moveit_py.planning.moveit_cpp import node_arguments
+from armsim_ros.nodes import qos
+from moveit.planning import MoveItPy
+
+
+@pytest.mark.parametrize('way', ['plain', 'shutdown', 'error', 'plan', 'execute'])
+def test_a_script_ends_cleanly(way, panda, parameters, tmp_path):
+    """With its own status, and without a word of the interpreter or the middleware."""
+    panda.hangs = way == 'execute'
+    panda.cancelled.clear()
+    file = tmp_path / 'parameters.json'
+    file.write_text(json.dumps(parameters))
+    done = subprocess.run(
+        [sys.executable, Path(__file__).with_name('script.py'), way, file],
+        capture_output=True, text=True, timeout=60)
+    panda.hangs = False
+    text = [line for line in done.stderr.splitlines() if not line.startswith('[')]
+    if way == 'error':
+        assert done.returncode == 1
+        assert text[-1] == 'ZeroDivisionError'
+        return
+    assert (done.returncode, text) == (0, []), done.stderr
+    assert done.stdout.endswith('the end\n')
+    if way in ('plan', 'execute'):
+        assert float(done.stdout.split()[2]) < 0.5
+    if way == 'execute':
+        assert panda.cancelled.wait(1.0)
+
+
+def test_shutdown_leaves_the_scripts_rclpy_alone(panda, parameters):
+    """Its context goes on; what was shut down reports that it was."""
+    rclpy.init()
+    try:
+        with_own_node = MoveItPy('short_lived', config_dict=parameters)
+        arm = with_own_node.get_planning_component('panda_arm')
+        with_own_node.shutdown()
+        with_own_node.shutdown()
+        assert rclpy.ok()
+        with pytest.raises(RuntimeError, match="'short_lived' has been shut down"):
+            arm.get_start_state()
+    finally:
+        rclpy.shutdown()
+
+
+def test_a_missing_description(monkeypatch):
+    """The error names what is missing and where it was searched for."""
+    monkeypatch.setattr(moveit_cpp, 'DESCRIPTION_TIMEOUT', 0.1)
+    with pytest.raises(RuntimeError, match=r'no robot_description and no .*config_dict'):
+        MoveItPy('nothing', config_dict={'a': 1})
+
+
+def test_descriptions_come_from_topics(panda, parameters):
+    """Where parameters have none, and from the namespace of the node."""
+    with RosClient('describes') as client:
+        for name in ('robot_description', 'robot_description_semantic'):
+            publisher = client.node.create_publisher(String, f'/left/{name}', qos.LATCHED)
+            publisher.publish(String(data=parameters[name]))
+        rest = {name: value for name, value in parameters.items()
+                if not name.startswith('robot_description')}
+        made = MoveItPy('by_topic', 'left', config_dict=rest,
+                        remappings={'joint_states': '/joint_states'})
+        assert made.get_robot_model().name == 'panda'
+        assert made._cpp.node.get_namespace() == '/left'
+        made.shutdown()
+
+
+def test_no_complete_state_in_time(panda, parameters):
+    """The error names the topics and the joints."""
+    options = {'wait_for_initial_state_timeout': 0.2}
+    with pytest.raises(RuntimeError, match=r'/right/joint_states.*panda_joint1'):
+        MoveItPy('too_early', config_dict={
+            **parameters, 'planning_scene_monitor_options': options},
+            remappings=dict.fromkeys(('joint_states', '/joint_states'), '/right/joint_states'))
+
+
+def test_parameters_of_files(tmp_path):
+    """The node's own block wins over a wildcard, a later file over an earlier, a dict over all."""
+    first, second = tmp_path / 'first.yaml', tmp_path / 'second.yaml'
+    first.write_text('/**: {ros__parameters: {a: 1, b: 1, c: 1, d: {e: 1}}}\n'
+                     '/left/arm: {ros__parameters: {b: 2}}\n/other: {ros__parameters: {a: 9}}\n')
+    second.write_text('/**: {ros__parameters: {b: 3, c: 3}}\n')
+    found = node_arguments('arm', 'left', [str(first), str(second)], {'d': {'e': 5}}, {'x': 'y'})
+    assert found.values == {'a': 1, 'b': 2, 'c': 3, 'd.e': 5}
+    assert (found.namespace, found.remappings) == ('/left', ['x:=y'])
+    with pytest.raises(UsageError, match='absent'):
+        node_arguments('arm', '', [str(tmp_path / 'absent.yaml')], None, None)
+
+
+def test_a_description_by_another_name():
+    """planning_scene_monitor_options name the parameter; the others begin with its name."""
+    found = node_arguments('arm', '', [], {
+        'planning_scene_monitor_options': {'robot_description': 'arm_description'},
+        'arm_description': 'urdf', 'arm_description_semantic': 'srdf',
+        'arm_description_kinematics': {'all': {'kinematics_solver': 'k'}}}, None)
+    assert found.values['robot_description'] == 'urdf'
+    assert found.values['robot_description_semantic'] == 'srdf'
+    assert found.values['robot_description_kinematics.all.kinematics_solver'] == 'k'
