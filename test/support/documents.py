@@ -8,7 +8,7 @@ Blocks of the pages, and what the comment above a block tells a test about it.
 ``<!-- file: NAME -->``        the block is the content of a file that later commands use
 ``<!-- edit FILE: A -> B -->`` the file is changed before the commands run
 ``<!-- numbers: any -->``      the output has other numbers; ``within 0.5`` is a share of each
-``<!-- or: OUTPUT -->``        the output depends on timing, and may also be this
+``<!-- or: A | B -->``         the output depends on timing, and may also be A or B
 ``<!-- last line -->``         the output has other lines before
 ``<!-- at the same time -->``  the first command still runs while the second does
 """
@@ -82,7 +82,7 @@ def same_output(expected, actual, comment=''):
 
     :param comment: of the block, see above.
     """
-    if comment.startswith('or: ') and actual.strip() == comment[4:]:
+    if comment.startswith('or: ') and actual.strip() in comment[4:].split(' | '):
         return True
     if 'last line' in comment:
         actual = actual.strip().splitlines()[-1]
