@@ -17,7 +17,7 @@ import yaml
 
 from armsim_ros.config.robot_folder import find_files
 from armsim_ros.model.description.xacro_text import read_description
-from armsim_ros.testing.programs.domain import ros_environment
+from armsim_ros.testing.program import ros_environment
 from benchmarks.options import Options
 from benchmarks.stack import running_stack
 

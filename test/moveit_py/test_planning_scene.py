@@ -13,10 +13,13 @@ from moveit_msgs.msg import (
 )
 from moveit_msgs.msg import RobotTrajectory as RobotTrajectoryMessage
 import numpy as np
+from octomap_msgs.msg import Octomap
 import pytest
 from trajectory_msgs.msg import JointTrajectoryPoint
 
 from armsim_ros.errors import PlanningError
+from armsim_ros.nodes.conversions.octomap import octomap_to_message
+from armsim_ros.planning.scene.octomap import octomap_from_cells
 from moveit.core.collision_detection import (
     AllowedCollisionMatrix,
     CollisionRequest,
@@ -208,3 +211,13 @@ def test_files_of_a_script(scene, in_hand, tmp_path):
     assert scene.load_geometry_from_file(file_path_and_name=file)
     assert scene.knows_frame_transform('ball')
     assert not scene.load_geometry_from_file(str(tmp_path / 'absent.scene'))
+
+
+def test_cells_of_an_octomap_collide(scene, model):
+    """process_octomap replaces the map; without data there is none. planning_scene.cpp."""
+    cells = octomap_from_cells(
+        np.zeros((1, 3), dtype=np.int64), np.ones(1, dtype=np.float32), 1.0, np.eye(4))
+    scene.process_octomap(octomap_to_message(cells, model.model_frame).octomap)
+    assert scene.is_state_colliding('panda_arm')
+    scene.process_octomap(Octomap())
+    assert not scene.is_state_colliding('panda_arm')

@@ -17,7 +17,7 @@ from moveit_msgs.msg import (
 )
 from moveit_msgs.msg import PlanningScene as PlanningSceneMessage
 from moveit_msgs.msg import RobotState as RobotStateMessage
-from octomap_msgs.msg import Octomap
+from octomap_msgs.msg import Octomap, OctomapWithPose
 from std_msgs.msg import ColorRGBA
 
 from armsim_ros.arrays import Matrix, Vector
@@ -39,14 +39,13 @@ from armsim_ros.nodes.conversions.collision_object import (
     removal_message,
 )
 from armsim_ros.nodes.conversions.constraints import constraints_from_message
+from armsim_ros.nodes.conversions.motion_plan_request import start_state_from_message
+from armsim_ros.nodes.conversions.octomap import octomap_from_message
 from armsim_ros.nodes.conversions.planning_scene import scene_to_message, world_from_message
-from armsim_ros.nodes.conversions.robot_state import start_state_from_message
 from armsim_ros.planning.constraints import ConstraintSet
 from armsim_ros.planning.scene.planning_scene import PlanningScene as Scene
 from armsim_ros.planning.scene.update import SceneUpdate
 from armsim_ros.scene_sources.scene_file import read_scene_file, write_scene_file
-
-_OCTOMAPS = 'octomaps are not supported; nothing is changed'
 
 
 class _CurrentState(RobotState):
@@ -193,14 +192,14 @@ class PlanningScene:
 
     def process_planning_scene_world(self, msg: PlanningSceneWorld) -> bool:
         """Add, remove, extend or move several objects; return whether all was done."""
-        if msg.octomap.octomap.data:
-            self.process_octomap(msg.octomap.octomap)
         return self._attempt('world', lambda: self._scene.apply(
             replace(world_from_message(msg), replaces_world=False)))
 
     def process_octomap(self, msg: Octomap) -> None:
-        """Log that octomaps are not supported."""
-        warn_once(f'process_octomap: {_OCTOMAPS}')
+        """Replace the octomap, whose origin is that of the planning frame; no data: none."""
+        message = OctomapWithPose(header=msg.header, octomap=msg)
+        self._attempt('octomap', lambda: self._scene.apply(
+            SceneUpdate(octomap=octomap_from_message(message, is_diff=False))))
 
     def remove_all_collision_objects(self) -> None:
         """Remove all objects of the world; attached objects stay."""

@@ -22,7 +22,7 @@ from armsim_ros.model.transforms import quat_xyzw_from_matrix
 from armsim_ros.moveit_py.core.robot_model import JointModelGroup, RobotModel
 from armsim_ros.moveit_py.log import logger
 from armsim_ros.nodes.conversions.geometry import pose_from_message, pose_to_message
-from armsim_ros.nodes.conversions.robot_state import robot_state_to_message
+from armsim_ros.nodes.conversions.motion_plan_request import robot_state_to_message
 from armsim_ros.planning.queries import DEFAULT_IK_TIMEOUT
 from armsim_ros.planning.scene.objects import AttachedObject
 from armsim_ros.planning.scene.planning_scene import PlanningScene

@@ -31,8 +31,10 @@ from armsim_ros.moveit_py.planning.plan_parameters import (
     MultiPipelinePlanRequestParameters,
     PlanRequestParameters,
 )
-from armsim_ros.nodes.conversions.motion_plan_request import error_code_message
-from armsim_ros.nodes.conversions.robot_state import robot_state_to_message
+from armsim_ros.nodes.conversions.motion_plan_request import (
+    error_code_message,
+    robot_state_to_message,
+)
 from armsim_ros.nodes.move_group.planning.planning_job import PlanningAnswer
 from armsim_ros.planning.request import ORIENTATION_TOLERANCE, POSITION_TOLERANCE
 from armsim_ros.planning.scene.planning_scene import PlanningScene as Scene

@@ -16,7 +16,7 @@ from rclpy.time import Time
 
 from armsim_ros.moveit_py.core.planning_scene import PlanningScene
 from armsim_ros.moveit_py.core.robot_model import RobotModel
-from armsim_ros.moveit_py.log import logger, warn_once
+from armsim_ros.moveit_py.log import logger
 from armsim_ros.moveit_py.planning.moveit_cpp import MoveItCpp
 from armsim_ros.nodes.conversions.planning_scene import Component
 from armsim_ros.nodes.move_group.scene.scene_topics import apply_scene_message
@@ -132,8 +132,8 @@ class PlanningSceneMonitor:
         return self._cpp.call(apply)
 
     def clear_octomap(self) -> None:
-        """Log that there is no octomap."""
-        warn_once('clear_octomap: octomaps are not supported, there is nothing to clear')
+        """Remove the octomap from the scene."""
+        self._cpp.context.scene.set_octomap(None)
 
     # ---------------------------------------------------------------- topics
 

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The names of ``moveit_configs_utils.launches``."""
 
-from armsim_ros.launch.api.moveit.launches import (
+from armsim_ros.launch.api.launches import (
     generate_demo_launch,
     generate_move_group_launch,
     generate_moveit_rviz_launch,

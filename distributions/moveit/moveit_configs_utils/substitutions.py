@@ -2,6 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The names of ``moveit_configs_utils.substitutions``."""
 
-from armsim_ros.launch.api.moveit.launch_utils import Xacro
+from armsim_ros.launch.api.launches import Xacro
 
 __all__ = ['Xacro']
