@@ -25,6 +25,7 @@ from armsim_ros.cli.programs import FILE_PROGRAMS, main_of
 from armsim_ros.cli.settings import cell_of
 from armsim_ros.config.loading import load_robot_settings
 from armsim_ros.model.cell_loading import load_cell
+from armsim_ros.nodes.bridge.settings import parse_bridge_arguments
 from armsim_ros.nodes.web.arguments import parse_web_arguments
 
 TUTORIAL, LIBRARY = ROOT / 'docs/tutorial.md', ROOT / 'docs/library.md'
@@ -73,6 +74,8 @@ def run_here(command):
         cell_of(parse_arguments(words, xacro=True))
     elif name == 'web':
         parse_web_arguments(words)
+    elif name == 'bridge':
+        parse_bridge_arguments(words)
     else:
         assert name in FILE_PROGRAMS, f'{command}: neither run nor given a reason'
         if '--to' in words:
