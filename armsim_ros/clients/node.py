@@ -124,12 +124,8 @@ class SpinningNode:
             # A thread that still waits when the interpreter ends would abort the process.
             self._thread.join(_END)
             self._executor.shutdown(0.0)
-            # destroy_node() leaves actions, whose handles keep the participant in the domain
-            for each in [*self.node.waitables]:
-                if isinstance(each, ActionClient | ActionServer):
-                    each.destroy()  # type: ignore[no-untyped-call] # rclpy's
             for node in (*self._others, self.node):
-                node.destroy_node()
+                destroy_node(node)
             self.context.try_shutdown()
 
     def __enter__(self) -> Self:
@@ -162,6 +158,19 @@ class SpinningNode:
             except Exception:  # noqa: BLE001 - no message may end the thread
                 if not self._closing.is_set():
                     self.node.get_logger().error(traceback.format_exc())
+
+
+def destroy_node(node: Node) -> None:
+    """
+    Destroy a node and its actions.
+
+    ``Node.destroy_node`` leaves actions, whose handles keep the participant in the domain until
+    they are garbage.
+    """
+    for each in [*node.waitables]:
+        if isinstance(each, ActionClient | ActionServer):
+            each.destroy()  # type: ignore[no-untyped-call] # rclpy's
+    node.destroy_node()
 
 
 class GoalRun:

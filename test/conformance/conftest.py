@@ -111,7 +111,7 @@ def own_server(pytestconfig: pytest.Config) -> Iterator[Server]:
 
 
 @pytest.fixture(scope='session')
-def server_client(server: Server) -> Iterator[ClientNode]:
-    """Give a node beside the server."""
-    with ClientNode(server.domain, 'conformance') as node:
-        yield node
+def server_client(server: Server, until_folder_ends: Callable[..., ClientNode]) -> ClientNode:
+    """Give a node beside the server, which leaves the domain before that can be leased again."""
+    return until_folder_ends(
+        ClientNode(server.domain, 'conformance'), Path(__file__).parent / 'move_group')

@@ -34,6 +34,7 @@ from std_msgs.msg import String
 from std_srvs.srv import Trigger
 from trajectory_msgs.msg import JointTrajectoryPoint
 
+from armsim_ros.clients.node import destroy_node
 from armsim_ros.nodes import qos
 
 URDF = """<robot name="two">
@@ -75,6 +76,7 @@ class FakeStack:
         """Leave the graph."""
         self._context.try_shutdown()
         self._thread.join(5.0)
+        destroy_node(self._node)
 
     def _spin(self):
         with contextlib.suppress(ExternalShutdownException):

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import asyncio
 from dataclasses import dataclass, field
 import itertools
 from typing import Any
@@ -20,6 +21,9 @@ from armsim_ros.nodes.bridge.conversion.incoming import to_message
 from armsim_ros.nodes.bridge.conversion.outgoing import json_values
 from armsim_ros.nodes.bridge.link import BridgeLink
 from armsim_ros.nodes.bridge.refusal import Level, RefusalError
+
+#: Time to request the results of aborted goals before the action is gone [s].
+_LAST_RESULTS = 0.5
 
 
 @dataclass
@@ -127,10 +131,13 @@ class AdvertisedActions:
         for name, other in list(self._served.items()):
             if other is served:
                 del self._served[name]
-        while served.goals:
-            _, (_, waiting) = served.goals.popitem()
+        aborted = list(served.goals.values())
+        served.goals.clear()
+        for _, waiting in aborted:
             self._link.settle(waiting, (GoalStatus.STATUS_ABORTED, None))
-        # What is settled gets its result before the endpoint goes.
+        if aborted:
+            # Callers that were accepted a moment ago have yet to request the result.
+            await asyncio.sleep(_LAST_RESULTS)
         for _ in range(3):
             await self._link.run(lambda: None)
         if served.server is not None:

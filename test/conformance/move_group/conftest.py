@@ -30,7 +30,9 @@ def pytest_configure(config: pytest.Config) -> None:
 @pytest.fixture(scope='session')
 def running(server: Any, server_client: ClientNode) -> ArmBench:
     """Give the arm of the server under test."""
-    return ArmBench(server_client, server.namespace, joint_states_topic(server_client))
+    bench = ArmBench(server_client, server.namespace, joint_states_topic(server_client))
+    bench.start = bench.positions()
+    return bench
 
 
 @pytest.fixture

@@ -24,6 +24,8 @@ from geometry_msgs.msg import Pose  # noqa: E402
 from moveit_msgs.msg import CollisionObject  # noqa: E402
 from std_msgs.msg import Header  # noqa: E402
 
+from armsim_ros.clients.node import destroy_node  # noqa: E402
+
 GROUP, TIP, BASE = 'manipulator', 'link_6', 'base_link'
 BENT = [0.0, 0.4569, 0.4905, -0.5519, 1.57, 0.0]
 
@@ -80,7 +82,7 @@ def user(pytestconfig: pytest.Config) -> Iterator[User]:
         finally:
             executor.shutdown(1.0)
             thread.join(5.0)
-            node.destroy_node()
+            destroy_node(node)
             context.try_shutdown()
 
 

@@ -27,6 +27,7 @@ from arm_user import no_answer_lost, READY, until  # noqa: E402
 from faster import FASTER  # noqa: E402
 from pymoveit2 import MoveIt2, MoveIt2Gripper, RobotDescription  # noqa: E402
 
+from armsim_ros.clients.node import destroy_node  # noqa: E402
 from armsim_ros.testing.program import (  # noqa: E402
     private_domain,
     Program,
@@ -111,7 +112,7 @@ def beside(program: Program, domain: int) -> Iterator[Robot]:
     finally:
         executor.shutdown(1.0)
         thread.join(5.0)
-        node.destroy_node()
+        destroy_node(node)
         context.try_shutdown()
 
 

@@ -304,7 +304,7 @@ def test_no_path_in_time(arm: Any) -> None:
 
 def swing(arm: Any) -> list[dict[str, float]]:
     """Return three states that the first joint joins, with the arm off its axis."""
-    now = arm.positions()
+    now = arm.start
     bent = {joint: now[joint] for joint in arm.group_joints}
     for joint in arm.group_joints[1:3]:
         bent[joint] += 0.6
@@ -349,7 +349,7 @@ def test_a_thin_obstacle_is_not_jumped(arm: Any) -> None:
 def test_plans_are_repeatable_with_a_seed(arm: Any) -> None:
     """The same scene, state and request give the same path."""
     assert arm.parameters.set('planning_seed', 5) == ''
-    now = arm.positions()
+    now = arm.start
     start = robot_state(now)
     bent = {name: now[name] + 0.9 for name in arm.group_joints[:3]}
     middle = arm.pose({name: now[name] + 0.45 for name in arm.group_joints[:3]}).pose
