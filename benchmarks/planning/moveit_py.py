@@ -28,7 +28,7 @@ ROWS = {
     'first_plan': 'start of the script to the first plan [s]',
     'plan': 'plan(), median of 20 [ms]',
     'move_group': '/plan_kinematic_path of move_group, the same request [ms]',
-    'same': 'trajectories with the same bytes, of 20',
+    'same': 'trajectories that are equal to the last bit, of 20',
     'colliding': 'is_state_colliding, processor time [us]',
     'ik': 'set_from_ik near its seed, processor time [us]',
     'transform': 'get_global_link_transform, processor time [us]',

@@ -12,7 +12,6 @@ import sys
 import time
 
 from moveit_msgs.srv import GetMotionPlan
-from rclpy.serialization import serialize_message
 
 from armsim_ros.clients.ros_client import RosClient
 from moveit.core.robot_state import RobotState
@@ -65,8 +64,7 @@ def plans(moveit: MoveItPy, arm: PlanningComponent) -> dict[str, float]:
             ours.append(1000.0 * (time.perf_counter() - between))
             theirs.append(1000.0 * (between - began))
             if plan is not None:
-                same += serialize_message(plan.get_robot_trajectory_msg()) == serialize_message(
-                    answer.motion_plan_response.trajectory)
+                same += plan.get_robot_trajectory_msg() == answer.motion_plan_response.trajectory
     return {'plan': median(ours), 'move_group': median(theirs), 'same': same}
 
 
