@@ -82,6 +82,22 @@ class ArmSim:
         self._planning_clock = CountingClock()
         self._shared_objects: set[str] = set()
 
+    def begin(self, positions: Mapping[str, float], poses: Mapping[str, Matrix], *,
+              seed: int = 0) -> None:
+        """
+        Begin anew at time 0; the planner forgets what it knew.
+
+        :param positions: joint -> start [rad or m]; the others start as usual.
+        :param poses: free object -> where it is, (4, 4) in the world.
+        :param seed: of the planner's random numbers.
+        :raises SimulationError: a joint or an object that is not there.
+        """
+        self.seed = seed
+        self._planning_clock = CountingClock()
+        for part in ('fingers', 'scene', 'planner', '_world_in_scene'):
+            vars(self).pop(part, None)
+        self.simulation.begin(positions, poses)
+
     @property
     def manager(self) -> ControllerManager:
         """

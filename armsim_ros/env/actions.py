@@ -1,87 +1,16 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What an action is, and how it moves the joints without controllers."""
+"""What an action is: bounds, names, and the joint positions that it requests."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Literal
 
+from gymnasium.spaces import Box
 import numpy as np
 
 from armsim_ros.arrays import Matrix, Vector
-from armsim_ros.env.gym_base import Box
-from armsim_ros.errors import SimulationError
 from armsim_ros.kinematics.kinematic_model import KinematicModel
-from armsim_ros.sim.grippers.vacuum_gripper import LOOK_NS, VacuumGripper
-from armsim_ros.sim.simulation import Simulation
-
-
-class PositionCommands:
-    """
-    Commands positions to all drives, and has suction cups look after what they hold.
-
-    :param simulation: its joints must be claimed for positions.
-    :param joints: (n,) the joints with drives.
-    :param steps: physics steps in a control period.
-    """
-
-    def __init__(self, simulation: Simulation, joints: Sequence[str], steps: int) -> None:
-        self._simulation, self._steps = simulation, steps
-        self._places = np.array([simulation.index[name] for name in joints], dtype=np.intp)
-        self._cups: tuple[VacuumGripper, ...] = tuple(simulation.vacuum_grippers.values())
-        self._periods_per_look = max(1, LOOK_NS // (steps * simulation.clock.step_ns))
-
-    def suck(self, on: Sequence[bool]) -> None:
-        """Switch the cups on or off."""
-        for cup, requested in zip(self._cups, on, strict=True):
-            if requested and not cup.on:
-                cup.switch_on()
-            elif not requested and cup.on:
-                cup.switch_off()
-
-    def go(self, start: Vector, end: Vector, periods: int) -> None:
-        """
-        Move from a command to the next within some control periods.
-
-        :param start: (n,) the last command [rad or m].
-        :param end: (n,) [rad or m].
-        :raises SimulationError: the physics became unstable.
-        """
-        simulation = self._simulation
-        rows = start + np.arange(1, periods + 1)[:, None] / periods * (end - start)
-        rows[-1] = end
-        done = 0
-        while done < periods:
-            if simulation.can_plan(self._steps):
-                left = rows[done : done + len(simulation.plan)]
-                self._go_planned(left)
-                done += len(left)
-                continue
-            simulation.command.position[self._places] = rows[done]
-            simulation.write(self._steps)
-            for _ in range(self._steps):
-                simulation.step()
-            done += 1
-            if done % self._periods_per_look == 0:
-                self._look()
-        simulation.command.position[self._places] = end
-
-    def _go_planned(self, rows: Matrix) -> None:
-        simulation, count = self._simulation, len(rows)
-        simulation.begin_plan()
-        simulation.plan.position[:count, self._places] = rows
-        simulation.take_plan(count, self._steps)
-        stride = self._periods_per_look if any(cup.on for cup in self._cups) else count
-        for end in range(stride, count + stride, stride):
-            simulation.follow_plan(min(end, count))
-            self._look()
-        simulation.end_plan()
-
-    def _look(self) -> None:
-        for cup in self._cups:
-            cup.look()
-
 
 ActionKind = Literal['position', 'velocity', 'twist']
 KINDS: tuple[ActionKind, ...] = ('position', 'velocity', 'twist')
@@ -125,17 +54,22 @@ class Actions:
         period: float,
     ) -> None:
         self._kind, self._kinematics, self._period = kind, kinematics, period
-        self._group, self._tip, self._world = group, tip, world
+        self._group, self._tip = group, tip
+        #: Turns linear and angular velocity from world axes to the model's.
+        self._turn = np.kron(np.eye(2), world.T)
         places = np.array([kinematics.index(name) for name in joints], dtype=np.int64)
         lower, upper = kinematics.lower[places], kinematics.upper[places]
         speed = kinematics.velocity_limits[places]
         self.lower = np.where(np.isfinite(lower), lower, -_UNBOUNDED)
         self.upper = np.where(np.isfinite(upper), upper, _UNBOUNDED)
         self.speed = np.where(np.isfinite(speed), speed, _UNLIMITED_SPEED)
+        self._farthest = self.speed * period
         self._places, self._cups = places, len(cups)
-        moved = kinematics.group_indices(group).tolist() if kind == 'twist' else []
+        moved = kinematics.group_indices(group).tolist() if group else []
         self._moved = np.array([places.tolist().index(i) for i in moved], dtype=np.int64)
         self._others = np.flatnonzero(~np.isin(places, moved))
+        self._default = kinematics.default()
+        self._damping = _DAMPING * np.eye(6)
         names = {
             'position': joints,
             'velocity': tuple(f'velocity of {name}' for name in joints),
@@ -151,50 +85,87 @@ class Actions:
             'twist': (np.append(-reach, self.lower[self._others]),
                       np.append(reach, self.upper[self._others])),
         }[kind]
-        self.space = Box(np.append(low, np.zeros(len(cups))), np.append(high, np.ones(len(cups))),
-                         dtype=np.float64)
+        self.low = np.append(low, np.zeros(len(cups)))
+        self.high = np.append(high, np.ones(len(cups)))
+        self.space = Box(self.low, self.high, dtype=np.float64)
 
-    def read(self, action: Vector, start: Vector) -> tuple[Vector, tuple[bool, ...]]:
+    def checked(self, action: Vector) -> Vector:
+        """
+        Return an action as float64 numbers.
+
+        :raises ValueError: it has the wrong length, or a number that is not finite; it is named.
+        """
+        values = np.asarray(action, dtype=np.float64)
+        if values.shape != self.low.shape:
+            raise ValueError(f'an action is {len(self.names)} numbers '
+                             f'({", ".join(self.names)}); got shape {values.shape}')
+        if not float(np.abs(values).sum()) < np.inf:
+            wrong = int(np.flatnonzero(~np.isfinite(values))[0])
+            raise ValueError(f"number {wrong} of the action, '{self.names[wrong]}', is "
+                             f'{values[wrong]}; all numbers must be finite')
+        return values
+
+    def read(self, values: Vector, start: Vector) -> tuple[Vector, tuple[bool, ...]]:
         """
         Return where the joints shall be at the end of the step, and which cups shall be on.
 
-        What is beyond the action space is taken as its bound.
+        What is beyond the bounds is taken as its bound, and no joint goes farther than its speed
+        allows.
 
+        :param values: of ``checked``, in units.
         :param start: (n,) where they are commanded to be now [rad or m].
         :returns: (n,) [rad or m], and a value for each cup.
-        :raises SimulationError: it is no such vector.
         """
-        values = np.asarray(action, dtype=np.float64)
-        if values.shape != self.space.shape or not np.isfinite(values).all():
-            raise SimulationError(
-                f'an action is {len(self.names)} finite numbers ({", ".join(self.names)}); got '
-                f'{values.shape}: {values}')
-        values = np.clip(values, self.space.low, self.space.high)
-        cups = tuple((values[len(values) - self._cups:] > 0.5).tolist())
-        values = values[: len(values) - self._cups]
+        values = np.minimum(np.maximum(values, self.low), self.high)
+        cups: tuple[bool, ...] = ()
+        if self._cups:
+            cups = tuple((values[-self._cups:] > 0.5).tolist())
+            values = values[: -self._cups]
         if self._kind == 'position':
-            return values, cups
-        if self._kind == 'velocity':
+            target = values
+        elif self._kind == 'velocity':
             target = start + self._period * values
         else:
-            target = start + self._period * self._velocities(values[:6], start)
+            target = start + self._period * self.velocities(values[:6], start)
             target[self._others] = values[6:]
-        return np.clip(target, self.lower, self.upper), cups
+        way = np.minimum(np.maximum(target - start, -self._farthest), self._farthest)
+        return np.minimum(np.maximum(start + way, self.lower), self.upper), cups
 
-    def _velocities(self, twist: Vector, start: Vector) -> Vector:
+    def towards(self, twist: Vector, others: Vector, start: Vector) -> Vector:
+        """
+        Return the action, in units and without cups, that moves the tip by a twist.
+
+        :param twist: (6,) linear and angular velocity in world axes [m/s, rad/s].
+        :param others: (m,) positions of the joints that do not move the tip [rad or m].
+        :param start: (n,) where the joints are commanded to be now [rad or m].
+        """
+        if self._kind == 'twist':
+            return np.concatenate((twist, others))
+        velocity = self.velocities(twist, start)
+        velocity[self._others] = (others - start[self._others]) / self._period
+        if self._kind == 'velocity':
+            return velocity
+        return start + self._period * velocity
+
+    @property
+    def others(self) -> Vector:
+        """Which joints do not move the tip (m,), places among the joints."""
+        return self._others
+
+    def velocities(self, twist: Vector, start: Vector) -> Vector:
         """Return velocities (n,) that move the tip so on average over the step."""
-        first = self._solve(twist, start)
-        velocity = self._solve(twist, start + 0.5 * self._period * first)
+        requested = self._turn @ twist
+        first = self._solve(requested, start)
+        velocity = self._solve(requested, start + 0.5 * self._period * first)
         return velocity / max(1.0, float(np.max(np.abs(velocity) / self.speed)))
 
-    def _solve(self, twist: Vector, positions: Vector) -> Vector:
-        q = self._kinematics.default()
+    def _solve(self, requested: Vector, positions: Vector) -> Vector:
+        q = self._default.copy()
         q[self._places] = positions
         jacobian = self._kinematics.jacobian(
             self._kinematics.apply_mimic(q), self._tip, self._group)
-        turn = self._world.T
-        requested = np.concatenate((turn @ twist[:3], turn @ twist[3:]))
-        square = jacobian @ jacobian.T + _DAMPING * np.eye(6)
+        square = jacobian @ jacobian.T
+        square += self._damping
         velocity = np.zeros(len(positions))
         velocity[self._moved] = jacobian.T @ np.linalg.solve(square, requested)
         return velocity

@@ -4,70 +4,64 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections import deque
+from collections.abc import Mapping, Sequence
+import copy
 from pathlib import Path
 from typing import Any, ClassVar
 
+from gymnasium import Env
 import numpy as np
 from numpy.typing import NDArray
 
 from armsim_ros.arrays import Vector
 from armsim_ros.control.hardware_interface import POSITION
 from armsim_ros.control.manager.switching import Strictness
-from armsim_ros.env.actions import ActionKind, Actions, KINDS, PositionCommands
-from armsim_ros.env.gym_base import Env
+from armsim_ros.env.actions import ActionKind, Actions, KINDS
+from armsim_ros.env.motion import JointMotion
 from armsim_ros.env.observations import Observations
-from armsim_ros.env.ranges import checked, drawn, Episode, merged, ranges_from
-from armsim_ros.env.rendering import Renderer, View
-from armsim_ros.errors import ConfigError, nearest, Problem, SimulationError
+from armsim_ros.env.options import checked_choices, own_options
+from armsim_ros.env.ranges import drawn, Episode, Quantity, Ranges, ranges_from, stream
+from armsim_ros.env.rendering import Renderer, View, view_from
+from armsim_ros.env.state import EnvState
+from armsim_ros.env.variation import Variation
+from armsim_ros.errors import ConfigError, Problem, SimulationError
 from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.model.cell import Cell
 from armsim_ros.model.cell_loading import load_cell
 from armsim_ros.model.transforms import pose_matrix
-from armsim_ros.sim.physics.saved_state import SimulationState
 from armsim_ros.stack import ArmSim
 
-OPTIONS = ('objects', 'joints')
+#: Observations that get noise, with the stream of each.
+_NOISY = ('joint_positions', 'joint_velocities', 'object_poses')
 
 
-@dataclass(frozen=True, eq=False)
-class EnvState:
-    """The state of an environment; opaque, may be pickled."""
-
-    episode: Episode
-    simulation: SimulationState
-    target: Vector
-    steps: int
-    random: Mapping[str, Any]
-
-
-class ArmEnv(Env):
+class ArmEnv(Env[Any, Any]):
     """
     A robot in its world, moved by actions instead of controllers.
 
-    A Gymnasium environment where Gymnasium is installed; it works without, too. Equal seeds and
-    actions give equal bytes, see ``digest``. For a task, a subclass defines ``reward`` and
-    ``terminated``. All poses are in the world.
+    Equal seeds and actions give equal bytes, see ``digest``. For a task, a subclass defines
+    ``reward`` and ``terminated``. All poses are in the world.
 
     :param robot: a name, a folder, or what ``load_cell`` returned.
     :param action: ``position``, ``velocity`` or ``twist``; ``action_names`` lists the numbers.
     :param period: time of a step [s]; a whole number of control periods.
     :param group: whose tip is observed and moved by a twist; the first group where not given.
     :param twist: fastest linear [m/s] and angular [rad/s] velocity of a twist.
-    :param randomize: what differs from episode to episode: ``objects``: name -> ``xyz``, ``rpy``,
-        ``mass``, ``friction``, ``color``; ``joints``: name -> start. Each is (low, high).
+    :param randomize: what differs from episode to episode, nested or by dotted path:
+        ``objects.NAME.{xyz, rpy, mass, friction, color, size}``, ``joints.NAME`` (its start) and
+        ``joints.NAME.{damping, friction, armature}``, ``gains``, ``gravity``, ``latency``,
+        ``noise.{joint_positions, joint_velocities, object_poses}``. Each is (low, high), or a
+        fixed value.
     :param max_steps: after so many an episode is truncated; 0 is never.
     :param render_mode: ``rgb_array`` for pictures.
-    :param view: words of ``View``, for pictures.
+    :param view: arguments of ``View``, for pictures.
     :param world: a world's name or file in place of the robot's own.
     :param overrides: dotted path -> value over the robot's files.
     :raises ConfigError: the files, or these arguments, are wrong.
     """
 
     metadata: ClassVar[dict[str, Any]] = {'render_modes': ['rgb_array'], 'render_fps': 50}
-    _target: Vector
-    _steps: int
 
     def __init__(
         self,
@@ -84,20 +78,14 @@ class ArmEnv(Env):
         world: str | Path | None = None,
         overrides: Mapping[str, object] | None = None,
     ) -> None:
+        checked_choices({'action': (action, KINDS),
+                         'render_mode': (render_mode, (None, *self.metadata['render_modes']))})
         if not isinstance(robot, Cell):
             robot = load_cell(str(robot), world=world, overrides=overrides)
-        _check_words({'action': (action, KINDS),
-                      'render_mode': (render_mode, (None, *self.metadata['render_modes']))})
         self.cell, self.render_mode, self.max_steps = robot, render_mode, max_steps
+        self.period = period
         settings, model = robot.settings, robot.model
-        rate = settings.controller_manager.update_rate
-        self._periods = round(period * rate)
-        if self._periods < 1 or abs(self._periods - period * rate) > 1e-6:
-            raise ConfigError(Problem(
-                f'a step of {period:g} s does not fit the controllers', allowed='a whole number '
-                f'of control periods of {1.0 / rate:g} s'))
-        self._ranges = ranges_from(randomize or {}, settings.world, model)
-        self._renderer = Renderer(checked(View, view or {}, 'view'))
+        self._renderer = Renderer(view_from(view or {}))
         group = group or next(iter(model.semantic.groups), '')
         tip = model.group(group).tips[0] if group else tuple(model.links)[-1]
         cups = tuple(settings.simulation.vacuum_grippers)
@@ -113,11 +101,45 @@ class ArmEnv(Env):
         self._observations = Observations(self.joints, tip, self.objects, cups)
         self.action_space: Any = self._actions.space
         self.observation_space: Any = self._observations.space
-        self._begin(Episode(settings.world, {}, 0))
+        self.metadata = {**self.metadata, 'render_fps': round(1.0 / period)}
+        self._sim = self._started(robot, settings.controller_manager.update_rate)
+        self._variation = Variation(self._sim, self.joints)
+        self._known = {**self._variation.known(), **self.task_quantities()}
+        self._ranges = ranges_from(randomize or {}, self._known, 'randomize')
+        self._begin(Episode({}, 0))
+
+    def _started(self, cell: Cell, rate: float) -> ArmSim:
+        """Return the stack with all joints following positions of this environment."""
+        periods = round(self.period * rate)
+        if periods < 1 or abs(periods - self.period * rate) > 1e-6:
+            raise ConfigError(Problem(
+                f'a step of {self.period:g} s does not fit the controllers', allowed='a whole '
+                f'number of control periods of {1.0 / rate:g} s'))
+        sim = ArmSim(cell)
+        for manager in sim.managers.values():
+            active = [name for name, controller in manager.controllers.items()
+                      if controller.active and controller.required_command_interfaces]
+            result = manager.switch(deactivate=active, strictness=Strictness.STRICT)
+            if not result.ok:
+                raise SimulationError(f'the controllers cannot be stopped: {result.message}')
+        sim.simulation.perform_command_mode_switch(
+            {name: frozenset({POSITION}) for name in self.joints})
+        self.decorate(sim)
+        steps = periods * sim.loop.steps_per_update
+        self._motion = JointMotion(sim.simulation, self.joints, steps)
+        self._places = np.array([sim.simulation.index[name] for name in self.joints])
+        return sim
+
+    def decorate(self, sim: ArmSim) -> None:
+        """Add cameras, lights and marks to the stack of a task; nothing by default."""
+
+    def task_quantities(self) -> Mapping[str, Quantity]:
+        """Return what else a task draws: dotted path -> quantity; nothing by default."""
+        return {}
 
     @property
     def sim(self) -> ArmSim:
-        """The stack of this episode, to read, and to plan with; ``reset`` makes another."""
+        """The stack, to read, and to plan with; its planner begins anew with each episode."""
         return self._sim
 
     @property
@@ -125,58 +147,71 @@ class ArmEnv(Env):
         """What each number of an action is."""
         return self._actions.names
 
+    @property
+    def episode(self) -> Episode:
+        """What was drawn for this episode."""
+        return self._episode
+
     def reset(
         self, *, seed: int | None = None, options: Mapping[str, Any] | None = None
-    ) -> tuple[dict[str, Vector], dict[str, Any]]:
+    ) -> tuple[Any, dict[str, Any]]:
         """
         Begin an episode; what differs from others is drawn from the ranges.
 
         :param seed: begins the random numbers anew.
-        :param options: ``objects`` and ``joints`` as in ``randomize``, over it, for this episode;
-            each may be a value, too.
+        :param options: values or ranges as in ``randomize``, over it, for this episode; keys that
+            resemble none of them are ignored.
         :returns: observation and info.
-        :raises ConfigError: an option that there is not, or a value that cannot be.
+        :raises ConfigError: a misspelled option, or a value that is not possible.
         """
         super().reset(seed=seed)
-        for word in options or {}:
-            if word not in OPTIONS:
-                raise ConfigError(Problem(f"reset has no option '{word}'",
-                                          allowed=', '.join(OPTIONS),
-                                          remedy=nearest(word, OPTIONS)))
-        world = self.cell.settings.world
-        ranges = merged(self._ranges, ranges_from(options or {}, world, self.cell.model))
-        self._begin(drawn(ranges, world, self.np_random))
-        return self._observations.read(self._sim.simulation), self._info()
+        given = own_options(options or {}, self._known)
+        ranges = {**self._ranges, **ranges_from(given, self._known, 'options')}
+        self._draw(ranges)
+        values = {path: list(value) if isinstance(value, tuple) else value
+                  for path, value in self._episode.values.items()}
+        return self.observe(), {**self._info(), 'randomization': values}
 
-    def step(
-        self, action: Vector
-    ) -> tuple[dict[str, Vector], float, bool, bool, dict[str, Any]]:
+    def _draw(self, ranges: Ranges) -> None:
+        """Draw an episode and begin it."""
+        self._begin(drawn(ranges, self.np_random))
+
+    def step(self, action: Vector) -> tuple[Any, float, bool, bool, dict[str, Any]]:
         """
         Do what an action requests for a period.
 
         :param action: as ``action_names`` has it; beyond the action space its bound is taken.
         :returns: observation, reward, terminated, truncated, info.
-        :raises SimulationError: it is not an action, or the physics became unstable.
+        :raises ValueError: it has the wrong length, or a number that is not finite.
+        :raises SimulationError: the physics became unstable.
         """
-        target, cups = self._actions.read(action, self._target)
-        self._motion.suck(cups)
-        self._motion.go(self._target, target, self._periods)
-        self._target = target
+        values = self._actions.checked(action)
+        if self._latency:
+            self._waiting.append(values.copy())
+            values = self._waiting.popleft() if len(self._waiting) > self._latency else None
+        if values is not None:
+            self._target, cups = self._actions.read(values, self._target)
+            self._motion.suck(cups)
+        self._motion.go(self._target)
         self._steps += 1
-        observation = self._observations.read(self._sim.simulation)
-        truncated = bool(self.max_steps) and self._steps >= self.max_steps
+        observation = self.observe()
+        truncated = 0 < self.max_steps <= self._steps
         return (observation, self.reward(observation), self.terminated(observation), truncated,
                 self._info())
 
-    def reward(self, observation: Mapping[str, Vector]) -> float:
+    def observe(self) -> Any:
+        """Return the present observation."""
+        return self._noisy(self._observations.read(self._sim.simulation))
+
+    def reward(self, observation: Any) -> float:
         """Return the reward of a step; 0 by default."""
         return 0.0
 
-    def terminated(self, observation: Mapping[str, Vector]) -> bool:
+    def terminated(self, observation: Any) -> bool:
         """Return whether the task has ended; never, by default."""
         return False
 
-    def render(self) -> NDArray[np.uint8] | None:
+    def render(self) -> NDArray[np.uint8] | None:  # type: ignore[override]
         """
         Return a picture (height, width, 3), None without a render mode.
 
@@ -193,8 +228,11 @@ class ArmEnv(Env):
 
     def save_state(self) -> EnvState:
         """Return all that the future depends on."""
-        return EnvState(self._episode, self._sim.simulation.save_state(), self._target.copy(),
-                        self._steps, self.np_random.bit_generator.state)
+        return EnvState(
+            self._episode, self._sim.simulation.save_state(), self._target.copy(), self._steps,
+            tuple(self._waiting),
+            (self.np_random.bit_generator.state, self._noise.bit_generator.state),
+            copy.deepcopy(self.task_state()))
 
     def restore_state(self, state: EnvState) -> None:
         """
@@ -206,41 +244,61 @@ class ArmEnv(Env):
             self._begin(state.episode)
         self._sim.simulation.restore_state(state.simulation)
         self._target, self._steps = state.target.copy(), state.steps
-        self.np_random.bit_generator.state = state.random
+        self._waiting = deque(state.waiting)
+        self.np_random.bit_generator.state, self._noise.bit_generator.state = state.random
+        vars(self).update(copy.deepcopy(dict(state.task)))
+
+    def branch(
+        self, state: EnvState, actions: Sequence[Sequence[Vector]]
+    ) -> list[list[tuple[Any, float, bool, bool, dict[str, Any]]]]:
+        """
+        Return what several sequences of actions lead to from a saved state.
+
+        The environment is where it was, afterwards.
+
+        :param actions: (k, t, n), a sequence for each future.
+        :returns: for each future what ``step`` returns, up to its end.
+        """
+        present, futures = self.save_state(), []
+        for sequence in actions:
+            self.restore_state(state)
+            future: list[tuple[Any, float, bool, bool, dict[str, Any]]] = []
+            for action in sequence:
+                future.append(self.step(action))
+                if future[-1][2] or future[-1][3]:
+                    break
+            futures.append(future)
+        self.restore_state(present)
+        return futures
+
+    def task_state(self) -> Mapping[str, Any]:
+        """Return the attributes that a task remembers of its episode; none by default."""
+        return {}
 
     def close(self) -> None:
         """Give back what pictures need."""
         self._renderer.close()
 
     def _begin(self, episode: Episode) -> None:
-        settings = self.cell.settings
-        start = {**settings.simulation.initial_positions, **episode.joints}
-        settings = settings.model_copy(update={
-            'world': episode.world,
-            'simulation': settings.simulation.model_copy(update={'initial_positions': start}),
-        })
         self._episode = episode
-        cell = Cell(settings, self.cell.model, self.cell.robots)
-        self._sim = sim = ArmSim(cell, seed=episode.seed)
-        for manager in sim.managers.values():
-            active = [name for name, controller in manager.controllers.items()
-                      if controller.active and controller.required_command_interfaces]
-            result = manager.switch(deactivate=active, strictness=Strictness.STRICT)
-            if not result.ok:
-                raise SimulationError(f'the controllers cannot be stopped: {result.message}')
-        simulation = sim.simulation
-        simulation.perform_command_mode_switch(
-            {name: frozenset({POSITION}) for name in self.joints})
-        self._motion = PositionCommands(simulation, self.joints, sim.loop.steps_per_update)
-        self._target = simulation.state.position[
-            [simulation.index[name] for name in self.joints]].copy()
+        self._variation.apply(episode)
+        self._target = self._sim.simulation.state.position[self._places].copy()
         self._steps = 0
+        self._latency = int(episode.get('latency', 0.0))
+        self._waiting: deque[Vector] = deque()
+        self._noise = stream(episode.seed, 'noise')
+        self._deviations = {name: std for name in _NOISY
+                            if (std := episode.get(f'noise.{name}', 0.0))}
+
+    def _noisy(self, observation: dict[str, Vector]) -> dict[str, Vector]:
+        for name, std in self._deviations.items():
+            if name in observation:
+                values = observation[name]
+                observation[name] = values + self._noise.normal(0.0, std, values.shape)
+        return observation
 
     def _info(self) -> dict[str, Any]:
         return {'time': self._sim.time, 'steps': self._steps}
 
 
-def _check_words(words: Mapping[str, tuple[object, tuple[object, ...]]]) -> None:
-    for name, (value, allowed) in words.items():
-        if value not in allowed:
-            raise ConfigError(Problem(f'{name}={value!r}', allowed=', '.join(map(str, allowed))))
+__all__ = ['ArmEnv', 'View']

@@ -4,12 +4,18 @@
 
 from __future__ import annotations
 
+from typing import Any
+
+from gymnasium.spaces import Box, Dict
+import mujoco
 import numpy as np
 
-from armsim_ros.arrays import Matrix, Vector
-from armsim_ros.env.gym_base import Box, Dict
-from armsim_ros.model.transforms import quat_xyzw_from_matrix
+from armsim_ros.arrays import Vector
+from armsim_ros.sim.physics.mujoco_model import object_body_name
 from armsim_ros.sim.simulation import Simulation
+
+#: From MuJoCo's order of a quaternion, w first, to w last.
+_XYZW = np.array([1, 2, 3, 0])
 
 
 class Observations:
@@ -34,30 +40,40 @@ class Observations:
             'joint_positions': len(joints), 'joint_velocities': len(joints),
             'joint_efforts': len(joints), 'tip_pose': 7, 'object_poses': 7 * len(objects),
         }
-        spaces = {name: Box(np.full(size, -np.inf), np.full(size, np.inf), dtype=np.float64)
-                  for name, size in sizes.items() if size}
+        spaces: dict[str, Any] = {
+            name: Box(np.full(size, -np.inf), np.full(size, np.inf), dtype=np.float64)
+            for name, size in sizes.items() if size}
         if cups:
             spaces['held'] = Box(np.zeros(len(cups)), np.ones(len(cups)), dtype=np.float64)
         self.space = Dict(spaces)
+        self._model: Any = None
 
     def read(self, simulation: Simulation) -> dict[str, Vector]:
         """Return the present observation, in arrays of its own."""
-        places = [simulation.index[name] for name in self._joints]
-        state = simulation.state
+        model, data = simulation.mujoco_model, simulation.mujoco_data
+        if model is not self._model:
+            self._bind(simulation)
+        mujoco.mj_kinematics(model, data)
+        state, places, bodies = simulation.state, self._places, self._bodies
+        poses = np.empty((len(bodies), 7))
+        poses[:, :3] = data.xpos[bodies]
+        poses[:, 3:] = data.xquat[bodies][:, _XYZW]
         found = {
             'joint_positions': state.position[places],
             'joint_velocities': state.velocity[places],
             'joint_efforts': state.effort[places],
-            'tip_pose': _parts(simulation.link_pose(self._tip)),
+            'tip_pose': poses[0],
         }
         if self._objects:
-            poses = [_parts(simulation.world.pose(name)) for name in self._objects]
-            found['object_poses'] = np.concatenate(poses)
+            found['object_poses'] = poses[1:].ravel()
         if self._cups:
             held = [bool(cup.held) for cup in simulation.vacuum_grippers.values()]
             found['held'] = np.array(held, dtype=np.float64)
         return found
 
-
-def _parts(pose: Matrix) -> Vector:
-    return np.concatenate((pose[:3, 3], quat_xyzw_from_matrix(pose)))
+    def _bind(self, simulation: Simulation) -> None:
+        """Find the bodies; their numbers hold until the world is edited."""
+        self._model = model = simulation.mujoco_model
+        self._places = np.array([simulation.index[name] for name in self._joints], dtype=np.intp)
+        bodies = [int(model.body(object_body_name(name)).id) for name in self._objects]
+        self._bodies = np.array([simulation.link_body(self._tip), *bodies], dtype=np.intp)

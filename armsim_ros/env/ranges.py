@@ -1,74 +1,68 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What differs from episode to episode: ranges, and what is drawn from them."""
+"""
+What differs from episode to episode: ranges by name, and what is drawn from them.
+
+A name is a dotted path such as ``objects.cube.mass``. Each name has a stream of random numbers of
+its own, so that another range does not change what it draws.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, TypeVar
+import hashlib
+import math
+from typing import Any
 
 import numpy as np
-from pydantic import field_validator, ValidationError
 
-from armsim_ros.config.base import parameter, Settings
-from armsim_ros.config.simulation import Triple
-from armsim_ros.config.world import WorldObjectSettings, WorldSettings
+from armsim_ros.arrays import Vector
 from armsim_ros.errors import ConfigError, nearest, Problem
-from armsim_ros.model.robot_model import RobotModel
 
-AnySettings = TypeVar('AnySettings', bound=Settings)
-Span = tuple[float, float]
-Spans = tuple[Triple, Triple]
+Value = float | tuple[float, ...]
+Values = Mapping[str, Value]
 
 
-def _both_ends(value: Any, width: int) -> Any:
-    """Return (low, high) of a value that is meant as it is; ranges stay."""
-    depth = np.ndim(value)
-    if depth == (1 if width > 1 else 0):
-        return value, value
-    return value
+@dataclass(frozen=True)
+class Quantity:
+    """
+    What a name stands for.
+
+    :param width: 1 for a number, 3 for a vector.
+    :param low: least value.
+    :param high: greatest value.
+    :param above: whether ``low`` itself is too small.
+    :param whole: whether only whole numbers are values.
+    """
+
+    width: int = 1
+    low: float = -math.inf
+    high: float = math.inf
+    above: bool = False
+    whole: bool = False
 
 
-class ObjectRanges(Settings):
-    """What may differ of an object; each is (low, high), or a fixed value."""
+@dataclass(frozen=True)
+class Range:
+    """A range of a name; a fixed value where ``low`` equals ``high``."""
 
-    xyz: Spans | None = parameter(None, 'position in the world [m]')
-    rpy: Spans | None = parameter(None, 'roll, pitch, yaw in the world [rad]')
-    mass: Span | None = parameter(None, '[kg]')
-    friction: Span | None = parameter(None, 'coefficient of sliding friction')
-    color: Spans | None = parameter(None, 'r, g, b in 0..1')
+    low: tuple[float, ...]
+    high: tuple[float, ...]
+    quantity: Quantity
 
-    @field_validator('xyz', 'rpy', 'color', mode='before')
-    @classmethod
-    def _triples(cls, value: Any) -> Any:
-        return _both_ends(value, 3)
-
-    @field_validator('mass', 'friction', mode='before')
-    @classmethod
-    def _numbers(cls, value: Any) -> Any:
-        return None if value is None else _both_ends(value, 1)
-
-    @field_validator('xyz', 'rpy', 'mass', 'friction', 'color')
-    @classmethod
-    def _in_order(cls, value: Any) -> Any:
-        if value is not None and not np.all(np.less_equal(*value)):
-            raise ValueError('a range is (low, high), finite, with low not above high')
-        return value
+    def draw(self, random: np.random.Generator) -> Value:
+        """Return a value."""
+        if self.quantity.whole:
+            return float(random.integers(int(self.low[0]), int(self.high[0]), endpoint=True))
+        if self.low == self.high:
+            drawn: Sequence[float] = self.low
+        else:
+            drawn = random.uniform(self.low, self.high).tolist()
+        return drawn[0] if self.quantity.width == 1 else tuple(drawn)
 
 
-class Ranges(Settings):
-    """What differs from episode to episode."""
-
-    objects: dict[str, ObjectRanges] = parameter({}, 'object -> its ranges')
-    joints: dict[str, Span] = parameter({}, 'joint -> where it starts [rad or m]')
-
-    @field_validator('joints', mode='before')
-    @classmethod
-    def _positions(cls, value: Any) -> Any:
-        if not isinstance(value, Mapping):
-            return value
-        return {name: _both_ends(span, 1) for name, span in value.items()}
+Ranges = dict[str, Range]
 
 
 @dataclass(frozen=True)
@@ -76,89 +70,120 @@ class Episode:
     """
     What was drawn for an episode.
 
-    :param world: with the objects as they are in it.
-    :param joints: joint -> where it starts [rad or m]; those that are not there start as usual.
-    :param seed: of the planner's random numbers.
+    :param values: dotted path -> value.
+    :param seed: of the planner's random numbers and of the noise.
     """
 
-    world: WorldSettings
-    joints: Mapping[str, float]
+    values: Values
     seed: int
 
+    def under(self, prefix: str) -> Iterator[tuple[str, str, Value]]:
+        """Yield (name, quantity, value) of the paths ``prefix.name.quantity``."""
+        for path, value in self.values.items():
+            if path.startswith(f'{prefix}.'):
+                name, _, quantity = path[len(prefix) + 1:].rpartition('.')
+                yield name, quantity, value
 
-def checked(kind: type[AnySettings], given: Mapping[str, Any], title: str) -> AnySettings:
-    """
-    Return settings that a program has given as words.
-
-    :param title: what they are, for messages.
-    :raises ConfigError: each word that there is not, each value that cannot be.
-    """
-    try:
-        return kind.model_validate(dict(given))
-    except ValidationError as error:
-        raise ConfigError([
-            Problem(f'{title}: {".".join(map(str, detail["loc"]))}: {detail["msg"]}',
-                    allowed=', '.join(kind.model_fields))
-            for detail in error.errors(include_url=False)
-        ]) from None
+    def get(self, path: str, default: float) -> float:
+        """Return a number, or the default where none was drawn."""
+        value = self.values.get(path, default)
+        assert not isinstance(value, tuple)
+        return float(value)
 
 
-def ranges_from(given: Mapping[str, Any], world: WorldSettings, model: RobotModel) -> Ranges:
+def flat(given: Mapping[str, Any], prefix: str = '') -> dict[str, Any]:
+    """Return nested mappings as dotted path -> what is there; dotted paths stay as they are."""
+    found: dict[str, Any] = {}
+    for name, value in given.items():
+        path = f'{prefix}.{name}' if prefix else str(name)
+        if isinstance(value, Mapping):
+            found.update(flat(value, path))
+        else:
+            found[path] = value
+    return found
+
+
+def ranges_from(given: Mapping[str, Any], known: Mapping[str, Quantity], title: str) -> Ranges:
     """
     Return checked ranges.
 
-    :param given: ``objects`` and ``joints``, as in ``Ranges``.
-    :raises ConfigError: a word, object or joint that there is not, or a value that cannot be.
+    :param given: nested, or dotted path -> value or (low, high).
+    :param known: all names that there are.
+    :param title: what is read, for messages.
+    :raises ConfigError: each unknown name, and each value that is not possible.
     """
-    ranges = checked(Ranges, given, 'ranges')
-    for kind, names, known in (('object', ranges.objects, tuple(world.objects)),
-                               ('joint', ranges.joints, model.active_joints)):
-        for name in names:
-            if name not in known:
-                raise ConfigError(Problem(
-                    f"there is no {kind} '{name}' to vary", allowed=', '.join(known) or 'none',
-                    remedy=nearest(name, known)))
-    for name, object_ranges in ranges.objects.items():
-        if object_ranges.mass is not None and world.objects[name].mass is None:
-            raise ConfigError(Problem(
-                f"object '{name}' never moves, so its mass cannot vary",
-                remedy='give it a mass in the world file'))
+    problems: list[Problem] = []
+    ranges: Ranges = {}
+    for path, value in flat(given).items():
+        if path not in known:
+            problems.append(Problem(f"{title}: there is no '{path}'", allowed=_allowed(known),
+                                    remedy=nearest(path, tuple(known))))
+            continue
+        quantity = known[path]
+        complaint = ''
+        try:
+            low, high = _both_ends(np.asarray(value, dtype=np.float64), quantity.width)
+            complaint = _complaint(low, high, quantity)
+        except (TypeError, ValueError):
+            count = 'a number' if quantity.width == 1 else f'{quantity.width} numbers'
+            complaint = f'must be {count}, or (low, high) of these'
+        if complaint:
+            problems.append(Problem(f'{title}: {path}={value!r} {complaint}'))
+        else:
+            ranges[path] = Range(tuple(low.tolist()), tuple(high.tolist()), quantity)
+    if problems:
+        raise ConfigError(problems)
     return ranges
 
 
-def merged(ranges: Ranges, over: Ranges) -> Ranges:
-    """Return ranges with others over them, word by word."""
-    objects = dict(ranges.objects)
-    for name, object_ranges in over.objects.items():
-        words = {word: value for word in ObjectRanges.model_fields
-                 if (value := getattr(object_ranges, word)) is not None}
-        objects[name] = objects.get(name, ObjectRanges()).model_copy(update=words)
-    return Ranges(objects=objects, joints={**ranges.joints, **over.joints})
-
-
-def drawn(ranges: Ranges, world: WorldSettings, random: np.random.Generator) -> Episode:
+def drawn(ranges: Ranges, random: np.random.Generator) -> Episode:
     """
-    Return an episode; equal ranges and random numbers give equal ones.
+    Return an episode.
 
-    :raises ConfigError: a value that an object cannot have.
+    :param ranges: of ``ranges_from``.
+    :param random: gives one number, from which the streams of all names begin.
     """
-    objects = dict(world.objects)
-    for name, object_ranges in sorted(ranges.objects.items()):
-        objects[name] = _drawn_object(name, object_ranges, objects[name], random)
-    joints = {name: float(random.uniform(*span)) for name, span in sorted(ranges.joints.items())}
-    seed = int(random.integers(2**31))
-    return Episode(world.model_copy(update={'objects': objects}), joints, seed)
+    key = int(random.integers(2**63))
+    values = {path: ranges[path].draw(stream(key, path)) for path in sorted(ranges)}
+    return Episode(values, key)
 
 
-def _drawn_object(
-    name: str, ranges: ObjectRanges, item: WorldObjectSettings, random: np.random.Generator
-) -> WorldObjectSettings:
-    values: dict[str, Any] = {}
-    for word in ObjectRanges.model_fields:
-        span = getattr(ranges, word)
-        if span is not None:
-            chosen = random.uniform(*span)
-            values[word] = tuple(chosen.tolist()) if np.ndim(chosen) else float(chosen)
-    if 'color' in values:
-        values['color'] = (*values['color'], item.color[3])
-    return checked(WorldObjectSettings, {**dict(item), **values}, f"object '{name}'")
+def stream(key: int, name: str) -> np.random.Generator:
+    """Return the random numbers of a name in an episode."""
+    digest = hashlib.sha256(name.encode()).digest()
+    words = np.frombuffer(digest[:16], dtype='<u4').tolist()
+    return np.random.Generator(np.random.PCG64(np.random.SeedSequence([key, *words])))
+
+
+def _both_ends(value: Vector, width: int) -> tuple[Vector, Vector]:
+    if value.shape == (() if width == 1 else (width,)):
+        return np.atleast_1d(value), np.atleast_1d(value)
+    if value.shape == ((2,) if width == 1 else (2, width)):
+        low, high = value.reshape(2, -1)
+        return low, high
+    raise ValueError(value.shape)
+
+
+def _complaint(low: Vector, high: Vector, quantity: Quantity) -> str:
+    if not (np.isfinite(low).all() and np.isfinite(high).all()):
+        return 'is not finite'
+    if (low > high).any():
+        return 'has a low above its high'
+    if (low < quantity.low).any() or (quantity.above and (low == quantity.low).any()):
+        return f'must be {"above" if quantity.above else "at least"} {quantity.low:g}'
+    if (high > quantity.high).any():
+        return f'must be at most {quantity.high:g}'
+    if quantity.whole and not all(float(v).is_integer() for v in (*low, *high)):
+        return 'must be whole numbers'
+    return ''
+
+
+def _allowed(known: Iterable[str]) -> str:
+    """Return the names, those of an object or a joint together."""
+    groups: dict[str, list[str]] = {}
+    for path in known:
+        head, _, last = path.rpartition('.')
+        groups.setdefault(head, []).append(last)
+    parts = [', '.join(names) if not head else f'{head}.{{{", ".join(names)}}}'
+             for head, names in groups.items()]
+    return ', '.join(parts[:12]) + (', ...' if len(parts) > 12 else '') or 'none'

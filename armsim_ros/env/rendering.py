@@ -4,14 +4,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import ValidationError
 
 from armsim_ros.config.base import parameter, Settings
 from armsim_ros.config.simulation import Triple
-from armsim_ros.errors import ResourceError
+from armsim_ros.errors import ConfigError, Problem, ResourceError
 
 PACKAGES = 'libegl1 libegl-mesa0 libgl1-mesa-dri'
 
@@ -27,15 +29,32 @@ class View(Settings):
     elevation: float = parameter(-25.0, 'above the horizon is negative [degrees]')
 
 
+def view_from(given: Mapping[str, Any]) -> View:
+    """
+    Return a view of arguments.
+
+    :raises ConfigError: each unknown argument, each value that is not possible.
+    """
+    try:
+        return View.model_validate(dict(given))
+    except ValidationError as error:
+        raise ConfigError([
+            Problem(f'view: {".".join(map(str, detail["loc"]))}: {detail["msg"]}',
+                    allowed=', '.join(View.model_fields))
+            for detail in error.errors(include_url=False)
+        ]) from None
+
+
 class Renderer:
     """
     Draws an ``MjModel`` and its ``MjData``; a change of the model makes it begin anew.
 
     :param view: size and camera.
+    :param cameras: cameras of the model to draw instead.
     """
 
-    def __init__(self, view: View) -> None:
-        self._view = view
+    def __init__(self, view: View, cameras: tuple[str, ...] = ()) -> None:
+        self._view, self._cameras = view, cameras
         self._model: Any = None
         self._renderer: Any = None
 
@@ -47,10 +66,36 @@ class Renderer:
         """
         import mujoco
 
+        self._prepare(model)
+        view, camera = self._view, mujoco.MjvCamera()
+        camera.lookat[:] = view.lookat
+        camera.distance, camera.azimuth = view.distance, view.azimuth
+        camera.elevation = view.elevation
+        return self._draw(data, camera)
+
+    def draw_all(self, model: Any, data: Any) -> dict[str, NDArray[np.uint8]]:
+        """
+        Return camera -> its picture (height, width, 3).
+
+        :raises ResourceError: there is no OpenGL to draw with.
+        """
+        self._prepare(model)
+        return {name: self._draw(data, name) for name in self._cameras}
+
+    def _draw(self, data: Any, camera: Any) -> NDArray[np.uint8]:
+        self._renderer.update_scene(data, camera)
+        picture: NDArray[np.uint8] = self._renderer.render().copy()
+        return picture
+
+    def _prepare(self, model: Any) -> None:
+        import mujoco
+
         view = self._view
         if self._model is not model:
             self.close()
-            model.vis.global_.offwidth, model.vis.global_.offheight = view.width, view.height
+            size = model.vis.global_
+            size.offwidth = max(size.offwidth, view.width)
+            size.offheight = max(size.offheight, view.height)
             try:
                 self._renderer = mujoco.Renderer(model, view.height, view.width)
             except Exception as error:
@@ -58,13 +103,6 @@ class Renderer:
                     f'pictures need OpenGL without a screen: {error}; install {PACKAGES} (apt) '
                     'and set MUJOCO_GL=egl, or osmesa, before Python starts') from error
             self._model = model
-        camera = mujoco.MjvCamera()
-        camera.lookat[:] = view.lookat
-        camera.distance, camera.azimuth = view.distance, view.azimuth
-        camera.elevation = view.elevation
-        self._renderer.update_scene(data, camera)
-        picture: NDArray[np.uint8] = self._renderer.render().copy()
-        return picture
 
     def close(self) -> None:
         """Give back what the graphics library holds."""

@@ -161,7 +161,7 @@ class SimulatedLinks:
         :param torque: (3,) world axes [N*m].
         :raises SimulationError: a link that is not there.
         """
-        self._plant.push(self._link_body(link), force, torque)
+        self._plant.push(self.link_body(link), force, torque)
 
     def link_pose(self, link: str) -> Matrix:
         """
@@ -169,7 +169,7 @@ class SimulatedLinks:
 
         :raises SimulationError: a link that is not there.
         """
-        return self._plant.pose(self._link_body(link))
+        return self._plant.pose(self.link_body(link))
 
     def link_motion(self, link: str) -> tuple[Vector, Vector]:
         """
@@ -177,7 +177,7 @@ class SimulatedLinks:
 
         :raises SimulationError: a link that is not there.
         """
-        return self._plant.motion(self._link_body(link))
+        return self._plant.motion(self.link_body(link))
 
     def link_bounds(self, links: Sequence[str], frame: str) -> tuple[Vector, Vector]:
         """
@@ -186,10 +186,15 @@ class SimulatedLinks:
         :param frame: the link in whose axes.
         :raises SimulationError: a link that is not there.
         """
-        bodies = [self._link_body(link) for link in links]
-        return self._plant.bounds(bodies, self._link_body(frame))
+        bodies = [self.link_body(link) for link in links]
+        return self._plant.bounds(bodies, self.link_body(frame))
 
-    def _link_body(self, link: str) -> int:
+    def link_body(self, link: str) -> int:
+        """
+        Return the number of a link's body in the physics.
+
+        :raises SimulationError: a link that is not there.
+        """
         if link not in self.model.links:
             raise SimulationError(
                 f"robot '{self.model.name}' has no link '{link}'; "

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 import hashlib
 import math
 from typing import Any
@@ -327,6 +327,51 @@ class Simulation(SimulatedLinks, SavableSimulation, HardwareInterface):
         self.world.return_to_start()
         self._plant.reset(self._initial)
         self._settle_in()
+
+    def begin(self, positions: Mapping[str, float], poses: Mapping[str, Matrix]) -> None:
+        """
+        Begin anew at time 0, without compiling the physics again.
+
+        What was changed in the ``MjModel``, such as a mass, stays.
+
+        :param positions: joint -> [rad or m]; the others start as usual.
+        :param poses: free object -> where it is, (4, 4) in the world.
+        :raises SimulationError: a joint or an object that is not there.
+        """
+        for name in positions:
+            if name not in self.model.active_joints:
+                raise SimulationError(self._undriven(name))
+        start = self._initial
+        if positions:
+            known = dict(zip(self.joint_names, self._initial.tolist(), strict=True))
+            full = self.model.complete({**known, **positions})
+            start = np.array([full[name] for name in self.joint_names])
+        for gripper in self.vacuum_grippers.values():
+            gripper.switch_off()
+            gripper.losses.clear()
+        self.world.return_to_start()
+        self.clock.reset()
+        self._plant.reset(start, lambda: [self.world.set_pose(*item) for item in poses.items()])
+        self._settle_in()
+        self._written = (b'', 0)
+
+    def decorate(self, edit: Callable[[Any], object]) -> None:
+        """
+        Add to the specification what touches nothing: cameras, lights, marks.
+
+        :param edit: gets the ``MjSpec``; the physics is compiled again after it.
+        :raises SimulationError: MuJoCo refuses it.
+        """
+        edit(self._plant.spec.spec)
+        self._plant.recompile()
+
+    def joint_element(self, name: str) -> str:
+        """Return the name of a joint in the physics."""
+        return self._plant.spec.name(name)
+
+    def scale_gains(self, factor: float) -> None:
+        """Multiply p, i and d of all drives by a factor, from now on."""
+        self._servo.scale_gains(factor)
 
     def recover(self) -> None:
         """Put everything at rest where it last was stable, after ``step`` has raised."""

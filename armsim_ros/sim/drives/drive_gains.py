@@ -42,8 +42,14 @@ class DriveGains:
         self._settings = settings
         self._weights = dict(zip(joint_names, weights.tolist(), strict=True))
         self._given = dict(gains)
+        self._factor = 1.0
         #: Whether the integrator takes the derivative part at the end of its step.
         self.implicit = settings.integrator != 'euler'
+        self.change({})
+
+    def scale(self, factor: float) -> None:
+        """Have p, i and d multiplied by a factor."""
+        self._factor = factor
         self.change({})
 
     def change(self, gains: Mapping[str, PidGains]) -> None:
@@ -53,6 +59,9 @@ class DriveGains:
         self.p = np.array([block.p for block in chosen], dtype=np.float64)
         self.i = np.array([block.i for block in chosen], dtype=np.float64)
         self.d = np.array([block.d for block in chosen], dtype=np.float64)
+        if self._factor != 1.0:
+            for values in (self.p, self.i, self.d):
+                values *= self._factor
         bounds = np.array([block.integral_bounds for block in chosen], dtype=np.float64)
         self.integral_low, self.integral_high = bounds.reshape(-1, 2).T
         wound = (self.i != 0.0) & (self.integral_low < self.integral_high)

@@ -105,6 +105,12 @@ class Servo(Restorable):
         self._sort_modes()
         self._follow_inertia()
 
+    def scale_gains(self, factor: float) -> None:
+        """Multiply p, i and d of all drives by a factor, from the next step on."""
+        self.gains.scale(factor)
+        self._sort_modes()
+        self._follow_inertia()
+
     def switch(self, claimed: Mapping[str, frozenset[str]]) -> Vector:
         """
         Follow other interfaces from now on.

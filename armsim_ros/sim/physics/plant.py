@@ -183,9 +183,16 @@ class Plant:
         state.acceleration[:] = self._qacc[self._qvel_at]
         state.effort[self._active] = self._force * self._per_finger
 
-    def reset(self, positions: Vector) -> None:
-        """Go back to the start of everything, but with the joints at ``positions`` (n,)."""
+    def reset(
+        self, positions: Vector, place_objects: Callable[[], object] = lambda: None
+    ) -> None:
+        """
+        Go back to the start of everything, but with the joints at ``positions`` (n,).
+
+        :param place_objects: puts objects elsewhere before anything is computed.
+        """
         mujoco.mj_resetData(self.model, self.data)
+        place_objects()
         self.place(positions)
 
     def place(self, positions: Vector) -> None:
