@@ -17,7 +17,8 @@ from gymnasium import register
 
 from armsim_ros.env.arm_env import ArmEnv
 from armsim_ros.env.state import EnvState
+from armsim_ros.env.vector import ArmVectorEnv
 
-__all__ = ['ArmEnv', 'EnvState']
+__all__ = ['ArmEnv', 'ArmVectorEnv', 'EnvState']
 
 register('armsim/Arm-v0', entry_point='armsim_ros.env.arm_env:ArmEnv')

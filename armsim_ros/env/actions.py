@@ -54,7 +54,7 @@ class Actions:
         period: float,
     ) -> None:
         self._kind, self._kinematics, self._period = kind, kinematics, period
-        self._group, self._tip = group, tip
+        self._group, self.tip = group, tip
         #: Turns linear and angular velocity from world axes to the model's.
         self._turn = np.kron(np.eye(2), world.T)
         places = np.array([kinematics.index(name) for name in joints], dtype=np.int64)
@@ -163,7 +163,7 @@ class Actions:
         q = self._default.copy()
         q[self._places] = positions
         jacobian = self._kinematics.jacobian(
-            self._kinematics.apply_mimic(q), self._tip, self._group)
+            self._kinematics.apply_mimic(q), self.tip, self._group)
         square = jacobian @ jacobian.T
         square += self._damping
         velocity = np.zeros(len(positions))

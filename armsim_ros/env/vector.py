@@ -1,1 +1,260 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Many environments at once, on all processors: a Gymnasium vector environment."""
 
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from functools import partial
+from multiprocessing import get_context
+from multiprocessing.connection import Connection, wait
+import os
+from typing import Any
+
+from gymnasium.vector import AutoresetMode, VectorEnv
+from gymnasium.vector.utils import batch_space, concatenate, create_empty_array, iterate
+import numpy as np
+from numpy.typing import NDArray
+
+from armsim_ros.env.arm_env import ArmEnv
+from armsim_ros.env.options import checked_choices
+from armsim_ros.errors import ArmsimError, ConfigError, Problem
+
+MakeEnv = Callable[[], ArmEnv]
+#: Between two checks whether a worker is still alive [s].
+_CHECK_S = 1.0
+
+
+class ArmVectorEnv(VectorEnv[Any, Any, Any]):
+    """
+    Environments in a few processes; each process steps its share one by one.
+
+    A row equals what a single environment with its seed gives, to the bit.
+
+    :param make: makes an environment; a function of a module, or ``functools.partial`` of such.
+    :param num_envs: how many.
+    :param autoreset_mode: what a step after the end of an episode does, as of Gymnasium:
+        ``NextStep``, ``SameStep`` or ``Disabled``.
+    :param workers: processes; by default one per processor, at most one per environment.
+    :raises ArmsimError: an environment cannot be made.
+    """
+
+    def __init__(
+        self,
+        make: MakeEnv,
+        num_envs: int = 1,
+        *,
+        autoreset_mode: str | AutoresetMode = AutoresetMode.NEXT_STEP,
+        workers: int = 0,
+    ) -> None:
+        if num_envs < 1:
+            raise ConfigError(Problem(f'num_envs={num_envs}', allowed='at least 1'))
+        names = tuple(mode.value for mode in AutoresetMode)
+        mode = getattr(autoreset_mode, 'value', autoreset_mode)
+        checked_choices({'autoreset_mode': (mode, names)})
+        workers = min(workers or len(os.sched_getaffinity(0)), num_envs)
+        context = get_context('spawn')  # a copy of this process would share its threads' locks
+        self.num_envs = num_envs
+        self._shares = [range(num_envs)[begin::workers] for begin in range(workers)]
+        self._pipes: list[Connection] = []
+        self._processes: list[Any] = []
+        for share in self._shares:
+            ours, theirs = context.Pipe()
+            process = context.Process(
+                target=_serve, args=(theirs, make, len(share), mode), daemon=True)
+            process.start()
+            theirs.close()
+            self._pipes.append(ours)
+            self._processes.append(process)
+        try:
+            facts = self._answers()[0]
+        except ArmsimError:
+            self.close()
+            raise
+        self.single_observation_space, self.single_action_space = facts[:2]
+        self.observation_space = batch_space(self.single_observation_space, num_envs)
+        self.action_space = batch_space(self.single_action_space, num_envs)
+        self.metadata = {**facts[2], 'autoreset_mode': AutoresetMode(mode)}
+        self.render_mode = facts[3]
+
+    def reset(
+        self, *, seed: int | Sequence[int | None] | None = None,
+        options: dict[str, Any] | None = None,
+    ) -> tuple[Any, dict[str, Any]]:
+        """
+        Begin episodes.
+
+        :param seed: of the first environment, the next has the next number; or one for each.
+        :param options: of all; ``reset_mask`` (n,) names those that begin.
+        :returns: observations (n, ...), and infos.
+        :raises ArmsimError: an environment cannot do it.
+        """
+        if seed is None or isinstance(seed, int):
+            seeds = [None if seed is None else seed + place for place in range(self.num_envs)]
+        else:
+            seeds = list(seed)
+        options = dict(options or {})
+        mask = options.pop('reset_mask', np.ones(self.num_envs, dtype=np.bool_))
+        rows = self._scattered('reset', [
+            (seeds[place], options, bool(mask[place])) for place in range(self.num_envs)])
+        self._begun = [observation for observation, _ in rows]
+        return self._stacked(self._begun), self._infos([info for _, info in rows])
+
+    def step(
+        self, actions: Any
+    ) -> tuple[Any, NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]]:
+        """
+        Do a step in each environment.
+
+        :param actions: (n, m).
+        :returns: observations, and (n,) rewards, whether terminated, whether truncated; infos.
+        :raises ArmsimError: an environment cannot do it.
+        """
+        rows = self._scattered('step', list(iterate(self.action_space, actions)))
+        observations, rewards, terminated, truncated, infos = zip(*rows, strict=True)
+        return (self._stacked(observations), np.array(rewards, dtype=np.float64),
+                np.array(terminated, dtype=np.bool_), np.array(truncated, dtype=np.bool_),
+                self._infos(infos))
+
+    def call(self, name: str, *args: Any, **kwargs: Any) -> tuple[Any, ...]:
+        """Return an attribute of each environment, or what a call of it returns."""
+        return tuple(self._scattered('call', [(name, args, kwargs)] * self.num_envs))
+
+    def get_attr(self, name: str) -> tuple[Any, ...]:
+        """Return an attribute of each environment."""
+        return self.call(name)
+
+    def render(self) -> tuple[Any, ...] | None:
+        """Return a picture of each environment."""
+        return self.call('render')
+
+    def close_extras(self, **kwargs: Any) -> None:
+        """End the processes."""
+        for pipe in self._pipes:
+            pipe.close()
+        for process in self._processes:
+            process.join()
+
+    def _stacked(self, rows: Sequence[Any]) -> Any:
+        space = self.single_observation_space
+        return concatenate(space, rows, create_empty_array(space, self.num_envs, fn=np.empty))
+
+    def _infos(self, infos: Sequence[dict[str, Any]]) -> dict[str, Any]:
+        found: dict[str, Any] = {}
+        for place, info in enumerate(infos):
+            found = self._add_info(found, info, place)
+        return found
+
+    def _scattered(self, method: str, arguments: Sequence[Any]) -> list[Any]:
+        """Return what each environment answers, in their order."""
+        for share, pipe in zip(self._shares, self._pipes, strict=True):
+            with suppress(BrokenPipeError):  # it has ended; its answer will report that
+                pipe.send((method, [arguments[place] for place in share]))
+        rows: list[Any] = [None] * self.num_envs
+        for share, answers in zip(self._shares, self._answers(), strict=True):
+            for place, answer in zip(share, answers, strict=True):
+                rows[place] = answer
+        return rows
+
+    def _answers(self) -> list[Any]:
+        """Return the answer of each process; raise what is wrong only when all have answered."""
+        answers, failures = [], []
+        for number, pipe in enumerate(self._pipes):
+            answer = self._received(number, pipe)
+            if isinstance(answer, _Failure):
+                place = self._shares[number][answer.place]
+                failures.append(f'environment {place}: {answer.text}')
+            answers.append(answer)
+        if failures:
+            raise ArmsimError(failures[0])
+        return answers
+
+    def _received(self, number: int, pipe: Connection) -> Any:
+        process = self._processes[number]
+        while True:
+            try:
+                if wait([pipe, process.sentinel], _CHECK_S) and (
+                        pipe.poll() or not process.is_alive()):
+                    return pipe.recv()
+            except (EOFError, ConnectionResetError):
+                process.join()
+                return _Failure(0, f'its process has ended (status {process.exitcode})')
+
+
+class _Failure:
+    """What a process could not do: which of its environments, and why."""
+
+    def __init__(self, place: int, text: str) -> None:
+        self.place, self.text = place, text
+
+
+class _Row:
+    """An environment of a process, with its autoreset."""
+
+    def __init__(self, env: ArmEnv, mode: str) -> None:
+        self._env, self._mode = env, mode
+        self._ended = False
+        self._last: tuple[Any, dict[str, Any]] | None = None
+
+    def reset(self, arguments: tuple[int | None, dict[str, Any], bool]) -> tuple[Any, Any]:
+        seed, options, begins = arguments
+        if not begins and self._last is not None:
+            return self._last[0], {}
+        self._ended = False
+        self._last = self._env.reset(seed=seed, options=options)
+        return self._last
+
+    def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
+        if self._ended and self._mode == AutoresetMode.NEXT_STEP.value:
+            self._ended = False
+            observation, info = self._env.reset()
+            return observation, 0.0, False, False, info
+        observation, reward, terminated, truncated, info = self._env.step(action)
+        self._ended = terminated or truncated
+        if self._ended and self._mode == AutoresetMode.SAME_STEP.value:
+            last, final = observation, info
+            observation, info = self._env.reset()
+            info = {**info, 'final_obs': last, 'final_info': final}
+        self._last = observation, info
+        return observation, reward, terminated, truncated, info
+
+    def call(self, arguments: tuple[str, Any, Any]) -> Any:
+        name, args, kwargs = arguments
+        found = getattr(self._env, name)
+        return found(*args, **kwargs) if callable(found) else found
+
+
+def _serve(pipe: Connection, make: MakeEnv, count: int, mode: str) -> None:
+    """Run environments until the other end of the pipe is closed."""
+    place = 0
+    try:
+        envs = [make() for _ in range(count)]
+        first = envs[0]
+        pipe.send((first.observation_space, first.action_space, first.metadata,
+                   first.render_mode))
+        rows = [_Row(env, mode) for env in envs]
+        while True:
+            method, arguments = pipe.recv()
+            try:
+                answers = []
+                for place, (row, argument) in enumerate(zip(rows, arguments, strict=True)):
+                    answers.append(getattr(row, method)(argument))
+                pipe.send(answers)
+            except (ArmsimError, ValueError) as error:
+                pipe.send(_Failure(place, str(error)))
+    except ArmsimError as error:
+        pipe.send(_Failure(0, str(error)))
+    except (EOFError, BrokenPipeError, ConnectionResetError, KeyboardInterrupt):
+        return
+
+
+def vector_of(env_class: type[ArmEnv], num_envs: int = 1, **arguments: Any) -> ArmVectorEnv:
+    """
+    Return a vector of environments of a class; for ``gymnasium.make_vec``.
+
+    :param arguments: those of the class, and ``autoreset_mode`` and ``workers``.
+    """
+    own = {name: arguments.pop(name) for name in ('autoreset_mode', 'workers')
+           if name in arguments}
+    return ArmVectorEnv(partial(env_class, **arguments), num_envs, **own)

@@ -1,0 +1,29 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""
+Manipulation tasks as Gymnasium environments.
+
+``gymnasium.make('armsim_ros.tasks:armsim/PickCube-v1')`` makes a task in any process.
+"""
+
+from functools import partial
+
+from gymnasium import register
+
+from armsim_ros.env.vector import vector_of
+from armsim_ros.tasks.base import TaskEnv
+from armsim_ros.tasks.place import PlaceCube, StackCubes
+from armsim_ros.tasks.push import PushCube
+from armsim_ros.tasks.reach import PickCube, Reach
+
+#: Part of the id after ``armsim/`` -> its class.
+TASKS: dict[str, type[TaskEnv]] = {
+    f'{task.__name__}-v1': task for task in (Reach, PushCube, PickCube, PlaceCube, StackCubes)}
+
+for _name, _task in TASKS.items():
+    register(
+        f'armsim/{_name}', entry_point=f'{_task.__module__}:{_task.__name__}',
+        vector_entry_point=partial(vector_of, _task),
+        max_episode_steps=_task.default_steps)
+
+__all__ = ['TASKS', 'PickCube', 'PlaceCube', 'PushCube', 'Reach', 'StackCubes', 'TaskEnv']
