@@ -167,3 +167,11 @@ def _named_packages(text: str, packages: Packages) -> list[Path]:
     names += [text[len(scheme):].partition('/')[0] for scheme in _SCHEMES
               if text.startswith(scheme)]
     return [share_folder(name, packages) for name in names]
+
+
+def own_version() -> str:
+    """Return the package's version, from where it is defined."""
+    from xml.etree import ElementTree
+
+    manifest = share_folder(PACKAGE) / 'package.xml'
+    return ElementTree.parse(manifest).findtext('version', 'unknown')

@@ -142,6 +142,8 @@ completion = partial(run, 'completion')
 launch = partial(run, 'launch')
 original = partial(run, 'original')
 overlay = partial(run, 'overlay')
+collect = partial(run, 'collect')
+replay = partial(run, 'replay')
 list = partial(run, 'list')  # noqa: A001 - entry points have the names of their programs
 
 
@@ -171,13 +173,9 @@ def _overview() -> str:
 
 
 def _version() -> str:
-    """Return the package's version, from where it is defined."""
-    from xml.etree import ElementTree
+    from armsim_ros.resources import own_version
 
-    from armsim_ros.resources import PACKAGE, share_folder
-
-    manifest = share_folder(PACKAGE) / 'package.xml'
-    return ElementTree.parse(manifest).findtext('version', 'unknown')
+    return own_version()
 
 
 def _missing_module(program: str, module: str) -> str:

@@ -42,6 +42,11 @@ FILE_PROGRAMS = {
     'generate_config': 'write a first set of files for a robot that has only a URDF',
     'completion': 'print the completion script of bash, zsh or fish',
 }
+#: Those that collect and check data for robot learning; without ROS.
+LEARNING_PROGRAMS = {
+    'collect': 'collect episodes of a task as a LeRobot data set',
+    'replay': 'run the actions of a data set again and compare',
+}
 #: Those that run a user's launch files.
 LAUNCH_PROGRAMS = {
     'launch': "run a launch file as it is, with this package's programs in place of upstream's",
@@ -54,6 +59,7 @@ _SERVERS = {'simulation': 'simulation', 'move_group': 'move_group', 'camera': 'c
 _MAINS = {
     **{program: f'nodes.robot_program:{name}' for program, name in _SERVERS.items()},
     **{verb: f'nodes.verbs.{verb}:main' for verb in VERBS},
+    **{name: f'tools.learning.{name}:main' for name in LEARNING_PROGRAMS},
     'launch': 'launch.main:main', 'overlay': 'launch.overlay:main',
     'list': 'tools.list:main', 'copy': 'tools.copy_robot:main',
     'completion': 'tools.completion:main', 'original': 'nodes.upstream.main:main',
@@ -68,12 +74,14 @@ ROS2_COMMANDS = {
     'echo': 'ros2 topic echo', 'pub': 'ros2 topic pub', 'hz': 'ros2 topic hz',
     'call': 'ros2 service call', 'switch': 'ros2 control switch_controllers',
 }
-PROGRAMS = {**ROBOT_PROGRAMS, **CLIENT_PROGRAMS, **VERBS, **FILE_PROGRAMS, **LAUNCH_PROGRAMS}
+PROGRAMS = {**ROBOT_PROGRAMS, **CLIENT_PROGRAMS, **VERBS, **FILE_PROGRAMS, **LEARNING_PROGRAMS,
+            **LAUNCH_PROGRAMS}
 #: A task -> the programs for it.
 PURPOSES = {
     'run a robot': (*ROBOT_PROGRAMS, *LAUNCH_PROGRAMS),
     'see it, move it, query it': (*VERBS, *CLIENT_PROGRAMS),
     "prepare a robot's files": tuple(FILE_PROGRAMS),
+    'learn from it': tuple(LEARNING_PROGRAMS),
 }
 
 

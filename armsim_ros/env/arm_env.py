@@ -147,6 +147,14 @@ class ArmEnv(Env[Any, Any]):
         """What each number of an action is."""
         return self._actions.names
 
+    def checked_action(self, action: Vector) -> Vector:
+        """
+        Return an action as float64 numbers.
+
+        :raises ValueError: it has the wrong length, or a number that is not finite; it is named.
+        """
+        return self._actions.checked(action)
+
     @property
     def episode(self) -> Episode:
         """What was drawn for this episode."""

@@ -54,7 +54,7 @@ class Workspace:
 
 #: Places that suit the included robots.
 _KNOWN = {
-    'sunday': Workspace((0.10, 0.235), (0.09, 0.055), 1.015, (1.5, 0.8), (0.0, 0.0), 'scan_food'),
+    'sunday': Workspace((0.095, 0.23), (0.08, 0.045), 1.015, (1.5, 0.8), (0.0, 0.0), 'scan_food'),
     'panda': Workspace((0.45, 0.0), (0.09, 0.12), 0.02, (0.5, 0.8), (0.45, 0.0)),
 }
 

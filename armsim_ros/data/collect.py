@@ -1,0 +1,134 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Collects episodes of a task into a data set, with one process or many."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import mujoco
+
+from armsim_ros.data.dataset import DataSet, EpisodeData
+from armsim_ros.data.episodes import EpisodeRunner, Source
+from armsim_ros.data.features import features_of, whole_fps
+from armsim_ros.data.workers import in_processes, on_ray
+from armsim_ros.errors import ArmsimError, ConfigError, Problem
+from armsim_ros.resources import own_version
+
+RAY = 'ray'
+#: So many episodes in a row may fail where only successes are kept.
+_MOST_FAILURES = 200
+
+
+@dataclass(frozen=True)
+class Plan:
+    """
+    What is to be collected.
+
+    :param source: environment and policy.
+    :param episodes: how many the set shall have.
+    :param seed: of the first; each next has the next seed.
+    :param only_successes: whether episodes without success are left out.
+    :param workers: processes, or ``ray`` for the workers of a Ray cluster.
+    """
+
+    source: Source
+    episodes: int
+    seed: int = 0
+    only_successes: bool = False
+    workers: int | str = 1
+
+
+@dataclass(frozen=True)
+class Collected:
+    """
+    What a data set has.
+
+    :param episodes: in the set, those of earlier calls included.
+    :param frames: in all of them.
+    :param successes: episodes that ended in success.
+    :param dropped: what was found of an unfinished episode, '' for nothing.
+    """
+
+    episodes: int
+    frames: int
+    successes: int
+    dropped: str = ''
+
+
+def collect(
+    plan: Plan, folder: Path, progress: Callable[[DataSet], object] = lambda data: None
+) -> Collected:
+    """
+    Collect episodes; a set that is there is completed. What is finished stays, whatever happens.
+
+    :param progress: is called with the set when it is open, and after each episode.
+    :returns: what the set has then.
+    :raises ConfigError: a plan that is not possible, or a folder with something else.
+    """
+    if plan.episodes < 1:
+        raise ConfigError(Problem(f'--episodes {plan.episodes}', allowed='at least 1'))
+    if plan.workers != RAY and not (isinstance(plan.workers, int) and plan.workers >= 1):
+        raise ConfigError(Problem(f'--workers {plan.workers}', allowed=f'at least 1, or {RAY}'))
+    runner = EpisodeRunner(plan.source)
+    try:
+        data = _opened(plan, folder, runner)
+        progress(data)
+        for episode in _kept(plan, data, runner):
+            data.add(episode)
+            progress(data)
+    finally:
+        runner.close()
+    return Collected(data.episodes, data.frames,
+                     sum(bool(facts['success']) for facts in data.facts), data.dropped)
+
+
+def _opened(plan: Plan, folder: Path, runner: EpisodeRunner) -> DataSet:
+    task = runner.task
+    facts: Mapping[str, Any] = {
+        'env_id': plan.source.env_id, 'arguments': _plain(plan.source.arguments),
+        'policy': plan.source.policy, 'seed': plan.seed, 'only_successes': plan.only_successes,
+        'versions': {'armsim_ros': own_version(), 'mujoco': mujoco.__version__}}
+    return DataSet(folder, features_of(task), whole_fps(task.period), task.cell.model.name, facts)
+
+
+def _kept(plan: Plan, data: DataSet, runner: EpisodeRunner) -> Iterator[EpisodeData]:
+    """Yield the episodes that the set does not have yet, in the order of their seeds."""
+    missing = plan.episodes - data.episodes
+    if missing <= 0:
+        return
+    first = data.facts[-1]['seed'] + 1 if data.episodes else plan.seed
+    failures = 0
+    seeds = iter(range(first, first + missing) if not plan.only_successes
+                 else range(first, 2**31))
+    if plan.workers == RAY:
+        found = on_ray(plan.source, seeds)
+    elif plan.workers == 1:
+        found = map(runner.run, seeds)
+    else:
+        found = in_processes(plan.source, seeds, int(plan.workers))
+    for episode in found:
+        if plan.only_successes and not episode.facts['success']:
+            failures += 1
+            if failures >= _MOST_FAILURES:
+                raise ArmsimError(
+                    f'no success in {failures} episodes in a row up to seed '
+                    f"{episode.facts['seed']}; without --only-successes all are kept")
+            continue
+        failures = 0
+        yield episode
+        missing -= 1
+        if not missing:
+            return
+
+
+def _plain(value: Any) -> Any:
+    """Return a value as JSON has it."""
+    if isinstance(value, Mapping):
+        return {name: _plain(item) for name, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_plain(item) for item in value]
+    return value

@@ -1,0 +1,153 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Runs episodes of a task and records them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from importlib import import_module
+import os
+import sys
+from typing import Any
+
+import gymnasium
+import numpy as np
+
+from armsim_ros.data.dataset import EpisodeData
+from armsim_ros.data.features import ACTION, DONE, frames_of, IMAGES, REWARD, SUCCESS
+from armsim_ros.data.stats import picture_stats
+from armsim_ros.data.video import encoded
+from armsim_ros.env.ranges import stream
+from armsim_ros.errors import ArmsimError, ConfigError, nearest, Problem
+from armsim_ros.tasks import TASKS
+from armsim_ros.tasks.base import TaskEnv
+
+Policy = Callable[[Any], Any]
+EXPERT, RANDOM = 'expert', 'random'
+
+
+@dataclass(frozen=True)
+class Source:
+    """
+    Where episodes come from.
+
+    :param env_id: such as ``armsim/PickCube-v1``.
+    :param arguments: those of the task.
+    :param policy: ``expert``, ``random`` or ``MODULE:CALLABLE``, which gets an observation and
+        returns an action.
+    """
+
+    env_id: str
+    arguments: Mapping[str, Any] = field(default_factory=dict)
+    policy: str = EXPERT
+
+
+class PolicyError(ArmsimError):
+    """The user's policy failed."""
+
+
+class EpisodeRunner:
+    """
+    An environment that runs one episode after the other.
+
+    :param source: where episodes come from.
+    :raises ConfigError: an unknown id, or a policy that cannot be imported.
+    """
+
+    def __init__(self, source: Source) -> None:
+        self.source = source
+        self.env = made(source)
+        self.task: TaskEnv = self.env.unwrapped  # type: ignore[assignment]
+        self._policy = None if source.policy in (EXPERT, RANDOM) else imported(source.policy)
+
+    def run(self, seed: int) -> EpisodeData:
+        """
+        Return the episode of a seed; it depends on nothing else.
+
+        :raises PolicyError: the policy failed.
+        """
+        observation, info = self.env.reset(seed=seed)
+        facts = {'seed': seed, 'randomization': info['randomization']}
+        policy = self._policy_of(seed)
+        columns: dict[str, list[Any]] = {}
+        pictures: dict[str, list[Any]] = {}
+        ended = False
+        while not ended:
+            action = self._clipped(policy, observation)
+            frame = {**frames_of(observation), ACTION: action}
+            observation, reward, terminated, truncated, info = self.env.step(action)
+            ended = terminated or truncated
+            frame |= {REWARD: reward, DONE: ended, SUCCESS: info['is_success']}
+            for name, value in frame.items():
+                (pictures if name.startswith(IMAGES) else columns).setdefault(
+                    name, []).append(value)
+        fps = round(1.0 / self.task.period)
+        facts |= {'digest': self.task.digest(), 'success': bool(info['is_success'])}
+        kinds = {REWARD: np.float32, DONE: np.bool_, SUCCESS: np.bool_}
+        return EpisodeData(
+            {name: np.array(values, dtype=kinds.get(name, np.float32))
+             for name, values in columns.items()},
+            {name: encoded(values, fps) for name, values in pictures.items()},
+            {name: picture_stats(values) for name, values in pictures.items()},
+            self.task.task_description, facts)
+
+    def close(self) -> None:
+        """Give back what the environment holds."""
+        self.env.close()
+
+    def _policy_of(self, seed: int) -> Policy:
+        if self._policy is not None:
+            return self._policy
+        if self.source.policy == EXPERT:
+            return lambda observation: self.task.expert()
+        random, space = stream(seed, 'policy'), self.task.action_space
+        return lambda observation: random.uniform(space.low, space.high)
+
+    def _clipped(self, policy: Policy, observation: Any) -> Any:
+        space = self.task.action_space
+        try:
+            action = np.asarray(policy(observation), dtype=np.float32)
+            return np.clip(self.task.checked_action(action), space.low, space.high).astype(
+                np.float32)
+        except ArmsimError:
+            raise
+        except Exception as error:
+            raise PolicyError(f"the policy '{self.source.policy}' failed: "
+                              f'{type(error).__name__}: {error}') from error
+
+
+def made(source: Source) -> gymnasium.Env[Any, Any]:
+    """
+    Return the environment of a source.
+
+    :raises ConfigError: an unknown id.
+    """
+    name = source.env_id.partition(':')[2] or source.env_id
+    name = name.removeprefix('armsim/')
+    if name not in TASKS:
+        raise ConfigError(Problem(
+            f"there is no task '{source.env_id}'", allowed=', '.join(f'armsim/{k}' for k in TASKS),
+            remedy=nearest(name, tuple(TASKS))))
+    return gymnasium.make(f'armsim/{name}', disable_env_checker=True, **source.arguments)
+
+
+def imported(policy: str) -> Policy:
+    """
+    Return the function of ``MODULE:CALLABLE``.
+
+    :raises ConfigError: it cannot be imported.
+    """
+    module, _, name = policy.partition(':')
+    if os.getcwd() not in sys.path:
+        sys.path.insert(0, os.getcwd())
+    try:
+        found = getattr(import_module(module), name)
+    except (ImportError, AttributeError, ValueError) as error:
+        raise ConfigError(Problem(
+            f"the policy '{policy}' cannot be imported: {error}",
+            allowed=f'{EXPERT}, {RANDOM}, or MODULE:CALLABLE')) from None
+    if not callable(found):
+        raise ConfigError(Problem(f"the policy '{policy}' cannot be called"))
+    policy_found: Policy = found
+    return policy_found
