@@ -102,20 +102,20 @@ class ArmEnv(Env[Any, Any]):
         self.action_space: Any = self._actions.space
         self.observation_space: Any = self._observations.space
         self.metadata = {**self.metadata, 'render_fps': round(1.0 / period)}
-        self._sim = self._started(robot, settings.controller_manager.update_rate)
-        self._variation = Variation(self._sim, self.joints)
+        self._build()
         self._known = {**self._variation.known(), **self.task_quantities()}
         self._ranges = ranges_from(randomize or {}, self._known, 'randomize')
         self._begin(Episode({}, 0))
 
-    def _started(self, cell: Cell, rate: float) -> ArmSim:
-        """Return the stack with all joints following positions of this environment."""
+    def _build(self) -> None:
+        """Make the stack with all joints following positions of this environment."""
+        rate = self.cell.settings.controller_manager.update_rate
         periods = round(self.period * rate)
         if periods < 1 or abs(periods - self.period * rate) > 1e-6:
             raise ConfigError(Problem(
                 f'a step of {self.period:g} s does not fit the controllers', allowed='a whole '
                 f'number of control periods of {1.0 / rate:g} s'))
-        sim = ArmSim(cell)
+        self._sim = sim = ArmSim(self.cell)
         for manager in sim.managers.values():
             active = [name for name, controller in manager.controllers.items()
                       if controller.active and controller.required_command_interfaces]
@@ -128,7 +128,7 @@ class ArmEnv(Env[Any, Any]):
         steps = periods * sim.loop.steps_per_update
         self._motion = JointMotion(sim.simulation, self.joints, steps)
         self._places = np.array([sim.simulation.index[name] for name in self.joints])
-        return sim
+        self._variation = Variation(sim, self.joints)
 
     def decorate(self, sim: ArmSim) -> None:
         """Add cameras, lights and marks to the stack of a task; nothing by default."""
@@ -288,6 +288,8 @@ class ArmEnv(Env[Any, Any]):
         self._renderer.close()
 
     def _begin(self, episode: Episode) -> None:
+        if self._sim.simulation.mujoco_model is not self._variation.model:
+            self._build()  # the caller has edited the world of the last episode
         self._episode = episode
         self._variation.apply(episode)
         self._target = self._sim.simulation.state.position[self._places].copy()

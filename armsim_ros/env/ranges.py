@@ -100,7 +100,7 @@ def flat(given: Mapping[str, Any], prefix: str = '') -> dict[str, Any]:
             found.update(flat(value, path))
         else:
             found[path] = value
-    return found
+    return found or ({prefix: {}} if prefix else {})
 
 
 def ranges_from(given: Mapping[str, Any], known: Mapping[str, Quantity], title: str) -> Ranges:
@@ -115,6 +115,8 @@ def ranges_from(given: Mapping[str, Any], known: Mapping[str, Quantity], title: 
     problems: list[Problem] = []
     ranges: Ranges = {}
     for path, value in flat(given).items():
+        if value == {} and any(name.startswith(f'{path}.') for name in known):
+            continue
         if path not in known:
             problems.append(Problem(f"{title}: there is no '{path}'", allowed=_allowed(known),
                                     remedy=nearest(path, tuple(known))))

@@ -47,17 +47,17 @@ class Variation:
 
     def __init__(self, sim: ArmSim, joints: tuple[str, ...]) -> None:
         self._sim, self._joints = sim, joints
-        self._model: Any = sim.simulation.mujoco_model
-        self._scratch = mujoco.MjData(self._model)
-        self._base = {name: getattr(self._model, name).copy() for name in _FIELDS
-                      if getattr(self._model, name).size}
-        self._gravity = self._model.opt.gravity.copy()
+        self.model: Any = sim.simulation.mujoco_model
+        self._scratch = mujoco.MjData(self.model)
+        self._base = {name: getattr(self.model, name).copy() for name in _FIELDS
+                      if getattr(self.model, name).size}
+        self._gravity = self.model.opt.gravity.copy()
         self._extent = self._statistics()
         self._dirty = self._scaled = False
         self._objects = sim.simulation.world.objects
         self._dofs = {name: self._joint_dofs(name) for name in joints}
-        self._cameras = {self._model.camera(i).name: i for i in range(self._model.ncam)}
-        self._lights = {self._model.light(i).name: i for i in range(self._model.nlight)}
+        self._cameras = {self.model.camera(i).name: i for i in range(self.model.ncam)}
+        self._lights = {self.model.light(i).name: i for i in range(self.model.nlight)}
 
     def known(self) -> dict[str, Quantity]:
         """Return dotted path -> its quantity, of all that can be varied."""
@@ -70,7 +70,7 @@ class Variation:
                       f'objects.{name}.color': unit}
             if item.mass is not None:
                 known[f'objects.{name}.mass'] = POSITIVE
-            if all(int(self._model.geom_type[geom]) in _SCALABLE for geom in self._geoms(name)):
+            if all(int(self.model.geom_type[geom]) in _SCALABLE for geom in self._geoms(name)):
                 known[f'objects.{name}.size'] = POSITIVE
         for name in self._joints:
             known[f'joints.{name}'] = number
@@ -89,7 +89,7 @@ class Variation:
 
     def apply(self, episode: Episode) -> None:
         """Make physics and start of an episode."""
-        model, simulation = self._model, self._sim.simulation
+        model, simulation = self.model, self._sim.simulation
         if self._dirty:
             for name, values in self._base.items():
                 getattr(model, name)[:] = values
@@ -114,7 +114,7 @@ class Variation:
         self._sim.begin(starts, poses, seed=episode.seed % 2**31)
 
     def _vary_objects(self, episode: Episode) -> dict[str, Any]:
-        model, simulation = self._model, self._sim.simulation
+        model, simulation = self.model, self._sim.simulation
         given: dict[str, dict[str, Value]] = {}
         for name, quantity, value in episode.under('objects'):
             given.setdefault(name, {})[quantity] = value
@@ -143,7 +143,7 @@ class Variation:
         return poses
 
     def _scale(self, body: int, geoms: list[int], factor: float) -> None:
-        model = self._model
+        model = self.model
         for name in ('geom_pos', 'geom_size', 'geom_rbound', 'geom_aabb'):
             getattr(model, name)[geoms] *= factor
         start = int(model.body_bvhadr[body])
@@ -153,14 +153,14 @@ class Variation:
         model.body_inertia[body] *= factor**2
 
     def _vary_joints(self, episode: Episode) -> None:
-        arrays = {'damping': self._model.dof_damping, 'friction': self._model.dof_frictionloss,
-                  'armature': self._model.dof_armature}
+        arrays = {'damping': self.model.dof_damping, 'friction': self.model.dof_frictionloss,
+                  'armature': self.model.dof_armature}
         for name, quantity, value in episode.under('joints'):
             if quantity in arrays and name in self._dofs:
                 arrays[quantity][self._dofs[name]] = value
 
     def _vary_sight(self, episode: Episode) -> None:
-        model = self._model
+        model = self.model
         for name, quantity, value in episode.under('camera'):
             camera = self._cameras[name]
             if quantity == 'xyz':
@@ -176,22 +176,22 @@ class Variation:
 
     def _statistics(self, values: tuple[Any, ...] | None = None) -> tuple[Any, ...]:
         """Return what the picture's near and far planes depend on, set first where given."""
-        stat = self._model.stat
+        stat = self.model.stat
         if values is not None:
             stat.extent, stat.meansize, stat.meanmass, stat.meaninertia = values[:4]
             stat.center[:] = values[4]
         return (stat.extent, stat.meansize, stat.meanmass, stat.meaninertia, stat.center.copy())
 
     def _body(self, name: str) -> int:
-        return int(self._model.body(object_body_name(name)).id)
+        return int(self.model.body(object_body_name(name)).id)
 
     def _geoms(self, name: str) -> list[int]:
-        start = int(self._model.body_geomadr[self._body(name)])
-        return list(range(start, start + int(self._model.body_geomnum[self._body(name)])))
+        start = int(self.model.body_geomadr[self._body(name)])
+        return list(range(start, start + int(self.model.body_geomnum[self._body(name)])))
 
     def _joint_dofs(self, name: str) -> list[int]:
         element = self._sim.simulation.joint_element(name)
-        return [int(self._model.joint(element).dofadr[0])]
+        return [int(self.model.joint(element).dofadr[0])]
 
 
 def field_of_view(focal: float) -> float:

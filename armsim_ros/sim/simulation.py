@@ -351,8 +351,11 @@ class Simulation(SimulatedLinks, SavableSimulation, HardwareInterface):
             gripper.losses.clear()
         self.world.return_to_start()
         self.clock.reset()
+        self._plant.drive(np.zeros(len(self.model.active_joints)))
         self._plant.reset(start, lambda: [self.world.set_pose(*item) for item in poses.items()])
         self._settle_in()
+        # Nothing has acted yet, whatever the last run ended with.
+        self.state.effort[:] = self.state.acceleration[:] = 0.0
         self._written = (b'', 0)
 
     def decorate(self, edit: Callable[[Any], object]) -> None:

@@ -284,13 +284,13 @@ class TaskEnv(ArmEnv):
         return self._items[name]
 
     def _begin(self, episode: Episode) -> None:
-        if self._hand is None:
+        super()._begin(episode)
+        if self._hand is None or self._hand.sim is not self._sim:
             self._hand = Hand(self._sim, self._hand_model)
             model = self._sim.simulation.mujoco_model
             joints = {name: model.joint(f'object/{name}') for name, _ in self.cubes}
             self._items = {name: (int(joint.qposadr[0]), int(joint.dofadr[0]))
                            for name, joint in joints.items()}
-        super()._begin(episode)
         self._streak = 0
         if 'target.xyz' in episode.values:
             self._sim.simulation.mujoco_model.site(TARGET).pos[:] = episode.values['target.xyz']

@@ -98,7 +98,7 @@ class Hand:
 
     def __init__(self, sim: ArmSim, model: HandModel) -> None:
         self.model = model
-        self._sim, self._simulation = sim, sim.simulation
+        self.sim, self._simulation = sim, sim.simulation
         self._mujoco: Any = sim.simulation.mujoco_model
         self._body = sim.simulation.link_body(model.link)
         bodies = [sim.simulation.link_body(link)
@@ -141,7 +141,7 @@ class Hand:
         """Return whether an object is at the cup, or pressed between the fingers."""
         if self.model.cup:
             return self._simulation.vacuum_grippers[self.model.cup].held == item
-        return self.touches(item) and item in self._sim.fingers.squeezed()
+        return self.touches(item) and item in self.sim.fingers.squeezed()
 
     def touches(self, item: str) -> bool:
         """Return whether the hand touches an object; a cup does where it holds it."""

@@ -1,12 +1,8 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The environment with Gymnasium, and without."""
+"""The environment in Gymnasium's hands."""
 
 from functools import partial
-import os
-from pathlib import Path
-import subprocess
-import sys
 
 import gymnasium
 from gymnasium.utils.env_checker import check_env
@@ -14,30 +10,9 @@ from gymnasium.vector import AsyncVectorEnv
 import numpy as np
 import pytest
 
-from armsim_ros.env import ArmEnv, own_gym
+from armsim_ros.env import ArmEnv
 
-ROOT = Path(__file__).parents[2]
 statement = pytest.mark.statement
-
-WITHOUT = """
-import sys
-sys.modules['gymnasium'] = None
-import importlib.util
-find = importlib.util.find_spec
-importlib.util.find_spec = lambda name, *more: None if name == 'gymnasium' else find(name, *more)
-
-from armsim_ros.env import ArmEnv, own_gym
-
-env = ArmEnv(action='velocity')
-assert isinstance(env, own_gym.Env)
-observation, info = env.reset(seed=3)
-assert observation in env.observation_space
-env.action_space.seed(1)
-for _ in range(5):
-    observation, *_ = env.step(env.action_space.low / 10)
-print(env.digest())
-"""
-
 
 @statement('H1')
 @pytest.mark.filterwarnings('ignore:.*(Box (action|observation) space|alternative render modes)')
@@ -47,33 +22,6 @@ def test_passes_gymnasiums_checker(kind):
     env = gymnasium.make('armsim_ros.env:armsim/Arm-v0', action=kind)
     check_env(env.unwrapped, skip_render_check=True)
     env.close()
-
-
-@statement('H1')
-def test_works_without_gymnasium(new_env):
-    """Without Gymnasium the same calls end in the same digest."""
-    child = subprocess.run(
-        [sys.executable, '-c', WITHOUT], check=False, capture_output=True, text=True,
-        env={**os.environ, 'PYTHONPATH': str(ROOT)})
-    assert child.returncode == 0, child.stderr
-    env = new_env(action='velocity', randomize={})
-    env.reset(seed=3)
-    for _ in range(5):
-        env.step(env.action_space.low / 10)
-    assert child.stdout.strip() == env.digest()
-
-
-@statement('H1')
-def test_own_spaces_are_as_gymnasiums():
-    """Our spaces have samples, bounds and membership as Gymnasium's."""
-    low, high = np.array([-1.0, -np.inf]), np.array([2.0, np.inf])
-    ours, theirs = own_gym.Box(low, high), gymnasium.spaces.Box(low, high, dtype=np.float64)
-    ours.seed(1)
-    for value in (ours.sample(), theirs.sample(), low, np.array([3.0, 0.0]), np.zeros(3)):
-        assert ours.contains(value) == theirs.contains(value)
-    both = own_gym.Dict({'b': ours, 'a': ours})
-    assert both.sample() in both
-    assert {'a': low} not in both
 
 
 @statement('H2')

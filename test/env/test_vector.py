@@ -1,61 +1,72 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Environments in processes of their own."""
+"""Many environments at once."""
 
+from contextlib import closing
 from functools import partial
 import os
 import signal
 
+from gymnasium.vector import AutoresetMode
 import numpy as np
 import pytest
 
-from armsim_ros.env import ArmEnv, ProcessVector
-from armsim_ros.errors import ArmsimError
+from armsim_ros.env import ArmEnv, ArmVectorEnv
+from armsim_ros.errors import ArmsimError, ConfigError
 
-statement = pytest.mark.statement
 RANGES = {'objects': {'cube': {'mass': (0.1, 0.5)}}, 'joints': {'joint_1': (-0.3, 0.3)}}
 TURN = np.array([0.5, 0.1, 0.0, 0.0, 0.2, 0.0, 0.0])
-make = partial(ArmEnv, action='velocity', randomize=RANGES, max_steps=6)
+make = partial(ArmEnv, action='velocity', randomize=RANGES, max_steps=4)
 
 
-@statement('H2')
-def test_equal_seeds_give_equal_digests(new_env):
-    """Each process ends in the digest of one environment with its seed, after resets, too."""
-    with ProcessVector([make, make]) as vector:
-        observed = vector.reset(seed=20)
-        assert observed['joint_positions'].shape == (2, 6)
-        for _ in range(9):  # the seventh resets
-            observed, rewards, terminated, truncated = vector.step(np.stack([TURN, TURN]))
-        assert rewards.shape == terminated.shape == truncated.shape == (2,)
-        digests = vector.digests()
-    for place, digest in enumerate(digests):
-        env = new_env(action='velocity', randomize=RANGES)
-        env.reset(seed=20 + place)
-        for _ in range(6):
-            env.step(TURN)
-        env.reset()
-        for _ in range(2):
-            one, *_ = env.step(TURN)
-        assert env.digest() == digest
-        assert one['tip_pose'].tobytes() == observed['tip_pose'][place].tobytes()
-    assert digests[0] != digests[1]
+def single(env, seed, mode):
+    """Return what a single environment gives in seven steps, with its autoreset."""
+    rows, ended = [env.reset(seed=seed)[0]], False
+    for _ in range(7):
+        if ended and mode is AutoresetMode.NEXT_STEP:
+            rows.append(env.reset()[0])
+            ended = False
+            continue
+        observation, _, terminated, truncated, _ = env.step(TURN)
+        ended = terminated or truncated
+        rows.append(env.reset()[0] if ended and mode is AutoresetMode.SAME_STEP else observation)
+    return rows
+
+
+@pytest.mark.parametrize('mode', [AutoresetMode.NEXT_STEP, AutoresetMode.SAME_STEP])
+def test_rows_equal_single_environments(new_env, mode):
+    """Three environments in two processes give the bytes of single environments."""
+    with closing(ArmVectorEnv(make, 3, workers=2, autoreset_mode=mode)) as vector:
+        rows = [vector.reset(seed=20)[0]]
+        for _ in range(7):
+            observation, rewards, *_ = vector.step(np.stack([TURN] * 3))
+            rows.append({name: values.copy() for name, values in observation.items()})
+        digests = vector.call('digest')
+        assert rewards.shape == (3,)
+    env = new_env(action='velocity', randomize=RANGES, max_steps=4)
+    for place in (0, 1, 2):
+        for ours, row in zip(single(env, 20 + place, mode), rows, strict=True):
+            assert all(ours[name].tobytes() == row[name][place].tobytes() for name in ours)
+        assert env.digest() == digests[place]
+    assert len(set(digests)) == 3
 
 
 def test_mistakes_name_the_environment():
     """A wrong action, and an environment that cannot be made, are told with their number."""
-    with ProcessVector([make]) as vector:
+    with closing(ArmVectorEnv(make, 2, workers=2)) as vector:
         vector.reset(seed=0)
-        with pytest.raises(ArmsimError, match='environment 0: an action is 7 finite numbers'):
-            vector.step(np.zeros((1, 3)))
-        vector.step(TURN[None])
+        wrong = np.stack([TURN, np.full(7, np.nan)])
+        with pytest.raises(ArmsimError, match="environment 1: number 0 of the action, 'velocity"):
+            vector.step(wrong)
+        vector.step(np.stack([TURN, TURN]))
+        os.kill(vector._processes[1].pid, signal.SIGKILL)
+        with pytest.raises(ArmsimError, match='environment 1: its process has ended'):
+            vector.step(np.stack([TURN, TURN]))
+
+
+def test_an_environment_that_cannot_be_made_is_told():
+    """The message of its maker, with its number; a vector of none is refused."""
     with pytest.raises(ArmsimError, match=r'environment 0: .*sundy'):
-        ProcessVector([partial(ArmEnv, 'sundy')])
-
-
-def test_a_process_that_is_killed_is_told():
-    """Where a process is gone its number and status are said, and closing still works."""
-    with ProcessVector([make]) as vector:
-        os.kill(vector._processes[0].pid, signal.SIGKILL)
-        vector._processes[0].join()
-        with pytest.raises(ArmsimError, match='environment 0: its process has ended'):
-            vector.reset(seed=0)
+        ArmVectorEnv(partial(ArmEnv, 'sundy'), 1)
+    with pytest.raises(ConfigError, match='num_envs=0'):
+        ArmVectorEnv(make, 0)
