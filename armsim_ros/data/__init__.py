@@ -6,11 +6,11 @@ Data sets of episodes in LeRobot's layout v3.0.
 It needs pyarrow, and PyAV for pictures: ``pip install 'armsim_ros[gym,data]'``.
 """
 
-import armsim_ros.env  # noqa: F401 - selects how pictures are drawn, before MuJoCo is imported
 from armsim_ros.data.collect import collect, Collected, Plan
 from armsim_ros.data.dataset import DataSet, EpisodeData
 from armsim_ros.data.features import Feature
 from armsim_ros.data.replay import replay, Replayed
+import armsim_ros.env  # noqa: F401 - selects how pictures are drawn, before MuJoCo is imported
 
 __all__ = ['Collected', 'DataSet', 'EpisodeData', 'Feature', 'Plan', 'Replayed', 'collect',
            'replay']

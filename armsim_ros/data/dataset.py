@@ -180,7 +180,8 @@ class DataSet:
         """Take up a set that is there; what is not counted in it is dropped."""
         info, facts = read_json(self.folder / INFO), read_json(self.folder / OWN)
         differences = _differences(self._info, info, ('fps', 'robot_type', 'features'))
-        differences += _differences(self._facts, facts, [k for k in self._facts if k != 'episodes'])
+        differences += _differences(
+            self._facts, facts, [name for name in self._facts if name != 'episodes'])
         if differences:
             raise ConfigError([
                 Problem(f"the set in '{self.folder}' has {difference}",

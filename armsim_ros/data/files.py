@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 import json
 import os
 from pathlib import Path
@@ -88,7 +89,7 @@ class GrowingTable:
                 path.unlink()
                 continue
             if len(kept) < len(table):
-                write_whole(path, lambda part, kept=kept: parquet.write_table(kept, part))
+                write_whole(path, partial(parquet.write_table, kept))
             tables.append(kept)
         self._number = len(tables) - 1
         if tables:

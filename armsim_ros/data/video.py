@@ -17,7 +17,7 @@ from armsim_ros.errors import ResourceError
 #: Of all videos; a key frame every other frame, for random access.
 _CODEC, _PIXELS = 'libx264', 'yuv420p'
 _OPTIONS = {'crf': '18', 'g': '2', 'bf': '0', 'preset': 'medium', 'threads': '1'}
-#: What ``info.json`` tells about them.
+#: What ``info.json`` has of them.
 VIDEO_INFO = {'video.codec': 'h264', 'video.pix_fmt': _PIXELS, 'video.g': 2, 'video.crf': 18}
 Picture = NDArray[np.uint8]
 

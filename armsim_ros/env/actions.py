@@ -8,6 +8,7 @@ from typing import Literal
 
 from gymnasium.spaces import Box
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from armsim_ros.arrays import Matrix, Vector
 from armsim_ros.kinematics.kinematic_model import KinematicModel
@@ -89,7 +90,7 @@ class Actions:
         self.high = np.append(high, np.ones(len(cups)))
         self.space = Box(self.low, self.high, dtype=np.float64)
 
-    def checked(self, action: Vector) -> Vector:
+    def checked(self, action: ArrayLike) -> Vector:
         """
         Return an action as float64 numbers.
 
@@ -148,7 +149,7 @@ class Actions:
         return start + self._period * velocity
 
     @property
-    def others(self) -> Vector:
+    def others(self) -> NDArray[np.intp]:
         """Which joints do not move the tip (m,), places among the joints."""
         return self._others
 

@@ -8,11 +8,11 @@ from collections import deque
 from collections.abc import Mapping, Sequence
 import copy
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any
 
 from gymnasium import Env
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from armsim_ros.arrays import Vector
 from armsim_ros.control.hardware_interface import POSITION
@@ -61,7 +61,13 @@ class ArmEnv(Env[Any, Any]):
     :raises ConfigError: the files, or these arguments, are wrong.
     """
 
-    metadata: ClassVar[dict[str, Any]] = {'render_modes': ['rgb_array'], 'render_fps': 50}
+    metadata: dict[str, Any] = {  # noqa: RUF012 - as in Gymnasium; each environment has its own
+        'render_modes': ['rgb_array'], 'render_fps': 50}
+    _target: Vector
+    _steps: int
+    _latency: int
+    _waiting: deque[Vector]
+    _noise: np.random.Generator
 
     def __init__(
         self,
@@ -147,7 +153,7 @@ class ArmEnv(Env[Any, Any]):
         """What each number of an action is."""
         return self._actions.names
 
-    def checked_action(self, action: Vector) -> Vector:
+    def checked_action(self, action: ArrayLike) -> Vector:
         """
         Return an action as float64 numbers.
 
@@ -193,10 +199,11 @@ class ArmEnv(Env[Any, Any]):
         :raises ValueError: it has the wrong length, or a number that is not finite.
         :raises SimulationError: the physics became unstable.
         """
-        values = self._actions.checked(action)
+        values: Vector | None = self._actions.checked(action)
         if self._latency:
-            self._waiting.append(values.copy())
-            values = self._waiting.popleft() if len(self._waiting) > self._latency else None
+            self._waiting.append(self._actions.checked(action).copy())
+            waited = len(self._waiting) > self._latency
+            values = self._waiting.popleft() if waited else None
         if values is not None:
             self._target, cups = self._actions.read(values, self._target)
             self._motion.suck(cups)
@@ -219,7 +226,7 @@ class ArmEnv(Env[Any, Any]):
         """Return whether the task has ended; never, by default."""
         return False
 
-    def render(self) -> NDArray[np.uint8] | None:  # type: ignore[override]
+    def render(self) -> NDArray[np.uint8] | None:
         """
         Return a picture (height, width, 3), None without a render mode.
 
@@ -295,7 +302,7 @@ class ArmEnv(Env[Any, Any]):
         self._target = self._sim.simulation.state.position[self._places].copy()
         self._steps = 0
         self._latency = int(episode.get('latency', 0.0))
-        self._waiting: deque[Vector] = deque()
+        self._waiting = deque()
         self._noise = stream(episode.seed, 'noise')
         self._deviations = {name: std for name in _NOISY
                             if (std := episode.get(f'noise.{name}', 0.0))}

@@ -27,7 +27,7 @@ Values = Mapping[str, Value]
 @dataclass(frozen=True)
 class Quantity:
     """
-    What a name stands for.
+    The values that a name can have.
 
     :param width: 1 for a number, 3 for a vector.
     :param low: least value.
@@ -86,9 +86,13 @@ class Episode:
 
     def get(self, path: str, default: float) -> float:
         """Return a number, or the default where none was drawn."""
-        value = self.values.get(path, default)
-        assert not isinstance(value, tuple)
-        return float(value)
+        return number(self.values.get(path, default))
+
+
+def number(value: Value) -> float:
+    """Return a value of width 1."""
+    assert not isinstance(value, tuple)
+    return float(value)
 
 
 def flat(given: Mapping[str, Any], prefix: str = '') -> dict[str, Any]:

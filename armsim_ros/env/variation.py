@@ -8,9 +8,8 @@ import math
 from typing import Any
 
 import mujoco
-import numpy as np
 
-from armsim_ros.env.ranges import Episode, Quantity, Value
+from armsim_ros.env.ranges import Episode, number, Quantity, Value
 from armsim_ros.model.transforms import pose_matrix, quat_wxyz_from_matrix
 from armsim_ros.sim.physics.mujoco_model import object_body_name
 from armsim_ros.stack import ArmSim
@@ -61,7 +60,7 @@ class Variation:
 
     def known(self) -> dict[str, Quantity]:
         """Return dotted path -> its quantity, of all that can be varied."""
-        vector, number = Quantity(3), Quantity()
+        vector, scalar = Quantity(3), Quantity()
         unit = Quantity(3, 0.0, 1.0)
         known: dict[str, Quantity] = {}
         for name, item in self._objects.items():
@@ -73,7 +72,7 @@ class Variation:
             if all(int(self.model.geom_type[geom]) in _SCALABLE for geom in self._geoms(name)):
                 known[f'objects.{name}.size'] = POSITIVE
         for name in self._joints:
-            known[f'joints.{name}'] = number
+            known[f'joints.{name}'] = scalar
             known |= {f'joints.{name}.{what}': STD
                       for what in ('damping', 'friction', 'armature')}
         known |= {'gains': POSITIVE, 'gravity': vector,
@@ -96,7 +95,7 @@ class Variation:
             model.opt.gravity[:] = self._gravity
             self._statistics(self._extent)
         poses = self._vary_objects(episode)
-        starts = {path[len('joints.'):]: float(value)  # type: ignore[arg-type]
+        starts = {path[len('joints.'):]: number(value)
                   for path, value in episode.values.items()
                   if path.startswith('joints.') and path[len('joints.'):] in self._dofs}
         self._vary_joints(episode)
@@ -122,9 +121,9 @@ class Variation:
         for name, values in given.items():
             body, geoms = self._body(name), self._geoms(name)
             if 'size' in values:
-                self._scale(body, geoms, float(values['size']))  # type: ignore[arg-type]
+                self._scale(body, geoms, number(values['size']))
             if 'mass' in values:
-                ratio = float(values['mass']) / float(model.body_mass[body])  # type: ignore[arg-type]
+                ratio = number(values['mass']) / float(model.body_mass[body])
                 model.body_inertia[body] *= ratio
                 model.body_mass[body] = values['mass']
             if 'friction' in values:
@@ -134,7 +133,7 @@ class Variation:
             if 'xyz' in values or 'rpy' in values:
                 pose = self._objects[name].pose.copy()
                 if 'rpy' in values:
-                    pose[:3, :3] = pose_matrix(rpy=values['rpy'])[:3, :3]  # type: ignore[arg-type]
+                    pose[:3, :3] = pose_matrix(rpy=values['rpy'])[:3, :3]
                 if 'xyz' in values:
                     pose[:3, 3] = values['xyz']
                 if self._objects[name].mass is None:
@@ -166,10 +165,10 @@ class Variation:
             if quantity == 'xyz':
                 model.cam_pos[camera] = value
             elif quantity == 'rpy':
-                rotation = pose_matrix(rpy=value)  # type: ignore[arg-type]
+                rotation = pose_matrix(rpy=value)
                 model.cam_quat[camera] = quat_wxyz_from_matrix(rotation)
             else:
-                model.cam_fovy[camera] = field_of_view(float(value))  # type: ignore[arg-type]
+                model.cam_fovy[camera] = field_of_view(number(value))
         for quantity, array in (('xyz', model.light_pos), ('color', model.light_diffuse)):
             if f'light.{quantity}' in episode.values:
                 array[:] = episode.values[f'light.{quantity}']

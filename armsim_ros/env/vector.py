@@ -138,7 +138,8 @@ class ArmVectorEnv(VectorEnv[Any, Any, Any]):
 
     def _stacked(self, rows: Sequence[Any]) -> Any:
         space = self.single_observation_space
-        return concatenate(space, rows, create_empty_array(space, self.num_envs, fn=np.empty))
+        empty: Any = create_empty_array(space, self.num_envs, fn=np.empty)
+        return concatenate(space, rows, empty)
 
     def _infos(self, infos: Sequence[dict[str, Any]]) -> dict[str, Any]:
         found: dict[str, Any] = {}
@@ -237,8 +238,9 @@ def _serve(pipe: Connection, make: MakeEnv, count: int, mode: str) -> None:
         while True:
             method, arguments = pipe.recv()
             try:
-                answers = []
-                for place, (row, argument) in enumerate(zip(rows, arguments, strict=True)):
+                answers: list[Any] = []
+                for row, argument in zip(rows, arguments, strict=True):
+                    place = len(answers)
                     answers.append(getattr(row, method)(argument))
                 pipe.send(answers)
             except (ArmsimError, ValueError) as error:

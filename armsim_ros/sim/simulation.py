@@ -352,7 +352,12 @@ class Simulation(SimulatedLinks, SavableSimulation, HardwareInterface):
         self.world.return_to_start()
         self.clock.reset()
         self._plant.drive(np.zeros(len(self.model.active_joints)))
-        self._plant.reset(start, lambda: [self.world.set_pose(*item) for item in poses.items()])
+
+        def place_objects() -> None:
+            for name, pose in poses.items():
+                self.world.set_pose(name, pose)
+
+        self._plant.reset(start, place_objects)
         self._settle_in()
         # Nothing has acted yet, whatever the last run ended with.
         self.state.effort[:] = self.state.acceleration[:] = 0.0

@@ -167,13 +167,16 @@ class TaskEnv(ArmEnv):
 
     def to_units(self, action: Vector) -> Vector:
         """Return an action in the units of ``ArmEnv``."""
-        return self._middle + self._half * np.asarray(action, dtype=np.float64)
+        units: Vector = self._middle + self._half * np.asarray(action, dtype=np.float64)
+        return units
 
     def expert(self) -> NDArray[np.float32]:
         """Return the next action of a scripted expert, from the state alone."""
         units = self._steering.action(self.hand, self.goal(), self._target, self._sim)
         action = (units - self._middle) / self._half
-        return np.clip(action, self.action_space.low, self.action_space.high).astype(np.float32)
+        clipped: NDArray[np.float32] = np.clip(
+            action, self.action_space.low, self.action_space.high).astype(np.float32)
+        return clipped
 
     def decorate(self, sim: ArmSim) -> None:
         """Add cameras, light and mark."""
@@ -231,7 +234,7 @@ class TaskEnv(ArmEnv):
         simulation = self._sim.simulation
         return self._pictures.draw_all(simulation.mujoco_model, simulation.mujoco_data)
 
-    def render(self) -> NDArray[np.uint8] | None:  # type: ignore[override]
+    def render(self) -> NDArray[np.uint8] | None:
         """Return the picture of the front camera (480, 480, 3), None without a render mode."""
         if self.render_mode is None:
             return None

@@ -112,7 +112,8 @@ class Hand:
         """The point of the grasp in the world (3,) [m], as of the last kinematics."""
         data = self._simulation.mujoco_data
         point: Vector = data.xmat[self._body].reshape(3, 3) @ self.model.offset
-        return point + data.xpos[self._body]
+        point += data.xpos[self._body]
+        return point
 
     @property
     def rotation(self) -> Matrix:

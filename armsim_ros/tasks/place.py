@@ -19,9 +19,11 @@ from armsim_ros.tasks.workspace import CUBE
 PLACED = 0.02
 #: How far inside the edge of the lower cube the middle of the upper cube has to be [m].
 INSIDE = 0.01
+#: From the bottom of a cube to its middle [m].
+_HALF = np.array([0.0, 0.0, 0.5 * CUBE])
 #: How exactly one is at the height of what it rests on [m].
 _ON = 0.008
-#: Largest tilt of a cube that stands, as the cosine.
+#: Largest tilt of an upright cube, as the cosine.
 _UPRIGHT = math.cos(0.1)
 
 
@@ -45,16 +47,16 @@ class PlaceCube(TaskEnv):
 
     def remaining(self) -> float:
         """Return the way of the cube to the mark, and half of that of the hand to the cube."""
-        goal, item = self.target + [0.0, 0.0, 0.5 * CUBE], self.item_xyz('cube')
+        goal, item = self.target + _HALF, self.item_xyz('cube')
         return math.dist(item, goal) + 0.5 * math.dist(self.hand.point, item)
 
     def goal(self) -> Goal:
         """Return the next goal of taking the cube to the mark."""
-        return put(self, 'cube', self.target + [0.0, 0.0, 0.5 * CUBE], 0.006)
+        return put(self, 'cube', self.target + _HALF, 0.006)
 
 
 class StackCubes(TaskEnv):
-    """The red cube rests on the green cube, which stands, and is not held."""
+    """The red cube rests on the green cube, which is upright on the table, and is not held."""
 
     task = 'StackCubes'
     task_description = 'Put the red cube on the green cube.'
@@ -78,19 +80,19 @@ class StackCubes(TaskEnv):
             (np.abs(turn @ way) <= 0.5 * CUBE - INSIDE).all()
             and abs(red[2] - green[2] - CUBE) < _ON and self.rests('red')
             and abs(green[2] - self.place.surface - 0.5 * CUBE) < _ON
-            and self.item_speed('green') < REST and _stands(self.item_quat('green')))
+            and self.item_speed('green') < REST and _is_upright(self.item_quat('green')))
 
     def remaining(self) -> float:
         """Return the way of red to its place, and half of that of the hand to red."""
-        goal, red = self.item_xyz('green') + [0.0, 0.0, CUBE], self.item_xyz('red')
+        goal, red = self.item_xyz('green') + 2.0 * _HALF, self.item_xyz('red')
         return math.dist(red, goal) + 0.5 * math.dist(self.hand.point, red)
 
     def goal(self) -> Goal:
         """Return the next goal of taking red onto green."""
-        return put(self, 'red', self.item_xyz('green') + [0.0, 0.0, CUBE], 0.004)
+        return put(self, 'red', self.item_xyz('green') + 2.0 * _HALF, 0.004)
 
 
-def _stands(quaternion: Vector) -> bool:
-    """Return whether a body of this quaternion wxyz stands upright on a face."""
+def _is_upright(quaternion: Vector) -> bool:
+    """Return whether a body of this quaternion wxyz is upright."""
     _, x, y, _ = quaternion
     return bool(1.0 - 2.0 * (x * x + y * y) > _UPRIGHT)

@@ -24,6 +24,8 @@ _NEAREST = 0.06
 #: Distance behind the cube from which the hand pushes [m].
 _BEHIND = 0.062
 _LOW = 0.03
+#: The cube starts in this share of the workspace: the hand has to get behind it.
+_MIDDLE = 0.6
 
 
 class PushCube(TaskEnv):
@@ -33,10 +35,13 @@ class PushCube(TaskEnv):
     task_description = 'Push the red cube onto the green mark.'
     mark = 'disc'
     default_steps = 200
+    _highest: float
+    _start: float
 
     def default_ranges(self) -> dict[str, Any]:
         """Return the cube's and the target's."""
-        return {'objects.cube.xyz': self.place.on_table(), 'target.xyz': self.place.on_table(0.0),
+        return {'objects.cube.xyz': self.place.on_table(share=_MIDDLE),
+                'target.xyz': self.place.on_table(0.0),
                 'objects.cube.friction': (0.4, 0.8), 'objects.cube.mass': (0.05, 0.15)}
 
     def is_possible(self) -> bool:

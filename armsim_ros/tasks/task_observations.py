@@ -50,20 +50,23 @@ class TaskObservations:
         arm = [i for i, name in enumerate(joints) if name != hand.joint]
         self._arm = np.array(arm, dtype=np.intp)
         self.state_names = (*(joints[i] for i in arm), 'gripper')
-        things = ('tip', *objects)
-        self.environment_names = (*(f'{name}.{part}' for name in things for part in _POSE),
+        items = ('tip', *objects)
+        self.environment_names = (*(f'{name}.{part}' for name in items for part in _POSE),
                                   *((f'target.{part}' for part in 'xyz') if target else ()))
-        agent = (np.append(actions.lower[arm] - 1.0, 0.0), np.append(actions.upper[arm] + 1.0, 1.0))
+        agent = (np.append(actions.lower[arm] - 1.0, 0.0),
+                 np.append(actions.upper[arm] + 1.0, 1.0))
         speed = np.full(len(arm), _FAST)
-        far = np.array([*([_FAR] * 3, [1.0] * 4) * len(things), [_FAR] * 3 * target], dtype=object)
-        bound = np.array([value for part in far for value in part])
-        self._agent = tuple(values.astype(np.float32) for values in agent)
+        pose = [*[_FAR] * 3, *[1.0] * 4]
+        bound = np.array([*pose * len(items), *([_FAR] * 3 if target else [])])
+        self._agent = agent[0].astype(np.float32), agent[1].astype(np.float32)
         self._bound = bound.astype(np.float32)
         self._low = np.concatenate((agent[0], -speed, -bound)).astype(np.float32)
         self._high = np.concatenate((agent[1], speed, bound)).astype(np.float32)
-        picture = {name: Box(0, 255, (*size, 3), np.uint8) for name in cameras}
+        picture: dict[str, Space[Any]] = {
+            name: Box(0, 255, (*size, 3), np.uint8) for name in cameras}
         parts: dict[str, Space[Any]] = {
-            'pixels': Dict(picture), 'agent_pos': Box(*self._agent, dtype=np.float32),
+            'pixels': Dict(picture), 'agent_pos': Box(
+                self._agent[0], self._agent[1], dtype=np.float32),
             'environment_state': Box(-self._bound, self._bound, dtype=np.float32)}
         self.space: Space[Any] = {
             'state': Box(self._low, self._high, dtype=np.float32),
@@ -103,7 +106,7 @@ class TaskObservations:
         :param pictures: camera -> (h, w, 3), where they are observed.
         """
         if self._kind == 'state':
-            parts = [now['joint_positions'][self._arm], (level,),
+            parts = [now['joint_positions'][self._arm], np.array([level]),
                      now['joint_velocities'][self._arm], now['tip_pose']]
             if 'object_poses' in now:
                 parts.append(now['object_poses'])

@@ -20,6 +20,7 @@ _TABLE_THICKNESS = 0.03
 #: Of other robots: height of the hand over the table at the start [m].
 _CLEARANCE = 0.15
 TABLE = 'table'
+Box = tuple[tuple[float, ...], tuple[float, ...]]
 
 
 @dataclass(frozen=True)
@@ -42,13 +43,17 @@ class Workspace:
     table_at: tuple[float, float]
     start: str = ''
 
-    def on_table(self, height: float = 0.5 * CUBE) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    def on_table(self, height: float = 0.5 * CUBE, share: float = 1.0) -> Box:
         """Return the smallest and largest position of something so high over the table [m]."""
-        return self.above(height, height)
+        return self.above(height, height, share)
 
-    def above(self, low: float, high: float) -> tuple[tuple[float, ...], tuple[float, ...]]:
-        """Return the smallest and largest position between two heights over the table [m]."""
-        (x, y), (dx, dy) = self.centre, self.half
+    def above(self, low: float, high: float, share: float = 1.0) -> Box:
+        """
+        Return the smallest and largest position between two heights over the table [m].
+
+        :param share: of the area, about its middle.
+        """
+        (x, y), (dx, dy) = self.centre, (share * half for half in self.half)
         return ((x - dx, y - dy, self.surface + low), (x + dx, y + dy, self.surface + high))
 
 

@@ -132,7 +132,7 @@ def test_a_cube_in_the_air_that_is_not_held_is_not_picked(cell):
     """Thrown up by 0.2 m it falls without success."""
     with closing(PickCube(cell)) as env:
         env.reset(seed=0)
-        put_item(env, 'cube', env.item_xyz('cube') + [0, 0, 0.3])
+        put_item(env, 'cube', env.item_xyz('cube') + np.array([0, 0, 0.3]))
         assert not steps(env, 10)
 
 
@@ -141,7 +141,7 @@ def test_placing_is_resting_on_the_mark(cell):
     with closing(PlaceCube(cell)) as env:
         for aside, success in ((0.03, False), (0.015, True)):
             env.reset(seed=1)
-            put_item(env, 'cube', env.target + [aside, 0.0, 0.02])
+            put_item(env, 'cube', env.target + np.array([aside, 0.0, 0.02]))
             assert steps(env) == success
 
 
@@ -167,9 +167,9 @@ def test_a_carried_cube_is_not_pushed(cell):
         for lifted, success in ((False, True), (True, False)):
             env.reset(seed=2)
             if lifted:
-                put_item(env, 'cube', env.item_xyz('cube') + [0, 0, 0.06])
+                put_item(env, 'cube', env.item_xyz('cube') + np.array([0, 0, 0.06]))
                 env.step(hold(env))
-            put_item(env, 'cube', env.target + [0.01, 0.0, 0.02])
+            put_item(env, 'cube', env.target + np.array([0.01, 0.0, 0.02]))
             assert steps(env, 12) == success
 
 

@@ -19,7 +19,7 @@ _OBS_TYPES = ('state', 'environment_state_agent_pos', 'pixels', 'pixels_agent_po
 _ACTIONS = ('position', 'velocity', 'twist')
 
 
-class _Terminated(Exception):
+class _TerminatedError(Exception):
     """SIGTERM."""
 
 
@@ -57,7 +57,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         raise
     except KeyboardInterrupt:
         reason, status = 'interrupted', 128 + signal.SIGINT
-    except _Terminated:
+    except _TerminatedError:
         reason, status = 'terminated', 128 + signal.SIGTERM
     except (ArmsimError, OSError) as error:
         reason, status = str(error), 1
@@ -86,7 +86,7 @@ def _plan(options: argparse.Namespace) -> Any:
 
 
 def _terminate(_number: int, _frame: FrameType | None) -> None:
-    raise _Terminated
+    raise _TerminatedError
 
 
 def _workers(text: str) -> int | str:
