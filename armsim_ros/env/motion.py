@@ -13,6 +13,10 @@ from armsim_ros.sim.grippers.vacuum_gripper import LOOK_NS, VacuumGripper
 from armsim_ros.sim.simulation import Simulation
 
 
+#: Simulated time between checks of cups that all hold something [ns].
+HELD_LOOK_NS = 10_000_000
+
+
 class JointMotion:
     """
     Commands positions to all drives, and has suction cups check what they hold.
@@ -29,7 +33,7 @@ class JointMotion:
         self._simulation, self._steps = simulation, steps
         self._places = np.array([simulation.index[name] for name in joints], dtype=np.intp)
         self._cups: tuple[VacuumGripper, ...] = tuple(simulation.vacuum_grippers.values())
-        self._check_steps = max(1, LOOK_NS // simulation.clock.step_ns)
+        self._step_ns = simulation.clock.step_ns
 
     def suck(self, on: Sequence[bool]) -> None:
         """Switch the cups on or off."""
@@ -53,11 +57,20 @@ class JointMotion:
         if not simulation.resting:
             simulation.step()  # makes the inputs of all steps of the period
             done = 1
-        stride = self._check_steps if any(cup.on for cup in self._cups) else steps
+        last = 0
         while done < steps:
-            count = min(stride - done % stride, steps - done)
+            stride = max(1, self._until_check() // self._step_ns)
+            count = min(max(1, last + stride - done), steps - done)
             simulation.step(count)
             done += count
-            if done % stride == 0:
+            if stride <= done - last:
                 for cup in self._cups:
-                    cup.look()
+                    cup.look((done - last) * self._step_ns)
+                last = done
+
+    def _until_check(self) -> int:
+        """Return the time between two checks of the cups [ns]."""
+        active = [cup for cup in self._cups if cup.on]
+        if not active:
+            return self._steps * self._step_ns
+        return HELD_LOOK_NS if all(cup.held for cup in active) else LOOK_NS
