@@ -53,11 +53,8 @@ class JointMotion:
         simulation, steps = self._simulation, self._steps
         simulation.command.position[self._places] = end
         simulation.write(steps)
-        done = 0
-        if not simulation.resting:
-            simulation.step()  # makes the inputs of all steps of the period
-            done = 1
-        last = 0
+        simulation.ready_steps()
+        done = last = 0
         while done < steps:
             stride = max(1, self._until_check() // self._step_ns)
             count = min(max(1, last + stride - done), steps - done)

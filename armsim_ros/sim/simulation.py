@@ -282,6 +282,11 @@ class Simulation(SimulatedLinks, SavableSimulation, HardwareInterface):
             self._servo.end_plan()
         return self._followed
 
+    def ready_steps(self) -> None:
+        """Plan the steps of the commands that were written, so that ``step`` does many at once."""
+        if not self._servo.resting:
+            self._servo.plan_written()
+
     def step(self, count: int = 1) -> None:
         """
         Do physics steps and refresh ``state``.

@@ -37,6 +37,8 @@ class _Friction:
         """Return what overcomes the friction of all joints (k, nv) [N*m or N]."""
         sticking = self._inertia * (acceleration + self._damping * velocity)
         return np.clip(sticking, -self._most, self._most)
+#: With so few nodes all columns of the matrix of inertia are interpolated at once.
+FEW_NODES = 8
 
 
 class InverseDynamics:
@@ -137,6 +139,15 @@ class InverseDynamics:
         share = (np.arange(stride) / stride)[:, None, None]
         changes = acceleration.reshape(-1, stride, joints).transpose(2, 1, 0).copy()[:, :, None]
         padded = np.concatenate((inertia, np.zeros((len(inertia), 1))), axis=1)
+        if len(inertia) <= FEW_NODES:
+            # All columns at once, added up in the same order.
+            nodes = np.concatenate((bias.T[None], padded.T[self._full]))
+            ways = share[:, None] * (nodes[..., 1:] - nodes[..., :-1])
+            ways += nodes[..., :-1]
+            ways[:, 1:] *= changes.transpose(1, 0, 2, 3)
+            forces = np.add.reduce(ways, axis=1)
+            forces = forces.transpose(2, 0, 1).reshape(steps, joints)
+            return self._borne(forces, velocity[:-1], acceleration), inertia
         forces = _between(bias.T.copy(), share)
         # The matrix is symmetric; its columns come one by one, however many steps there are.
         for nodes, change in zip(padded.T[self._full], changes, strict=True):

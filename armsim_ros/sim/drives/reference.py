@@ -85,8 +85,10 @@ class CommandInterpolator:
         self._ends = (targets, end_velocity, accelerations)
         # (step, period, joint): long rows for numpy.
         s = (np.arange(1, steps + 1) / steps)[:, None, None]
-        rows: Matrix = s * coefficients[5]
-        for power in (4, 3, 2, 1):
+        # What a cubic has not is left out; a zero stays a positive zero, as if it were added.
+        highest = 5 if coefficients[4:].any() else 3
+        rows: Matrix = s * (coefficients[highest] + 0.0)
+        for power in range(highest - 1, 0, -1):
             rows += coefficients[power]
             rows *= s
         rows += coefficients[0]

@@ -173,6 +173,26 @@ class Servo(Restorable):
             self._velocity_command = np.where(usable, bounded, 0.0)
         self._drop_plan()
 
+    def plan_written(self) -> bool:
+        """
+        Plan the steps of the commands that were written, unless they depend on what is measured.
+
+        :returns: whether they are planned.
+        """
+        if self._needs_state:
+            return False
+        if self._row == len(self._inputs):
+            self._tune_if_due()
+            requested = self._wanted if len(self._wanted) else self._target[None]
+            self._plan(requested, len(requested))
+            self._wanted = self._wanted[:0]
+        return True
+
+    def _tune_if_due(self) -> None:
+        """Follow the inertias: they change slowly, and the actuators' d has to be the plan's."""
+        if self._untuned >= TUNING_STEPS:
+            self._follow_inertia()
+
     def can_plan(self, steps: int) -> bool:
         """Return whether ``plan`` takes commands of periods of so many steps."""
         known = self._only_references if steps > 1 else self._only_positions
@@ -239,15 +259,11 @@ class Servo(Restorable):
         :returns: (n,) [N*m or N].
         """
         if self._row == len(self._inputs):
-            if self._untuned >= TUNING_STEPS:
-                # The inertias change slowly, and the actuators' d has to be the plan's.
-                self._follow_inertia()
             if self._needs_state:
+                self._tune_if_due()
                 self._plan_from_state(position, velocity)
             else:
-                requested = self._wanted if len(self._wanted) else self._target[None]
-                self._plan(requested, len(requested))
-                self._wanted = self._wanted[:0]
+                self.plan_written()
         inputs: Vector = self._inputs[self._row]
         self._row += 1
         return inputs
