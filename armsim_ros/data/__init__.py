@@ -10,7 +10,6 @@ from armsim_ros.data.collect import collect, Collected, Plan
 from armsim_ros.data.dataset import DataSet, EpisodeData
 from armsim_ros.data.features import Feature
 from armsim_ros.data.replay import replay, Replayed
-import armsim_ros.env  # noqa: F401 - selects how pictures are drawn, before MuJoCo is imported
 
 __all__ = ['Collected', 'DataSet', 'EpisodeData', 'Feature', 'Plan', 'Replayed', 'collect',
            'replay']

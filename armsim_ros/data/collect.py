@@ -9,14 +9,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import mujoco
-
 from armsim_ros.data.dataset import DataSet, EpisodeData
-from armsim_ros.data.episodes import EpisodeRunner, Source
+from armsim_ros.data.episodes import EpisodeRunner, Source, versions
 from armsim_ros.data.features import features_of, whole_fps
 from armsim_ros.data.workers import in_processes, on_ray
 from armsim_ros.errors import ArmsimError, ConfigError, Problem
-from armsim_ros.resources import own_version
 
 RAY = 'ray'
 #: So many episodes in a row may fail where only successes are kept.
@@ -91,7 +88,7 @@ def _opened(plan: Plan, folder: Path, runner: EpisodeRunner) -> DataSet:
     facts: Mapping[str, Any] = {
         'env_id': plan.source.env_id, 'arguments': _plain(plan.source.arguments),
         'policy': plan.source.policy, 'seed': plan.seed, 'only_successes': plan.only_successes,
-        'versions': {'armsim_ros': own_version(), 'mujoco': mujoco.__version__}}
+        'versions': versions()}
     return DataSet(folder, features_of(task), whole_fps(task.period), task.cell.model.name, facts)
 
 

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from importlib import import_module
+from importlib import import_module, metadata
 import os
 import sys
 from typing import Any
@@ -20,6 +20,7 @@ from armsim_ros.data.stats import picture_stats
 from armsim_ros.data.video import encoded
 from armsim_ros.env.ranges import stream
 from armsim_ros.errors import ArmsimError, ConfigError, nearest, Problem
+from armsim_ros.resources import own_version
 from armsim_ros.tasks import TASKS
 from armsim_ros.tasks.base import TaskEnv
 
@@ -130,6 +131,11 @@ def made(source: Source) -> gymnasium.Env[Any, Any]:
             f"there is no task '{source.env_id}'", allowed=', '.join(f'armsim/{k}' for k in TASKS),
             remedy=nearest(name, tuple(TASKS))))
     return gymnasium.make(f'armsim/{name}', disable_env_checker=True, **source.arguments)
+
+
+def versions() -> dict[str, str]:
+    """Return the versions on which the bytes of an episode depend."""
+    return {'armsim_ros': own_version(), 'mujoco': metadata.version('mujoco')}
 
 
 def imported(policy: str) -> Policy:

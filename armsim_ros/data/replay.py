@@ -9,15 +9,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import mujoco
 import numpy as np
 
 from armsim_ros.data.dataset import INFO, OWN
-from armsim_ros.data.episodes import made, Source
+from armsim_ros.data.episodes import made, Source, versions
 from armsim_ros.data.features import ACTION, frames_of, STATE
 from armsim_ros.data.files import read_json
 from armsim_ros.errors import ConfigError, Problem, ResourceError
-from armsim_ros.resources import own_version
 
 #: States that differ by no more are the same.
 TOLERANCE = 1e-6
@@ -45,10 +43,9 @@ class Replayed:
 
 def other_versions(folder: Path) -> list[str]:
     """Return a line for each version that differs from that of the data set."""
-    versions = read_json(folder / OWN)['versions']
-    now = {'armsim_ros': own_version(), 'mujoco': mujoco.__version__}
+    then, now = read_json(folder / OWN)['versions'], versions()
     return [f'the data set was made with {name} {version}, this is {now.get(name)}'
-            for name, version in versions.items() if now.get(name) != version]
+            for name, version in then.items() if now.get(name) != version]
 
 
 def replay(folder: Path, numbers: Iterable[int] | None = None) -> Iterator[Replayed]:

@@ -12,7 +12,6 @@ from armsim_ros.arrays import Vector
 from armsim_ros.sim.grippers.vacuum_gripper import LOOK_NS, VacuumGripper
 from armsim_ros.sim.simulation import Simulation
 
-
 #: Simulated time between checks of cups that all hold something [ns].
 HELD_LOOK_NS = 10_000_000
 
@@ -22,7 +21,7 @@ class JointMotion:
     Commands positions to all drives, and has suction cups check what they hold.
 
     A step of the environment is one control period of the drives: the reference is a spline from
-    command to command, and its dynamics is computed every ten physics steps.
+    command to command, and its dynamics is computed at the commands and interpolated between them.
 
     :param simulation: its joints must be claimed for positions.
     :param joints: (n,) the joints with drives.
@@ -52,8 +51,7 @@ class JointMotion:
         """
         simulation, steps = self._simulation, self._steps
         simulation.command.position[self._places] = end
-        simulation.write(steps)
-        simulation.ready_steps()
+        simulation.write_period(steps)
         done = last = 0
         while done < steps:
             stride = max(1, self._until_check() // self._step_ns)

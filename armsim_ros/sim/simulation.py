@@ -282,8 +282,21 @@ class Simulation(SimulatedLinks, SavableSimulation, HardwareInterface):
             self._servo.end_plan()
         return self._followed
 
-    def ready_steps(self) -> None:
-        """Plan the steps of the commands that were written, so that ``step`` does many at once."""
+    def write_period(self, steps: int) -> None:
+        """
+        Take the position commands over, as ``write`` does, for a long period at once.
+
+        Between its ends the dynamics of the reference is interpolated; ``step`` then does many
+        steps at once.
+        """
+        rest = self._servo.resting and self._inputs.tobytes() == self._written[0]
+        position = self.command.position[self._active]
+        if not rest and self._mock is None and float(position.dot(position)) < np.inf:
+            moves = not self._servo.resting or (position != self._servo.reference).any()
+            if moves and self._servo.plan_period(position, steps):
+                self._written = (b'', 0)
+                return
+        self.write(steps)
         if not self._servo.resting:
             self._servo.plan_written()
 

@@ -35,17 +35,24 @@ def main(options: Options) -> None:
 
 
 def _steps(robot: str) -> list[tuple[str, ...]]:
+    import mujoco
+
     rows = []
     for action, goal in (('position', '1.5'), ('twist', '2')):
         env: Any = PickCube(robot, action=action)
         env.reset(seed=0)
         random = np.random.default_rng(0)
         actions = _wandering(env, random)
-        pairs = []
+        model, data = env.sim.simulation.mujoco_model, env.sim.simulation.mujoco_data
+        copy, count, pairs = mujoco.MjData(model), _physics_steps(env), []
         for begin in range(0, ROUNDS * STEPS, STEPS):
-            bare = _bare(env)
-            ours = _cost(env.step, actions[begin:begin + STEPS])
-            pairs.append((ours, _cost(bare, range(STEPS))))
+            ours = bare = 0.0
+            for each in actions[begin:begin + STEPS]:
+                # From the same state: an arm at rest would cost the peer less.
+                mujoco.mj_copyData(copy, model, data)
+                bare += _cost(lambda _, of=(model, copy, count): mujoco.mj_step(*of), (0,))
+                ours += _cost(env.step, (each,))
+            pairs.append((ours / STEPS, bare / STEPS))
         rows.append(_row(f'{robot}: step, {action}', pairs, f'<= {goal}'))
         env.close()
     return rows

@@ -157,6 +157,37 @@ class InverseDynamics:
         forces = forces.transpose(2, 0, 1).reshape(steps, joints)
         return self._borne(forces, velocity[:-1], acceleration), inertia
 
+    def torques_over(
+        self, position: Matrix, velocity: Matrix, velocities: Matrix, acceleration: Matrix
+    ) -> tuple[Matrix, Matrix]:
+        """
+        Return what ``torques`` does, the dynamics computed only at the start and at the end.
+
+        :param position: (2, n) of the active joints there [rad or m].
+        :param velocity: (2, n) there [rad/s or m/s].
+        :param velocities: (k, n) before each step [rad/s or m/s].
+        :param acceleration: (k, n) as for ``torques``.
+        :returns: (k, n) [N*m or N], and the matrices of inertia there for ``joint_inertias``.
+        """
+        if not self._plain:
+            position = self._spread(position, offset=True)
+            velocity, velocities = self._spread(velocity), self._spread(velocities)
+            acceleration = self._spread(acceleration)
+        inertia, bias = self._nodes(position, velocity)
+        padded = np.zeros((2, inertia.shape[1] + 1))
+        padded[:, :-1] = inertia
+        # (column, step, row): the sum over the columns is in their order.
+        change = acceleration.T[:, :, None]
+        full = padded[:, self._full][:, :, None]
+        forces: Matrix = np.add.reduce(change * full[0], axis=0)
+        forces += bias[0]
+        last: Matrix = np.add.reduce(change * full[1], axis=0)
+        last += bias[1]
+        last -= forces
+        last *= (np.arange(len(acceleration)) / len(acceleration))[:, None]
+        forces += last
+        return self._borne(forces, velocities, acceleration), inertia
+
     def _nodes(self, position: Matrix, velocity: Matrix) -> tuple[Matrix, Matrix]:
         """
         Return matrices of inertia, and the torques without acceleration.

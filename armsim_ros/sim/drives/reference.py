@@ -29,6 +29,7 @@ class CommandInterpolator:
         self._end_velocity = np.zeros(len(positions))
         self._end_acceleration = np.zeros(len(positions))
         self._ends = (self._end[None],) * 3
+        self._basis = np.empty((0, 3))
 
     def restart(self, positions: Vector, which: Mask) -> None:
         """
@@ -94,6 +95,27 @@ class CommandInterpolator:
         rows += coefficients[0]
         rows[-1] = targets
         return rows.transpose(1, 0, 2).reshape(-1, targets.shape[1])
+
+    def curve(self, target: Vector, steps: int, period: float) -> Matrix:
+        """
+        Return what ``preview`` does for one period with an end velocity that is not known.
+
+        It is quicker; ``go_on`` follows it, too.
+
+        :returns: (steps, n).
+        """
+        if steps != self._basis.shape[0]:
+            s = (np.arange(1, steps + 1) / steps)[:, None]
+            self._basis = np.concatenate((s, s * s, s * s * s), axis=1)
+        way = target - self._end
+        first = self._end_velocity * period
+        rows: Matrix = self._basis[:, :1] * first
+        rows += self._basis[:, 1:2] * (2.0 * (way - first))
+        rows += self._basis[:, 2:] * (first - way)
+        rows += self._end
+        rows[-1] = target
+        self._ends = (target[None], (way / period)[None], np.full_like(target, np.nan)[None])
+        return rows
 
     def go_on(self, periods: int) -> None:
         """Be at the end of so many of the periods of the last ``preview``."""

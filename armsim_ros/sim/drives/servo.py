@@ -188,6 +188,53 @@ class Servo(Restorable):
             self._wanted = self._wanted[:0]
         return True
 
+    def plan_period(self, target: Vector, steps: int) -> bool:
+        """
+        Take the command of a period whose dynamics is computed at its two ends alone.
+
+        :param target: (n,) where to be at its end [rad or m].
+        :param steps: physics steps in it; their inputs are planned.
+        :returns: False where ``write`` has to take it: the drives need what is measured, or the
+            way is beyond the limits.
+        """
+        if not (self._only_references and self._feedforward) or self._needs_state:
+            return False
+        self._drop_plan()
+        self._tune_if_due()
+        references = np.empty((steps + 1, len(target)))
+        references[0] = self.reference
+        references[1:] = self._interpolator.curve(target, steps, steps * self._timestep)
+        ways = references[1:] - references[:-1]
+        if not self._allows(references, ways):
+            # A straight line is slower than the curve.
+            references[1:] = references[0] + (
+                np.arange(1, steps + 1) / steps)[:, None] * (target - references[0])
+            ways = references[1:] - references[:-1]
+            if not self._allows(references, ways):
+                return False
+        self._interpolator.go_on(1)
+        velocities = np.empty_like(references)
+        velocities[0] = self._velocities[self._row]
+        np.divide(ways, self._timestep, out=velocities[1:])
+        accelerations = (velocities[1:] - velocities[:-1]) / self._timestep
+        inputs, self._inertias = self.dynamics.torques_over(
+            references[::steps], velocities[::steps], velocities[:-1], accelerations)
+        inputs += self._stiffness * references[:-1]
+        inputs += self._damping * (velocities[1:] if self.gains.implicit else velocities[:-1])
+        self._counts = list(range(self._untuned, self._untuned + steps + 1))
+        self._references, self._velocities, self._row = references, velocities, 0
+        self._stride, self._steps, self._tunings, self._counted = steps, steps, {}, 0
+        self._target, self._inputs = target.copy(), inputs
+        self._wanted = self._wanted[:0]
+        return True
+
+    def _allows(self, references: Matrix, ways: Matrix) -> bool:
+        """Return whether references (k + 1, n) and their ways (k, n) are within the limits."""
+        low, high = references.min(axis=0), references.max(axis=0)
+        farthest = np.abs(ways).max(axis=0)
+        return bool(((farthest <= self._longest_step) & (low >= self.limits.lower)
+                     & (high <= self.limits.upper)).all())
+
     def _tune_if_due(self) -> None:
         """Follow the inertias: they change slowly, and the actuators' d has to be the plan's."""
         if self._untuned >= TUNING_STEPS:
