@@ -143,6 +143,7 @@ launch = partial(run, 'launch')
 original = partial(run, 'original')
 overlay = partial(run, 'overlay')
 collect = partial(run, 'collect')
+dataset = partial(run, 'dataset')
 replay = partial(run, 'replay')
 list = partial(run, 'list')  # noqa: A001 - entry points have the names of their programs
 

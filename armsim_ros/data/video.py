@@ -48,7 +48,7 @@ def encoded(pictures: Iterable[Picture], fps: int) -> bytes:
 
 
 def decoded(content: bytes) -> list[Picture]:
-    """Return the pictures (h, w, 3) of an MP4 file."""
+    """Return the pictures (h, w, 3) of a file: MP4, or a single JPEG or PNG."""
     with _pyav().open(io.BytesIO(content)) as container:
         return [frame.to_ndarray(format='rgb24') for frame in container.decode(video=0)]
 

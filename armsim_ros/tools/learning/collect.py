@@ -19,8 +19,8 @@ _OBS_TYPES = ('state', 'environment_state_agent_pos', 'pixels', 'pixels_agent_po
 _ACTIONS = ('position', 'velocity', 'twist')
 
 
-class _TerminatedError(Exception):
-    """SIGTERM."""
+class _TerminatedError(BaseException):
+    """SIGTERM; not an error that a policy's code may catch."""
 
 
 def main(argv: Sequence[str] | None = None) -> int:
