@@ -7,6 +7,7 @@ from __future__ import annotations
 from typing import Literal
 
 from gymnasium.spaces import Box
+import mujoco
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -71,6 +72,7 @@ class Actions:
         self._others = np.flatnonzero(~np.isin(places, moved))
         self._default = kinematics.default()
         self._damping = _DAMPING * np.eye(6)
+        self._square, self._solved = np.empty((6, 6)), np.empty(6)
         names = {
             'position': joints,
             'velocity': tuple(f'velocity of {name}' for name in joints),
@@ -155,7 +157,8 @@ class Actions:
 
     def velocities(self, twist: Vector, start: Vector) -> Vector:
         """Return velocities (n,) that move the tip so on average over the step."""
-        requested = self._turn @ twist
+        requested = np.empty(6)
+        mujoco.mju_mulMatVec(requested, self._turn, np.ascontiguousarray(twist, dtype=np.float64))
         first = self._solve(requested, start)
         velocity = self._solve(requested, start + 0.5 * self._period * first)
         return velocity / max(1.0, float(np.max(np.abs(velocity) / self.speed)))
@@ -163,10 +166,16 @@ class Actions:
     def _solve(self, requested: Vector, positions: Vector) -> Vector:
         q = self._default.copy()
         q[self._places] = positions
-        jacobian = self._kinematics.jacobian(
-            self._kinematics.apply_mimic(q), self.tip, self._group)
-        square = jacobian @ jacobian.T
+        jacobian = np.ascontiguousarray(self._kinematics.jacobian(
+            self._kinematics.apply_mimic(q), self.tip, self._group))
+        # By MuJoCo: the bytes of numpy's results differ between its versions.
+        square, solved = self._square, self._solved
+        mujoco.mju_mulMatMatT(square, jacobian, jacobian)
         square += self._damping
+        mujoco.mju_cholFactor(square, 0.0)
+        mujoco.mju_cholSolve(solved, square, requested)
+        moved = np.empty(jacobian.shape[1])
+        mujoco.mju_mulMatTVec(moved, jacobian, solved)
         velocity = np.zeros(len(positions))
-        velocity[self._moved] = jacobian.T @ np.linalg.solve(square, requested)
+        velocity[self._moved] = moved
         return velocity

@@ -25,11 +25,12 @@ KINDS = {
     'sensor_msgs/msg/Image': 'std_msgs/Header header\nuint32 height\nuint32 width\nstring encoding'
                              f'\nuint8 is_bigendian\nuint32 step\nuint8[] data\n{_HEADER}',
 }
-MAP = {'fps': 10, 'task': 'Do it.', 'robot_type': 'bot', 'episode': {'topic': '/run'}, 'features': {
-    'observation.state': {'topic': '/joint_states', 'names': ['b', 'a']},
-    'action': {'topic': '/commands'},
-    'observation.images.front': {'topic': '/image'},
-}}
+MAP = {
+    'fps': 10, 'task': 'Do it.', 'robot_type': 'bot', 'episode': {'topic': '/run'},
+    'features': {
+        'observation.state': {'topic': '/joint_states', 'names': ['b', 'a']},
+        'action': {'topic': '/commands'}, 'observation.images.front': {'topic': '/image'},
+    }}
 
 
 def header(t):
@@ -129,7 +130,7 @@ def test_stamps_that_run_back_are_named(tmp_path):
 def test_what_does_not_fit_is_named(tmp_path):
     """A missing topic and a missing joint, with what there is."""
     wrong = {**MAP, 'features': {'action': {'topic': '/comands'}}}
-    with pytest.raises(ConfigError, match="no topic '/comands'.*did you mean '/commands'"):
+    with pytest.raises(ConfigError, match=r"no topic '/comands'.*did you mean '/commands'"):
         converted(tmp_path, two_runs(), wrong)
     wrong = {**MAP, 'features': {'action': {'topic': '/joint_states', 'names': ['c']}}}
     with pytest.raises(ArmsimError, match="no joint 'c'; it has a, b"):
@@ -144,6 +145,6 @@ def test_the_program_reads_a_map_file(tmp_path, capsys):
     assert main([*arguments, str(tmp_path / 'map.yaml')]) == 0
     assert capsys.readouterr().out == '2 episodes, 42 frames\n'
     (tmp_path / 'wrong.yaml').write_text('fps: 0\nfeatures: {action: {topik: /x}}\n')
-    with pytest.raises(ConfigError, match='fps: .*greater than or equal to 1'):
+    with pytest.raises(ConfigError, match=r'fps: .*greater than or equal to 1'):
         topic_map(tmp_path / 'wrong.yaml')
     assert main([*arguments, str(tmp_path / 'wrong.yaml')]) == 2
