@@ -7,6 +7,8 @@ ARGS ?=
 EXTRAS ?=
 # Tests with programs in real time that run at a time.
 WORKERS ?= 2
+# Where LeRobot is installed for its tests.
+LEROBOT ?= build/lerobot
 
 # An environment that exists keeps its Python unless one is named on the command line.
 this_python := $(if $(filter command environment,$(firstword $(origin PYTHON))),--this-python)
@@ -15,7 +17,7 @@ environment = @command -v $(PYTHON) > /dev/null \
 	$(PYTHON) scripts/env.py --venv $(VENV) $(this_python)
 
 .DEFAULT_GOAL := help
-.PHONY: help env dist bringup test test-page lint mutants docs bench bench-planning bench-ik bench-timing bench-simulation clean
+.PHONY: help env dist bringup test test-page test-lerobot lint mutants docs bench bench-planning bench-ik bench-timing bench-simulation clean
 
 help: ## show this
 	@echo 'usage: make TARGET [ARGS="..."] [PYTHON=python3.12] [VENV=.venv]'
@@ -39,6 +41,12 @@ test: ## run the whole test suite: make test ARGS="-k name"
 test-page: ## test the page in headless Chromium, which must be installed
 	$(environment) --with test
 	@$(VENV)/bin/python -m pytest -m browser test/nodes/web $(ARGS)
+
+test-lerobot: ## what LeRobot opens and finds, in build/lerobot: needs python3.12, and 6 GB for it
+	@test -x $(LEROBOT)/bin/python || python3.12 -m venv $(LEROBOT)
+	@$(LEROBOT)/bin/pip install -q -e '.[gym,data]' -e distributions/lerobot_robot_armsim 'lerobot[dataset]' pytest
+	@HF_HUB_OFFLINE=1 HF_HOME=$(CURDIR)/build/lerobot_home $(LEROBOT)/bin/python -m pytest \
+		--noconftest -o addopts= -p no:armsim test/distributions $(ARGS)
 
 lint: ## style, types, import contracts, and words
 	$(environment) --with test --with lint

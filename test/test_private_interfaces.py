@@ -30,6 +30,7 @@ KNOWN = {
     '_exit': ('os', 'public in spite of its name', 'test/cli'),
     '_getframe': ('sys', 'public in spite of its name', 'test/nodes/test_lost_answers.py'),
     '_address': ('mujoco', 'compiling without holding the interpreter', 'test/sim'),
+    '_add_info': ('gymnasium', 'its vector environments merge infos by it', 'test/env'),
     '_eval_find': ('xacro', '$(find) without ament', 'test/model'),
     '_messages': ('viser', 'a client of the page that is not a browser', 'benchmarks/bringup'),
     '_update_state': GOAL,

@@ -170,6 +170,35 @@ class TaskEnv(ArmEnv):
         units: Vector = self._middle + self._half * np.asarray(action, dtype=np.float64)
         return units
 
+    @property
+    def commanded(self) -> dict[str, float]:
+        """Joint -> its last command [rad or m]."""
+        return dict(zip(self.joints, self._target.tolist(), strict=True))
+
+    def command_of(self, joints: Mapping[str, float], level: float) -> Vector:
+        """
+        Return the action, of kind ``position``, for joints of the arm and the hand.
+
+        :param joints: joint -> position [rad or m]; the others stay where they are commanded.
+        :param level: 1 to open the gripper or switch the cup on, 0 to close it or switch it off.
+        """
+        hand = self._hand_model
+        goals = {**self.commanded, **joints}
+        if hand.joint:
+            goals[hand.joint] = hand.closed + level * (hand.open - hand.closed)
+        units = [goals[name] for name in self.joints] + ([level] if hand.cup else [])
+        action: Vector = (np.array(units) - self._middle) / self._half
+        return action
+
+    def command_in(self, action: Vector) -> tuple[dict[str, float], float]:
+        """Return joints of the arm and level of the hand in an action, as in ``command_of``."""
+        hand, units = self._hand_model, self.to_units(action)
+        goals = dict(zip(self.joints, units.tolist(), strict=False))
+        if hand.cup:
+            return goals, float(units[-1])
+        level = (goals.pop(hand.joint) - hand.closed) / (hand.open - hand.closed)
+        return goals, level
+
     def expert(self) -> NDArray[np.float32]:
         """Return the next action of a scripted expert, from the state alone."""
         units = self._steering.action(self.hand, self.goal(), self._target, self._sim)

@@ -1,0 +1,95 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""
+LeRobot opens what is collected, and finds environment, robot and expert: ``make test-lerobot``.
+
+Elsewhere these tests are skipped: LeRobot needs Python 3.12 and some gigabytes.
+"""
+
+import pytest
+
+from armsim_ros.data import collect, Plan
+from armsim_ros.data.episodes import Source
+
+pytest.importorskip('lerobot')
+plugin = pytest.importorskip('lerobot_robot_armsim')
+
+ARGUMENTS = {'obs_type': 'pixels_agent_pos'}
+
+
+@pytest.fixture(scope='module')
+def folder(tmp_path_factory):
+    """Return a data set of two episodes with pictures."""
+    folder = tmp_path_factory.mktemp('data') / 'set'
+    collect(Plan(Source('armsim/PickCube-v1', ARGUMENTS), 2), folder)
+    return folder
+
+
+def test_lerobot_opens_a_collected_set(folder):
+    """Frames, tasks and windows of time, in batches."""
+    from lerobot.datasets.lerobot_dataset import LeRobotDataset
+    from torch.utils.data import DataLoader
+
+    plain = LeRobotDataset('any/name', root=folder, video_backend='pyav')
+    assert plain.num_episodes == 2
+    last = plain[len(plain) - 1]
+    assert last['task'] == 'Pick up the red cube.'
+    assert last['observation.images.front'].shape == (3, 96, 96)
+    assert bool(last['next.success'])
+    windows = {'observation.state': [-0.05, 0.0], 'action': [0.0, 0.05]}
+    data = LeRobotDataset('any/name', root=folder, video_backend='pyav', delta_timestamps=windows)
+    batch = next(iter(DataLoader(data, batch_size=4, shuffle=True)))
+    assert batch['action'].shape == (4, 2, 7)
+
+
+def test_features_of_environment_and_set_agree(folder):
+    """Names and shapes are equal, so that training and evaluation need no renaming."""
+    from lerobot.datasets.lerobot_dataset import LeRobotDataset
+    from lerobot.envs.utils import env_to_policy_features
+
+    data = LeRobotDataset('any/name', root=folder, video_backend='pyav')
+    config = plugin.ArmsimEnvConfig()
+    for name, feature in env_to_policy_features(config).items():
+        height_last = tuple(data.meta.features[name]['shape'])
+        expected = (3, *height_last[:2]) if 'images' in name else height_last
+        assert feature.shape == expected, name
+
+
+@pytest.mark.parametrize('parallel', [False, True])
+def test_lerobot_makes_the_environment(parallel):
+    """In one process and in several, which unpickle the configuration first."""
+    from lerobot.envs.factory import make_env, make_env_config
+
+    config = make_env_config('armsim', task='Reach-v1', obs_type='environment_state_agent_pos')
+    vector = make_env(config, n_envs=2, use_async_envs=parallel)['armsim'][0]
+    try:
+        observation, _ = vector.reset(seed=[1, 2], options={'lerobot_new_rollout': True})
+        assert observation['agent_pos'].shape == (2, 7)
+        assert vector.call('_max_episode_steps') == (100, 100)
+        vector.step(vector.action_space.sample())
+    finally:
+        vector.close()
+
+
+def test_the_expert_moves_the_robot():
+    """The teleoperator's actions solve the task of the robot that is connected."""
+    from lerobot.robots.utils import make_robot_from_config
+    from lerobot.teleoperators.utils import make_teleoperator_from_config
+
+    robot = make_robot_from_config(plugin.ArmsimConfig(id='arm'))
+    expert = make_teleoperator_from_config(plugin.ArmsimExpertConfig(id='expert'))
+    expert.connect()
+    robot.connect()
+    try:
+        observation = robot.get_observation()
+        assert {name: getattr(value, 'shape', float) for name, value in observation.items()} == (
+            robot.observation_features)
+        for _ in range(100):
+            sent = robot.send_action(expert.get_action())
+            if robot.task.is_success:
+                break
+        assert robot.task.is_success
+        assert set(sent) == set(robot.action_features)
+    finally:
+        robot.disconnect()
+    assert not robot.is_connected
