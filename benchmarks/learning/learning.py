@@ -9,6 +9,7 @@ A ratio is a median of the processor time of ours by that of the peer, which tak
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 import os
 from statistics import median
 import time
@@ -39,7 +40,7 @@ def _steps(robot: str) -> list[tuple[str, ...]]:
 
     rows = []
     for action, goal in (('position', '1.5'), ('twist', '2')):
-        env: Any = PickCube(robot, action=action)
+        env: Any = _task(robot, action=action)
         env.reset(seed=0)
         random = np.random.default_rng(0)
         actions = _wandering(env, random)
@@ -50,7 +51,7 @@ def _steps(robot: str) -> list[tuple[str, ...]]:
             for each in actions[begin:begin + STEPS]:
                 # From the same state: an arm at rest would cost the peer less.
                 mujoco.mj_copyData(copy, model, data)
-                bare += _cost(lambda _, of=(model, copy, count): mujoco.mj_step(*of), (0,))
+                bare += _cost(partial(mujoco.mj_step, model, copy), (count,))
                 ours += _cost(env.step, (each,))
             pairs.append((ours / STEPS, bare / STEPS))
         rows.append(_row(f'{robot}: step, {action}', pairs, f'<= {goal}'))
@@ -64,14 +65,22 @@ def _resets(robot: str) -> list[tuple[str, ...]]:
     rows = []
     for title, randomize, goal in (('no randomisation', 'none', '5'),
                                    ('masses, friction, colours, poses', heavy, '10')):
-        env: Any = PickCube(robot, randomize=randomize)
+        env: Any = _task(robot, randomize=randomize)
         env.reset(seed=0)
         bare = _bare(env)
-        pairs = [(_cost(lambda seed, env=env: env.reset(seed=seed), range(STEPS)),
+        pairs = [(_cost(partial(_reset, env), range(STEPS)),
                   _cost(bare, range(STEPS))) for _ in range(ROUNDS)]
         rows.append(_row(f'{robot}: reset, {title}', pairs, f'<= {goal}'))
         env.close()
     return rows
+
+
+def _task(robot: str, **arguments: Any) -> Any:
+    return PickCube(robot, **arguments)
+
+
+def _reset(env: Any, seed: int) -> None:
+    env.reset(seed=seed)
 
 
 def _pictures() -> tuple[str, ...]:
@@ -143,7 +152,9 @@ def _wandering(env: Any, random: np.random.Generator) -> list[Any]:
 
 
 def _physics_steps(env: Any) -> int:
-    return round(env.period / env.sim.simulation.mujoco_model.opt.timestep)
+    timestep: float = env.sim.simulation.mujoco_model.opt.timestep
+    period: float = env.period
+    return round(period / timestep)
 
 
 def _bare(env: Any) -> Callable[[Any], None]:
