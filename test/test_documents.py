@@ -9,6 +9,7 @@ Blocks of the pages that need no running robot: commands, programs, settings.
 
 from importlib import import_module
 import json
+import os
 from pathlib import Path
 import re
 import shlex
@@ -21,7 +22,7 @@ import pytest
 import yaml
 
 from armsim_ros.cli.arguments import parse_arguments
-from armsim_ros.cli.programs import FILE_PROGRAMS, main_of
+from armsim_ros.cli.programs import FILE_PROGRAMS, LEARNING_PROGRAMS, main_of
 from armsim_ros.cli.settings import cell_of
 from armsim_ros.config.loading import load_robot_settings
 from armsim_ros.model.cell_loading import load_cell
@@ -76,6 +77,10 @@ def run_here(command):
         parse_web_arguments(words)
     elif name == 'bridge':
         parse_bridge_arguments(words)
+    elif name in LEARNING_PROGRAMS:
+        # In a process of their own: how pictures are drawn is chosen before MuJoCo is imported.
+        subprocess.run([sys.executable, '-m', 'armsim_ros', name, *words], check=True,
+                       env={**os.environ, 'PYTHONPATH': str(ROOT)})
     else:
         assert name in FILE_PROGRAMS, f'{command}: neither run nor given a reason'
         if '--to' in words:

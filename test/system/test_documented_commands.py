@@ -17,7 +17,7 @@ import sys
 from documents import blocks, PAGES
 import pytest
 
-from armsim_ros.cli.programs import FILE_PROGRAMS
+from armsim_ros.cli.programs import FILE_PROGRAMS, LEARNING_PROGRAMS
 from armsim_ros.testing.program import private_domain, ros_environment, start_program
 
 ROOT = Path(__file__).parents[2]
@@ -30,7 +30,7 @@ READY = 'You can start planning now!'
 ENDLESS = ('ros2 topic pub -r',)
 MODULES = {'ros2': 'armsim_ros2', 'armsim': 'armsim_ros'}
 #: Programs that start a robot, and those that read and write files.
-WITHOUT_ROBOT = {'bringup', 'web', 'bridge', *FILE_PROGRAMS}
+WITHOUT_ROBOT = {'bringup', 'web', 'bridge', *FILE_PROGRAMS, *LEARNING_PROGRAMS}
 POSITION = """
 sunday:
   position_controller:
