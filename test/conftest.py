@@ -31,7 +31,7 @@ _ONE_STACK = [
     _TESTS / name
     for name in ('conformance/controllers', 'conformance/move_group', 'conformance/pymoveit2',
                  'conformance/ros2', 'conformance/streaming', 'conformance/world',
-                 'nodes/move_group', 'system/simulation/running')
+                 'nodes/move_group', 'nodes/moveit_py', 'system/simulation/running')
 ]
 #: How programs find each other; what forgets quickly who was killed is set where it is tested.
 _PROFILES = _TESTS / 'support/fastdds_profiles.xml'

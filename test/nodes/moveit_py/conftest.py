@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """A Panda whose controller jumps to the end of a trajectory, and a script's MoveItPy beside it."""
 
-from contextlib import suppress
+from contextlib import closing, contextmanager, suppress
+from pathlib import Path
 import threading
 
 from control_msgs.action import FollowJointTrajectory
@@ -108,26 +109,32 @@ def panda_parameters():
     }
 
 
-@pytest.fixture(scope='package')
-def panda():
-    """Run the robot."""
-    made = Panda()
-    yield made
-    made.close()
+@pytest.fixture(scope='session')
+def panda(until_folder_ends):
+    """Run the robot; other folders' tests have the graph without it."""
+    return until_folder_ends(closing(Panda()), Path(__file__).parent)
 
 
-@pytest.fixture(scope='package')
+@pytest.fixture(scope='session')
 def parameters():
     """Return the parameters of the node."""
     return panda_parameters()
 
 
-@pytest.fixture(scope='package')
-def shared(panda, parameters):
-    """Run a MoveItPy for all tests."""
+@contextmanager
+def running_moveit(parameters):
+    """Run a MoveItPy."""
     made = MoveItPy('moveit_py', config_dict=parameters)
-    yield made
-    made.shutdown()
+    try:
+        yield made
+    finally:
+        made.shutdown()
+
+
+@pytest.fixture(scope='session')
+def shared(panda, parameters, until_folder_ends):
+    """Run a MoveItPy for all tests."""
+    return until_folder_ends(running_moveit(parameters), Path(__file__).parent)
 
 
 @pytest.fixture

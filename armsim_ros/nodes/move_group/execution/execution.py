@@ -44,8 +44,9 @@ LOST_TIMEOUT = 2.0
 ARRIVED = 0.02
 LATE_RESULT = 2.0
 REPLACED = 'replaced by a newer trajectory for the same controller'
-#: Wall time for a result that was sent when simulated time jumped [s].
-LEAP_TIME = 0.5
+#: Wall time for a result that was sent when simulated time jumped [s]; in lockstep a jump is a request,
+#: and wall time says nothing about the motion.
+LEAP_TIME, LOCKSTEP_LEAP_TIME = 0.5, 5.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -246,6 +247,8 @@ class Execution:
         limit = max(self._limit(each, sent_ns) for each in (trajectory, multi_dof)
                     if each is not None)
         seen = self._context.clock()
+        lockstep = self._context.settings.simulation.deterministic
+        patience = LOCKSTEP_LEAP_TIME if lockstep else LEAP_TIME
         while not all(run.done for run in self._runs):
             await self._context.ticker.next()
             now_ns = states.now_ns()
@@ -257,7 +260,7 @@ class Execution:
             late = limit + LATE_RESULT if self._arrived(trajectory) else limit
             is_late = (now_ns - sent_ns) * 1e-9 > late
             # Where time jumps, the controllers' answers are still on their way.
-            if is_late and not await self._wait(self._has_ended, LEAP_TIME):
+            if is_late and not await self._wait(self._has_ended, patience):
                 return ExecutionOutcome(
                     MoveItErrorCode.TIMED_OUT,
                     f'the controllers took longer than the {late:.2f} s that are allowed '
