@@ -14,6 +14,7 @@ import numpy as np
 from armsim_ros.arrays import Matrix
 from armsim_ros.control.gripper.base import GripperGoal
 from armsim_ros.control.manager.controller_manager import ControllerManager
+from armsim_ros.control.safety.arm_state import Cause
 from armsim_ros.control.trajectory.goal import TrajectoryGoal
 from armsim_ros.errors import (
     ControllerError,
@@ -129,6 +130,33 @@ class ArmSim:
         """
         model = self.scene.kinematic_model
         return model.link_pose(model.vector(self.joint_positions), link)
+
+    def protective_stop(self, cause: str = 'injected') -> None:
+        """
+        Stop all arms: goals end, the joints brake and are held until ``clear_stop``.
+
+        :param cause: is added to the texts of the goals.
+        """
+        for manager in self.managers.values():
+            manager.arm.time_ns = self.simulation.time_ns
+            manager.arm.protective_stop(
+                Cause('injected', '' if cause == 'injected' else cause))
+
+    def clear_stop(self) -> None:
+        """
+        End a protective stop of all arms.
+
+        :raises ControllerError: it goes on; with the reason.
+        """
+        for manager in self.managers.values():
+            manager.arm.time_ns = self.simulation.time_ns
+            if reason := manager.arm.clear_stop():
+                raise ControllerError(f'the stop is not cleared: {reason}')
+
+    @property
+    def safety(self) -> dict[str, str]:
+        """Robot -> state of its safety, such as ``NORMAL`` or ``PROTECTIVE_STOP``."""
+        return {name: manager.arm.safety.value for name, manager in self.managers.items()}
 
     def step(self, count: int = 1) -> None:
         """

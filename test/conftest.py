@@ -45,6 +45,7 @@ _SHARED = pytest.StashKey()
 def pytest_addoption(parser):
     """Add the choice of a job, see scripts/run_tests.py."""
     parser.addoption('--job', choices=JOBS, help='run the tests of this job only')
+    parser.addoption('--stops', type=int, default=12, help='random stops of a moving arm')
 
 
 def pytest_configure(config):

@@ -13,6 +13,7 @@ from typing_extensions import Self
 
 from armsim_ros.config.base import parameter, Settings
 from armsim_ros.config.controllers.pid_controller import PidGains
+from armsim_ros.config.hardware import HardwareSettings
 
 Triple = tuple[float, float, float]
 
@@ -273,6 +274,8 @@ class SimulationSettings(Settings):
         '.blocked of the controller manager',
         read_only=True,
     )
+    hardware: HardwareSettings = parameter(
+        HardwareSettings(), 'drives and safety of the arm')
     recorder: RecorderSettings = parameter(RecorderSettings(), 'recording of the last seconds')
     pace: PaceSettings = parameter(PaceSettings(), 'how the loop keeps to the wall clock')
 

@@ -114,12 +114,14 @@ class ControllerContext:
     :param model: joint types and limits, or None where no robot description is known.
     :param update_rate: of the manager [Hz].
     :param wake: to be called from any thread when there is something new for the next update.
+    :param obstacle: returns why the arm takes no commands, '' where it does; any thread.
     """
 
     hardware: HardwareInterface
     model: RobotModel | None
     update_rate: int
     wake: Callable[[], object] = lambda: None
+    obstacle: Callable[[], str] = lambda: ''
 
 
 class Controller(ABC, Generic[ParametersT]):
@@ -176,6 +178,18 @@ class Controller(ABC, Generic[ParametersT]):
         """
         rate, fastest = self._requested_rate, self.context.update_rate
         return fastest if rate >= fastest else fastest // math.floor(fastest / rate + 0.5)
+
+    @property
+    def moves_arm(self) -> bool:
+        """Whether it commands joints, and stops when the arm does."""
+        hardware = self.context.hardware
+        return any(name in hardware.references or name.rpartition('/')[0] in hardware.index
+                   for name in self.required_command_interfaces)
+
+    @property
+    def obstacle(self) -> str:
+        """Why the arm takes no commands, '' where it does; any thread."""
+        return self.context.obstacle()
 
     def warn_of_rate(self) -> None:
         """Warn where the parameters ask for a rate that cannot be run."""

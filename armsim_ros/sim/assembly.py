@@ -5,7 +5,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 import hashlib
+from math import inf
 from pathlib import Path
 from typing import NamedTuple
 
@@ -25,6 +27,8 @@ from armsim_ros.control.hardware_interface import HardwareInterface, POSITION
 from armsim_ros.control.manager.controller_manager import ControllerManager
 from armsim_ros.control.manager.manager_group import ManagerGroup
 from armsim_ros.control.manager.switching import Strictness
+from armsim_ros.control.safety.arm_state import ArmState
+from armsim_ros.control.safety.monitor import StopMonitor
 from armsim_ros.control.shared_hardware import SharedHardware
 from armsim_ros.control.trajectory.joint_trajectory_controller import JointTrajectoryController
 from armsim_ros.errors import ConfigError, ControllerError, Problem, SimulationError
@@ -32,10 +36,12 @@ from armsim_ros.model.cell import Cell, Robot
 from armsim_ros.model.robot_model import JointType, RobotModel
 from armsim_ros.model.world_objects import initial_positions, START_KEYS
 from armsim_ros.sim.clock import SimClock
+from armsim_ros.sim.external_loads import ExternalLoads
 from armsim_ros.sim.physics.robot_spec import bound_or_infinite
 from armsim_ros.sim.simulation import Simulation
 from armsim_ros.sim.world_files.loaded import LoadedWorld
 from armsim_ros.sim.world_files.resources import WorldResources
+from armsim_ros.vendors import find_vendor, Vendor
 
 #: So far before its position a finger presses with all its effort [m].
 FINGER_GIVE = 1e-3
@@ -119,7 +125,8 @@ def _foreign_world(settings: RobotSettings) -> LoadedWorld | None:
 
 
 def build_manager(
-    settings: RobotSettings, model: RobotModel, hardware: HardwareInterface
+    settings: RobotSettings, model: RobotModel, hardware: HardwareInterface,
+    vendor: Vendor | None = None,
 ) -> ControllerManager:
     """
     Return the controller manager with controllers configured and the spawned ones active.
@@ -127,9 +134,11 @@ def build_manager(
     The controllers of a package that are not spawned stay unloaded, as upstream.
 
     :param hardware: the simulation, or what lies between it and the controllers.
+    :param vendor: of the arm.
     :raises ConfigError: a controller that cannot run on this robot; names the file and line.
     """
-    manager = ControllerManager(hardware, settings.controller_manager, model)
+    manager = ControllerManager(hardware, settings.controller_manager, model, partial(
+        ArmState, settings.simulation.hardware, vendor))
     problems = []
     for controller in settings.controllers:
         if settings.spawn_only and controller.name not in settings.spawn:
@@ -167,7 +176,8 @@ def build_managers(cell: Cell, hardware: HardwareInterface) -> dict[str, Control
     """
     if len(cell.robots) == 1 and cell.robots[0].model is cell.model:
         robot = cell.robots[0]
-        return {robot.name: build_manager(robot.settings, robot.model, hardware)}
+        return {robot.name: build_manager(
+            robot.settings, robot.model, hardware, vendor_of(robot))}
     shared = SharedHardware(hardware)
     managers: dict[str, ControllerManager] = {}
     problems: list[Problem] = []
@@ -176,12 +186,37 @@ def build_managers(cell: Cell, hardware: HardwareInterface) -> dict[str, Control
         foreign = {interface for name in owned if name != robot.name for interface in owned[name]}
         part = shared.part(robot.model.movable_joints, foreign)
         try:
-            managers[robot.name] = build_manager(robot.settings, robot.model, part)
+            managers[robot.name] = build_manager(
+                robot.settings, robot.model, part, vendor_of(robot))
         except ConfigError as error:
             problems.extend(error.problems)
     if problems:
         raise ConfigError(problems)
     return managers
+
+
+def vendor_of(robot: Robot) -> Vendor | None:
+    """
+    Return whose arm a robot is, None for an arm without a vendor.
+
+    :raises ConfigError: the settings name a vendor that there is not.
+    """
+    plugins = [system.plugin for system in robot.model.hardware]
+    return find_vendor(robot.settings.simulation.hardware.vendor, plugins)
+
+
+def watch(robot: Robot, manager: ControllerManager, simulation: Simulation) -> None:
+    """Let speeds, positions and loads stop an arm, as its settings ask for it."""
+    settings, vendor = robot.settings.simulation.hardware, manager.arm.vendor
+    torque = settings.collision.torque or vendor.collision_torque
+    force = settings.collision.force or vendor.collision_force
+    limited = bool(settings.collision.torque or settings.collision.force)
+    if settings.watch == 'off' or (settings.watch == 'auto' and not limited):
+        return
+    hardware, loads = manager.hardware, None
+    if min(torque, force) < inf:
+        loads = ExternalLoads(simulation, hardware.joint_names, robot)
+    manager.stops.watch(StopMonitor(hardware, robot.model, loads, torque, force))
 
 
 def _sensors_and_gpios(robot: Robot) -> set[str]:
@@ -213,6 +248,8 @@ def build_control(cell: Cell, simulation: Simulation) -> ControlParts:
     """
     faults = FaultInjector(simulation) if cell.settings.simulation.fault_injection else None
     managers = build_managers(cell, faults or simulation)
+    for robot in cell.robots:
+        watch(robot, managers[robot.name], simulation)
     group = tuple(managers.values())
     controllers: ControllerManager | ManagerGroup
     if faults:

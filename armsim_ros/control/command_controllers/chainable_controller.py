@@ -128,6 +128,8 @@ class ChainableController(Controller[ParametersT]):
             return 'the controller is not active'
         if self.chained:
             return self.drop('another controller writes the references')
+        if obstacle := self.obstacle:
+            return self.drop(obstacle)
         self._inbox.post(references)
         return ''
 

@@ -94,6 +94,8 @@ class ForwardController(Controller[ForwardParameters]):
         """
         if not self.active:
             return 'the controller is not active'
+        if obstacle := self.obstacle:
+            return self._drop(obstacle, values)
         expected = len(self.parameters.targets)
         if len(values) != expected:
             return self._drop(f'{len(values)} values; expected {expected}', values)

@@ -84,6 +84,11 @@ class GripperBase(Controller[ParametersT]):
         return (self.parameters.joint,)
 
     @property
+    def moves_arm(self) -> bool:
+        """False: a gripper has drives of its own, and keeps what it holds."""
+        return False
+
+    @property
     def required_state_interfaces(self) -> tuple[str, ...]:
         """Position and velocity of the joint."""
         return tuple(f'{self.parameters.joint}/{kind}' for kind in ('position', 'velocity'))

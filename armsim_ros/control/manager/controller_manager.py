@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 
 from armsim_ros.config.controllers.controller_manager import ControllerManagerParameters
+from armsim_ros.config.hardware import HardwareSettings
 from armsim_ros.control.controller import (
     Controller,
     ControllerContext,
@@ -28,6 +29,7 @@ from armsim_ros.control.controller import (
 from armsim_ros.control.events import ControllerEvent, EventQueue
 from armsim_ros.control.hardware_interface import COMMAND_INTERFACES, HardwareInterface
 from armsim_ros.control.mailbox import Mailbox
+from armsim_ros.control.manager.arm_stop import ArmStop
 from armsim_ros.control.manager.chains import in_order, withdraw
 from armsim_ros.control.manager.command_limits import CommandLimits
 from armsim_ros.control.manager.controller_factory import (
@@ -47,8 +49,14 @@ from armsim_ros.control.manager.switching import (
     SwitchResult,
 )
 from armsim_ros.control.manager.updates_ahead import UpdatesAhead
+from armsim_ros.control.safety.arm_state import ArmState
 from armsim_ros.errors import ControllerError
 from armsim_ros.model.robot_model import RobotModel
+
+
+def any_arm(events: EventQueue, wake: Callable[[], object]) -> ArmState:
+    """Return the state of an arm without a vendor."""
+    return ArmState(HardwareSettings(), None, events, wake)
 
 
 class ControllerManager:
@@ -59,6 +67,7 @@ class ControllerManager:
     :param parameters: update rate, defaults, fallback controllers.
     :param model: joint types and limits; without it no joint turns without end and none has
         limits.
+    :param arm: drives and safety of the arm, by default of an arm without a vendor.
     """
 
     def __init__(
@@ -66,6 +75,7 @@ class ControllerManager:
         hardware: HardwareInterface,
         parameters: ControllerManagerParameters,
         model: RobotModel | None = None,
+        arm: Callable[[EventQueue, Callable[[], object]], ArmState] = any_arm,
     ) -> None:
         self.parameters = parameters
         self.hardware = hardware
@@ -77,7 +87,7 @@ class ControllerManager:
         self.resources = Resources(hardware, model, parameters, self.events)
         self._wake: Callable[[], object] = lambda: None
         self._context = ControllerContext(
-            hardware, model, parameters.update_rate, lambda: self._wake())
+            hardware, model, parameters.update_rate, lambda: self._wake(), self._obstacle)
         self._switches = SwitchExecution(self.resources, parameters, self.events)
         self._changes = 0
         self._tick = 0
@@ -85,6 +95,8 @@ class ControllerManager:
         self._structure = threading.RLock()
         self._requests: Mailbox[SwitchRequest] = Mailbox(self._context.wake)
         self._failures: dict[str, Exception] = {}
+        self.stops = ArmStop(arm(self.events, self._context.wake), model, self.resources,
+                             self._switches)
         self._ahead = UpdatesAhead((), 0, 0, 0.0)
         limited = parameters.enforce_command_limits
         self._limits = CommandLimits(hardware, model) if limited else None
@@ -197,12 +209,17 @@ class ControllerManager:
         """
         self.time_ns = time_ns
         self._resumed = False
+        stops = self.stops
+        if stops.arm.busy or stops.monitor is not None:
+            stops.follow(time_ns)
         if self._requests or self._failures:
             self._serve()
         tick = self._tick
         self._tick = tick + 1
         for controller, divisor in self._switches.active:
             if (divisor > 1 and tick % divisor) or controller.name in self._failures:
+                continue
+            if stops.reason and stops.holds(controller):
                 continue
             try:
                 controller.update(time_ns, period * divisor)
@@ -212,21 +229,30 @@ class ControllerManager:
             self._limits.enforce(period)
         if self.resources.holds:
             self.resources.hold_idle_joints()
+        if stops.reason:
+            stops.write(period)
 
     def plan(self, updates: int, time_ns: int, period: float, *, moving: bool) -> int:
         """Plan updates of all active controllers, see :meth:`Controllers.plan`."""
         if (self._requests or self._failures or self._resumed or self._limits is not None
-                or (moving and self.resources.holds)):
+                or self.stops.busy or (moving and (self.resources.holds or self.stops.reason))):
             return 0
-        self._ahead = UpdatesAhead(self._switches.active, self._tick, time_ns, period)
+        self._ahead = UpdatesAhead(self._updated, self._tick, time_ns, period)
         return self._ahead.plan(updates, moving=moving)
 
     def next_reading(self, update: int, updates: int) -> int:
         """Return when states are read, see :meth:`Controllers.next_reading`."""
+        if self.stops.monitor is not None:
+            return min(update, updates)
         return self._ahead.next_reading(update, updates)
 
     def read(self, update: int) -> bool:
         """Have states read at an update of the plan; return whether no controller failed."""
+        if self.stops.monitor is not None:
+            if self.stops.check(self._ahead.time_ns(update)):
+                return False
+            if self._ahead.next_reading(update, update + 1) > update:
+                return True
         self._ahead.read(update, self._failures)
         return not self._failures
 
@@ -234,7 +260,7 @@ class ControllerManager:
         """Be where so many updates, a period [s] apart, have led that were not made."""
         before = self._tick
         self._tick += updates
-        for controller, divisor in self._switches.active:
+        for controller, divisor in self._updated:
             # Its own updates have numbers that are multiples of the divisor.
             due = -(-self._tick // divisor) - -(-before // divisor)
             if due:
@@ -247,9 +273,11 @@ class ControllerManager:
     def process_requests(self, time_ns: int) -> None:
         """Carry out switches and take up goals and cancels while time is paused."""
         self.time_ns = time_ns
+        if self.stops.busy:
+            self.stops.follow(time_ns)
         if self._requests or self._failures:
             self._serve()
-        for controller, _ in self._switches.active:
+        for controller, _ in self._updated:
             if controller.name in self._failures:
                 continue
             try:
@@ -271,6 +299,7 @@ class ControllerManager:
         for arrays in (self.hardware.command, self.hardware.feedforward):
             for kind in COMMAND_INTERFACES:
                 arrays.of(kind)[:] = np.nan
+        self.stops.restart(time_ns)
         self.resources.hold_here()
         self._resumed = True
         for controller, _ in reversed(self._switches.active):
@@ -315,6 +344,23 @@ class ControllerManager:
         for controller in self.controllers.values():
             events += controller.poll_events()
         return sorted(events, key=lambda event: event.time_ns) if events else events
+
+    @property
+    def arm(self) -> ArmState:
+        """Drives and safety of the arm."""
+        return self.stops.arm
+
+    @property
+    def _updated(self) -> tuple[tuple[Controller[Any], int], ...]:
+        """The active controllers that are updated now, with the manager's updates per update."""
+        active = self._switches.active
+        if not self.stops.reason:
+            return active
+        return tuple(entry for entry in active if not self.stops.holds(entry[0]))
+
+    def _obstacle(self) -> str:
+        """Return why the arm takes no commands, '' where it does; any thread."""
+        return self.stops.reason or self.stops.arm.obstacle
 
     def _serve(self) -> None:
         if not self._structure.acquire(blocking=False):

@@ -103,6 +103,8 @@ class Resources:
                            or (HardwareComponent(name),))
         self._allow_inactive = (
             parameters.defaults.allow_controller_activation_with_inactive_hardware)
+        #: Joints of an arm that is stopped: no controller has them.
+        self.halted: frozenset[str] = frozenset()
         self._held: tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]] | None = None
         #: Command of a gpio of hardware that is not active -> the last value that reached it.
         self._held_others: dict[str, float] = {}
@@ -118,11 +120,11 @@ class Resources:
 
     @property
     def idle_joints(self) -> frozenset[str]:
-        """Joints that hold their positions because their hardware is not active."""
+        """Joints that follow no controller: idle hardware, or a stopped arm."""
         idle = [component for component in self.components if not component.active]
         if not idle:
-            return frozenset()
-        return frozenset(name for name in self.hardware.joint_names
+            return self.halted
+        return self.halted | frozenset(name for name in self.hardware.joint_names
                          if any(component.has(name) for component in idle))
 
     @property
@@ -231,7 +233,7 @@ class Resources:
 
     def _hold(self, positions: Mapping[int, float]) -> None:
         hardware = self.hardware
-        places = [hardware.index[name] for name in self.idle_joints]
+        places = [hardware.index[name] for name in self.idle_joints - self.halted]
         values = [positions.get(place, hardware.state.position[place]) for place in places]
         self._held = (np.array(places), np.array(values)) if places else None
         others = {name for component in self.components if not component.active

@@ -132,6 +132,16 @@ class SwitchExecution:
             result = '; '.join(failures) or f'active: {", ".join(starting)}'
             self._events.add(time_ns, 'warning', 'state', f'fallback: {result}')
 
+    def follow_hardware(self, active: Sequence[Controller[Any]], time_ns: int) -> None:
+        """Have the hardware follow active controllers, as far as their joints are not idle."""
+        self._follow_hardware({controller.name: controller for controller in active}, time_ns)
+
+    def start_anew(self, controllers: Sequence[Controller[Any]], time_ns: int) -> None:
+        """Have active controllers take over the joints where they are."""
+        for controller in controllers:
+            if self._activate(controller, time_ns):
+                self._refresh({entry.name: entry for entry, _ in self.active})
+
     def _follow_hardware(self, controllers: Controllers, time_ns: int) -> None:
         """Have the hardware follow the active controllers, where it is active itself."""
         active = [controller for controller in controllers.values() if controller.active]
@@ -236,7 +246,10 @@ class SwitchExecution:
     def _claims(self, controllers: Sequence[Controller[Any]]) -> dict[str, frozenset[str]]:
         idle = self._resources.idle_joints
         joints = [name for name in self._hardware.joint_names if name not in idle]
-        return claimed_joints(controllers, joints)
+        claims = claimed_joints(controllers, joints)
+        # What brakes a stopped arm commands positions.
+        claims.update((name, frozenset({POSITION})) for name in self._resources.halted)
+        return claims
 
     def _refresh(self, controllers: Controllers) -> None:
         rate = self._parameters.update_rate

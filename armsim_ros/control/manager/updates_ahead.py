@@ -59,7 +59,7 @@ class UpdatesAhead:
 
         :param failures: controller -> what it has raised; those that have are left out.
         """
-        time_ns = self._time_ns + round(update * self._period * 1e9)
+        time_ns = self.time_ns(update)
         for controller, divisor in self._readers:
             if (self._tick + update) % divisor or controller.name in failures:
                 continue
@@ -67,6 +67,10 @@ class UpdatesAhead:
                 controller.update(time_ns, self._period * divisor)
             except Exception as error:  # noqa: BLE001 - one controller must not stop the others
                 failures[controller.name] = error
+
+    def time_ns(self, update: int) -> int:
+        """Return the time of an update [ns]."""
+        return self._time_ns + round(update * self._period * 1e9)
 
     def _wait(self, controller: Controller[Any], update: int) -> int:
         """Return how many updates from the present on do not matter to a controller."""

@@ -182,6 +182,8 @@ class JointTrajectoryController(Controller[JointTrajectoryControllerParameters])
         loop.inbox.post(request)
         if not self.active:
             loop.abort_pending('the controller was deactivated')
+        elif obstacle := self.obstacle:
+            loop.abort_pending(obstacle)
         return GoalResponse(True, goal=goal)
 
     def cancel(self, goal: TrajectoryGoal) -> bool:
@@ -258,6 +260,8 @@ class JointTrajectoryController(Controller[JointTrajectoryControllerParameters])
                 f"controller '{self.name}' is {self.state.value}, only an active controller takes "
                 'trajectories'
             )
+        if obstacle := self.obstacle:
+            raise RefusedTrajectoryError(obstacle)
         return self._loop
 
     def _refuse(self, trajectory: JointTrajectory, error: RefusedTrajectoryError) -> GoalResponse:

@@ -29,6 +29,7 @@ from armsim_ros.nodes.simulation.controller_manager.services import (
 from armsim_ros.nodes.simulation.controllers.controller_nodes import ControllerNode
 from armsim_ros.nodes.simulation.discovery import DomainWatch
 from armsim_ros.nodes.simulation.dispatcher import Dispatcher
+from armsim_ros.nodes.simulation.safety_services import SafetyServices
 from armsim_ros.nodes.simulation.sim_time import SimTime
 from armsim_ros.sim.control_loop import ControlLoop
 
@@ -171,6 +172,7 @@ class RobotNodes:
         ControllerManagerQueries(node, manager, settings.update_rate)
         ControllerManagerServices(node, manager, self._registry, self._dispatcher)
         self._activity = Activity(node, manager)
+        self._safety = SafetyServices(node, manager, self._loop, self._dispatcher)
         self._watch_domain = DomainWatch(node, refuse)
         self._diagnostics = Diagnostics(
             node, name, manager, self._loop, lambda: parameters.settings, self._faults, joints)
@@ -191,6 +193,7 @@ class RobotNodes:
         self._registry.open_due_soon()
         self._events.drain()
         self._activity.publish_if_changed(time_ns)
+        self._safety.publish_if_changed()
         self._watch_domain.look()
 
     @property

@@ -228,6 +228,23 @@ class InProcessArm(Arm):
             raise ControllerError(BUILT_WITHOUT_FAULTS)
         self.sim.faults.set_fault(joint, JointFault(**fault))
 
+    def protective_stop(self, cause: str = 'injected') -> None:
+        """Stop the arm: goals end, the joints brake and are held until ``clear_stop``."""
+        self.sim.protective_stop(cause)
+
+    def clear_stop(self) -> None:
+        """
+        End a protective stop.
+
+        :raises ControllerError: it goes on; with the reason.
+        """
+        self.sim.clear_stop()
+
+    @property
+    def safety(self) -> str:
+        """State of the safety of the first robot, such as ``NORMAL``."""
+        return next(iter(self.sim.safety.values()))
+
     def _switch(self, controller: str, *, active: bool) -> None:
         """Activate or deactivate a controller."""
         for manager in self.sim.managers.values():

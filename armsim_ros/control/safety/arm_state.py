@@ -1,0 +1,230 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""
+The state of an arm's drives and safety, and what may change it.
+
+The methods are for the control loop's thread; what they change is in force from the next update
+on. Everything may be read from any thread.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import Enum
+from typing import Literal
+
+from armsim_ros.config.hardware import HardwareSettings
+from armsim_ros.control.controller import NEVER_NS
+from armsim_ros.control.events import EventQueue
+from armsim_ros.vendors import Vendor
+
+
+class Mode(Enum):
+    """What the drives do; IDLE: they have power and the brakes are on."""
+
+    POWER_OFF = 'POWER_OFF'
+    POWER_ON = 'POWER_ON'
+    IDLE = 'IDLE'
+    RUNNING = 'RUNNING'
+
+
+class Safety(Enum):
+    """What the safety system allows."""
+
+    NORMAL = 'NORMAL'
+    REDUCED = 'REDUCED'
+    PROTECTIVE_STOP = 'PROTECTIVE_STOP'
+    SAFEGUARD_STOP = 'SAFEGUARD_STOP'
+    EMERGENCY_STOP = 'EMERGENCY_STOP'
+    FAULT = 'FAULT'
+
+
+CauseKind = Literal['injected', 'collision', 'speed', 'position', 'power', 'emergency']
+#: Cause -> its number, for interfaces that have no room for a text.
+NUMBERS: dict[str, int] = {
+    'injected': 1, 'collision': 2, 'speed': 3, 'position': 4, 'power': 5, 'emergency': 6}
+
+
+@dataclass(frozen=True, slots=True)
+class Cause:
+    """
+    Why an arm stopped.
+
+    :param text: joint or bodies, value and limit; '' where the kind is enough.
+    """
+
+    kind: CauseKind
+    text: str = ''
+
+    def __str__(self) -> str:
+        """Return kind and text."""
+        return f'{self.kind}: {self.text}' if self.text else self.kind
+
+
+class ArmState:
+    """
+    Drives and safety of an arm.
+
+    :param settings: the user's.
+    :param vendor: whose arm it is; None for an arm without a vendor.
+    :param events: get a line for each stop and its end.
+    :param wake: called after each change.
+    """
+
+    def __init__(
+        self,
+        settings: HardwareSettings,
+        vendor: Vendor | None,
+        events: EventQueue,
+        wake: Callable[[], object],
+    ) -> None:
+        self.settings = settings
+        self.vendor = vendor or Vendor(name='none')
+        self._events, self._wake = events, wake
+        delay = settings.unlock_delay
+        self.unlock_delay_ns = round(1e9 * (delay if delay >= 0.0 else self.vendor.unlock_delay))
+        #: Returns what still keeps a protective stop from being cleared, None where nothing does.
+        self.present_cause: Callable[[], Cause | None] = lambda: None
+        #: Counts the changes, for those who publish the state.
+        self.generation = 0
+        #: Whether something changes that the next update has to follow.
+        self.changed = False
+        #: Whether the next update has anything to follow: a change, or one that time brings.
+        self.busy = False
+        self.time_ns = 0
+        self._begin()
+
+    def _begin(self) -> None:
+        self.mode = Mode(self.settings.start)
+        self.safety = Safety.NORMAL
+        self.cause: Cause | None = None
+        self.since_ns = self.time_ns
+        self.pressed = False
+        self._target = self.mode
+        self._due_ns = NEVER_NS
+        self.changed = self.busy = bool(self.obstacle)
+
+    @property
+    def stopped(self) -> bool:
+        """Whether a stop of the safety system is in force."""
+        return self.safety not in (Safety.NORMAL, Safety.REDUCED)
+
+    @property
+    def moves(self) -> bool:
+        """Whether drives and safety let the arm move."""
+        return self.mode is Mode.RUNNING and not self.stopped
+
+    @property
+    def obstacle(self) -> str:
+        """Why the arm takes no commands, '' where it does."""
+        if self.stopped:
+            name = self.safety.value.replace('_', ' ').lower()
+            return f'{name}: {self.cause}'
+        if self.mode is not Mode.RUNNING:
+            return f'the drives are not ready: {self.mode.value}; power the arm on'
+        return ''
+
+    def update(self, time_ns: int) -> None:
+        """Be where time has led [ns]."""
+        self.time_ns = time_ns
+        if time_ns >= self._due_ns:
+            self._step_power()
+        self.busy = self._due_ns != NEVER_NS
+
+    def protective_stop(self, cause: Cause | None = None) -> None:
+        """Stop the arm; an emergency stop stays what it is."""
+        if self.safety is Safety.EMERGENCY_STOP or self.safety is Safety.PROTECTIVE_STOP:
+            return
+        self._stop(Safety.PROTECTIVE_STOP, cause or Cause('injected'))
+
+    def emergency_stop(self, cause: Cause | None = None) -> None:
+        """Press the button of the emergency stop."""
+        self.pressed = True
+        self._stop(Safety.EMERGENCY_STOP, cause or Cause('emergency', 'the button is pressed'))
+
+    def release_emergency_stop(self) -> None:
+        """Release the button; the arm goes on only after a recovery, or a power-up."""
+        if not self.pressed:
+            return
+        self.pressed = False
+        if self.vendor.emergency_power_off:
+            self.safety, self.cause = Safety.NORMAL, None
+            self.mode = self._target = Mode.POWER_OFF
+            self._due_ns = NEVER_NS
+        self._note('the emergency stop is released')
+
+    def clear_stop(self) -> str:
+        """
+        End a stop.
+
+        :returns: why it goes on, '' where it has ended or there was none.
+        """
+        if not self.stopped:
+            return ''
+        if self.pressed:
+            return 'the button of the emergency stop is pressed; release it first'
+        left_ns = self.since_ns + self.unlock_delay_ns - self.time_ns
+        if self.safety is Safety.PROTECTIVE_STOP and left_ns > 0:
+            return (f'a protective stop can be cleared {self.unlock_delay_ns * 1e-9:g} s after '
+                    f'it began; wait {left_ns * 1e-9:.1f} s')
+        present = self.present_cause()
+        if present is not None:
+            return f'the cause is still there: {present}'
+        text = self.safety.value.replace('_', ' ').lower()
+        self.safety, self.cause, self.since_ns = Safety.NORMAL, None, self.time_ns
+        self._note(f'the {text} is cleared')
+        return ''
+
+    def power_to(self, mode: Mode) -> None:
+        """Bring the drives into a mode; each step up takes the vendor's time."""
+        if mode is Mode.POWER_OFF:
+            self._due_ns = NEVER_NS
+            self._target = mode
+            if self.mode is not mode:
+                self.mode = mode
+                self._note('the drives are off', Cause('power', 'the drives were switched off'))
+            return
+        order = list(Mode)
+        if order.index(mode) <= order.index(self.mode):
+            if mode is Mode.IDLE and self.mode is Mode.RUNNING:
+                self.mode = self._target = mode
+                self._note('the brakes are on', Cause('power', 'the brakes were applied'))
+            return
+        self._target = mode
+        if self._due_ns == NEVER_NS:
+            self._due_ns = self.time_ns + round(self.vendor.power_step * 1e9)
+        if not self.vendor.power_step:
+            while self.mode is not self._target:
+                self._step_power()
+        self._changed()
+
+    def reset(self) -> None:
+        """Be as at the start."""
+        self._begin()
+        self._changed()
+
+    def _stop(self, safety: Safety, cause: Cause) -> None:
+        self.safety, self.cause, self.since_ns = safety, cause, self.time_ns
+        self._note(f'{self.obstacle}; at {self.time_ns * 1e-9:.3f} s', level='error')
+
+    def _step_power(self) -> None:
+        order = list(Mode)
+        self.mode = order[order.index(self.mode) + 1]
+        more = self.mode is not self._target
+        self._due_ns = self.time_ns + round(self.vendor.power_step * 1e9) if more else NEVER_NS
+        if self.mode is Mode.RUNNING:
+            self.cause = None
+        self._note(f'the drives are {self.mode.value}')
+
+    def _note(self, text: str, cause: Cause | None = None,
+              level: Literal['info', 'error'] = 'info') -> None:
+        if cause is not None:
+            self.cause = cause
+        self._events.add(self.time_ns, level, 'stop', text)
+        self._changed()
+
+    def _changed(self) -> None:
+        self.changed = self.busy = True
+        self.generation += 1
+        self._wake()

@@ -1,0 +1,102 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Finds what stops an arm: its speed, its position, and loads from outside."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+
+from armsim_ros.arrays import Vector
+from armsim_ros.control.hardware_interface import HardwareInterface, JointProperties
+from armsim_ros.control.safety.arm_state import Cause
+from armsim_ros.model.robot_model import RobotModel
+
+#: So many times its limit a joint may be fast.
+SPEED_SHARE = 1.2
+#: So far a joint may be outside of its bounds [rad or m].
+BEYOND = 0.01
+#: A contact force counts after this time [ns].
+CONTACT_NS = 10_000_000
+_NEVER_NS = -1
+
+
+class Loads(Protocol):
+    """What acts on an arm from outside."""
+
+    def torques(self) -> Vector:
+        """Return the external torque of each joint (n,) [N*m or N]."""
+
+    def hardest_contact(self) -> tuple[float, str]:
+        """Return the greatest force of a contact of the arm [N], and the bodies."""
+
+
+class StopMonitor:
+    """
+    Checks the state of an arm's joints in each control period.
+
+    :param loads: None where there are no such limits.
+    :param torque: of each joint that may act from outside [N*m or N].
+    :param force: of a contact [N].
+    """
+
+    def __init__(
+        self,
+        hardware: HardwareInterface,
+        model: RobotModel | None,
+        loads: Loads | None,
+        torque: float,
+        force: float,
+    ) -> None:
+        names = hardware.joint_names
+        properties = JointProperties.of(names, model)
+        self._names, self._units = names, properties.units
+        self._state, self._loads = hardware.state, loads
+        self._fastest = SPEED_SHARE * properties.velocity
+        self._lower, self._upper = properties.lower - BEYOND, properties.upper + BEYOND
+        #: (n,) greatest external torques; may be replaced.
+        self.torques = np.full(len(names), torque)
+        #: Greatest contact force [N]; may be replaced.
+        self.force = force
+        self._pressed_ns = _NEVER_NS
+
+    def check(self, time_ns: int) -> Cause | None:
+        """Return why the arm has to stop at a time [ns], None where it may go on."""
+        velocity, position = self._state.velocity, self._state.position
+        if (np.abs(velocity) > self._fastest).any():
+            i = int(np.argmax(np.abs(velocity) - self._fastest))
+            return self._cause('speed', i, float(abs(velocity[i])), float(self._fastest[i]), '/s')
+        if (position < self._lower).any() or (position > self._upper).any():
+            outside = np.maximum(self._lower - position, position - self._upper)
+            i = int(np.argmax(outside))
+            bound = self._lower[i] if position[i] < self._lower[i] else self._upper[i]
+            return self._cause('position', i, float(position[i]), float(bound))
+        return self.load(time_ns)
+
+    def load(self, time_ns: int) -> Cause | None:
+        """Return which load from outside is too great, None where none is."""
+        if self._loads is None:
+            return None
+        torques = np.abs(self._loads.torques())
+        if (torques > self.torques).any():
+            i = int(np.argmax(torques - self.torques))
+            unit = 'N' if self._units[i] == 'm' else 'N*m'
+            return Cause('collision', f"external torque of joint '{self._names[i]}' "
+                         f'{torques[i]:.1f} {unit}, limit {self.torques[i]:g} {unit}')
+        if self.force == np.inf:
+            return None
+        force, bodies = self._loads.hardest_contact()
+        if not force > self.force:
+            self._pressed_ns = _NEVER_NS
+            return None
+        if self._pressed_ns == _NEVER_NS or time_ns < self._pressed_ns:
+            self._pressed_ns = time_ns
+        if time_ns - self._pressed_ns < CONTACT_NS:
+            return None
+        return Cause('collision', f'contact of {bodies} {force:.1f} N, limit {self.force:g} N')
+
+    def _cause(self, kind: str, i: int, value: float, limit: float, rate: str = '') -> Cause:
+        unit = (self._units[i] or 'rad') + rate
+        return Cause('speed' if kind == 'speed' else 'position',
+                     f"joint '{self._names[i]}' {value:.3f} {unit}, limit {limit:.3f} {unit}")

@@ -1,0 +1,15 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Universal Robots, as ``ur_robot_driver`` of Jazzy presents them."""
+
+from __future__ import annotations
+
+from armsim_ros.vendors.vendor import Vendor
+
+VENDOR = Vendor(
+    name='ur',
+    plugins=('ur_robot_driver/URPositionHardwareInterface',),
+    unlock_delay=5.0,
+    power_step=1.0,
+    emergency_power_off=True,
+)

@@ -1,0 +1,31 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The table of a vendor."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+import math
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Vendor:
+    """
+    What an arm of a vendor does that others do not.
+
+    :param name: short name.
+    :param plugins: of ``<ros2_control>`` of such an arm.
+    :param unlock_delay: a protective stop lasts at least so long [s].
+    :param power_step: each step of powering up lasts so long [s].
+    :param collision_torque: external torque of a joint that stops a watched arm [N*m or N].
+    :param collision_force: contact force that stops a watched arm [N].
+    :param emergency_power_off: whether a released emergency stop leaves the drives without power.
+    """
+
+    name: str
+    plugins: tuple[str, ...] = ()
+    unlock_delay: float = 0.0
+    power_step: float = 0.0
+    collision_torque: float = math.inf
+    collision_force: float = math.inf
+    emergency_power_off: bool = False

@@ -1,0 +1,223 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Stops of an arm: what ends, how the joints come to rest, and what moves afterwards."""
+
+import random
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from armsim_ros.control.mailbox import GoalStatus
+from armsim_ros.errors import ControllerError
+from armsim_ros.model.geometry import Box
+from armsim_ros.model.transforms import pose_matrix
+from armsim_ros.model.world_objects import WorldObject
+from armsim_ros.stack import ArmSim
+from armsim_ros.trajectory import JointTrajectory
+
+JOINTS = tuple(f'joint_{i}' for i in range(1, 7))
+TURN = np.array([0.0, 1.0, 0.0, 0.0, 0.0, 0.0])
+FORWARD = SimpleNamespace(
+    name='forward', type='forward_command_controller/ForwardCommandController',
+    parameters={'joints': JOINTS, 'interface_name': 'position'})
+
+
+@pytest.fixture
+def sim(arm):
+    """Return the stack of the test's arm."""
+    return arm.sim
+
+
+def positions(sim):
+    """Return where the arm's joints are (6,)."""
+    return np.array([sim.joint_positions[name] for name in JOINTS])
+
+
+def swing(sim, duration=2.0):
+    """Return a motion to the other side, from where the arm is."""
+    here = positions(sim)
+    there = here + np.where(here > 0.0, -0.6, 0.6)
+    return JointTrajectory(JOINTS, np.array([duration]), there[None], np.zeros((1, 6)))
+
+
+def controller_of(sim):
+    """Return the trajectory controller of the arm."""
+    return sim.manager.controllers['arm_joint_controller']
+
+
+def test_a_stop_ends_the_goal_with_its_cause(sim):
+    """A running goal ends within 100 ms, aborted, with the words protective stop and the cause."""
+    (goal,) = sim.send_trajectory(swing(sim))
+    sim.run_until(sim.time + 0.8)
+    sim.protective_stop('a person is near')
+    sim.run_until(sim.time + 0.1)
+    assert goal.status is GoalStatus.ABORTED
+    assert goal.result.message == 'protective stop: injected: a person is near'
+    assert set(sim.safety.values()) == {'PROTECTIVE_STOP'}
+
+
+def test_the_joints_brake_along_the_path_and_rest(sim):
+    """The joints keep their ratio of speeds while they slow down, and rest within 0.5 s."""
+    start = positions(sim)
+    motion = swing(sim)
+    way = motion.positions[0] - start
+    sim.send_trajectory(motion)
+    sim.run_until(sim.time + 1.0)
+    before = np.abs(sim.simulation.state.velocity).max()
+    sim.protective_stop()
+    sim.run_until(sim.time + 0.02)
+    fast = np.abs(sim.simulation.state.velocity).max()
+    sim.run_until(sim.time + 0.48)
+    rest = positions(sim)
+    assert fast < 0.9 * before
+    assert fast > 0.3 * before
+    share = float((rest - start) @ way / (way @ way))
+    assert share > 0.5
+    assert np.abs(rest - start - share * way).max() < 1e-3
+    sim.run_until(sim.time + 1.0)
+    assert np.abs(positions(sim) - rest).max() < 1e-4
+
+
+def test_goals_are_rejected_until_the_stop_is_cleared(sim):
+    """A stopped arm rejects goals with the reason; afterwards it takes them."""
+    sim.protective_stop()
+    response = controller_of(sim).send_goal(swing(sim))
+    assert response.reason == 'protective stop: injected'
+    sim.step(5)
+    assert not controller_of(sim).send_goal(swing(sim)).accepted
+    sim.clear_stop()
+    sim.step(20)
+    sim.execute(swing(sim))
+    assert set(sim.safety.values()) == {'NORMAL'}
+
+
+def test_an_emergency_stop_is_released_before_it_is_cleared(sim):
+    """A pressed button refuses to be cleared, and its release alone lets nothing move."""
+    arm = sim.manager.arm
+    arm.emergency_stop()
+    sim.step(20)
+    with pytest.raises(ControllerError, match='release it first'):
+        sim.clear_stop()
+    arm.release_emergency_stop()
+    sim.step(20)
+    assert 'emergency stop' in controller_of(sim).send_goal(swing(sim)).reason
+    sim.clear_stop()
+    sim.step(20)
+    sim.execute(swing(sim))
+
+
+def test_an_arm_without_power_takes_no_goals(sim):
+    """Switched-off drives hold the arm, and reject goals until they run again."""
+    arm = sim.manager.arm
+    (goal,) = sim.send_trajectory(swing(sim))
+    sim.run_until(sim.time + 0.5)
+    arm.power_to(type(arm.mode).POWER_OFF)
+    sim.step(20)
+    assert goal.status is GoalStatus.ABORTED
+    assert 'POWER_OFF' in controller_of(sim).send_goal(swing(sim)).reason
+    arm.power_to(type(arm.mode).RUNNING)
+    sim.step(20)
+    sim.execute(swing(sim))
+
+
+def test_a_reset_clears_a_stop(sim):
+    """After a reset of the simulation the arm is as at the start."""
+    sim.protective_stop()
+    sim.step(20)
+    sim.loop.restart('the simulation was reset')
+    sim.step(20)
+    sim.execute(swing(sim))
+    assert set(sim.safety.values()) == {'NORMAL'}
+
+
+def hitting(force, torque=0.0):
+    """Return an arm that a collision stops, with a block in its way."""
+    overrides = {'simulation.hardware.collision.force': force,
+                 'simulation.hardware.collision.torque': torque}
+    sim = ArmSim('sunday', overrides=overrides)
+    model = sim.scene.kinematic_model
+    halfway = sim.joint_positions | {'joint_2': sim.joint_positions['joint_2'] + 0.5}
+    tip = model.link_pose(model.vector(halfway), 'link_6')[:3, 3]
+    pose = pose_matrix(tuple(tip), (0.0, 0.0, 0.0))
+    sim.add_object(WorldObject.of_shape('block', Box((0.05, 0.05, 0.05)), pose))
+    return sim
+
+
+@pytest.mark.parametrize('limits', [{'force': 30.0}, {'force': 1e6, 'torque': 15.0}])
+def test_a_collision_stops_the_arm(limits):
+    """A contact force or an external torque over its limit ends the goal and names both."""
+    sim = hitting(**limits)
+    here = positions(sim)
+    motion = JointTrajectory(JOINTS, np.array([2.0]), (here + TURN)[None])
+    (goal,) = sim.send_trajectory(motion)
+    sim.run_until(lambda: goal.done)
+    assert goal.result.message.startswith('protective stop: collision: ')
+    assert 'limit' in goal.result.message
+
+
+def test_equal_runs_stop_in_the_same_step():
+    """A collision stops the arm at the same time, however the steps are requested."""
+    times = []
+    for step in (1, 7, 100):
+        sim = hitting(30.0)
+        motion = JointTrajectory(
+            JOINTS, np.array([2.0]), (positions(sim) + TURN)[None])
+        sim.send_trajectory(motion)
+        while sim.time < 2.0:
+            sim.step(step)
+        times.append(sim.manager.arm.since_ns)
+    assert times[0] > 0
+    assert len(set(times)) == 1
+
+
+def begin(kind, sim, chance):
+    """Begin a motion; return what keeps it going, and its goals."""
+    controller, forward = controller_of(sim), sim.manager.controllers['forward']
+    motion = swing(sim, chance.uniform(0.6, 3.0))
+    if kind == 'forward':
+        sim.manager.switch(activate=['forward'], deactivate=['arm_joint_controller'])
+        target = list(motion.positions[0])
+        return lambda: forward.receive(target), ()
+    sim.manager.switch(activate=['arm_joint_controller'], deactivate=['forward'])
+    if kind == 'execution':
+        return (lambda: None), sim.send_trajectory(motion)
+    if kind == 'goal':
+        return (lambda: None), (controller.send_goal(motion).goal,)
+    # As Servo: every command is a point a little ahead of where the last one was.
+    step = (motion.positions[0] - positions(sim)) * 0.02
+    at = [positions(sim)]
+
+    def stream():
+        at[0] = at[0] + step
+        controller.set_trajectory(JointTrajectory(
+            JOINTS, np.array([0.02]), at[0][None], step[None] / 0.02))
+
+    return stream, ()
+
+
+def test_nothing_of_an_old_goal_moves_the_arm_after_a_stop(request):
+    """After stops at random times the arm rests, and stays where it is once they are cleared."""
+    sim = ArmSim('sunday')
+    sim.manager.load(FORWARD)
+    sim.manager.configure('forward')
+    for seed in range(request.config.getoption('--stops')):
+        chance = random.Random(seed)
+        kind = chance.choice(('goal', 'execution', 'stream', 'forward'))
+        keep_going, goals = begin(kind, sim, chance)
+        end = sim.time + chance.uniform(0.0, 1.5)
+        while sim.time < end:
+            keep_going()
+            sim.step(chance.randint(1, 20))
+        sim.protective_stop()
+        for _ in range(25):
+            keep_going()
+            sim.step(20)
+        assert all(goal.done for goal in goals), (seed, kind)
+        rest = positions(sim)
+        if chance.random() < 0.5:
+            keep_going()
+        sim.clear_stop()
+        sim.step(chance.choice((1, 300)))
+        sim.run_until(sim.time + 0.5)
+        assert np.abs(positions(sim) - rest).max() < 1e-3, (seed, kind)
