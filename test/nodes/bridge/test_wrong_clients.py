@@ -100,6 +100,7 @@ def test_to_end_what_is_not_there_is_a_warning(talk, fields):
     assert client.receive()['level'] == 'warning'
 
 
+@pytest.mark.alone
 def test_random_frames_hold_nobody_up(talk, gaps, joint_states):
     """Ten thousand of them move nothing; memory comes back."""
     source = random.Random(7)

@@ -44,8 +44,8 @@ LOST_TIMEOUT = 2.0
 ARRIVED = 0.02
 LATE_RESULT = 2.0
 REPLACED = 'replaced by a newer trajectory for the same controller'
-#: Wall time for a result that was sent when simulated time jumped [s]; in lockstep a jump is a request,
-#: and wall time says nothing about the motion.
+#: Wall time for a result that was sent when simulated time jumped [s]; in lockstep each request is
+#: a jump.
 LEAP_TIME, LOCKSTEP_LEAP_TIME = 0.5, 5.0
 
 
