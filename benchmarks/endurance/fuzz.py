@@ -63,6 +63,8 @@ SCENE_TOPICS = (
 #: Packages of services that only tell something.
 ASKING = ('rcl_interfaces', 'type_description_interfaces')
 LEFT_OUT = ('/clock', '/unload_world')
+#: Ends of names of what stops an arm until it is released, in the namespace of each robot.
+STOPS = ('/protective_stop', '/emergency_stop', '/power_off')
 #: Services that change it.
 EDITS = ('apply_planning_scene', 'load_geometry_from_file')
 PLAYING = SimulationState(state=SimulationState.STATE_PLAYING)
@@ -127,7 +129,8 @@ class Fuzz:
         while len(found) < len(now := endpoints(self._client.node, self._left_out)):
             found = now
             self._client.settle()
-        return [one for one in found if one.name not in LEFT_OUT]
+        return [one for one in found
+                if one.name not in LEFT_OUT and not one.name.endswith(STOPS)]
 
     def _hammer(self, endpoint: Endpoint, count: int) -> None:
         """Send so many messages to an endpoint; all has to be afterwards as it was."""

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Data sets in LeRobot's layout: content, interruptions, errors."""
 
+from functools import cache
 import json
 import os
 from pathlib import Path
@@ -26,6 +27,7 @@ FEATURES = {'observation.state': Feature('float32', (2,), ('a', 'b')),
             'observation.images.front': Feature('video', (16, 16, 3))}
 
 
+@cache
 def episode(number, length=5):
     """Return a small episode."""
     pictures = [np.full((16, 16, 3), 10 * number + frame, np.uint8) for frame in range(length)]
