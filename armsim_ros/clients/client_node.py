@@ -199,6 +199,24 @@ class Collector:
             )
             return list(self._messages)
 
+    def wait_after(self, act: Callable[[], Any], timeout: float = PATIENCE) -> Any:
+        """
+        Do what makes another node publish, and return the first message.
+
+        It is done again while nothing comes: a publisher finds a new subscription in its own time.
+
+        :param act: what to do; it must bear to be done again.
+        :param timeout: [s].
+        :raises AssertionError: no message in time.
+        """
+        deadline = time.monotonic() + timeout
+        while time.monotonic() < deadline:
+            act()
+            with self._condition:
+                if self._condition.wait_for(lambda: self._messages, FIND_BACK):
+                    break
+        return self.wait(1, max(deadline - time.monotonic(), 0.0))[0]
+
     def wait_for(self, matches: Callable[[Any], bool], timeout: float = PATIENCE) -> Any:
         """
         Return the first message that matches, waiting for it.

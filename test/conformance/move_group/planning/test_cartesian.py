@@ -222,8 +222,9 @@ def test_timing(arm: Any, start: Any) -> None:
 def test_the_path_is_displayed(arm: Any, start: Any) -> None:
     """display_planned_path gets Cartesian paths too."""
     heard = arm.client.collect(arm.name('display_planned_path'), DisplayTrajectory)
-    arm.cartesian([shifted(arm.pose(start).pose, 0.0, -0.05)], start_state=robot_state(start))
-    assert heard.wait()[0].trajectory[0].joint_trajectory.points
+    down = [shifted(arm.pose(start).pose, 0.0, -0.05)]
+    message = heard.wait_after(lambda: arm.cartesian(down, start_state=robot_state(start)))
+    assert message.trajectory[0].joint_trajectory.points
     heard.close()
 
 

@@ -158,11 +158,7 @@ def test_an_obstacle_in_the_way(arm: Any, start: Any) -> None:
     code = arm.refused(**wanted)
     assert name_of(code) == 'INVALID_MOTION_PLAN'
     assert 'post' in code.message
-    for _ in range(20):  # until the publisher has found the subscription
-        if shown.messages:
-            break
-        arm.refused(**wanted)
-    erased, *spheres = shown.wait()[0].markers
+    erased, *spheres = shown.wait_after(lambda: arm.refused(**wanted)).markers
     shown.close()
     assert erased.action == Marker.DELETEALL
     assert all('post' in sphere.ns.split('=') for sphere in spheres)

@@ -112,6 +112,8 @@ def test_each_motion_of_a_sequence_is_displayed(arm: Any, action: Any, start: An
     Upstream: command_list_manager.cpp, solveSequenceItems; display_motion_path.cpp.
     """
     shown = arm.client.collect(arm.name('display_planned_path'), DisplayTrajectory)
+    shown.wait_after(lambda: arm.planned(arm.near()))
+    shown.clear()
     request = two_lines(arm, arm.pose(start), 0.01, start_state=robot_state(start))
     run(arm, action, request, plan_only=True)
     first, second = shown.wait(2)

@@ -226,11 +226,11 @@ def test_a_change_of_the_world_is_published_within_half_a_second(arm: Any) -> No
 def test_every_plan_is_displayed(arm: Any) -> None:
     """A plan is published with the robot's name, one trajectory and the full start state."""
     heard = arm.client.collect(arm.name('display_planned_path'), DisplayTrajectory)
-    trajectory = arm.planned(arm.near())
-    shown = heard.wait_for(lambda one: True)
+    plans = []
+    shown = heard.wait_after(lambda: plans.append(arm.planned(arm.near())))
     assert shown.model_id == arm.robot_name
     assert len(shown.trajectory) == 1
-    assert shown.trajectory[0].joint_trajectory == trajectory
+    assert shown.trajectory[0].joint_trajectory == plans[-1]
     assert set(shown.trajectory_start.joint_state.name) >= set(arm.joints)
     heard.close()
 
