@@ -100,6 +100,15 @@ def test_silence_ends_motion_by_parameter(bench, kind):
     np.testing.assert_array_equal(made.hardware.command.of(kind), rest[kind])
 
 
+def test_a_command_without_successors_is_looked_at_when_its_time_is_over(bench):
+    """Updates that are left out end at the very tick at which command_timeout does."""
+    made, controller = bench('velocity', command_timeout=0.5)
+    controller.receive([0.5, -0.5])
+    taken_ns = made.now_ns
+    made.step()
+    assert controller.next_update(made.now_ns) == taken_ns + 500_000_000
+
+
 def test_commands_that_come_in_time_go_on(bench):
     """The timeout runs from the last command."""
     made, controller = bench('velocity', command_timeout=0.1)
