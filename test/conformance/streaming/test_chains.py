@@ -22,6 +22,8 @@ import numpy as np
 import pytest
 from rcl_interfaces.srv import SetParameters
 from rclpy.parameter import Parameter
+from rclpy.time import Time
+from sensor_msgs.msg import JointState
 from std_srvs.srv import SetBool
 from streaming_bench import ARM, beside, JOINTS, MANAGER, NAMESPACE, Streamed
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
@@ -129,12 +131,24 @@ def test_pid_by_itself(loop: Streamed) -> None:
     with (
         loop.publisher(MultiDOFCommand, f'{NAMESPACE}/loop/reference') as publisher,
         closing(loop.client.collect(topic, MultiDOFStateStamped)) as states,
+        closing(loop.client.collect(f'{NAMESPACE}/joint_states', JointState)) as joints,
     ):
         loop.stream_until(
             publisher, command, lambda: np.abs(loop.positions - goal).max() < 5e-3,
             'the arm is there')
         message = states.wait_for(lambda one: abs(one.dof_states[0].reference - goal[0]) < 1e-9)
+        joints.wait_for(lambda one: Time.from_msg(one.header.stamp)
+                        >= Time.from_msg(states.messages[-1].header.stamp))
     assert [one.name for one in message.dof_states] == list(JOINTS)
+    measured = {str(one.header.stamp): dict(zip(one.name, one.position, strict=True))
+                for one in joints.messages}
+    same = [(dof.feedback, measured[str(one.header.stamp)][dof.name], dof.reference - dof.error)
+            for one in states.messages if str(one.header.stamp) in measured
+            for dof in one.dof_states]
+    assert len(same) > 10
+    for feedback, position, wanted in same:
+        assert feedback == pytest.approx(position, abs=1e-9)
+        assert feedback == pytest.approx(wanted, abs=1e-9)
     answer = loop.client.call(
         f'{NAMESPACE}/loop/set_feedforward_control', SetBool, SetBool.Request(data=False))
     assert answer.success

@@ -129,6 +129,18 @@ def test_unsubscribing_from_an_id_leaves_the_other(talk, joint_states):
         client.receive(patience=0.3)
 
 
+def test_who_unsubscribes_leaves_the_topic_to_the_others(talk, joint_states):
+    """The bridge's subscription is there until the last client has left."""
+    staying, leaving = talk(), talk()
+    for client in (staying, leaving):
+        client.send('subscribe', topic='/arm/joint_states')
+        client.receive()
+    leaving.send('unsubscribe', topic='/arm/joint_states')
+    leaving.settle()
+    for _ in range(100):  # more than were on their way
+        assert staying.receive()['topic'] == '/arm/joint_states'
+
+
 def test_what_a_client_has_left_leaves_the_graph(talk, peer, joint_states):
     """Publisher and subscription of a connection that ended are gone soon."""
     client = talk()
