@@ -27,9 +27,10 @@ class Woken:
             self._condition.notify_all()
 
     def until(self, condition: Callable[[], bool]) -> None:
-        """Wait until something is so."""
+        """Look at the begin and whenever woken, until something is so."""
         with self._condition:
-            assert self._condition.wait_for(condition, PATIENCE)
+            while not condition():
+                assert self._condition.wait(PATIENCE), 'nothing woke the executor'
 
 
 @pytest.fixture
