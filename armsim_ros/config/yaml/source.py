@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 import re
 from typing import Any, NoReturn
@@ -150,9 +151,15 @@ def parse_yaml(data: bytes | str, file: str,
             f'the file is larger than {LARGEST_FILE >> 20} MiB', Location(file),
             remedy='settings files are small: is this the right file?'))
     text = data if isinstance(data, str) else _decode(data, file)
+    merges = 'ros__parameters' in text
     try:
-        return _Composer(file, problems, 'ros__parameters' in text).compose(text)
+        return _Composer(file, problems, merges).compose(text)
     except yaml.YAMLError as error:
+        mark: Any = getattr(error, 'problem_mark', None)
+        if mark is not None and 'nesting' in str(getattr(error, 'problem', '')):
+            # PyYAML 6.0.4 gives up at its own depth before it passes on the levels above.
+            with suppress(yaml.YAMLError):
+                _Composer(file, problems, merges).compose(text[:mark.index])
         raise ConfigError(explain_syntax(error, text, file)) from None
 
 
