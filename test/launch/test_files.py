@@ -96,6 +96,36 @@ def test_the_names_are_there_only_while_a_file_is_evaluated(dry, workspace):
     assert not list(workspace.rglob('__pycache__'))
 
 
+def test_a_missing_package_is_caught_by_upstreams_name(dry):
+    """A launch file may import PackageNotFoundError from both of its modules and catch it."""
+    said = dry("""
+        import ament_index_python
+        from ament_index_python.packages import (
+            get_package_share_directory, PackageNotFoundError)
+        from launch import LaunchDescription
+
+        assert ament_index_python.PackageNotFoundError is PackageNotFoundError
+        try:
+            get_package_share_directory('nowhere')
+        except PackageNotFoundError:
+            def generate_launch_description():
+                return LaunchDescription()
+    """)
+    assert (said.status, said.plan) == (0, ['nothing to start'])
+
+
+def test_a_running_process_is_matched_by_the_end_of_its_first_word(entities):
+    """launch.events.process has matches_executable; a process that has not started is none."""
+    said = entities("""
+        found := ExecuteProcess(cmd=['/usr/bin/ls', '.'], name='found'),
+        OpaqueFunction(function=lambda context: [LogInfo(msg=str([
+            matches_executable('ls')(found), setattr(found, 'process_details', {
+                'cmd': ['/usr/bin/ls', '.']}), matches_executable('ls')(found),
+            matches_executable('.')(found)]))]),
+    """, before='from launch.events.process import matches_executable')
+    assert '[False, None, True, False]' in said.errors
+
+
 def test_a_real_module_is_not_shadowed(write, tmp_path):
     """Where a real module of the name can be imported, it is the one that is used."""
     (tmp_path / 'real' / 'nav2_common').mkdir(parents=True)

@@ -207,7 +207,9 @@ def matches_action(action: Any) -> Callable[[Any], bool]:
     return lambda other: other is action
 
 
-matches_executable = matches_action
+def matches_executable(executable: str) -> Callable[[Any], bool]:
+    """Return a matcher of running processes by the end of their command's first word."""
+    return lambda action: _details(action, 'cmd', [''])[0].endswith(executable)
 
 
 def matches_name(name: str) -> Callable[[Any], bool]:
@@ -217,7 +219,11 @@ def matches_name(name: str) -> Callable[[Any], bool]:
 
 def matches_pid(pid: int) -> Callable[[Any], bool]:
     """Return a matcher of a process by its id."""
-    return lambda action: getattr(getattr(action, 'process_details', None), 'pid', 0) == pid
+    return lambda action: _details(action, 'pid', 0) == pid
+
+
+def _details(action: Any, key: str, missing: Any) -> Any:
+    return (getattr(action, 'process_details', None) or {}).get(key, missing)
 
 
 def matches_node_name(node_name: str) -> Callable[[Any], bool]:

@@ -189,17 +189,18 @@ def _launch_ros() -> Table:
 
 def _ament_index_python() -> Table:
     from armsim_ros.launch.api.substitutions import packages
+    from armsim_ros.launch.failures import MissingPackageError
 
     return {
         'ament_index_python': _named(
             packages.get_package_share_directory, packages.get_package_share_path,
             packages.get_package_prefix, packages.get_packages_with_prefixes,
             packages.get_search_paths, packages.has_resource, packages.get_resource,
-            packages.get_resources, packages.PackageNotFoundError),
+            packages.get_resources, PackageNotFoundError=MissingPackageError),
         'ament_index_python.packages': _named(
             packages.get_package_share_directory, packages.get_package_share_path,
             packages.get_package_prefix, packages.get_packages_with_prefixes,
-            packages.PackageNotFoundError),
+            PackageNotFoundError=MissingPackageError),
         'ament_index_python.resources': _named(
             packages.has_resource, packages.get_resource, packages.get_resources),
         'ament_index_python.search_paths': _named(packages.get_search_paths),

@@ -6,7 +6,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 import shlex
-from types import SimpleNamespace
 from typing import Any
 
 from armsim_ros.launch.api.actions.events import Shutdown
@@ -65,7 +64,7 @@ class ExecuteLocal(Action):
         self._on_exit = on_exit
         self._respawn, self._respawn_delay = respawn, respawn_delay
         self._respawn_max_retries = respawn_max_retries
-        self.process_details: Any = None
+        self.process_details: dict[str, Any] | None = None
         self.return_code: int | None = None
 
     @property
@@ -76,8 +75,7 @@ class ExecuteLocal(Action):
     @property
     def name(self) -> str | None:
         """The name in the log, once it is started."""
-        details = self.process_details
-        return details.name if details is not None else None
+        return self.process_details['name'] if self.process_details is not None else None
 
     @property
     def cmd(self) -> Any:
@@ -153,8 +151,8 @@ class ExecuteLocal(Action):
 
     def started(self, name: str, pid: int, spec: ProcessSpec) -> None:
         """Store the details of its process."""
-        self.process_details = SimpleNamespace(
-            name=name, cmd=spec.command, pid=pid, cwd=spec.cwd, env=spec.environment)
+        self.process_details = {'name': name, 'cmd': spec.command, 'pid': pid, 'cwd': spec.cwd,
+                                'env': spec.environment}
 
     def _prefix(self, context: LaunchContext) -> str:
         given = self._executable.prefix

@@ -19,8 +19,6 @@ from armsim_ros.launch.api.utilities import (
 from armsim_ros.launch.failures import MissingPackageError, SubstitutionFailure
 from armsim_ros.launch.lookup import current_lookup, NOWHERE
 
-PackageNotFoundError = MissingPackageError
-
 
 def get_package_share_directory(package_name: Any, print_warning: bool = True) -> str:
     """
