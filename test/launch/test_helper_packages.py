@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """What launch files use of other packages: MoveIt's, nav2's, ament's, yaml and xacro."""
 
+import logging
+
 import pytest
 
 from armsim_ros.launch.main import main
@@ -64,6 +66,25 @@ def test_the_launches_of_the_setup_assistant(moveit, small_package, name, expect
         '<group ', 1))
     lines = moveit(f'return launches.generate_{name}_launch(config.to_moveit_configs())')
     assert [line.split(' ')[0] + ' ' + line.split(' ')[1] for line in lines] == expected
+
+
+def test_a_problem_of_a_file_is_told_once_a_launch(moveit, small_package):
+    """Each included file of a demo reads the package again; its duplicate key is one line."""
+    small_package.write('config/joint_limits.yaml',
+                        'joint_limits:\n  shoulder: {max_velocity: 1.0, max_velocity: 2.0}\n')
+    told = []
+    handler = logging.Handler()
+    handler.emit = lambda record: told.append(record.getMessage())
+    logger = logging.getLogger('launch.moveit_configs_utils')
+    logger.addHandler(handler)
+    try:
+        for launches in (1, 2):  # the next launch tells it again
+            moveit('config.to_moveit_configs()',
+                   'MoveItConfigsBuilder("small").to_moveit_configs()',
+                   'return LaunchDescription()')
+            assert sum('is there twice' in text for text in told) == launches
+    finally:
+        logger.removeHandler(handler)
 
 
 def test_a_demo_is_made_of_the_packages_own_files(moveit, small_package):
