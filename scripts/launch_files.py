@@ -127,10 +127,11 @@ def main() -> int:
     parser.add_argument('--only', default='')
     arguments = parser.parse_args()
     add_own_prefix()
-    for checkout in sorted(arguments.folder.iterdir()):
+    folder = arguments.folder.absolute()  # xacro resolves relative names by the including file
+    for checkout in sorted(folder.iterdir()):
         if checkout.is_dir():
             _FOUND.update({**packages_below(checkout), **_FOUND})
-    files = [file for file in launch_files(arguments.folder.absolute())
+    files = [file for file in launch_files(folder)
              if re.search(arguments.only, str(file))]
     with multiprocessing.get_context('fork').Pool(arguments.jobs, maxtasksperchild=1) as pool:
         outcomes = pool.map(_work, files, chunksize=1)
