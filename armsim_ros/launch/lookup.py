@@ -118,7 +118,7 @@ STAND_INS = Path(__file__).resolve().parent / 'stand_ins'
 
 class Lookup:
     """
-    Finds packages and remembers the missing ones, and which problems of files were told.
+    Finds packages and remembers the missing ones, and which problems of files were reported.
 
     :param packages: where to look.
     """
@@ -126,7 +126,7 @@ class Lookup:
     def __init__(self, packages: Packages) -> None:
         self.packages = packages
         self.missing: dict[str, str] = {}
-        self.told: set[str] = set()
+        self.reported: set[str] = set()
 
     def beside(self, file: Path) -> None:
         """Search around a file, too."""

@@ -68,7 +68,7 @@ class MoveItConfigsBuilder(ParameterBuilder):
                  package_name: str | None = None) -> None:
         super().__init__(package_name or f'{robot_name}_moveit_config')
         lookup = current_lookup()
-        self._told = lookup.told
+        self._reported = lookup.reported
         self._files = MoveItParameters(
             self._package_path, robot_name, lookup.packages, robot_description)
         self._configs = MoveItConfigs(package_path=self._package_path)
@@ -172,8 +172,8 @@ class MoveItConfigsBuilder(ParameterBuilder):
                 not made.pilz_cartesian_limits:
             self.pilz_cartesian_limits()
         for text in map(str, self._files.problems):
-            if text not in self._told:  # a demo makes a builder in each file it includes
-                self._told.add(text)
+            if text not in self._reported:  # a demo makes a builder in each file it includes
+                self._reported.add(text)
                 get_logger('moveit_configs_utils').warning('%s', text)
         self._files.problems.clear()
         return made
