@@ -290,3 +290,11 @@ def test_a_gripper_that_is_blocked(allow_failure, tmp_path):
         with pytest.raises(ControllerError, match="aborted: gripper 'fingers' stalled"):
             sim.execute(closing)
     assert sim.held == {'cube': 'palm'}
+
+
+def test_a_refused_plan_is_reported_once(sim, capfd, caplog):
+    """The exception has the reason; nothing is logged beside it."""
+    with pytest.raises(PlanningError, match="did you mean 'joint_6'"):
+        sim.plan({'joint_9': 1.0})
+    assert capfd.readouterr().err == ''
+    assert caplog.text == ''

@@ -13,6 +13,7 @@ from pathlib import Path
 import signal
 import sys
 import sysconfig
+from tempfile import gettempdir
 
 import armsim_ros
 
@@ -52,6 +53,36 @@ def announce_often(environment: MutableMapping[str, str] = os.environ) -> None:
         return
     if not Path('DEFAULT_FASTRTPS_PROFILES.xml').is_file():
         environment[FASTDDS_PROFILES[0]] = str(Path(__file__).with_name('fastdds_profiles.xml'))
+
+
+def ensure_log_folder(environment: MutableMapping[str, str] = os.environ) -> str:
+    """
+    Let ROS log to a temporary folder where the usual one, ~/.ros/log, cannot be written.
+
+    A folder that the user names by ROS_LOG_DIR or ROS_HOME is left alone.
+
+    :param environment: the variables to change.
+    :returns: a line that reports the change, '' without one.
+    """
+    if environment.get('ROS_LOG_DIR') or environment.get('ROS_HOME'):
+        return ''
+    usual = Path(environment.get('HOME') or '/nonexistent', '.ros', 'log')
+    if _can_write(usual):
+        return ''
+    folder = Path(gettempdir(), f'armsim_{os.getuid()}', 'log')
+    if not _can_write(folder) or folder.parent.stat().st_uid != os.getuid():
+        return ''
+    environment['ROS_LOG_DIR'] = str(folder)
+    return f"cannot write logs to '{usual}'; writing them to '{folder}' (set ROS_LOG_DIR)"
+
+
+def _can_write(folder: Path) -> bool:
+    """Make a folder where it is missing, and return whether files can be written to it."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError:
+        return False
+    return os.access(folder, os.W_OK | os.X_OK)
 
 
 def started_by_bringup(environment: Mapping[str, str] = os.environ) -> bool:

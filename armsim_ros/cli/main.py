@@ -16,8 +16,10 @@ from types import FrameType
 from typing import TextIO
 
 from armsim_ros.cli.arguments import format_help, split_ros_args
-from armsim_ros.cli.environment import add_own_prefix, announce_often
+from armsim_ros.cli.environment import add_own_prefix, announce_often, ensure_log_folder
 from armsim_ros.cli.programs import (
+    FILE_PROGRAMS,
+    LEARNING_PROGRAMS,
     main_of,
     PROGRAMS,
     PURPOSES,
@@ -27,6 +29,7 @@ from armsim_ros.cli.programs import (
 from armsim_ros.errors import ArmsimError, nearest, USAGE_STATUS
 
 _STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM)
+_WITHOUT_LOG = {*FILE_PROGRAMS, *LEARNING_PROGRAMS}
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -70,6 +73,8 @@ def run(program: str, argv: Sequence[str] | None = None) -> int:
         sys.stdout.reconfigure(errors='replace')
     add_own_prefix()
     announce_often()
+    if program not in _WITHOUT_LOG and (report := ensure_log_folder()):
+        _print(f'{program}: {report}', sys.stderr)
 
     def status(number: int) -> int:
         return 0 if program == 'bringup' else 128 + number

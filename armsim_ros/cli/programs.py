@@ -29,7 +29,7 @@ CLIENT_PROGRAMS = {
 #: Small commands to a running robot, for a terminal and for scripts.
 VERBS = {
     'go': 'plan and move: armsim go scan_food, armsim go joint_1=30deg',
-    'state': 'print joint positions and controllers',
+    'state': 'print joint positions, controllers and named states',
     'stop': 'end every motion, of any client',
     'plot': 'draw a motion: desired, actual, error, tolerance of each joint',
 }

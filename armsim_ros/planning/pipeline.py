@@ -9,6 +9,7 @@ import math
 import numpy as np
 
 from armsim_ros.errors import MoveItErrorCode, nearest, PlanningError
+from armsim_ros.log import DelayedLog
 from armsim_ros.planning.budget import Budget
 from armsim_ros.planning.constraints import ConstraintSet, merged
 from armsim_ros.planning.context import PlanningContext
@@ -89,10 +90,11 @@ def _goal_sets(
     joints = Constraints(joint_constraints=request.path_constraints.joint_constraints)
     usable = []
     reasons: list[str] = []
+    log = DelayedLog()
     for goal in request.goal_constraints:
         if goal.empty:
             continue
-        made = ConstraintSet(merged(goal, joints, context.log), scene, context.log)
+        made = ConstraintSet(merged(goal, joints, log), scene, log)
         reasons += made.unusable
         if made.satisfiable and not made.empty:
             usable.append(made)
@@ -103,6 +105,7 @@ def _goal_sets(
             + ('; '.join(reasons) or 'goal_constraints is empty'),
             'goal constraints',
         )
+    log.pass_to(context.log)
     return usable
 
 

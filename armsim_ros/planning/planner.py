@@ -57,7 +57,8 @@ class MotionPlanner:
 
     :param scene: any scene of the robot; each request brings its own, which is not changed.
     :param settings: what the user set.
-    :param log: hears warnings, and the reason of every failure.
+    :param log: gets warnings, and the reason of every failure; without it warnings go to
+        Python's ``logging``, and the reason is in the response alone.
     """
 
     def __init__(
@@ -67,6 +68,7 @@ class MotionPlanner:
         self._context = PlanningContext(scene, settings, log)
         self._settings = self._context.settings
         self._lock = threading.Lock()
+        self._failures = log
 
     @property
     def settings(self) -> PlanningSettings:
@@ -84,6 +86,10 @@ class MotionPlanner:
         with self._lock:
             self._context.settings = self._settings
             yield self._context
+
+    def _report(self, source: str, error: PlanningError) -> None:
+        if self._failures is not None:
+            self._failures.error(f'{source}: {error}')
 
     def prepare(self) -> None:
         """Do now what the first requests would wait for: imports and tables (about 1 s)."""
@@ -117,7 +123,7 @@ class MotionPlanner:
                         context, request, scene, started, budget)
             except PlanningError as error:
                 source = error.source or 'planning pipeline'
-                context.log.error(f'{source}: {error}')
+                self._report(source, error)
                 return MotionPlanResponse(
                     MoveItErrorCode(error.code), '; '.join(filter(None, (str(error), refused))),
                     source, JointTrajectory(()),
@@ -151,7 +157,7 @@ class MotionPlanner:
                 runs = join(context, items, requests, answers, scene)
         except PlanningError as error:
             source = error.source or SEQUENCE
-            self._context.log.error(f'{source}: {error}')
+            self._report(source, error)
             return SequenceResponse(
                 MoveItErrorCode(error.code), str(error), source, planning_time=clock() - began
             )

@@ -17,6 +17,7 @@ from armsim_ros.cli.environment import (
     add_own_prefix,
     announce_often,
     child_environment,
+    ensure_log_folder,
     started_by_bringup,
 )
 from armsim_ros.cli.programs import PROGRAMS, ROBOT_PROGRAMS
@@ -240,3 +241,18 @@ def test_a_program_knows_whether_a_bringup_started_it():
     assert started_by_bringup({'ARMSIM_BRINGUP_PID': str(os.getppid())})
     assert not started_by_bringup({'ARMSIM_BRINGUP_PID': '1'})
     assert not started_by_bringup({})
+
+
+def test_logs_go_to_a_temporary_folder_without_a_home(tmp_path, monkeypatch):
+    """Where ~/.ros/log cannot be made, and only there, ROS_LOG_DIR is set and reported."""
+    monkeypatch.setattr('armsim_ros.cli.environment.gettempdir', lambda: str(tmp_path))
+    (tmp_path / 'file').touch()
+    environment = {'HOME': str(tmp_path / 'file')}
+    report = ensure_log_folder(environment)
+    folder = Path(environment['ROS_LOG_DIR'])
+    assert folder.is_dir()
+    assert folder.is_relative_to(tmp_path)
+    assert str(folder) in report
+    assert ensure_log_folder(environment) == ''
+    assert ensure_log_folder({'HOME': str(tmp_path)}) == ''
+    assert ensure_log_folder({'HOME': '/proc/none', 'ROS_LOG_DIR': '/proc/none'}) == ''

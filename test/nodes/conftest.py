@@ -115,6 +115,11 @@ class FakeStack:
                 (Trigger, '/simulation/sync', self._sync)):
             self._node.create_service(kind, name, answer)
 
+    def refuse(self, reason):
+        """Publish that a change of the scene was refused."""
+        self._node.create_publisher(String, '/rejected_scene_changes', qos.EVENTS).publish(
+            String(data=reason))
+
     def _simulation(self, _, response):
         response.state.state = SimulationState.STATE_PAUSED
         return response

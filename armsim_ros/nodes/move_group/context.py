@@ -44,6 +44,7 @@ class Context:
     :param robots: the joints of each robot; several where it is a cell.
     :param ending: why the program ends; '' while it does not.
     :param record_frequency: states a second in executed_trajectory [Hz]; may be replaced too.
+    :param scene_log: gets why a change of the scene is refused; None for the node's logger.
     :param planning_clock: makes the clock by which a request's time is measured.
     """
 
@@ -67,7 +68,12 @@ class Context:
     group: ReentrantCallbackGroup = field(default_factory=ReentrantCallbackGroup)
     clock: Callable[[], float] = time.monotonic
     planning_clock: Callable[[], Callable[[], float]] = lambda: time.monotonic
+    scene_log: Any = None
     _warned: set[str] = field(default_factory=set)
+
+    def __post_init__(self) -> None:
+        """Log refused changes of the scene to the node until another log takes them."""
+        self.scene_log = self.scene_log or self.logger
 
     @property
     def logger(self) -> Any:

@@ -52,6 +52,7 @@ from armsim_ros.nodes.move_group.scene.scene_topics import (
     AttachHint,
     CollisionObjectTopic,
     PlanningSceneTopics,
+    RejectedSceneChanges,
 )
 from armsim_ros.nodes.move_group.scene.transforms import Transforms
 from armsim_ros.nodes.move_group.worker import Ticker, Worker
@@ -234,6 +235,7 @@ def endpoints(context: Context) -> tuple[object, ...]:
         octomap,
         execution,
         *(item for name in requested for item in ALL[name](parts)),
+        RejectedSceneChanges(context),
         PlanningSceneTopics(context),
         CollisionObjectTopic(context),
         AttachedCollisionObjectTopic(context),

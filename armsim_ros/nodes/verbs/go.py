@@ -23,11 +23,11 @@ from armsim_ros.clients.simulated_time import PAUSED, SimulatedTime
 from armsim_ros.errors import ArmsimError, nearest
 from armsim_ros.model.robot_model import RobotModel
 from armsim_ros.nodes import qos
-from armsim_ros.nodes.verbs.state import joint_states
+from armsim_ros.nodes.verbs.state import joint_states, SRDF
 from armsim_ros.nodes.verbs.terminal import parser, read, show, table, until
 
 _ACTION = '/move_action'
-_DESCRIPTIONS = ('/robot_description', '/robot_description_semantic')
+_DESCRIPTIONS = ('/robot_description', SRDF)
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -41,8 +41,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     words.add_argument('--list', action='store_true',
                        help='print the named states of each planning group, and move nothing')
     words.add_argument('target', nargs='*', metavar='STATE | JOINT=VALUE',
-                       help='such as scan_food, or joint_1=0.5 joint_2=-30deg (rad or m else); '
-                       'the others stay where they are')
+                       help='such as scan_food, or joint_1=0.5 joint_2=-30deg (rad or m '
+                       'without deg); all other joints stay where they are')
     words.add_argument('--group', default='', help='planning group (default: a group that has it)')
     words.add_argument('--speed', type=_share, default=1.0, metavar='SHARE',
                        help='share of the velocity limits, 0 to 1 (default: 1)')
@@ -238,5 +238,6 @@ def _value(joint: str, text: str) -> float:
     except ValueError:
         value = math.nan
     if not math.isfinite(value):
-        raise UsageError(f"{joint} is '{text}'; allowed: a number, or one with 'deg' behind it")
+        raise UsageError(f"{joint} is '{text}'; allowed: a number of rad or m, or of degrees: "
+                         '30deg')
     return value

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""``armsim state``: joint positions, controllers, and whether time passes."""
+"""``armsim state``: joint positions, controllers, named states, and whether time passes."""
 
 from __future__ import annotations
 
@@ -8,18 +8,22 @@ from collections.abc import Sequence
 import math
 import time
 from typing import Any
+from xml.etree import ElementTree
 
 from controller_manager_msgs.srv import ListControllers
 from rclpy.qos import QoSProfile, QoSReliabilityPolicy
 from sensor_msgs.msg import JointState
+from std_msgs.msg import String
 
 from armsim_ros.clients.ros_client import RosClient
 from armsim_ros.clients.simulated_time import PAUSED, SimulatedTime
-from armsim_ros.nodes.verbs.terminal import call, parser, read, show, table, until
+from armsim_ros.nodes import qos
+from armsim_ros.nodes.verbs.terminal import call, parser, PATIENCE, read, show, table, until
 
 _NEWEST = QoSProfile(depth=1, reliability=QoSReliabilityPolicy.BEST_EFFORT)
 _TYPE = 'sensor_msgs/msg/JointState'
 _MANAGER = '/list_controllers'
+SRDF = '/robot_description_semantic'
 #: Joint states that are published at all come sooner [s].
 _SILENCE = 0.5
 
@@ -31,13 +35,14 @@ def main(argv: Sequence[str] | None = None) -> int:
     :returns: 0.
     :raises ArmsimError: no joint states arrive.
     """
-    words, ros = read(parser('state', 'print joint positions and controllers'), argv)
+    words, ros = read(parser('state', 'print joint positions, controllers and named states'), argv)
     with RosClient('armsim_state', ros) as client:
         simulated = SimulatedTime(client)
         joints = joint_states(client, words.timeout, simulated)
         controllers = active_controllers(client, words.timeout)
+        states = named_states(client)
         paused = simulated.paused()
-    value = {'joints': joints, 'controllers': controllers, 'paused': paused}
+    value = {'joints': joints, 'controllers': controllers, 'states': states, 'paused': paused}
     rows = [['joint', 'position', '', 'velocity']]
     for each in joints:
         angle = f"({math.degrees(each['position']):.1f}°)"
@@ -46,6 +51,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     text = '\n'.join([table(rows), table([
         ['controller', 'state', 'type'],
         *([each['name'], each['state'], each['type']] for each in controllers)])])
+    text += ''.join(f"\n\nnamed states of '{group}': {', '.join(names)}"
+                    for group, names in states.items())
     if paused:
         text += f'\n\n{PAUSED}'
     show(value, words.json, text)
@@ -84,6 +91,18 @@ def joint_states(client: RosClient, patience: float, simulated: SimulatedTime
 
     until(look, patience, 'a topic with joint states')
     return list(found.values())
+
+
+def named_states(client: RosClient) -> dict[str, list[str]]:
+    """Return group -> names of its states, from the SRDF; none where no SRDF is published."""
+    if not client.node.count_publishers(SRDF):
+        return {}
+    topic = client.poll(String, SRDF, qos.DESCRIPTION)
+    message, = until(lambda: topic.take()[-1:] or None, PATIENCE, SRDF)
+    states: dict[str, list[str]] = {}
+    for state in ElementTree.fromstring(message.data).findall('group_state'):
+        states.setdefault(state.get('group', ''), []).append(state.get('name', ''))
+    return states
 
 
 def active_controllers(client: RosClient, patience: float) -> list[dict[str, Any]]:

@@ -10,6 +10,7 @@ import time
 from typing import Any
 
 from armsim_ros2.commands.names import find_verb, list_verb, name_argument, type_verb
+from armsim_ros2.commands.rejections import print_rejections
 from armsim_ros2.commands.topic_echo import PRINTING, style_of
 from armsim_ros2.errors import CliError
 from armsim_ros2.interfaces import load
@@ -40,12 +41,15 @@ def _call(options: Namespace) -> None:
                 refuse_other_type(session, 'service', name, options.service_type)
             while not client.service_is_ready():
                 time.sleep(0.02)
+        wait_for_rejection = print_rejections(session, name, kind)
         while True:
             print(f'requester: making request: {request!r}\n')
             start = time.monotonic()
             future = client.call_async(request)
             session.spin(future.done)
             print(f'response:\n{future.result()!r}\n')
+            if not getattr(future.result(), 'success', True):
+                wait_for_rejection()
             if options.rate is None:
                 return
             time.sleep(max(0.0, start + 1 / options.rate - time.monotonic()))

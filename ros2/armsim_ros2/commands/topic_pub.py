@@ -11,6 +11,7 @@ import time
 from typing import Any
 
 from armsim_ros2.commands.names import name_argument
+from armsim_ros2.commands.rejections import print_rejections
 from armsim_ros2.errors import CliError
 from armsim_ros2.interfaces import load
 from armsim_ros2.parsing import (
@@ -43,10 +44,11 @@ def _pub(options: Namespace) -> None:
                        '--wait-matching-subscriptions, --once or --times')
     with Session(options, options.node_name) as session:
         clock = session.node.get_clock()
-        publisher = session.node.create_publisher(
-            kind, session.absolute(options.topic_name), profile_of(options))
+        topic = session.absolute(options.topic_name)
+        publisher = session.node.create_publisher(kind, topic, profile_of(options))
         _wait(session, publisher, needed, options.spin_time,
               options.max_wait_time_secs or math.inf)
+        wait_for_rejection = print_rejections(session, topic, kind)
         print('publisher: beginning loop')
         count = 0
 
@@ -66,6 +68,7 @@ def _pub(options: Namespace) -> None:
         if times != 1:
             session.node.create_timer(1 / options.rate, publish)
             session.spin(lambda: 0 < times <= count)
+        wait_for_rejection()
         # What was published last is still on its way.
         time.sleep(options.keep_alive)
 

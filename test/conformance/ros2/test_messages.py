@@ -88,6 +88,21 @@ def test_a_rejected_goal_has_a_reason(ros2):
     assert '(nope)' in done.err
 
 
+@pytest.mark.parametrize('words', [
+    ('topic', 'pub', '--once', '/collision_object', 'moveit_msgs/msg/CollisionObject',
+     '{id: a, header: {frame_id: map}}'),
+    ('service', 'call', '/apply_planning_scene', 'moveit_msgs/srv/ApplyPlanningScene',
+     '{scene: {is_diff: true, robot_state: {is_diff: true}, '
+     'world: {collision_objects: [{id: a, header: {frame_id: map}}]}}}'),
+])
+def test_a_rejected_change_of_the_scene_has_a_reason(ros2, words):
+    """Standard output is upstream's; move_group's reason is on standard error."""
+    done = ros2(*words)
+    assert done.status == 0
+    assert done.err.startswith('rejected: ')
+    assert "'map'" in done.err
+
+
 def test_a_topic_that_nothing_publishes_is_reported(start):
     """Echo goes on to wait, and proposes a topic of that name in a namespace."""
     echo = start('topic', 'echo', '/joint_states', 'sensor_msgs/msg/JointState')

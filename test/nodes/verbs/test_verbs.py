@@ -44,7 +44,7 @@ def test_go_takes_joint_positions_and_can_leave_it_at_the_plan(fake_stack, capsy
     (['turn=9'], 'allowed: -2 to 2 rad, -114.6deg to 114.6deg'),
     ([], 'known states: up'),
     (['away'], "there is no state 'away'; known: up"),
-    (['turn=fast'], "with 'deg' behind it"),
+    (['turn=fast'], 'or of degrees: 30deg'),
     (['up', '--group', 'leg'], 'allowed: arm'),
     (['up', '--speed', '2'], "--speed: '2' is not a share; allowed: above 0, up to 1"),
 ])
@@ -76,7 +76,7 @@ def test_time_that_does_not_pass_is_reported(fake_stack, capsys):
     assert 'simulated time does not pass' in capsys.readouterr().err
 
 
-def test_state_prints_joints_and_controllers(capsys):
+def test_state_prints_joints_controllers_and_named_states(capsys):
     """As a table for people, as JSON for scripts."""
     status, told = output_of(state, capsys)
     assert status == 0
@@ -84,8 +84,11 @@ def test_state_prints_joints_and_controllers(capsys):
     assert told['controllers'][0] == {
         'name': '/arm/arm', 'state': 'active',
         'type': 'joint_trajectory_controller/JointTrajectoryController'}
+    assert told['states'] == {'arm': ['up']}
     assert state.main(['--timeout', '20']) == 0
-    assert 'turn' in capsys.readouterr().out
+    printed = capsys.readouterr().out
+    assert 'turn' in printed
+    assert "named states of 'arm': up" in printed
 
 
 def test_stop_asks_every_action(capsys):

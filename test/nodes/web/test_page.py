@@ -118,7 +118,7 @@ def page(stack, first_page):
         clear.click()
     first_page.slide('Speed', 100)
     yield first_page
-    assert first_page.mistakes == []
+    assert first_page.page_errors == []
 
 
 def test_three_clicks_from_the_address_to_the_moved_arm(stack, page):
@@ -222,10 +222,7 @@ def test_a_box_is_added_and_avoided(stack, page):
     place = stack.tool_pose(SCAN_FOOD)[:3, 3]
     for axis, value in zip('xyz', place, strict=True):
         page.type_into(f'Place [m] {axis}', round(float(value), 3))
-    page.tab.wait_for_function(
-        '(z) => Math.abs(document.querySelector("[title=\'Place [m] z\']").value - z) < 1e-3',
-        arg=float(place[2]))
-    assert not stack.valid(SCAN_FOOD)
+    assert any(not stack.valid(SCAN_FOOD) for _ in range(100))  # once the box is there
     page.choose('Goal state', 'scan_food')
     assert 'box_1 touches ' in page.wait_for_verdict('collision')
     states = stack.client.collect('/sunday/joint_states', JointState)
@@ -271,7 +268,7 @@ def test_two_users_have_goals_of_their_own_and_either_stops_the_motion(page, ope
     other.press('Stop')
     page.wait_for_result('stopped')
     other.tab.context.close()
-    assert other.mistakes == []
+    assert other.page_errors == []
 
 
 def test_a_page_that_is_loaded_again_goes_on_with_its_goal(stack, page):
@@ -307,13 +304,16 @@ def test_it_is_used_by_keyboard_alone(stack, page):
     keyboard = page.tab.keyboard
     keyboard.press('ArrowDown')
     page.wait_for_verdict('reachable')
+    state = page.field('Goal state').input_value()
+    assert state != 'home'
     for _ in range(4):
         keyboard.press('Tab')
         if page.tab.evaluate('document.activeElement.textContent') == 'Plan & Execute':
             break
     keyboard.press('Enter')
     page.wait_for_result('arrived')
-    assert stack.robot.distance(SCAN_FOOD) < 0.01
+    states = stack.robot.move_group.named_states()
+    assert stack.robot.distance(states['manipulator', state]) < 0.01
 
 
 def test_the_programs_of_the_tutorial_do_what_it_says(stack, page, tmp_path):
@@ -326,7 +326,7 @@ def test_the_programs_of_the_tutorial_do_what_it_says(stack, page, tmp_path):
         said.append(subprocess.run(
             [sys.executable, str(file)], env=ros_environment(stack.domain), capture_output=True,
             text=True, check=True, timeout=60).stdout)
-    assert said == ['error code: 0\n', 'applied: True\n']
+    assert said == ['error code: 0, Goal reached: success\n', 'applied: True\n']
     there = dict(zip(JOINTS, (0.5, 0.4, 0.5, -0.5, 1.5, 0.0), strict=True))
     assert stack.robot.distance(there) < 0.01
     page.unfold('Scene')

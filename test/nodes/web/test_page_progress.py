@@ -35,7 +35,7 @@ def page(fake_stack, opened):
     fake_stack.release.set()
     opened.wait_until_ready()
     assert not opened.tab.locator('#progress').is_visible()
-    assert opened.mistakes == []
+    assert opened.page_errors == []
 
 
 def test_a_motion_shows_how_far_it_is(fake_stack, page):

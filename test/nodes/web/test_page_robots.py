@@ -4,6 +4,7 @@
 
 from contextlib import contextmanager
 
+import numpy as np
 import pytest
 
 pytest.importorskip('viser')
@@ -30,13 +31,14 @@ pytestmark = [
 def bring_up(open_window):
     """Return a context: a robot that bringup started with its page, and the page, just loaded."""
     @contextmanager
-    def context(robot, namespace=''):
-        with running_robot('web:=true', f'robot:={robot}', namespace=namespace) as user:
+    def context(robot, namespace='', *arguments):
+        with running_robot('web:=true', f'robot:={robot}', *arguments,
+                           namespace=namespace) as user:
             page = open_window(printed_address(user.program.wait_for_line('page: http', 60)))
             page.wait_for_picture(robot_is_seen)
             yield user, page
             page.tab.context.close()
-            assert page.mistakes == []
+            assert page.page_errors == []
 
     return context
 
@@ -46,6 +48,36 @@ def test_three_clicks_move_sunday(bring_up):
     with bring_up('sunday', '/sunday') as (user, page):
         page.go('scan_food')
         assert user.distance(user.move_group.named_states()['manipulator', 'scan_food']) < 0.01
+
+
+def test_jog_buttons_move_the_tool_or_name_a_way_out(bring_up):
+    """From `ready` each moves it 20 mm while a key holds it; in `home` the page has the reason."""
+    with bring_up('sunday', '/sunday', 'servo:=true') as (user, page):
+        keyboard = page.tab.keyboard
+
+        def hold(label, done):
+            page.tab.get_by_label(label, exact=True).focus()
+            keyboard.down('Enter')
+            result = done()
+            keyboard.up('Enter')
+            return result
+
+        def tool():
+            return user.move_group.pose('link_6', user.positions(), 'world')[:3, 3]
+
+        def moved():
+            return any(np.linalg.norm(tool() - start) > 0.02 for _ in range(100))
+
+        page.go('ready')
+        page.unfold('Jog')
+        for axis in 'xyz':
+            for way in ('forwards', 'backwards'):
+                start = tool()
+                assert hold(f'tool {axis} {way}', moved), (axis, way)
+        page.go('home')
+        status = page.tab.locator('#jog-status')
+        hold('tool z backwards', status.filter(has_text='free: ').wait_for)
+        assert 'singularity' in status.inner_text()
 
 
 def test_three_clicks_move_a_panda_with_meshes(bring_up, tmp_path):

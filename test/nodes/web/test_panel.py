@@ -230,6 +230,17 @@ def test_a_wrong_question_is_answered_with_a_sentence(talk, ask, text):
     talk(work)
 
 
+def test_a_refused_change_of_the_scene_is_shown(talk, fake_stack):
+    """Whoever sent it: a topic has no answer, and move_group's log is not in the browser."""
+    async def work(panel):
+        panel.state.pop('note', None)
+        fake_stack.refuse("collision_object: unknown frame 'map'")
+        note = await panel.until('note')
+        assert note['text'] == "collision_object: unknown frame 'map'"
+
+    talk(work)
+
+
 def test_what_a_planning_scene_says_is_kept_word_for_word():
     """Saved and read again, an object is the same."""
     item = CollisionObject(id='a')

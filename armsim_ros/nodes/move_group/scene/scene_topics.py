@@ -12,7 +12,9 @@ from moveit_msgs.msg import (
     PlanningScene,
     PlanningSceneWorld,
 )
+from std_msgs.msg import String
 
+from armsim_ros.nodes import qos
 from armsim_ros.nodes.conversions.collision_object import (
     attached_from_message,
     object_from_message,
@@ -27,6 +29,25 @@ from armsim_ros.planning.scene.update import SceneUpdate
 from armsim_ros.scene_sources.simulated_world import of_world
 
 WORLD = 'planning_scene_world'
+
+
+class RejectedSceneChanges:
+    """
+    Publishes why a change of the scene was refused, which neither topics nor services return.
+
+    :param context: the parts of move_group; its ``scene_log`` becomes this.
+    """
+
+    def __init__(self, context: Context) -> None:
+        self._logger = context.logger
+        self._publisher = context.node.create_publisher(
+            String, 'rejected_scene_changes', qos.EVENTS)
+        context.scene_log = self
+
+    def error(self, text: str) -> None:
+        """Log a reason and publish it."""
+        self._logger.error(text)
+        self._publisher.publish(String(data=text))
 
 
 class PlanningSceneTopics:
@@ -62,7 +83,7 @@ def apply_scene_message(context: Context, message: PlanningScene, source: str) -
 def _apply(context: Context, read: Callable[[], SceneUpdate], source: str) -> Job:
     def edit() -> bool:
         done = False
-        with reported(context.logger, source, None):
+        with reported(context.scene_log, source, None):
             update = read()
             if of_world(update):
                 context.ownership.apply(update)
@@ -88,7 +109,7 @@ class CollisionObjectTopic:
 
     def _receive(self, message: CollisionObject) -> None:
         def edit() -> None:
-            with reported(self._context.logger, 'collision_object', None):
+            with reported(self._context.scene_log, 'collision_object', None):
                 self._context.scene.apply_object(object_from_message(message))
 
         self._context.edits.submit(edit)
@@ -107,7 +128,7 @@ class AttachedCollisionObjectTopic:
 
     def _receive(self, message: AttachedCollisionObject) -> None:
         def edit() -> None:
-            with reported(self._context.logger, 'attached_collision_object', None):
+            with reported(self._context.scene_log, 'attached_collision_object', None):
                 self._context.scene.apply_attached(attached_from_message(message))
 
         self._context.states.update_scene()

@@ -4,13 +4,16 @@
 
 from __future__ import annotations
 
+import asyncio
 from typing import Any, Literal
 
 from builtin_interfaces.msg import Time
 from control_msgs.msg import JointJog
 from geometry_msgs.msg import TwistStamped
+from moveit_msgs.msg import ServoStatus
 from moveit_msgs.srv import ServoCommandType
 from pydantic import Field
+from rclpy.qos import QoSProfile, QoSReliabilityPolicy
 
 from armsim_ros.clients.description import tip_of
 from armsim_ros.errors import ArmsimError
@@ -21,6 +24,10 @@ from armsim_ros.nodes.web.session import Session
 
 _TYPE = 'moveit_msgs/srv/ServoCommandType'
 _PERIOD = 1.0
+_NEWEST = QoSProfile(depth=1, reliability=QoSReliabilityPolicy.BEST_EFFORT)
+#: Period of reading servo's status, and how long after the last command [s].
+_STATUS_PERIOD, _STATUS_TIME = 0.1, 0.5
+_FINE = 'No warnings'
 
 
 class Jog(PanelCommand):
@@ -49,6 +56,8 @@ class JogPart(Part):
         self._servo = ''
         self._type: int | None = None
         self._publishers: dict[str, Any] = {}
+        self._jogged_at = 0.0
+        self._status: asyncio.Task[Any] | None = None
 
     def handlers(self) -> dict[str, Any]:
         """Return what it answers."""
@@ -77,6 +86,9 @@ class JogPart(Part):
     async def _jog(self, session: Session, command: Jog) -> None:
         if not self._servo:
             raise ArmsimError('no servo runs')
+        self._jogged_at = asyncio.get_running_loop().time()
+        if self._status is None or self._status.done():
+            self._status = self.page.start(self._show_status())
         await self._switch(ServoCommandType.Request.JOINT_JOG if command.joint
                            else ServoCommandType.Request.TWIST)
         robot = self.page.robot
@@ -93,6 +105,25 @@ class JogPart(Part):
             setattr(part, command.axis[-1:] or 'x', command.share)
         message.header.stamp = stamp
         self.page.link.in_thread(lambda: self._publishers[topic].publish(message))
+
+    async def _show_status(self) -> None:
+        """
+        Show servo's warnings until the commands end; the last one stays, to be read.
+
+        Servo publishes a hundred a second to a subscriber, so there is none at other times.
+        """
+        loop, name = asyncio.get_running_loop(), f'{self._servo}/status'
+        status = await asyncio.to_thread(self.page.link.poll, ServoStatus, name, _NEWEST)
+        try:
+            while (silence := loop.time() - self._jogged_at) < _STATUS_TIME:
+                for message in status.take()[-1:]:
+                    if message.message != _FINE:
+                        self.page.publish('servo_status', message.message)
+                    elif silence < _STATUS_PERIOD:
+                        self.page.publish('servo_status', '')
+                await asyncio.sleep(_STATUS_PERIOD)
+        finally:
+            status.close()
 
     async def _switch(self, requested: int) -> None:
         if self._type == requested:

@@ -24,10 +24,12 @@ import numpy as np
 from pydantic import Field
 from rclpy.qos import QoSProfile
 from shape_msgs.msg import Mesh, MeshTriangle, SolidPrimitive
+from std_msgs.msg import String
 
 from armsim_ros.clients.description import tip_of
 from armsim_ros.errors import ArmsimError
 from armsim_ros.model.robot_model import RobotModel
+from armsim_ros.nodes import qos
 from armsim_ros.nodes.web.page import Page, PanelCommand, Part
 from armsim_ros.nodes.web.parts.goal import GoalPart
 from armsim_ros.nodes.web.parts.robot import RobotPart
@@ -48,6 +50,8 @@ _LARGEST_MESH = 10.0
 _MOST_TRIANGLES = 100_000
 _NEWS = QoSProfile(depth=100)
 _PAUSE = 0.05
+#: How often the reason of a refused change is checked for, a pause between.
+_REASON_LOOKS = 10
 
 
 class Add(PanelCommand):
@@ -118,6 +122,8 @@ class ObjectsPart(Part):
         self._chosen: WeakKeyDictionary[Session, str] = WeakKeyDictionary()
         self._changed = asyncio.Event()
         goals.on_touching = self._paint
+        self._reason = ''
+        page.link.subscribe(String, '/rejected_scene_changes', qos.EVENTS, self._refused)
         page.link.subscribe(PlanningScene, '/monitored_planning_scene', _NEWS, self._notice)
 
     def handlers(self) -> dict[str, Any]:
@@ -158,6 +164,15 @@ class ObjectsPart(Part):
                 or state.attached_collision_objects):
             self.page.soon(self._changed.set)
 
+    def _refused(self, message: Any) -> None:
+        """Show all sessions, from the link's thread, why a change of the scene was refused."""
+        def show() -> None:
+            self._reason = message.data
+            for session in self.page.sessions.values():
+                session.note(message.data)
+
+        self.page.soon(show)
+
     async def _read(self) -> None:
         request = GetPlanningScene.Request()
         parts = PlanningSceneComponents
@@ -179,10 +194,15 @@ class ObjectsPart(Part):
         scene.world.collision_objects = list(objects)
         if attached is not None:
             scene.robot_state.attached_collision_objects = [attached]
+        self._reason = ''
         answer = await self.page.call(ApplyPlanningScene, '/apply_planning_scene',
                                       ApplyPlanningScene.Request(scene=scene))
         if not answer.success:
-            raise ArmsimError('move_group refused the change of the scene; its log has the reason')
+            for _ in range(_REASON_LOOKS):
+                if not self._reason:
+                    await asyncio.sleep(_PAUSE)
+            raise ArmsimError(
+                self._reason or 'move_group refused the change of the scene; see its log')
         self._changed.set()
 
     def _new(self, kind: str) -> Any:

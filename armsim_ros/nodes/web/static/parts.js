@@ -199,6 +199,7 @@ function jogRow(name, command) {
 }
 
 function setUpJog() {
+  on('servo_status', ({ servo_status: text }) => { $('jog-status').textContent = text ?? ''; });
   on('servo robot goal', ({ servo, robot, goal }) => {
     $('part-jog').hidden = !servo;
     const joints = robot?.groups.find((one) => one.name === goal?.group)?.joints ?? [];
