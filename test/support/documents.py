@@ -11,6 +11,8 @@ Blocks of the pages, and what the comment above a block tells a test about it.
 ``<!-- or: A | B -->``         the output depends on timing, and may also be A or B
 ``<!-- last line -->``         the output has other lines before
 ``<!-- at the same time -->``  the first command still runs while the second does
+
+``python test/support/documents.py`` prints how many blocks run, and the others with their reasons.
 """
 
 from dataclasses import dataclass
@@ -76,6 +78,20 @@ def blocks(page):
     return found
 
 
+def all_blocks():
+    """Return the blocks of all pages; directives of Sphinx are not blocks."""
+    return [block for page in PAGES for block in blocks(page)
+            if not block.language.startswith('{')]
+
+
+def summary():
+    """Return a line with the number of blocks that run, and a line per block that does not."""
+    found = all_blocks()
+    idle = [block for block in found if block.reason]
+    return [f'documentation blocks: {len(found) - len(idle)} run, {len(idle)} not run:',
+            *(f'  {block.place}: {block.reason}' for block in idle)]
+
+
 def same_output(expected, actual, comment=''):
     """
     Return whether an output is what a page shows.
@@ -96,3 +112,7 @@ def same_output(expected, actual, comment=''):
                                                      share and _SMALLEST)
                for one, other in zip(_NUMBER.findall(expected), _NUMBER.findall(actual),
                                      strict=True))
+
+
+if __name__ == '__main__':
+    print(*summary(), sep='\n')
