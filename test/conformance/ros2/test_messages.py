@@ -9,6 +9,7 @@ import yaml
 
 POSE = 'geometry_msgs/msg/PoseStamped'
 ARM = '/sunday/arm_joint_controller/follow_joint_trajectory'
+BALL = 'id: ball, header: {frame_id: map}, primitives: [{type: 2, dimensions: [0.1]}]'
 TRAJECTORY = 'control_msgs/action/FollowJointTrajectory'
 
 
@@ -90,10 +91,10 @@ def test_a_rejected_goal_has_a_reason(ros2):
 
 @pytest.mark.parametrize('words', [
     ('topic', 'pub', '--once', '/collision_object', 'moveit_msgs/msg/CollisionObject',
-     '{id: a, header: {frame_id: map}}'),
+     f'{{{BALL}}}'),
     ('service', 'call', '/apply_planning_scene', 'moveit_msgs/srv/ApplyPlanningScene',
      '{scene: {is_diff: true, robot_state: {is_diff: true}, '
-     'world: {collision_objects: [{id: a, header: {frame_id: map}}]}}}'),
+     f'world: {{collision_objects: [{{{BALL}}}]}}}}}}'),
 ])
 def test_a_rejected_change_of_the_scene_has_a_reason(ros2, words):
     """Standard output is upstream's; move_group's reason is on standard error."""
