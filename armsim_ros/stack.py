@@ -172,7 +172,7 @@ class ArmSim:
 
         :param condition: checked after each step; or a time [s].
         :param timeout: simulated time to wait for a condition [s].
-        :raises SimulationError: the condition did not come true in that time.
+        :raises SimulationError: the condition was not met in that time.
         """
         if not callable(condition):
             left_ns = round(condition * 1e9) - self.simulation.time_ns
@@ -182,7 +182,7 @@ class ArmSim:
         while not condition():
             if self.simulation.time_ns >= deadline:
                 raise SimulationError(
-                    f'the condition did not come true within {timeout:g} s of simulated time'
+                    f'the condition was not met within {timeout:g} s of simulated time'
                 )
             self.step()
 

@@ -125,7 +125,7 @@ class Grasper:
                                 (lines - info.k[5]) / info.k[4] * z, z])
         frame = self.arm.compute_fk(fk_link_names=[OPTICAL])
         if not frame:
-            raise MissError('it is not known where the camera is')
+            raise MissError('the pose of the camera is not known')
         return seen @ rotation(frame[0].pose).T + vector(frame[0].pose.position)
 
     def first(self, kind, topic, fits):
@@ -140,7 +140,7 @@ class Grasper:
         subscription = self.node.create_subscription(kind, topic, take, 2)
         try:
             if not arrived.wait(TIMEOUT):
-                raise MissError(f'nothing comes on {topic}: was camera:=true given to bringup?')
+                raise MissError(f'no message on {topic}: start bringup with camera:=true')
             return found[0]
         finally:  # in the thread that waits for it
             self.executor.create_task(self.node.destroy_subscription, subscription)
@@ -205,7 +205,7 @@ def find_cube(points):
     heights = points[:, 2]
     levels, counts = np.unique((heights[heights > 0.5] / 0.005).round(), return_counts=True)
     if not len(levels):
-        raise MissError('no table is in sight')
+        raise MissError('no table is visible')
     table = float(np.median(heights[np.abs(heights - levels[counts.argmax()] * 0.005) < 0.005]))
     objects = points[(heights > table + 0.01) & (heights < table + 0.1)]
     best = (0.0, None, None)
@@ -218,7 +218,7 @@ def find_cube(points):
         if share > best[0]:
             best = share, centre, top
     if best[0] < 0.8:
-        raise MissError('nothing like a cube is in sight')
+        raise MissError('no cube is visible')
     return table, best[1], best[2]
 
 
@@ -300,7 +300,7 @@ def main():
                 hits += 1
             except MissError as miss:
                 print(f'run {run} missed: {miss}')
-        print(f'{hits} of {arguments.runs} runs put the cube where it belongs')
+        print(f'{hits} of {arguments.runs} runs put the cube at its target')
     finally:
         executor.shutdown(1.0)
         thread.join(5.0)

@@ -107,7 +107,7 @@ def main():
     parser.add_argument('--joint-states', default='/sunday/joint_states')
     arguments = parser.parse_args()
     if not sys.stdin.isatty():
-        sys.exit('jog: the keys come from a terminal; start it in one')
+        sys.exit('jog: keys are read from a terminal; start it in a terminal')
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
     node = rclpy.create_node('jog')
     jogger = Jogger(node, arguments.frame, arguments.joint_states)

@@ -262,8 +262,8 @@ def pick_and_place(hand, options):
     pose = hand.scene()[0]['cube']
     aside = math.dist((pose.position.x, pose.position.y, pose.position.z), target)
     if aside > options.tolerance:
-        raise MissError(f'the cube lies {aside * 1e3:.0f} mm from where it should')
-    print(f'the cube lies {aside * 1e3:.1f} mm from where it should')
+        raise MissError(f'the cube lies {aside * 1e3:.0f} mm from its target')
+    print(f'the cube lies {aside * 1e3:.1f} mm from its target')
 
 
 def main():

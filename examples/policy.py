@@ -54,7 +54,7 @@ def joints_of(node, manager, name):
             return [interface.rpartition('/')[0]
                     for interface in controller.required_command_interfaces]
     known = ', '.join(each.name for each in answer.controller)
-    sys.exit(f"policy: no controller '{name}' is loaded; there are: {known}; docs/streaming.md "
+    sys.exit(f"policy: no controller '{name}' is loaded; loaded: {known}; docs/streaming.md "
              'has the lines to add')
 
 

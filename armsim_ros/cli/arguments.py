@@ -39,12 +39,12 @@ class ProgramArguments:
     """
 
     robot: str = _argument(
-        'sunday', 'robot, or cell of several, to run: the name of a folder under config/, a path '
-        'to a folder, or the name of a package',
+        'sunday', 'robot or cell: the name of a folder under config/, a path to a folder, or the '
+        'name of a package',
         placeholder='NAME|DIR')
     config: str = _argument(
-        '', "folder with the YAML files, in place of the robot's own; of a package, a folder "
-        'that is searched first', placeholder='DIR')
+        '', "folder with the YAML files, in place of the robot's own; for a package it is "
+        'searched before its own', placeholder='DIR')
     urdf: str = _argument(
         '', "URDF or xacro file, in place of the robot's own", placeholder='FILE')
     srdf: str = _argument('', "SRDF file, in place of the robot's own", placeholder='FILE')
@@ -57,8 +57,8 @@ class ProgramArguments:
         '', "world, in place of the robot's own: a name under worlds/, or a file",
         placeholder='NAME|FILE')
     scene_from_world: str = _argument(
-        '', 'what of the world planning knows, in place of the configuration: all of it where it '
-        'is, what never moves, or nothing', placeholder='live|fixed|false')
+        '', 'part of the world in the planning scene, in place of the configuration: all objects '
+        'at their current poses, fixed objects only, or nothing', placeholder='live|fixed|false')
     namespace: str = _argument(
         '', "namespace of the controllers and joint states, in place of the configuration's",
         placeholder='NS')
@@ -66,46 +66,46 @@ class ProgramArguments:
     y: str = _argument('', 'position of the robot in the world [m]', placeholder='METRES')
     z: str = _argument('', 'position of the robot in the world [m]', placeholder='METRES')
     initial_positions: str = _argument(
-        '', 'where joints begin, over the configuration [rad or m]',
+        '', 'start positions of joints, in place of those of the configuration [rad or m]',
         placeholder='JOINT=VALUE,...')
     overrides: str = _argument(
-        '', 'settings over those of the files, by their dotted paths, such as '
+        '', 'settings by their dotted paths, in place of those of the files, such as '
         "'{simulation.gravity: [0, 0, 0]}'",
         placeholder='{PATH: VALUE, ...}')
     use_sim_time: bool = _argument(
-        True, 'whether the nodes take their time from /clock', placeholder='true|false')
+        True, 'use the time of /clock in all nodes', placeholder='true|false')
     servo: bool = _argument(
-        False, 'whether bringup starts servo_node too, for streams of commands',
+        False, 'also start servo_node, for streams of commands',
         placeholder='true|false')
     camera: bool = _argument(
-        False, 'whether the cameras of simulation.yaml see: bringup starts the program that '
-        'draws, with data from the simulation', placeholder='true|false')
+        False, 'also start the program that renders the cameras of simulation.yaml',
+        placeholder='true|false')
     octomap: bool = _argument(
-        False, 'whether planning keeps away from what the cameras of simulation.yaml see',
+        False, 'plans avoid obstacles in the images of the cameras of simulation.yaml',
         placeholder='true|false')
     paused: bool = _argument(
-        False, 'whether the physics waits for an unpause at first', placeholder='true|false')
+        False, 'start paused', placeholder='true|false')
     mode: str = _argument(
-        'realtime', 'realtime follows the wall clock; in lockstep time begins at 0 and rests '
-        'until it is moved by steps, so that a run can be repeated to the bit',
+        'realtime', 'realtime follows the wall clock; in lockstep time begins at 0 and advances '
+        'only by steps, so that a run can be repeated exactly',
         placeholder='realtime|lockstep')
     seed: str = _argument(
         '', "seed of the planner's random numbers; 0 in lockstep",
         placeholder='NUMBER')
     record: str = _argument(
-        '', 'recording (MCAP) of the whole run, at most its last ten minutes, written when the '
+        '', 'recording (MCAP) of the run, at most of its last ten minutes, written when the '
         'simulation ends',
         placeholder='FILE')
     web: bool = _argument(
-        False, 'whether bringup serves the page in which the robot is seen and moved; it does '
-        'at a terminal unless this argument is given',
+        False, 'serve the page that shows and moves the robot; true at a terminal unless this '
+        'argument is given',
         placeholder='true|false')
     bridge: bool = _argument(
-        False, 'whether bringup starts rosbridge, rosapi with it, for clients without ROS',
+        False, 'also start rosbridge and rosapi, for clients without ROS',
         placeholder='true|false')
     host: str = _argument(
-        '', 'address on which the page is served, in place of 127.0.0.1; others need the token '
-        'that is printed', placeholder='ADDRESS')
+        '', 'address on which the page is served (default: 127.0.0.1); with another address '
+        'browsers need the token that is printed', placeholder='ADDRESS')
     xacro: tuple[tuple[str, str], ...] = ()
     ros_args: tuple[str, ...] = ()
 
@@ -244,7 +244,7 @@ def format_help(program: str, summary: str) -> str:
     width = max(len(left) for left, _ in rows)
     lines = [f'  {left:<{width}}  {right}' for left, right in rows]
     return '\n'.join([
-        f'usage: {program} [NAME:=VALUE ...] [--ros-args ...]', '', summary, '',
+        f'usage: armsim {program} [NAME:=VALUE ...] [--ros-args ...]', '', summary, '',
         'arguments (--name VALUE is the same as name:=VALUE):', *lines])
 
 

@@ -11,17 +11,17 @@ from __future__ import annotations
 
 #: Those that run a robot; they share ``armsim_ros.cli.arguments``.
 ROBOT_PROGRAMS = {
-    'bringup': 'start simulation and move_group, watch them, stop them together',
+    'bringup': 'start, monitor and stop simulation and move_group',
     'simulation': 'physics, controllers, controller_manager, joint states, /clock',
     'move_group': 'planning scene, kinematics, planning, trajectory execution',
     'camera': 'render the camera images of a simulation started with camera:=true',
     'servo_node': 'streaming: twists, joint jogs and poses to joint commands',
-    'servo_node_main': 'the same as servo_node, as it was called for Humble',
+    'servo_node_main': 'servo_node under its name of Humble',
 }
 #: A page, and the controllers of a running robot; each has arguments of its own.
 CLIENT_PROGRAMS = {
-    'web': 'a page in the browser: see the robot, plan, execute, stop',
-    'bridge': 'rosbridge and rosapi: the robot for browsers and programs without ROS',
+    'web': 'serve the page that shows and moves the robot in a browser',
+    'bridge': 'rosbridge and rosapi, for browsers and programs without ROS',
     'spawner': 'load, configure and activate controllers',
     'unspawner': 'deactivate and unload controllers',
     'hardware_spawner': 'configure or activate hardware components',
@@ -37,9 +37,9 @@ VERBS = {
 FILE_PROGRAMS = {
     'check_config': "read a robot's files, report every error and how each key is used",
     'migrate': "write a robot's files in the layout of ROS 2",
-    'list': 'list the robots that are found: ours, those of the workspace, the installed ones',
-    'copy': "copy a robot's files into a folder of your own, to change them",
-    'generate_config': 'write a first set of files for a robot that has only a URDF',
+    'list': 'list the available robots: included, in the workspace, installed',
+    'copy': "copy a robot's files into a new folder, to change them",
+    'generate_config': 'write the configuration of a robot from its URDF',
     'completion': 'print the completion script of bash, zsh or fish',
 }
 #: Those that collect and check data for robot learning; without ROS.
@@ -50,8 +50,8 @@ LEARNING_PROGRAMS = {
 }
 #: Those that run a user's launch files.
 LAUNCH_PROGRAMS = {
-    'launch': "run a launch file as it is, with this package's programs in place of upstream's",
-    'overlay': "let a ROS installation's own ros2 launch start this package's programs",
+    'launch': "run a launch file unchanged, with this package's programs in place of upstream's",
+    'overlay': "make a ROS installation's ros2 launch start this package's programs",
     'original': "replace a program of ros2_control or MoveIt, with that program's arguments",
 }
 _SERVERS = {'simulation': 'simulation', 'move_group': 'move_group', 'camera': 'camera',
@@ -82,7 +82,7 @@ PURPOSES = {
     'run a robot': (*ROBOT_PROGRAMS, *LAUNCH_PROGRAMS),
     'see it, move it, query it': (*VERBS, *CLIENT_PROGRAMS),
     "prepare a robot's files": tuple(FILE_PROGRAMS),
-    'learn from it': tuple(LEARNING_PROGRAMS),
+    'robot learning': tuple(LEARNING_PROGRAMS),
 }
 
 

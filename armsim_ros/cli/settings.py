@@ -175,7 +175,7 @@ def _check_recording(file: str) -> None:
         wrong = f"'{place}' cannot be written"
     else:
         return
-    raise UsageError(f'record:={file}: {wrong}; name a file in a folder of yours')
+    raise UsageError(f'record:={file}: {wrong}; name a file in a folder that can be written')
 
 
 def _given_overrides(text: str) -> dict[str, object]:

@@ -63,7 +63,7 @@ def unique_names(names: tuple[str, ...]) -> tuple[str, ...]:
     """
     Return the names.
 
-    :raises ValueError: an entry is there twice.
+    :raises ValueError: an entry is defined twice.
     """
     twice = sorted({name for name in names if names.count(name) > 1})
     if twice:

@@ -71,7 +71,7 @@ class CellRobot(Settings):
         if name and not all(_WORD.fullmatch(part) for part in name.split('/')):
             raise ValueError(
                 f"'{value}' is not a ROS name; allowed: letters, digits and _ that begin with a "
-                'letter, parted by /'
+                'letter, separated by /'
             )
         return None if value is None else name
 

@@ -207,7 +207,7 @@ def _namespace(draft: ConfigDraft, given: str | None) -> str:
     if name and not all(part.isidentifier() for part in name.split('/')):
         draft.problems.append(Problem(
             f"namespace '{name}' is not a ROS name", found.get(name),
-            'letters, digits and _ that do not begin with a digit, parted by /'))
+            'letters, digits and _ that do not begin with a digit, separated by /'))
     return f'/{name}' if name else ''
 
 

@@ -31,17 +31,17 @@ from armsim_ros.packages import split_path
 USAGE = """usage: armsim launch PACKAGE FILE [NAME:=VALUE ...]
        armsim launch PATH [NAME:=VALUE ...]
 
-Run a launch file (.launch.py, .launch.xml, .launch.yaml, ROS 1 .launch) as it is. Programs of
-Gazebo, ros2_control and MoveIt are replaced by those of this package, others run where they are
+Run a launch file (.launch.py, .launch.xml, .launch.yaml, ROS 1 .launch) unchanged. Programs of
+Gazebo, ros2_control and MoveIt are replaced by those of this package; others run if they are
 installed, or from the sources of a Python package.
 
 options:
-  -s, --show-args          the arguments of the launch file
-  -n, --dry-run            start nothing; print what would be started, and what is missing
-  -p, --print-description  the launch file as a tree, not evaluated
+  -s, --show-args          print the arguments of the launch file
+  -n, --dry-run            start nothing; print the processes and what is missing
+  -p, --print-description  print the launch file as a tree, not evaluated
   -d, --debug              print more
   -a, --show-all-subprocesses-output
-                           show all output (always so here)
+                           show all output (always on here)
   packages_path:=DIR[:DIR] folders that are searched first for packages"""
 
 _FLAGS = {

@@ -21,7 +21,7 @@ from armsim_ros.cli.arguments import UsageError
 from armsim_ros.cli.environment import child_environment, program_command
 from armsim_ros.errors import ArmsimError, USAGE_STATUS
 
-USAGE = """usage: . $(armsim overlay)         use ours in this shell; source ROS first
+USAGE = """usage: . $(armsim overlay)         use this package in this shell; source ROS first
        armsim overlay --check FILE [NAME:=VALUE ...]
 
 Write an overlay with the package names of ros2_control and MoveIt and this package's programs,

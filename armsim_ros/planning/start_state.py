@@ -80,7 +80,7 @@ def _bounded_start(
 
 def check_start(validity: StateValidity, start: Vector) -> None:
     """
-    Refuse a start that collides or breaks the path constraints.
+    Refuse a start that collides or violates the path constraints.
 
     :param start: (m,) the group's values.
     :raises PlanningError: START_STATE_IN_COLLISION with the touching pairs, or
@@ -96,7 +96,7 @@ def check_start(validity: StateValidity, start: Vector) -> None:
     if not validity.constrained(start):
         raise PlanningError(
             MoveItErrorCode.START_STATE_VIOLATES_PATH_CONSTRAINTS,
-            f'the start state breaks the path constraints: {validity.why_not(start)}; move to '
+            f'the start state violates the path constraints: {validity.why_not(start)}; move to '
             'a state that keeps them first, or widen them',
             'CheckStartStatePathConstraints',
         )
@@ -181,7 +181,7 @@ class StartRepairs:
         )
         _, motion = find_motion(problem, self._limits)
         context.log.warning(
-            f'the start state breaks the path constraints ({validity.why_not(start)}): moving '
+            f'the start state violates the path constraints ({validity.why_not(start)}): moving '
             'to a state that keeps them first'
         )
         return motion

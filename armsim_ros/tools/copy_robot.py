@@ -62,8 +62,8 @@ def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog='armsim copy',
         description="Copy a robot's files into a new folder, to change them there.")
-    parser.add_argument('robot', help="a robot's name, see armsim list, or its folder")
-    parser.add_argument('to', type=Path, metavar='FOLDER', help='is made, and must not exist')
+    parser.add_argument('robot', help="a robot's name (see armsim list) or folder")
+    parser.add_argument('to', type=Path, metavar='FOLDER', help='new folder')
     parser.add_argument('--packages-path', type=split_path, default=(), metavar='DIR:...',
-                        help='folders that are searched for packages, too')
+                        help='further folders to search for packages')
     return parser

@@ -42,9 +42,9 @@ def moveit_packages(packages: Packages) -> list[tuple[str, Path]]:
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
-        prog='list',
-        description='List the robots that bringup finds: those of this package, the MoveIt '
-                    'packages of the workspace around the working folder, the installed ones.')
+        prog='armsim list',
+        description='List the robots that bringup finds: those of this package, and MoveIt '
+                    'packages in the workspace around the working folder or installed.')
     parser.add_argument('--packages-path', type=split_path, default=(), metavar='DIR:...',
-                        help='folders that are searched for packages, too')
+                        help='further folders to search for packages')
     return parser

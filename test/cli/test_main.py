@@ -81,11 +81,11 @@ def test_a_program_gets_its_words_and_gives_the_status(program):
 def test_a_mistake_of_the_user_is_one_message_and_status_2(program, capsys):
     """Our own errors show their text, no traceback."""
     def fail(argv):
-        raise ResourceError("robot 'x' is not there")
+        raise ResourceError("robot 'x' does not exist")
 
     program.simulation = fail
     assert door.run('simulation', []) == 2
-    assert capsys.readouterr().err == "simulation: robot 'x' is not there\n"
+    assert capsys.readouterr().err == "simulation: robot 'x' does not exist\n"
 
 
 def test_a_missing_package_is_named_with_the_remedy(program, capsys):

@@ -289,7 +289,7 @@ def test_a_file_by_package_and_name(write, capsys):
 
 
 def test_a_file_in_a_linked_folder(write, capsys, tmp_path):
-    """The folder of a package may be one of links, and links may go round in a loop."""
+    """The folder of a package may be one of links, and links may form a loop."""
     file = write(XML, 'it.launch.xml')
     away = tmp_path / 'away'
     away.mkdir()

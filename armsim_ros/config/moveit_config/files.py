@@ -187,7 +187,7 @@ class PackageFiles:
             found = self._first([file, twin])
             if found is not None:
                 return found
-            self._warn(f"the SRDF '{named}' is not there", self.assistant.where.get('srdf'))
+            self._warn(f"the SRDF '{named}' does not exist", self.assistant.where.get('srdf'))
         own = [folder / f'{self.name}{ending}' for folder in self.config_folders
                for ending in ('.srdf', '.srdf.xacro')]
         return self._first(own) or self._only(_SRDF_FOLDERS, _SRDF_ENDINGS)
@@ -279,7 +279,7 @@ class PackageFiles:
             return None
         file = package / assistant.urdf_path
         if not file.is_file():
-            self._warn(f"the URDF '{file}' is not there", where)
+            self._warn(f"the URDF '{file}' does not exist", where)
             return None
         return file
 

@@ -116,7 +116,7 @@ def read_yaml_file(path: Path, problems: list[Problem] | None = None, *,
     """
     Read a settings file.
 
-    :param problems: takes a warning for each key that is there twice; None refuses them.
+    :param problems: takes a warning for each key that is defined twice; None refuses them.
     :param substitute: changes the text before it is parsed, line by line.
     :returns: a mapping; empty for a file without values.
     :raises ConfigError: where the file cannot be read or is not a YAML mapping.
@@ -142,7 +142,7 @@ def parse_yaml(data: bytes | str, file: str,
 
     :param data: the text; bytes must be UTF-8.
     :param file: the name that messages give.
-    :param problems: takes a warning for each key that is there twice; None refuses them. Of two
+    :param problems: takes a warning for each key that is defined twice; None refuses them. Of two
         blocks of a file of ROS 2 parameters both count, as rcl reads them, else the second.
     :raises ConfigError: with a problem that names file, line and likely cause.
     """
@@ -301,8 +301,8 @@ class _Composer:
         mapping.entries[key.text] = entry
 
     def _twice(self, key: YamlNode, first: YamlNode, second: YamlNode) -> YamlNode:
-        """Return what counts where a key is there twice."""
-        what = f"key '{key.text}' is there twice, first in line {first.place.line}"
+        """Return what counts where a key is defined twice."""
+        what = f"key '{key.text}' is defined twice, first in line {first.place.line}"
         both = self._merges and first.is_mapping and second.is_mapping
         remedy = ('make one of them; both count, as in ROS 2' if both else
                   'remove one of them; a reader would silently drop the first')

@@ -46,7 +46,7 @@ class LinkMotion:
         for joint in self._paths[base]:
             if joint.name in self._columns:
                 raise ControllerError(f"'{base}' moves with '{joint.name}' and cannot be the "
-                                      f"base; choose '{joint.parent}' or what is before it")
+                                      f"base; choose '{joint.parent}' or a link before it")
 
     def poses(self, positions: Vector) -> dict[str, Matrix]:
         """Return the pose (4, 4) of each link for positions (n,) [rad or m]."""

@@ -76,7 +76,7 @@ class HardwareComponent:
         if state not in allowed:
             raise ControllerError(f"'{state}' is not a state; allowed: {', '.join(allowed)}")
         if self.state is LifecycleState.FINALIZED and state != self.state.value:
-            raise ControllerError(f"hardware '{self.name}' is finalized and stays so")
+            raise ControllerError(f"hardware '{self.name}' is finalized, which is permanent")
         self.state = LifecycleState(state)
 
 

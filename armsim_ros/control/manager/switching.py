@@ -36,7 +36,7 @@ def fallbacks_of(
     if given is None:
         given = entry.fallback_controllers if entry is not None else ()
     if name in given:
-        raise ControllerError(f"'{name}' cannot be a fallback controller of itself")
+        raise ControllerError(f"'{name}' cannot be its own fallback controller")
     return tuple(given)
 
 

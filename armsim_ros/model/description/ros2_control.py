@@ -63,7 +63,7 @@ def read_hardware(root: XmlElement, links: Collection[str], joints: Mapping[str,
         system = _read_system(element, {**{name: name for name in links}, **frames}, joints,
                               report)
         if any(other.name == system.name for other, _ in found):
-            report.ignored(f"hardware '{system.name}' is there twice; the second is left out",
+            report.ignored(f"hardware '{system.name}' is defined twice; the second is left out",
                            element.where, 'give each <ros2_control> a name of its own')
             continue
         found.append((system, element.where))

@@ -146,8 +146,8 @@ class _Reader:
         for element in self._root.all('group'):
             name = read_name(element, 'name', self._report)
             if name in elements:
-                self._report.warning(f"planning group '{name}' is there twice; the first counts",
-                                     element.where)
+                self._report.warning(
+                    f"planning group '{name}' is defined twice; the first is used", element.where)
             elif name:
                 elements[name] = element
                 self._places[f'group {name}'] = element.where
@@ -165,7 +165,7 @@ class _Reader:
                 continue
             if name in states.get(group, {}):
                 self._report.warning(
-                    f"named state '{name}' of group '{group}' is there twice; the last counts",
+                    f"named state '{name}' of group '{group}' is defined twice; the last is used",
                     element.where)
             values = {}
             for part in element.all('joint'):

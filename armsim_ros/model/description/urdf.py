@@ -132,7 +132,7 @@ def _named(root: XmlElement, tag: str, places: dict[str, Location],
         if not name:
             report.error(f'<{tag}> has no name', element.where)
         elif name in found:
-            report.error(f"{tag} '{name}' is there twice, first in line "
+            report.error(f"{tag} '{name}' is defined twice, first in line "
                          f'{found[name].where.line}', element.where,
                          remedy='rename or remove one of them')
         else:
@@ -161,7 +161,7 @@ def _check_tree(root: XmlElement, links: dict[str, Link], joints: dict[str, Join
         parents[joint.child] = name
     roots = [name for name in links if name not in parents]
     if not roots:
-        report.error('the links go round in a loop, none is without a parent', root.where)
+        report.error('the links form a loop, none is without a parent', root.where)
     elif len(roots) > 1:
         report.error(f"{len(roots)} links have no parent: {', '.join(roots)}",
                      places[f'link {roots[1]}'], 'a single root link',
@@ -169,7 +169,7 @@ def _check_tree(root: XmlElement, links: dict[str, Link], joints: dict[str, Join
     elif not report.errors:
         loose = [name for name in links if name not in tree_order(roots[0], joints)[0]]
         if loose:
-            report.error(f"the links {', '.join(loose)} go round in a loop",
+            report.error(f"the links {', '.join(loose)} form a loop",
                          places[f'link {loose[0]}'])
     return roots[0] if roots else ''
 

@@ -202,7 +202,7 @@ class SceneFollower:
         try:
             self._apply(update_from_message(message, scene.model_frame))
         except PlanningError as error:
-            self._node.get_logger().error(f'planning scene: {error}; asking for all of it')
+            self._node.get_logger().error(f'planning scene: {error}; requesting the whole scene')
             self._following = False
 
     def _apply(self, update: SceneUpdate) -> None:

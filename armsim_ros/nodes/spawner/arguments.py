@@ -61,7 +61,7 @@ def parse_spawner_arguments(argv: Sequence[str]) -> SpawnerRequest:
         allow_abbrev=not blocks)
     _add_options(parser, asap=not blocks)
     if not blocks:
-        parser.add_argument('controllers', nargs='+', metavar='NAME', help='of a controller')
+        parser.add_argument('controllers', nargs='+', metavar='NAME', help='name of a controller')
         _add_controller_options(parser)
         options = parser.parse_args(words)
         return SpawnerRequest(
@@ -90,7 +90,7 @@ def parse_unspawner_arguments(argv: Sequence[str]) -> argparse.Namespace:
     """Read the words after the program's name; leaves with status 2 where they are wrong."""
     parser = argparse.ArgumentParser(
         prog='unspawner', description='Deactivate and unload controllers.')
-    parser.add_argument('controllers', nargs='+', metavar='NAME', help='of a controller')
+    parser.add_argument('controllers', nargs='+', metavar='NAME', help='name of a controller')
     add_manager_options(parser, manager='/controller_manager')
     _add_timeouts(parser)
     return parser.parse_args(list(argv))
@@ -105,7 +105,7 @@ def add_manager_options(
         help=f'name of the manager (default: {manager})')
     parser.add_argument(
         '--controller-manager-timeout', type=float, default=0.0, metavar='S',
-        help='time to wait for the manager [s], 0 is for ever')
+        help='time to wait for the manager [s], 0 is forever')
 
 
 def _add_timeouts(parser: argparse.ArgumentParser) -> None:
@@ -124,7 +124,7 @@ def _add_options(parser: argparse.ArgumentParser, *, asap: bool) -> None:
         help='deprecated: namespace of manager and controllers; use --ros-args -r __ns:=NS')
     parser.add_argument(
         '-u', '--unload-on-kill', action='store_true',
-        help='stay, and deactivate and unload the controllers at the end')
+        help='keep running; deactivate and unload the controllers at the end')
     parser.add_argument(
         '--activate-as-group', action='store_true',
         help='activate all together, at the end, or none')
@@ -133,7 +133,7 @@ def _add_options(parser: argparse.ArgumentParser, *, asap: bool) -> None:
         help='has no effect: a switch is always done at the next update')
     parser.add_argument(
         '--keep-going', action='store_true',
-        help='where a controller cannot be loaded, spawn the others; the status is 1 all the same')
+        help='if a controller cannot be loaded, spawn the others; the status is still 1')
 
 
 def _add_controller_options(

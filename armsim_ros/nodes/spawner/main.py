@@ -240,7 +240,8 @@ def set_hardware(argv: Sequence[str] | None = None) -> int:
     words, ros_args = split_ros_args(sys.argv[1:] if argv is None else argv)
     parser = argparse.ArgumentParser(
         prog='hardware_spawner', description='Configure or activate hardware components.')
-    parser.add_argument('components', nargs='+', metavar='NAME', help='of a hardware component')
+    parser.add_argument('components', nargs='+', metavar='NAME',
+                        help='name of a hardware component')
     state = parser.add_mutually_exclusive_group(required=True)
     state.add_argument('--activate', dest='state', action='store_const', const='active',
                        help='configure and activate the components')

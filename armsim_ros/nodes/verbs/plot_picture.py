@@ -93,7 +93,7 @@ def write_picture(records: Sequence[JointRecord], file: Path) -> None:
     :raises ArmsimError: there is nothing to draw, or the file has another ending.
     """
     if not records or any(len(record.rows) < 2 for record in records):
-        raise ArmsimError('nothing was recorded: too few messages came')
+        raise ArmsimError('nothing was recorded: too few messages arrived')
     writers = {'.png': _write_png, '.html': _write_html}
     if file.suffix not in writers:
         raise ArmsimError(f"'{file}': allowed endings: {', '.join(writers)}")

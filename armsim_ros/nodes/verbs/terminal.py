@@ -31,7 +31,7 @@ class Words(argparse.ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         """Refuse the command line."""
-        raise UsageError(f'{message}; {self.prog} see --help')
+        raise UsageError(f'{message}; see {self.prog} --help')
 
 
 def parser(name: str, about: str, *, json_too: bool = True) -> Words:
@@ -40,7 +40,7 @@ def parser(name: str, about: str, *, json_too: bool = True) -> Words:
     if json_too:
         words.add_argument('--json', action='store_true', help='print a JSON value')
     words.add_argument('--timeout', type=float, default=PATIENCE, metavar='SECONDS',
-                       help=f'to wait for the robot to appear (default: {PATIENCE:g})')
+                       help=f'time to wait for the robot (default: {PATIENCE:g})')
     return words
 
 
@@ -91,7 +91,7 @@ def wait(future: Future[Any], patience: float, what: str) -> Any:
     try:
         return future.result(patience)
     except (FutureTimeoutError, TimeoutError):
-        raise ArmsimError(f'{what} gave no answer within {patience:g} s') from None
+        raise ArmsimError(f'{what} did not answer within {patience:g} s') from None
 
 
 def show(value: Any, as_json: bool, text: str) -> None:

@@ -13,16 +13,16 @@ from armsim_ros.cli.arguments import UsageError
 from armsim_ros.nodes.serving.arguments import read_values
 
 PORT = 8080
-HELP = f"""usage: web [NAME:=VALUE ...] [--ros-args ...]
+HELP = f"""usage: armsim web [NAME:=VALUE ...] [--ros-args ...]
 
-see a robot and drive it in a browser: serves a page on this machine
+serve the page that shows and moves the robot in a browser
 
 arguments (--name VALUE is the same as name:=VALUE):
-  port:=NUMBER            the first port that is tried (default: {PORT})
-  host:=ADDRESS           the address to listen at (default: 127.0.0.1, this machine alone)
-  token:=WORD             what a browser must bring; made where other machines reach the page
-  packages_path:=DIR:...  folders that are searched first for packages of meshes
-  near:=FILE:...          files of the robot; packages around them are found too
+  port:=NUMBER            the first port to try (default: {PORT})
+  host:=ADDRESS           the address to listen on (default: 127.0.0.1, this machine only)
+  token:=WORD             token that browsers must send; made if other machines can reach the page
+  packages_path:=DIR:...  folders that are searched first for packages with meshes
+  near:=FILE:...          files of the robot; packages in their workspace are found
   --ros-args ...          remappings, as for any ROS 2 program"""
 
 

@@ -223,7 +223,7 @@ class Page:
     def _receive(self, session: Session, command: dict[str, Any]) -> None:
         name = command.pop('do', None)
         if not isinstance(name, str) or name not in self._handlers:
-            session.note(f'the page does not know how to {str(name)[:40]!r}; load it again')
+            session.note(f'the page does not know the command {str(name)[:40]!r}; load it again')
             return
         form, handler = self._handlers[name]
         try:

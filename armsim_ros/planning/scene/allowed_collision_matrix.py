@@ -133,7 +133,7 @@ class AllowedCollisionMatrix:
         Return the matrix of a message; only its upper triangle is read.
 
         :raises PlanningError: FAILURE where rows and names do not fit together, or a name that
-            is there twice is allowed and forbidden to touch the same.
+            is defined twice is allowed and forbidden to touch the same.
         """
         names, rows = update.entry_names, update.entry_values
         _check_sizes(update)

@@ -42,7 +42,7 @@ class _Tally:
 
     :param colliding: states (m,) that collide.
     :param off_goal: sentences about states outside the limits or the goal.
-    :param off_path: sentences about states that break the path constraints.
+    :param off_path: sentences about states that violate the path constraints.
     :param unsolved: poses without a solution.
     """
 
@@ -202,8 +202,8 @@ class GoalSampler:
         if tally.off_path:
             return PlanningError(
                 MoveItErrorCode.GOAL_VIOLATES_PATH_CONSTRAINTS,
-                f'no goal state keeps the path constraints: {tally.off_path[-1]}; widen them or '
-                'change the goal',
+                f'no goal state satisfies the path constraints: {tally.off_path[-1]}; widen them '
+                'or change the goal',
                 _SOURCE,
             )
         if tally.unsolved and not tally.off_goal:

@@ -66,7 +66,7 @@ def _library() -> Any:
     folder = Path(mujoco.__file__).parent
     files = [*folder.glob('libmujoco*.so*'), *folder.glob('libmujoco*.dylib')]
     if not files:
-        raise SimulationError(f"no MuJoCo library lies in '{folder}'; install mujoco anew")
+        raise SimulationError(f"no MuJoCo library lies in '{folder}'; reinstall mujoco")
     library: Any = ctypes.CDLL(str(files[0]))
     pointer, text = ctypes.c_void_p, ctypes.c_char_p
     for name, result, arguments in (

@@ -137,7 +137,7 @@ class WorldResources:
         if world not in worlds or not name:
             allowed = [*MEASURES, *(f'{known}/<object>' for known in worlds)]
             raise ResourceFaultError(
-                Fault.MISSING_ASSETS, f"'{uri}' names nothing; allowed: {SCHEME}"
+                Fault.MISSING_ASSETS, f"'{uri}' does not name an object; allowed: {SCHEME}"
                 + f', {SCHEME}'.join(allowed))
         items = {item.name: item for item in self.world(world, '').items}
         if name not in items:
@@ -184,7 +184,8 @@ class WorldResources:
             world = mjcf_world(text, name, read_mesh, ignore_assets=ignore_assets)
         elif kind == 'urdf':
             raise ResourceFaultError(
-                Fault.UNSUPPORTED_FORMAT, f'{name}: a URDF is no world; allowed: sdf, mjcf, yaml')
+                Fault.UNSUPPORTED_FORMAT,
+                f'{name}: a URDF is not a world; allowed: sdf, mjcf, yaml')
         else:
             world = _yaml_world(text, name)
         return replace(world, name=stem or world.name)

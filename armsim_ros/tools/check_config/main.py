@@ -69,11 +69,10 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
-        prog='check_config',
+        prog='armsim check_config',
         description="Read a robot's files, start nothing, and report every error with file and "
-                    'line, what each key does here, and which controllers move which planning '
-                    'group.',
-        epilog='exit status: 0 all is well, 1 warnings, 2 errors')
+                    'line, how each key is used, and the controllers of each planning group.',
+        epilog='exit status: 0 no findings, 1 warnings, 2 errors')
     parser.add_argument('targets', nargs='*', metavar='DIR|NAME|FILE',
                         help="a robot's folder or name, or single YAML, launch and URDF files")
     for entry in argument_table():
@@ -83,11 +82,11 @@ def _parser() -> argparse.ArgumentParser:
         if isinstance(entry.default, bool):
             option.nargs, option.const = '?', 'true'
     parser.add_argument('--strict', action='store_true',
-                        help='treat as an error what upstream silently ignores')
+                        help='report what upstream silently ignores as errors')
     parser.add_argument('--keys', action='store_true',
-                        help='list every key with what it does here')
+                        help='list every key and how it is used')
     parser.add_argument('--schema', type=Path, metavar='DIR',
-                        help='write JSON Schemas of all files for editors, check nothing')
+                        help='only write JSON Schemas of all files, for editors')
     return parser
 
 

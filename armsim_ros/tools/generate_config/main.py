@@ -246,19 +246,20 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
-        prog='generate_config',
+        prog='armsim generate_config',
         description='Write SRDF, controllers, joint limits, kinematics and simulation settings '
-                    'for a robot of which there is only a URDF.',
+                    'for a URDF.',
         epilog='exit status: that of check_config for the new files')
     parser.add_argument('urdf', type=Path, metavar='URDF', help='URDF or xacro file; the '
                         'arguments of a xacro follow as name:=value')
     parser.add_argument('--to', type=Path, metavar='DIR',
-                        help="folder for the files; without it a folder with the URDF's name")
+                        help="folder for the files (default: a folder with the URDF's name)")
     parser.add_argument('--packages-path', type=split_path, default=(), metavar='DIR:...',
                         help='folders that are searched first for packages')
     parser.add_argument('--states', type=int, default=10_000, metavar='N',
                         help='random states that are checked for collisions (%(default)s)')
-    parser.add_argument('--seed', type=int, default=0, help='of the random numbers (%(default)s)')
+    parser.add_argument('--seed', type=int, default=0,
+                        help='seed of the random numbers (%(default)s)')
     parser.add_argument('--copy', action='store_true',
-                        help='copy the URDF in place of a link to it')
+                        help='copy the URDF instead of linking to it')
     return parser

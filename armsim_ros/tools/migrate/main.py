@@ -105,9 +105,9 @@ def _copy_others(before: RobotSettings, files: list[Path], target: Path) -> list
         report.append(f'{len(files)} other files are copied as they are')
     for used in (before.urdf_file, before.srdf_file):
         if used is not None and used not in files:
-            report.append(f'{used} stays where it is; where it is not found by its name, start '
+            report.append(f'{used} stays in place; if it is not found by its name, start '
                           'with urdf:=FILE or srdf:=FILE')
-    report.append('on a real robot ROS 2 wants a <ros2_control> block in the URDF in place of '
+    report.append('on a real robot ROS 2 needs a <ros2_control> block in the URDF in place of '
                   '<transmission>; here every joint has all interfaces')
     return report
 
@@ -168,9 +168,9 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
-        prog='migrate',
+        prog='armsim migrate',
         description="Write a robot's files in the layout of ROS 2, with their comments, and a "
-                    'report of what went where; the files themselves stay as they are.')
+                    'report of the destination of each block; the original files are not changed.')
     parser.add_argument('robot', metavar='DIR|NAME', help="the robot's folder or name")
     parser.add_argument('--to', type=Path, required=True, metavar='OUT',
                         help='a new folder for the files')

@@ -65,7 +65,7 @@ def test_what_the_setup_assistant_names_and_is_missing_is_a_warning(small_packag
     assert files.srdf_file.name == 'small.srdf'
     warnings = said(files, Severity.WARNING)
     assert any("package 'lost' is not found" in text for text in warnings)
-    assert any("the SRDF 'config/lost.srdf' is not there" in text for text in warnings)
+    assert any("the SRDF 'config/lost.srdf' does not exist" in text for text in warnings)
     assert all('.setup_assistant:2' in text or '.setup_assistant:3' in text for text in warnings)
 
 

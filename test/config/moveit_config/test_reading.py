@@ -164,7 +164,7 @@ def test_a_key_twice_is_read_as_ros_reads_it(small_package):
     assert found.settings.controller('arm_controller').joints == ('shoulder', 'elbow')
     assert found.settings.controller_manager.update_rate == 500
     assert found.settings.kinematics['arm'].kinematics_solver == 'c/D'
-    assert sum('is there twice, first in line' in text for text in said(found)) == 2
+    assert sum('is defined twice, first in line' in text for text in said(found)) == 2
 
 
 def test_a_named_node_wins_over_a_wildcard(small_package):

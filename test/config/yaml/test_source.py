@@ -50,7 +50,7 @@ def test_merge_keys_and_aliases():
 
 
 @pytest.mark.parametrize(('text', 'message'), [
-    ('a: 1\nb: 2\na: 3\n', "f.yaml:3:1: key 'a' is there twice, first in line 1"),
+    ('a: 1\nb: 2\na: 3\n', "f.yaml:3:1: key 'a' is defined twice, first in line 1"),
     ('a:\n\tb: 1\n', 'f.yaml:2:1: the line is indented with a tab; allowed: spaces only'),
     ('- 1\n- 2\n', 'f.yaml:1:1: the file holds a list'),
     ('word\n', "f.yaml:1:1: the file holds the text 'word'"),

@@ -83,7 +83,7 @@ def test_a_fallback_in_a_chain_needs_its_follower_in_the_list(rig):
 def test_no_controller_is_its_own_fallback(rig):
     """A controller that names itself is not loaded."""
     r = rig()
-    with pytest.raises(ControllerError, match='fallback controller of itself'):
+    with pytest.raises(ControllerError, match='its own fallback'):
         load(r, 'arm', ARM, ['arm'], joints=['a'])
     assert states(r) == {}
 

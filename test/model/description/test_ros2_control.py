@@ -216,7 +216,7 @@ def test_two_tags_of_one_name(small_package):
              + '</ros2_control>')
     _, manager, problems = start(small_package)
     assert [one.name for one in manager.list_hardware_components()] == ['Arm']
-    assert any("hardware 'Arm' is there twice" in text for text in said(problems))
+    assert any("hardware 'Arm' is defined twice" in text for text in said(problems))
 
 
 def test_a_component_that_is_not_active_keeps_its_joints(small_package):

@@ -168,4 +168,4 @@ def test_of_two_states_with_one_name_the_last_counts(make_model):
     model, warnings = make_model('<group name="g"><joint name="j1"/><joint name="j2"/></group>'
                                  + state.format('j1', 0.1) + state.format('j2', 0.2))
     assert model.semantic.named_states['g']['up'] == {'j2': 0.2}
-    assert any('the last counts' in text for text in warnings)
+    assert any('the last is used' in text for text in warnings)

@@ -107,15 +107,15 @@ def test_shapes():
 
 A_B = (link('a'), link('b'))
 WRONG = [
-    (robot(link('a'), link('a')), "r.urdf:3:1: link 'a' is there twice, first in line 2"),
+    (robot(link('a'), link('a')), "r.urdf:3:1: link 'a' is defined twice, first in line 2"),
     (robot(*A_B), 'r.urdf:3:1: 2 links have no parent: a, b'),
-    (robot(*A_B, joint('j', 'a', 'b'), joint('j', 'a', 'b')), "joint 'j' is there twice"),
+    (robot(*A_B, joint('j', 'a', 'b'), joint('j', 'a', 'b')), "joint 'j' is defined twice"),
     (robot(*A_B, joint('j', 'a', 'bb')), "r.urdf:4:1: child of joint 'j': link 'bb' is not in"),
     (robot(*A_B, joint('j', 'a', 'b'), joint('k', 'a', 'b')),
      "r.urdf:5:1: link 'b' is the child of two joints, 'j' and 'k'"),
-    (robot(*A_B, joint('j', 'a', 'b'), joint('k', 'b', 'a')), 'the links go round in a loop'),
+    (robot(*A_B, joint('j', 'a', 'b'), joint('k', 'b', 'a')), 'the links form a loop'),
     (robot(link('r'), *A_B, joint('j', 'a', 'b'), joint('k', 'b', 'a')),
-     'r.urdf:3:1: the links a, b go round in a loop'),
+     'r.urdf:3:1: the links a, b form a loop'),
     (robot(*A_B, joint('j', 'a', 'b', 'revolut')),
      "r.urdf:4:1: joint 'j' has the type 'revolut'; allowed: fixed, revolute, continuous, "
      "prismatic, floating, planar; did you mean 'revolute'?"),

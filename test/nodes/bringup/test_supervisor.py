@@ -233,4 +233,4 @@ def test_a_program_imports_the_same_package():
     """A child started from any folder runs this package's code."""
     done = subprocess.run(program_command('bringup', ['--help']), env=child_environment(),
                           cwd=Path('/'), capture_output=True, text=True, check=True)
-    assert done.stdout.startswith('usage: bringup')
+    assert done.stdout.startswith('usage: armsim bringup')

@@ -207,7 +207,7 @@ def test_a_controller_is_switched(fake_stack, talk):
 
 
 @pytest.mark.parametrize(('ask', 'text'), [
-    ({'do': 'nonsense'}, 'does not know how'),
+    ({'do': 'nonsense'}, 'does not know the command'),
     ({'do': 'plan', 'speed': 7}, 'speed'),
     ({'do': 'plan', 'surprise': 1}, 'surprise'),
     ({'do': 'joints', 'values': {'nobody': 1.0}}, 'nobody'),
@@ -216,7 +216,7 @@ def test_a_controller_is_switched(fake_stack, talk):
     ({'do': 'remove', 'id': 'nothing'}, "no object 'nothing'"),
     ({'do': 'load_scene', 'text': '{}'}, 'not a scene'),
     ({'do': 'add_mesh', 'name': 'a.stl', 'data': 'AAAA'}, "'a.stl'"),
-    ({'do': 'camera', 'topic': '/nowhere'}, 'brings no pictures'),
+    ({'do': 'camera', 'topic': '/nowhere'}, 'publishes no images'),
     ({'do': 'jog', 'joint': 'turn', 'share': 0.5}, 'no servo runs'),
     ({'do': 'scrub', 'time': -1.0}, 'time'),
 ])

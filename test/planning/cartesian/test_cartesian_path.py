@@ -170,7 +170,7 @@ def test_start_in_contact_is_left(scene, tool, add_box, plan_for):
 
 def test_start_outside_constraints_and_limits(scene, tool, plan_for):
     """
-    A start that breaks the path constraints or a limit is not an error.
+    A start that violates the path constraints or a limit is not an error.
 
     moveit_ros, cartesian_path_service_capability.cpp, computeService.
     """

@@ -175,7 +175,7 @@ def test_orientation_is_kept_on_the_way(six, six_scene, plan_for, clock):
 
 
 def test_start_that_breaks_path_constraints(six_scene, plan_for, clock):
-    """E5: a start that breaks the path constraints is refused with -11 and the constraint."""
+    """E5: a start that violates the path constraints is refused with -11 and the constraint."""
     keep = Constraints((JointConstraint('axis1', 0.0, 0.1, 0.1),))
     response = plan_for(six_scene).plan(
         request(joint_goal(RIGHT), path_constraints=keep), six_scene, clock=clock)

@@ -275,5 +275,5 @@ def drop_robot_state(
     state = message.robot_state
     if state.joint_state.name or state.attached_collision_objects:
         warn(f'{source}: the robot state of planning_scene_diff is ignored, a motion is executed '
-             'from the present state of the robot with what it carries')
+             'from the present state of the robot with its attached objects')
     message.robot_state = RobotState(is_diff=True)

@@ -128,7 +128,7 @@ class ControllerNode:
         try:
             self.controller.set_parameters(settings)
         except ControllerError as error:
-            self.node.get_logger().error(f'the parameters were not taken over: {error}')
+            self.node.get_logger().error(f'the parameters were not accepted: {error}')
 
 
 class BroadcasterNode(ControllerNode):

@@ -231,7 +231,7 @@ class SimulationStateServices:
             return
         if requested not in _WORDS:
             refuse(response.result, kinds.INCORRECT_TRANSITION,
-                   f'state {requested} cannot be asked for; allowed: stopped (0), playing (1), '
+                   f'state {requested} cannot be requested; allowed: stopped (0), playing (1), '
                    'paused (2), quitting (3); load_world and unload_world change the world')
             return
         if self._state.now not in _WORDS:

@@ -135,7 +135,7 @@ class Spawning:
         if order.namespace and not _NAMESPACE.fullmatch(order.namespace):
             raise _RefusedError(
                 SpawnResult.NAMESPACE_INVALID, f"'{order.namespace[:200]}' is not a namespace; "
-                'allowed: letters, digits and _ that do not begin with a digit, parted by /')
+                'allowed: letters, digits and _ that do not begin with a digit, separated by /')
         try:
             loaded = self._resources.object(order.uri, order.text, order.name)
         except ResourceFaultError as error:

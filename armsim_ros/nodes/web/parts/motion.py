@@ -216,7 +216,7 @@ class MotionPart(Part):
             raise ArmsimError('waiting for /robot_description')
         tip = tip_of(robot.group(goal.group))
         if not tip:
-            raise ArmsimError(f"group '{goal.group}' has no single tip to lead along a line")
+            raise ArmsimError(f"group '{goal.group}' has no single tip to move along a line")
         positions = robot.complete({**await self._goals.current(), **goal.positions})
         pose = stamped_pose(robot.root_link, link_pose(robot, tip, positions))
         request = GetCartesianPath.Request(
@@ -232,7 +232,7 @@ class MotionPart(Part):
             raise ArmsimError(f'{code_text(answer.error_code)}; {text}')
         self._take(session, goal.group, answer.solution, answer.start_state, text)
         if answer.fraction < 0.999 and command.execute:
-            raise ArmsimError(f"{text}; press 'Execute' to go so far")
+            raise ArmsimError(f"{text}; press 'Execute' to follow that part")
         return text
 
     def _take(self, session: Session, group: str, trajectory: Any, start: Any, note: str = ''

@@ -203,7 +203,7 @@ class SimulationPart(Part):
     async def _choose(self, _session: Session, command: Watch) -> None:
         kind = self._watch.topics.get(command.topic, '')
         if command.topic and kind not in _PICTURES:
-            raise ArmsimError(f"'{command.topic}' brings no pictures")
+            raise ArmsimError(f"'{command.topic}' publishes no images")
         if self._camera is not None:
             self._camera.close()
             self._camera = None
